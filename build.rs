@@ -1,23 +1,35 @@
-//! Passes on what `regatta --version` prints besides the version: the commit, and the version of iceoryx2.
+//! Passes on what `regatta --version` prints besides the version: the commit, and the version of
+//! iceoryx2.
 
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
 fn main() {
-    // The commit is looked up again when the program has to be compiled anyway, so that a commit alone compiles nothing.
-    let plugins = fs::read_dir("plugins").into_iter().flatten().flatten().map(|entry| entry.path().join("src"));
-    let sources = ["Cargo.toml", "Cargo.lock", "build.rs", "src", "engine/src", "viewer/src"].map(Into::into);
+    // The commit is looked up again when the program has to be compiled anyway, so that a commit
+    // alone compiles nothing.
+    let plugins = fs::read_dir("plugins")
+        .into_iter()
+        .flatten()
+        .flatten()
+        .map(|entry| entry.path().join("src"));
+    let sources =
+        ["Cargo.toml", "Cargo.lock", "build.rs", "src", "engine/src", "viewer/src"].map(Into::into);
     for path in sources.into_iter().chain(plugins).filter(|path| path.exists()) {
         println!("cargo::rerun-if-changed={}", path.display());
     }
     println!("cargo::rustc-env=REGATTA_COMMIT={}", commit().unwrap_or_default());
-    println!("cargo::rustc-env=REGATTA_ICEORYX2={}", locked_version("iceoryx2").unwrap_or_default());
+    println!(
+        "cargo::rustc-env=REGATTA_ICEORYX2={}",
+        locked_version("iceoryx2").unwrap_or_default()
+    );
 }
 
-/// Returns the commit, with `-modified` if sources differ from it; `None` for sources that aren't from git.
+/// Returns the commit, with `-modified` if sources differ from it; `None` for sources that aren't
+/// from git.
 fn commit() -> Option<String> {
-    // A folder in somebody else's repository, such as an unpacked archive, has no commit of its own.
+    // A folder in somebody else's repository, such as an unpacked archive, has no commit of its
+    // own.
     if !Path::new(".git").exists() {
         return None;
     }
@@ -27,7 +39,8 @@ fn commit() -> Option<String> {
 }
 
 fn git(args: &[&str]) -> Option<String> {
-    let output = Command::new("git").args(args).output().ok().filter(|output| output.status.success())?;
+    let output =
+        Command::new("git").args(args).output().ok().filter(|output| output.status.success())?;
     Some(String::from_utf8(output.stdout).ok()?.trim().to_owned())
 }
 

@@ -29,7 +29,8 @@ impl FromStr for Time {
     type Err = ParseTimeError;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let seconds = text.trim().parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
+        let seconds =
+            text.trim().parse().ok().and_then(|seconds| Duration::try_from_secs_f64(seconds).ok());
         seconds.or_else(|| humantime::parse_duration(text).ok()).map(Self).ok_or(ParseTimeError)
     }
 }
@@ -95,7 +96,8 @@ impl LayoutArgs {
         let level = self.level.as_ref().map(|level| format!("--level={level}"));
         let vehicle_type = self.vehicle_type.as_ref().map(|name| format!("--vehicle-type={name}"));
         let cell_size = self.cell_size.map(|length| format!("--cell-size={length}"));
-        let background = self.background.as_ref().map(|map| format!("--background={}", map.display()));
+        let background =
+            self.background.as_ref().map(|map| format!("--background={}", map.display()));
         let units = self.units.map(|unit| format!("--units={}", unit.name()));
         let skeleton = self.skeleton.map(|width| format!("--skeleton={width}"));
         let layers = self.layers.iter().map(|layer| format!("--layer={layer}"));
@@ -114,7 +116,8 @@ pub fn format_parser() -> impl TypedValueParser<Value = Format> {
 
 /// Returns the parser of `--units`, which also names the values for completions.
 fn unit_parser() -> impl TypedValueParser<Value = LengthUnit> {
-    PossibleValuesParser::new(LengthUnit::ALL.map(LengthUnit::name)).try_map(|name| name.parse::<LengthUnit>())
+    PossibleValuesParser::new(LengthUnit::ALL.map(LengthUnit::name))
+        .try_map(|name| name.parse::<LengthUnit>())
 }
 
 /// Returns the parser of `--handles`, which also names the values for completions.
@@ -129,7 +132,9 @@ mod tests {
 
     #[test]
     fn a_bare_number_is_seconds() {
-        for (text, millis) in [("4", 4_000), ("12.5", 12_500), ("12.5s", 12_500), ("250ms", 250), ("1min 2s", 62_000)] {
+        for (text, millis) in
+            [("4", 4_000), ("12.5", 12_500), ("12.5s", 12_500), ("250ms", 250), ("1min 2s", 62_000)]
+        {
             assert_eq!(text.parse(), Ok(Time(Duration::from_millis(millis))), "{text}");
         }
         for text in ["", "-1", "nan", "inf", "4 parsecs", "1e300"] {

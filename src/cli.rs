@@ -15,7 +15,9 @@ use crate::arguments::Time;
 use crate::control::Target;
 use crate::failure::Failure;
 use crate::output::{Force, write_file};
-use crate::{doctor, engine, graph, order, orders, plugin, recording, report, run, study, validate, version};
+use crate::{
+    doctor, engine, graph, order, orders, plugin, recording, report, run, study, validate, version,
+};
 
 static SHORT_VERSION: LazyLock<String> = LazyLock::new(version::short);
 static LONG_VERSION: LazyLock<String> = LazyLock::new(version::long);
@@ -34,7 +36,8 @@ pub struct Cli {
 
 #[derive(Subcommand)]
 pub enum Command {
-    /// Run a scenario: the engine, its plugins and the viewer (without a scenario, a built-in demo).
+    /// Run a scenario: the engine, its plugins and the viewer (without a scenario, a built-in
+    /// demo).
     Run(run::RunArgs),
     /// Run only the engine, in this process.
     Engine(engine::EngineArgs),
@@ -56,7 +59,8 @@ pub enum Command {
     Pause(Target),
     /// Resume the clock of a paused fleet.
     Resume(Target),
-    /// Pause, and advance by a number of ticks at the fleet's speed (immediately after `regatta speed max`).
+    /// Pause, and advance by a number of ticks at the fleet's speed (immediately after `regatta
+    /// speed max`).
     Step {
         /// Number of ticks.
         #[arg(default_value_t = 1)]
@@ -73,8 +77,8 @@ pub enum Command {
     },
     /// Jump to a simulated time of a replay.
     Seek {
-        /// Time on the recording's clock, as in `--from` and in exported tables: 4 (seconds), 12.5s, 3min … (A recording
-        /// that began late in a run starts at that time, not at 0.)
+        /// Time on the recording's clock, as in `--from` and in exported tables: 4 (seconds),
+        /// 12.5s, 3min … (A recording that began late in a run starts at that time, not at 0.)
         #[arg(allow_negative_numbers = true)]
         time: Time,
         #[command(flatten)]
@@ -116,11 +120,13 @@ pub enum Command {
     Record(regatta_record::RecordArgs),
     /// Publish a recording as if its fleet were running, so that every reader works with it.
     Replay(regatta_record::ReplayArgs),
-    /// Describe a recording: its fleet, time, ticks, robots, runs, topics with their sizes, and whether it is complete.
+    /// Describe a recording: its fleet, time, ticks, robots, runs, topics with their sizes, and
+    /// whether it is complete.
     Info(recording::InfoArgs),
     /// Write a recording as CSV or Parquet.
     Export(regatta_record::ExportArgs),
-    /// Plot one robot of a recording: its path over the graph, and its x, y, heading and speed over time.
+    /// Plot one robot of a recording: its path over the graph, and its x, y, heading and speed over
+    /// time.
     Plot(regatta_record::PlotArgs),
     /// Judge a recording: contacts, motion, tasks. Fails if anything is found.
     Validate(validate::ValidateArgs),
@@ -138,7 +144,8 @@ pub enum Command {
         #[command(subcommand)]
         command: report::ReportCommand,
     },
-    /// Answer how many robots a plant holds, by many runs, here or on a cluster, with a page of results.
+    /// Answer how many robots a plant holds, by many runs, here or on a cluster, with a page of
+    /// results.
     Study(Box<study::StudyArgs>),
     /// Do one job of a study: the command that a study gives to its workers.
     #[command(hide = true)]
@@ -177,8 +184,8 @@ pub fn start_logging(verbose: u8) {
         _ => tracing::Level::DEBUG,
     };
     // Colours are for people: a file or another program would read their escape codes.
-    let is_coloured =
-        std::io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
+    let is_coloured = std::io::stderr().is_terminal()
+        && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty());
     tracing_subscriber::fmt()
         .with_ansi(is_coloured)
         .with_max_level(level)

@@ -1,5 +1,5 @@
-//! `regatta pause`, `resume`, `step`, `speed`, `seek`, `robots` and `status`: requests to the control service of a running
-//! fleet.
+//! `regatta pause`, `resume`, `step`, `speed`, `seek`, `robots` and `status`: requests to the
+//! control service of a running fleet.
 
 use std::process::ExitCode;
 use std::time::Duration;
@@ -81,7 +81,11 @@ pub fn status_line(status: &ControlResponse) -> String {
 /// Formats the status of a fleet as JSON.
 pub fn status_json(status: &ControlResponse) -> String {
     let [idle, driving, waiting, held, faulted, turning, stalled, broken] = status.robots_by_state;
-    let speed = if status.speed.is_finite() { serde_json::json!(status.speed) } else { serde_json::json!("max") };
+    let speed = if status.speed.is_finite() {
+        serde_json::json!(status.speed)
+    } else {
+        serde_json::json!("max")
+    };
     serde_json::json!({
         "run_id": format!("{:016x}", status.run_id),
         "pid": status.pid,

@@ -22,7 +22,8 @@ pub struct DoctorArgs {
     pub json: bool,
 }
 
-/// Less available shared memory than this gives a warning: the frames of a million robots take about 75 MB.
+/// Less available shared memory than this gives a warning: the frames of a million robots take
+/// about 75 MB.
 const LOW_MEMORY: u64 = 128 << 20;
 /// Less memory than this that others use is not worth a warning.
 const WORTH_TELLING: u64 = 1 << 20;
@@ -42,8 +43,12 @@ impl CheckResult {
     fn to_json(&self) -> serde_json::Value {
         match self {
             Passed(message) => serde_json::json!({"result": "ok", "message": message}),
-            Warning { problem, advice } => serde_json::json!({"result": "warn", "message": problem, "advice": advice}),
-            Failed { problem, advice } => serde_json::json!({"result": "fail", "message": problem, "advice": advice}),
+            Warning { problem, advice } => {
+                serde_json::json!({"result": "warn", "message": problem, "advice": advice})
+            }
+            Failed { problem, advice } => {
+                serde_json::json!({"result": "fail", "message": problem, "advice": advice})
+            }
         }
     }
 }
@@ -83,13 +88,17 @@ fn cleanup_result(cleaned: Cleaned) -> CheckResult {
     let Cleaned { occupants, failed, orphans, bytes, repaired } = cleaned;
     let freed = megabytes(bytes);
     let repaired = if repaired { "; removed the damaged management segment" } else { "" };
-    let message =
-        format!("cleaned up after {occupants} dead processes and {orphans} orphaned segments: {freed} freed{repaired}");
+    let message = format!(
+        "cleaned up after {occupants} dead processes and {orphans} orphaned segments: {freed} freed{repaired}"
+    );
     if failed == 0 {
         return Passed(message);
     }
     let problem = format!("{message}; can't clean up after {failed} dead processes");
-    Warning { problem, advice: "another process may be cleaning up: run `regatta doctor --clean` again".to_owned() }
+    Warning {
+        problem,
+        advice: "another process may be cleaning up: run `regatta doctor --clean` again".to_owned(),
+    }
 }
 
 fn megabytes(bytes: u64) -> String {
@@ -120,8 +129,14 @@ fn memory() -> CheckResult {
 
 fn rights() -> CheckResult {
     match health::check_rights() {
-        Ok(()) => Passed("rights: this user can create shared memory (other users can't read its fleets)".to_owned()),
-        Err(error) => failed(error, &format!("let this user write to {}: `chmod 1777`", health::SHARED_MEMORY)),
+        Ok(()) => Passed(
+            "rights: this user can create shared memory (other users can't read its fleets)"
+                .to_owned(),
+        ),
+        Err(error) => failed(
+            error,
+            &format!("let this user write to {}: `chmod 1777`", health::SHARED_MEMORY),
+        ),
     }
 }
 
@@ -133,7 +148,10 @@ fn directory() -> Vec<CheckResult> {
     let mut results = Vec::new();
     match health::location() {
         Ok((root, prefix)) => {
-            results.push(Passed(format!("directory: {root} (segments {}/{prefix}*)", health::SHARED_MEMORY)));
+            results.push(Passed(format!(
+                "directory: {root} (segments {}/{prefix}*)",
+                health::SHARED_MEMORY
+            )));
         }
         Err(error) => results.push(failed(error, "other users may not control it")),
     }
@@ -164,7 +182,8 @@ fn processes() -> Vec<CheckResult> {
     if !dead.is_empty() {
         results.push(Warning {
             problem: format!("left by dead processes: {}", list(&dead)),
-            advice: "run `regatta doctor --clean`, or start any fleet or plugin: it cleans up too".to_owned(),
+            advice: "run `regatta doctor --clean`, or start any fleet or plugin: it cleans up too"
+                .to_owned(),
         });
     }
     match health::orphans() {
@@ -186,7 +205,8 @@ fn list(occupants: &[&Occupant]) -> String {
     if occupants.is_empty() {
         return "none".to_owned();
     }
-    let (unnamed, named): (Vec<_>, Vec<_>) = occupants.iter().partition(|occupant| occupant.name.is_empty());
+    let (unnamed, named): (Vec<_>, Vec<_>) =
+        occupants.iter().partition(|occupant| occupant.name.is_empty());
     let mut entries: Vec<_> = named.into_iter().copied().map(describe).collect();
     if !unnamed.is_empty() {
         // The files with their names are already deleted, or belong to another user.
@@ -204,9 +224,14 @@ fn describe(occupant: &Occupant) -> String {
 fn versions() -> CheckResult {
     match health::versions() {
         Ok(versions) => {
-            let others: Vec<_> = versions.keys().filter(|version| **version != CONTRACT_VERSION.to_string()).collect();
+            let others: Vec<_> = versions
+                .keys()
+                .filter(|version| **version != CONTRACT_VERSION.to_string())
+                .collect();
             if others.is_empty() {
-                return Passed(format!("contract: version {CONTRACT_VERSION}, and no fleet here has another"));
+                return Passed(format!(
+                    "contract: version {CONTRACT_VERSION}, and no fleet here has another"
+                ));
             }
             Warning {
                 problem: format!(
@@ -226,9 +251,10 @@ fn trial() -> CheckResult {
             "iceoryx2 0.10: a frame of 1000 robots was received after {:.0} µs",
             time.as_secs_f64() * 1e6
         )),
-        Err(error) => {
-            failed(format_args!("iceoryx2 0.10: {error}"), "check the lines above; -vv shows iceoryx2's own log")
-        }
+        Err(error) => failed(
+            format_args!("iceoryx2 0.10: {error}"),
+            "check the lines above; -vv shows iceoryx2's own log",
+        ),
     }
 }
 
@@ -248,5 +274,8 @@ fn send_a_frame() -> Result<Duration, Failure> {
 
 fn processor() -> CheckResult {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    Passed(format!("processor: {cores} cores, motion kernel for {}", regatta_engine::motion::Isa::detect()))
+    Passed(format!(
+        "processor: {cores} cores, motion kernel for {}",
+        regatta_engine::motion::Isa::detect()
+    ))
 }

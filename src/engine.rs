@@ -42,7 +42,8 @@ pub struct EngineOptions {
     /// Simulated seconds per wall second: a factor from 0.001 to 1000, or max.
     #[arg(long, default_value = "1")]
     pub speed: Option<Speed>,
-    /// Number of robots instead of the scenario's (500, 10k, 1M …); the scenario's groups are repeated.
+    /// Number of robots instead of the scenario's (500, 10k, 1M …); the scenario's groups are
+    /// repeated.
     #[arg(long)]
     pub robots: Option<RobotCount>,
     /// Ticks per simulated second instead of the scenario's.
@@ -89,7 +90,10 @@ impl EngineOptions {
     /// Converts the options to command-line arguments for a child process.
     pub fn to_args(&self) -> Vec<String> {
         fn pair(name: &str, value: &Option<impl ToString>) -> Vec<String> {
-            value.as_ref().map(|value| vec![format!("--{name}"), value.to_string()]).unwrap_or_default()
+            value
+                .as_ref()
+                .map(|value| vec![format!("--{name}"), value.to_string()])
+                .unwrap_or_default()
         }
         let mut args = vec!["--fleet".to_owned(), self.fleet.to_string()];
         args.extend(pair("speed", &self.speed));
@@ -102,8 +106,13 @@ impl EngineOptions {
         args.extend(self.layout.to_args());
         args.extend(self.scheduling.priority.map(|priority| format!("--priority={priority}")));
         args.extend(self.scheduling.pin.iter().map(|core| format!("--pin={core}")));
-        args.extend(["--lockstep-timeout".to_owned(), self.lockstep.timeout.as_secs_f64().to_string()]);
-        args.extend(self.lockstep.names.iter().flat_map(|name| ["--lockstep".to_owned(), name.clone()]));
+        args.extend([
+            "--lockstep-timeout".to_owned(),
+            self.lockstep.timeout.as_secs_f64().to_string(),
+        ]);
+        args.extend(
+            self.lockstep.names.iter().flat_map(|name| ["--lockstep".to_owned(), name.clone()]),
+        );
         args
     }
 }

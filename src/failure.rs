@@ -1,9 +1,11 @@
 //! Errors for the user.
 
-/// An error for the user: one line that says what is wrong and what to do. `-v` also prints its sources.
+/// An error for the user: one line that says what is wrong and what to do. `-v` also prints its
+/// sources.
 pub type Failure = Box<dyn std::error::Error + Send + Sync>;
 
-/// Converts an error of `regatta_plugin`, which doesn't implement [`std::error::Error`]; its message is already one line.
+/// Converts an error of `regatta_plugin`, which doesn't implement [`std::error::Error`]; its
+/// message is already one line.
 pub fn plugin_failure(error: regatta_plugin::Error) -> Failure {
     error.to_string().into()
 }

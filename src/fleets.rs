@@ -27,7 +27,10 @@ struct RunningFleet {
 }
 
 pub fn list(json: bool) -> Result<ExitCode, Failure> {
-    let fleets: Vec<_> = fleets()?.into_iter().map(|(name, processes)| RunningFleet::ask(name, &processes)).collect();
+    let fleets: Vec<_> = fleets()?
+        .into_iter()
+        .map(|(name, processes)| RunningFleet::ask(name, &processes))
+        .collect();
     if json {
         println!("{:#}", Value::from_iter(fleets.iter().map(RunningFleet::json)));
     } else if fleets.is_empty() {
@@ -42,7 +45,8 @@ pub fn list(json: bool) -> Result<ExitCode, Failure> {
 fn fleets() -> Result<BTreeMap<FleetName, Vec<Occupant>>, Failure> {
     let mut fleets: BTreeMap<_, Vec<_>> = BTreeMap::new();
     for occupant in health::occupants()?.into_iter().filter(|occupant| occupant.alive) {
-        if let Some((fleet, _)) = fleet_and_name(&occupant).and_then(|(fleet, name)| Some((fleet.parse().ok()?, name)))
+        if let Some((fleet, _)) =
+            fleet_and_name(&occupant).and_then(|(fleet, name)| Some((fleet.parse().ok()?, name)))
         {
             fleets.entry(fleet).or_default().push(occupant);
         }
@@ -59,7 +63,8 @@ impl RunningFleet {
     fn ask(name: FleetName, processes: &[Occupant]) -> Self {
         let status = ask_status(&name).map_err(|failure| failure.to_string());
         let producer = status.as_ref().ok().and_then(|status| producer(processes, status.pid));
-        let producer = producer.and_then(fleet_and_name).map(|(_, name)| name.to_owned()).unwrap_or_default();
+        let producer =
+            producer.and_then(fleet_and_name).map(|(_, name)| name.to_owned()).unwrap_or_default();
         Self { name, status, producer }
     }
 
@@ -73,7 +78,11 @@ impl RunningFleet {
 
     /// Returns the ticks per simulated second; `None` before the first tick.
     fn rate_hz(&self) -> Option<f64> {
-        let status = self.status.as_ref().ok().filter(|status| status.tick > 0 && status.sim_time_nanos > 0)?;
+        let status = self
+            .status
+            .as_ref()
+            .ok()
+            .filter(|status| status.tick > 0 && status.sim_time_nanos > 0)?;
         Some((status.tick as f64 / (status.sim_time_nanos as f64 * 1e-9) * 1000.0).round() / 1000.0)
     }
 
@@ -109,17 +118,22 @@ fn producer(processes: &[Occupant], pid: u32) -> Option<&Occupant> {
 fn table(fleets: &[RunningFleet]) -> String {
     let titles = ["FLEET", "PRODUCER", "PID", "ROBOTS", "RATE", "STATE"].map(str::to_owned);
     let rows = fleets.iter().map(|fleet| {
-        let number = |number: fn(&ControlResponse) -> u32| fleet.status.as_ref().map(|s| number(s).to_string());
+        let number = |number: fn(&ControlResponse) -> u32| {
+            fleet.status.as_ref().map(|s| number(s).to_string())
+        };
         let number = |figure| number(figure).unwrap_or_default();
         let rate = fleet.rate_hz().map(|rate| format!("{rate} Hz")).unwrap_or_default();
-        let (name, producer, state) = (fleet.name.to_string(), fleet.producer.clone(), fleet.state().to_owned());
+        let (name, producer, state) =
+            (fleet.name.to_string(), fleet.producer.clone(), fleet.state().to_owned());
         [name, producer, number(|status| status.pid), number(|status| status.robots), rate, state]
     });
     let rows: Vec<_> = std::iter::once(titles).chain(rows).collect();
-    let width = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
+    let width =
+        |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
     let widths: [usize; 6] = std::array::from_fn(width);
     let line = |row: &[String; 6]| {
-        let cells: String = row.iter().zip(widths).map(|(cell, width)| format!("{cell:<width$}  ")).collect();
+        let cells: String =
+            row.iter().zip(widths).map(|(cell, width)| format!("{cell:<width$}  ")).collect();
         cells.trim_end().to_owned() + "\n"
     };
     rows.iter().map(line).collect()
@@ -133,16 +147,20 @@ pub fn stop(target: &Target) -> Result<ExitCode, Failure> {
     let verified = producer(&processes, pid).filter(|occupant| is_same_program(occupant));
     let Some(occupant) = verified else {
         // In another container, for example, ids of processes are others.
-        return Err(
-            format!("process {pid} here isn't the producer of fleet '{fleet}'; stop it where it was started").into()
-        );
+        return Err(format!(
+            "process {pid} here isn't the producer of fleet '{fleet}'; stop it where it was started"
+        )
+        .into());
     };
     interrupt(occupant)?;
     let deadline = Instant::now() + END_TIMEOUT;
     while control.has_engine() {
         if Instant::now() > deadline {
             let secs = END_TIMEOUT.as_secs();
-            return Err(format!("the producer of fleet '{fleet}' (process {pid}) has not ended within {secs} s").into());
+            return Err(format!(
+                "the producer of fleet '{fleet}' (process {pid}) has not ended within {secs} s"
+            )
+            .into());
         }
         std::thread::sleep(Duration::from_millis(10));
     }
@@ -156,7 +174,8 @@ fn is_same_program(occupant: &Occupant) -> bool {
     let program = std::fs::read_link(format!("/proc/{}/exe", occupant.pid));
     program.is_ok_and(|path| {
         // The kernel appends ` (deleted)` when the program was built anew meanwhile.
-        let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        let name =
+            path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
         name.trim_end_matches(" (deleted)") == occupant.executable
     })
 }
@@ -172,8 +191,9 @@ fn is_same_program(_occupant: &Occupant) -> bool {
 fn interrupt(occupant: &Occupant) -> Result<(), Failure> {
     use rustix::process::{Pid, Signal, kill_process};
     let pid = Pid::from_raw(occupant.pid as i32).ok_or("the producer has no process id")?;
-    kill_process(pid, Signal::INT)
-        .map_err(|error| format!("can't stop {} (process {}): {error}", occupant.executable, occupant.pid).into())
+    kill_process(pid, Signal::INT).map_err(|error| {
+        format!("can't stop {} (process {}): {error}", occupant.executable, occupant.pid).into()
+    })
 }
 
 #[cfg(not(unix))]

@@ -27,7 +27,8 @@ pub enum GraphCommand {
         /// Print JSON
         #[arg(long)]
         json: bool,
-        /// Write a copy in which angles in degrees, repeated edges and ends that nearly meet are mended
+        /// Write a copy in which angles in degrees, repeated edges and ends that nearly meet are
+        /// mended
         #[arg(long, value_name = "FILE", conflicts_with = "json")]
         fix: Option<Destination>,
         #[command(flatten)]
@@ -145,15 +146,20 @@ pub struct Output {
 /// Runs `regatta graph`.
 ///
 /// # Errors
-/// Returns an error if a file can't be read or written, if a route graph is invalid, or if an argument is out of range.
+/// Returns an error if a file can't be read or written, if a route graph is invalid, or if an
+/// argument is out of range.
 pub fn run(command: GraphCommand) -> Result<ExitCode, Failure> {
     match command {
-        GraphCommand::Check { file, fix: Some(output), force, .. } => convert::fix(&file, &output, force)?,
+        GraphCommand::Check { file, fix: Some(output), force, .. } => {
+            convert::fix(&file, &output, force)?
+        }
         GraphCommand::Check { file, json, .. } => return check::run(&file, json),
         GraphCommand::Info { file, json } => info(&file, json)?,
         GraphCommand::Generate { generator } => generate(&generator)?,
         GraphCommand::Draw { file, output, force } => draw(&file, &output, force)?,
-        GraphCommand::Convert { file, output, to, force } => convert::run(&file, &output, to, force)?,
+        GraphCommand::Convert { file, output, to, force } => {
+            convert::run(&file, &output, to, force)?
+        }
         GraphCommand::Diff { first, second, layout } => return diff(&first, &second, &layout),
     }
     Ok(ExitCode::SUCCESS)
@@ -186,12 +192,17 @@ fn generate(generator: &Generator) -> Result<(), Failure> {
 }
 
 fn draw(file: &FileArgs, output: &Destination, force: Force) -> Result<(), Failure> {
-    let has_ending = |path: &Path, ending| path.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending));
+    let has_ending = |path: &Path, ending| {
+        path.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending))
+    };
     let png = match output {
         Destination::File(path) if has_ending(path, "png") => Some(path),
         Destination::File(path) if !has_ending(path, "svg") => {
             let name = path.display();
-            return Err(format!("{name}: a map is drawn as SVG or PNG; give a file that ends in .svg or .png").into());
+            return Err(format!(
+                "{name}: a map is drawn as SVG or PNG; give a file that ends in .svg or .png"
+            )
+            .into());
         }
         _ => None,
     };
@@ -222,7 +233,11 @@ impl FileArgs {
 
     /// Returns the name of the file in messages.
     fn name(&self) -> String {
-        if self.is_standard_input() { "standard input".to_owned() } else { self.file.display().to_string() }
+        if self.is_standard_input() {
+            "standard input".to_owned()
+        } else {
+            self.file.display().to_string()
+        }
     }
 
     fn is_standard_input(&self) -> bool {
@@ -240,9 +255,11 @@ impl FileArgs {
         let text = self.text()?;
         match graph::parse(&text, &self.name(), &self.options()) {
             Ok((graph, _)) => Ok(graph),
-            Err(_) if is_scenario(&text) => {
-                Err(format!("{}: this is a scenario; give the route graph that it names", self.name()).into())
-            }
+            Err(_) if is_scenario(&text) => Err(format!(
+                "{}: this is a scenario; give the route graph that it names",
+                self.name()
+            )
+            .into()),
             Err(error) => Err(error.into()),
         }
     }

@@ -1,4 +1,5 @@
-//! A run in lockstep as processes of this program, which write messages and figures into a temporary folder.
+//! A run in lockstep as processes of this program, which write messages and figures into a
+//! temporary folder.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -15,7 +16,8 @@ use crate::supervisor::{EndedChild, Supervisor};
 pub const ENGINE: &str = "engine";
 /// The time between two checks of the processes.
 pub const POLL_INTERVAL: Duration = Duration::from_millis(5);
-/// The longest time that the engine waits for a tick of the others: the first ones of a large fleet take seconds.
+/// The longest time that the engine waits for a tick of the others: the first ones of a large fleet
+/// take seconds.
 const LOCKSTEP_TIMEOUT_SECS: &str = "120";
 /// Room that a disk has unless it is full: more than the last words of all processes.
 const PROBE_BYTES: usize = 1 << 16;
@@ -31,7 +33,8 @@ pub struct LockstepRun {
 impl LockstepRun {
     /// Makes a run without processes, whose fleet is named after this process.
     pub fn new(name: &str) -> Result<Self, Failure> {
-        let folder = tempfile::tempdir().map_err(|error| format!("can't create a temporary folder: {error}"))?;
+        let folder = tempfile::tempdir()
+            .map_err(|error| format!("can't create a temporary folder: {error}"))?;
         let fleet = format!("{name}-{}", std::process::id()).parse()?;
         Ok(Self { fleet, supervisor: Supervisor::default(), folder })
     }
@@ -45,7 +48,8 @@ impl LockstepRun {
         self.folder.path()
     }
 
-    /// Starts an engine that makes some ticks at full speed with the members in lockstep, and then ends.
+    /// Starts an engine that makes some ticks at full speed with the members in lockstep, and then
+    /// ends.
     pub fn start_engine(
         &mut self,
         scenario: &Path,
@@ -75,7 +79,8 @@ impl LockstepRun {
     /// Gives a command the fleet, and a file for its messages: `NAME.log`.
     pub fn joined(&self, name: &str, mut command: Command) -> Result<Command, Failure> {
         let path = self.folder().join(format!("{name}.log"));
-        let log = File::create(&path).map_err(|error| format!("can't write to {}: {error}", path.display()))?;
+        let log = File::create(&path)
+            .map_err(|error| format!("can't write to {}: {error}", path.display()))?;
         command.args(["--fleet", self.fleet.as_str()]);
         command.stdin(Stdio::null()).stdout(log.try_clone()?).stderr(log);
         Ok(command)
@@ -96,7 +101,8 @@ impl LockstepRun {
         // If another one has failed, that is why the engine has.
         match ended.iter().filter(is_fault).max_by_key(|child| child.name != ENGINE) {
             Some(child) => {
-                let failure = child.failure().unwrap_or_else(|| format!("{} ended early", child.name));
+                let failure =
+                    child.failure().unwrap_or_else(|| format!("{} ended early", child.name));
                 Err(self.failure(&failure, &child.name))
             }
             None => Ok(!ended.is_empty()),
@@ -113,12 +119,17 @@ impl LockstepRun {
         let folder = self.folder();
         // What the processes say is of no use then: their last words found no room.
         if let Err(error) = fs::write(folder.join("probe"), [0; PROBE_BYTES]) {
-            return format!("can't write to {}: {error}", folder.parent().unwrap_or(folder).display()).into();
+            return format!(
+                "can't write to {}: {error}",
+                folder.parent().unwrap_or(folder).display()
+            )
+            .into();
         }
         let log = self.log(name);
         let line = log.lines().rfind(|line| !line.trim().is_empty()).unwrap_or("it said nothing");
         // Nobody finds the files of a run that is over.
-        let line = line.trim_start_matches("regatta: ").replace(&format!("{}/", folder.display()), "");
+        let line =
+            line.trim_start_matches("regatta: ").replace(&format!("{}/", folder.display()), "");
         format!("{failure}: {line}").into()
     }
 
@@ -130,14 +141,16 @@ impl LockstepRun {
     /// The figures in the file of a process, which may have written several.
     pub fn json(&self, name: &str, process: &str) -> Result<Value, Failure> {
         let text = fs::read_to_string(self.json_file(name)).unwrap_or_default();
-        serde_json::from_str(&text).map_err(|_| self.failure(&format!("{name} wrote no figures"), process))
+        serde_json::from_str(&text)
+            .map_err(|_| self.failure(&format!("{name} wrote no figures"), process))
     }
 }
 
 /// Returns the kinds of findings that the validator's figures have, with their counts.
 pub fn findings(validator: &Value) -> impl Iterator<Item = (String, u64)> {
     let kinds = validator["kinds"].as_array().into_iter().flatten();
-    let kinds = kinds.filter_map(|kind| Some((kind["kind"].as_str()?.to_owned(), kind["count"].as_u64()?)));
+    let kinds =
+        kinds.filter_map(|kind| Some((kind["kind"].as_str()?.to_owned(), kind["count"].as_u64()?)));
     kinds.filter(|(_, count)| *count > 0)
 }
 
@@ -149,17 +162,24 @@ mod tests {
 
     #[test]
     fn only_kinds_that_were_found_are_findings() {
-        let report = json!({"kinds": [{"kind": "contact", "count": 0}, {"kind": "idle", "count": 2}]});
+        let report =
+            json!({"kinds": [{"kind": "contact", "count": 0}, {"kind": "idle", "count": 2}]});
         assert_eq!(findings(&report).collect::<Vec<_>>(), [("idle".to_owned(), 2)]);
     }
 
     #[test]
     fn a_failure_has_the_last_line_and_no_temporary_folder() {
         let run = LockstepRun::new("test").expect("a run");
-        assert_eq!(run.failure("engine failed", ENGINE).to_string(), "engine failed: it said nothing");
+        assert_eq!(
+            run.failure("engine failed", ENGINE).to_string(),
+            "engine failed: it said nothing"
+        );
         let path = run.folder().join("scenario.yaml");
         let log = format!("a warning\nregatta: {}: no robots\n\n", path.display());
         fs::write(run.folder().join("engine.log"), log).expect("written");
-        assert_eq!(run.failure("engine failed", ENGINE).to_string(), "engine failed: scenario.yaml: no robots");
+        assert_eq!(
+            run.failure("engine failed", ENGINE).to_string(),
+            "engine failed: scenario.yaml: no robots"
+        );
     }
 }

@@ -1,5 +1,6 @@
-//! The command line of Regatta. `regatta run` starts the engine, the plugins and the viewer as child processes of this same
-//! binary. Each subcommand has a file of its own, which only connects the command line to the crate that does the work.
+//! The command line of Regatta. `regatta run` starts the engine, the plugins and the viewer as
+//! child processes of this same binary. Each subcommand has a file of its own, which only connects
+//! the command line to the crate that does the work.
 
 mod arguments;
 mod cli;
@@ -70,7 +71,9 @@ fn dispatch(cli: Cli) -> Result<ExitCode, Failure> {
         Command::Speed { speed, target } => control::speed(speed, &target),
         Command::Seek { time, target } => control::seek(time.0, &target),
         Command::Robots { command: Some(command), .. } => order::run(command.into()),
-        Command::Robots { robots, target, .. } => control::robots(robots.map_or(0, |robots| robots.0), &target),
+        Command::Robots { robots, target, .. } => {
+            control::robots(robots.map_or(0, |robots| robots.0), &target)
+        }
         Command::Order { command } => order::run(command),
         Command::Status { json, target } => control::status(json, &target),
         Command::List { json } => fleets::list(json),

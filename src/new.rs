@@ -29,30 +29,40 @@ pub struct NewArgs {
 /// Runs `regatta new`.
 ///
 /// # Errors
-/// Returns an error if the layout can't be read or has errors, or if the folder has such files already.
+/// Returns an error if the layout can't be read or has errors, or if the folder has such files
+/// already.
 pub fn run(args: &NewArgs) -> Result<(), Failure> {
     let (graph, findings) = graph::read(&args.plant, &args.layout.options())?;
     // In the folder, the background lies beside the layout.
     let background = args.layout.background.as_deref().and_then(Path::file_name).map(PathBuf::from);
     let layout = LayoutArgs { background, ..args.layout.clone() };
     let options = layout.options();
-    let name = args.plant.file_name().ok_or("give the path of a layout file")?.to_string_lossy().into_owned();
+    let name = args
+        .plant
+        .file_name()
+        .ok_or("give the path of a layout file")?
+        .to_string_lossy()
+        .into_owned();
     let folder = args.output.clone().unwrap_or_else(|| PathBuf::from(stem(&name)));
     let files = [
         ("scenario.yaml", made_up_scenario(&graph, &name, &options).into_bytes()),
         ("README.md", readme(&name, &layout, &graph).into_bytes()),
     ];
-    let with_companions = |path: &Path| std::iter::once(path.to_owned()).chain(graph::format::companions(path));
-    let copies = std::iter::once(&args.plant).chain(&args.layout.background).flat_map(|path| with_companions(path));
-    let copies: BTreeMap<_, _> = copies.filter_map(|from| Some((folder.join(from.file_name()?), from))).collect();
+    let with_companions =
+        |path: &Path| std::iter::once(path.to_owned()).chain(graph::format::companions(path));
+    let copies = std::iter::once(&args.plant)
+        .chain(&args.layout.background)
+        .flat_map(|path| with_companions(path));
+    let copies: BTreeMap<_, _> =
+        copies.filter_map(|from| Some((folder.join(from.file_name()?), from))).collect();
     let is_new = |path: &Path| check_file(path, args.force).map(|_| ());
     files.iter().try_for_each(|(name, _)| is_new(&folder.join(name)))?;
     copies.iter().try_for_each(|(to, _)| is_new(to))?;
 
     fs::create_dir_all(&folder).map_err(|error| unwritable(&folder, &error))?;
     for (to, from) in &copies {
-        let bytes =
-            fs::read(from).map_err(|error| format!("{}: can't read: {error}; check the path", from.display()))?;
+        let bytes = fs::read(from)
+            .map_err(|error| format!("{}: can't read: {error}; check the path", from.display()))?;
         write_file(to, &bytes, args.force)?;
     }
     for (name, bytes) in &files {
@@ -62,7 +72,8 @@ pub fn run(args: &NewArgs) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Returns the name of a file without its ending, and without that of its format in names such as `plant.lif.json`.
+/// Returns the name of a file without its ending, and without that of its format in names such as
+/// `plant.lif.json`.
 fn stem(name: &str) -> &str {
     name.split('.').next().filter(|stem| !stem.is_empty()).unwrap_or("plant")
 }
@@ -75,7 +86,11 @@ fn print_summary(folder: &Path, graph: &RouteGraph, warnings: usize) {
 }
 
 fn counts(graph: &RouteGraph) -> String {
-    let counts = [(graph.edges().len(), "edge"), (graph.nodes().len(), "node"), (graph.stations().len(), "station")];
+    let counts = [
+        (graph.edges().len(), "edge"),
+        (graph.nodes().len(), "node"),
+        (graph.stations().len(), "station"),
+    ];
     counts.map(|(count, noun)| with_plural(count, noun)).join(", ")
 }
 
@@ -99,5 +114,9 @@ fn readme(name: &str, layout: &LayoutArgs, graph: &RouteGraph) -> String {
 /// Returns a word for a shell.
 fn quoted(word: &str) -> String {
     let is_plain = |letter: char| letter.is_alphanumeric() || "-_=./:,+".contains(letter);
-    if word.chars().all(is_plain) { word.to_owned() } else { format!("'{}'", word.replace('\'', r"'\''")) }
+    if word.chars().all(is_plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
 }

@@ -61,11 +61,13 @@ pub enum OrderCommand {
     Break(Robot),
     /// Repair a robot that is broken.
     Repair(Robot),
-    /// Close an edge: no robot enters it, whoever is on it leaves it, and no new route leads along it.
+    /// Close an edge: no robot enters it, whoever is on it leaves it, and no new route leads along
+    /// it.
     Close(Edge),
     /// Open a closed edge again.
     Open(Edge),
-    /// Ask the fleet manager to send a robot to a node: at once, or with a load when its order is finished.
+    /// Ask the fleet manager to send a robot to a node: at once, or with a load when its order is
+    /// finished.
     Send {
         #[command(flatten)]
         robot: Robot,
@@ -147,8 +149,12 @@ pub fn run(command: OrderCommand) -> Result<ExitCode, Failure> {
             };
             Ok(accepted(&answer))
         }
-        OrderCommand::Extend { robot, edges } => send(&robot, |orders, id| orders.extend(id, &edges.edges)),
-        OrderCommand::Release { robot, edge, metres } => send(&robot, |orders, id| orders.release(id, edge, metres)),
+        OrderCommand::Extend { robot, edges } => {
+            send(&robot, |orders, id| orders.extend(id, &edges.edges))
+        }
+        OrderCommand::Release { robot, edge, metres } => {
+            send(&robot, |orders, id| orders.release(id, edge, metres))
+        }
         OrderCommand::Hold(robot) => send(&robot, Orders::hold),
         OrderCommand::Resume(robot) => send(&robot, Orders::resume),
         OrderCommand::Cancel(robot) => send(&robot, Orders::cancel),
@@ -162,18 +168,25 @@ pub fn run(command: OrderCommand) -> Result<ExitCode, Failure> {
             Ok(accepted(&join(&target)?.send(|orders| orders.open_edge(edge))?))
         }
         OrderCommand::Send { robot: Robot { robot, target }, node } => {
-            let node = join(&target)?.world(|world| Ok::<_, Failure>(world.nodes()[find_node(world, &node)?].id))??;
+            let node = join(&target)?
+                .world(|world| Ok::<_, Failure>(world.nodes()[find_node(world, &node)?].id))??;
             Ok(asked(&ManagerClient::open(&target.fleet)?.send(robot, node)?))
         }
-        OrderCommand::Recall(Robot { robot, target }) => Ok(asked(&ManagerClient::open(&target.fleet)?.recall(robot)?)),
+        OrderCommand::Recall(Robot { robot, target }) => {
+            Ok(asked(&ManagerClient::open(&target.fleet)?.recall(robot)?))
+        }
         OrderCommand::Spawn { node, edge, at, robot_type, target } => {
             let mut fleet = join(&target)?;
             let robot_type = robot_type_index(&fleet, robot_type.as_deref())?;
             let answer = match (node, edge) {
-                (_, Some(edge)) => fleet.send(|orders| orders.spawn_on_edge(robot_type, edge, at))?,
+                (_, Some(edge)) => {
+                    fleet.send(|orders| orders.spawn_on_edge(robot_type, edge, at))?
+                }
                 (node, None) => {
                     let name = node.unwrap_or_default();
-                    let node = fleet.world(|world| Ok::<_, Failure>(world.nodes()[find_node(world, &name)?].id))??;
+                    let node = fleet.world(|world| {
+                        Ok::<_, Failure>(world.nodes()[find_node(world, &name)?].id)
+                    })??;
                     fleet.send(|orders| orders.spawn_at_node(robot_type, node))?
                 }
             };
@@ -192,7 +205,10 @@ fn leg(text: &str) -> Result<RouteLeg, String> {
         Some(digits) => (digits, RouteLeg::reverse),
         None => (text.trim(), RouteLeg::forward),
     };
-    digits.parse().map(leg).map_err(|_| "give the id of an edge, or -ID to drive it in reverse gear".to_owned())
+    digits
+        .parse()
+        .map(leg)
+        .map_err(|_| "give the id of an edge, or -ID to drive it in reverse gear".to_owned())
 }
 
 fn join(target: &Target) -> Result<Dispatcher, Failure> {
@@ -224,7 +240,8 @@ fn robot_type_index(fleet: &Dispatcher, name: Option<&str>) -> Result<u32, Failu
         let types = world.robot_types().iter().map(|robot_type| robot_type.name().to_owned());
         let names: Vec<_> = types.collect();
         let found = names.iter().position(|other| other == name);
-        let unknown = || format!("no robot type is called '{name}'; there are {}", names.join(", "));
+        let unknown =
+            || format!("no robot type is called '{name}'; there are {}", names.join(", "));
         Ok(found.ok_or_else(unknown)? as u32)
     })?
 }

@@ -1,4 +1,5 @@
-//! `regatta orders`: lists, shows, cancels and imports the transport orders of a running fleet manager, through its web API.
+//! `regatta orders`: lists, shows, cancels and imports the transport orders of a running fleet
+//! manager, through its web API.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -39,7 +40,8 @@ pub enum OrdersCommand {
         #[command(flatten)]
         manager: Manager,
     },
-    /// Send all orders of a file, or none: CSV (name,time,priority,earliest,deadline,stops) or YAML.
+    /// Send all orders of a file, or none: CSV (name,time,priority,earliest,deadline,stops) or
+    /// YAML.
     Import {
         /// The file; its times are in seconds of simulated time.
         file: PathBuf,
@@ -62,8 +64,8 @@ pub struct Manager {
 impl Manager {
     fn client(&self) -> Result<Client, Failure> {
         let read = |path: &PathBuf| {
-            let text =
-                std::fs::read_to_string(path).map_err(|error| format!("can't read {} ({error})", path.display()));
+            let text = std::fs::read_to_string(path)
+                .map_err(|error| format!("can't read {} ({error})", path.display()));
             text.map(|text| text.trim().to_owned())
         };
         let token = self.token_file.as_ref().map(read).transpose()?;
@@ -73,11 +75,15 @@ impl Manager {
 
 pub fn run(command: OrdersCommand) -> Result<ExitCode, Failure> {
     match command {
-        OrdersCommand::List { state, json, manager } => list(&manager.client()?, state.as_deref(), json)?,
+        OrdersCommand::List { state, json, manager } => {
+            list(&manager.client()?, state.as_deref(), json)?
+        }
         OrdersCommand::Show { name, manager } => {
             println!("{:#}", manager.client()?.get(&Client::order_path(&name))?);
         }
-        OrdersCommand::Cancel { name, immediate, manager } => cancel(&manager.client()?, &name, immediate)?,
+        OrdersCommand::Cancel { name, immediate, manager } => {
+            cancel(&manager.client()?, &name, immediate)?
+        }
         OrdersCommand::Import { file, manager } => import(&manager.client()?, read_orders(&file)?)?,
     }
     Ok(ExitCode::SUCCESS)
@@ -89,7 +95,9 @@ const PAGE: usize = 10_000;
 fn list(client: &Client, state: Option<&str>, as_json: bool) -> Result<(), Failure> {
     let is_word = |state: &&str| state.chars().all(|c| c.is_ascii_alphabetic());
     let state = match state {
-        Some(state) if !is_word(&state) => return Err(format!("`{}` is no state", state.escape_debug()).into()),
+        Some(state) if !is_word(&state) => {
+            return Err(format!("`{}` is no state", state.escape_debug()).into());
+        }
         Some(state) => format!("&state={state}"),
         None => String::new(),
     };
@@ -120,7 +128,8 @@ fn line(order: &Value) -> String {
     let text = |name: &str| order[name].as_str().unwrap_or("-");
     let stops = order["destinations"].as_array().into_iter().flatten();
     let stops: Vec<_> = stops.filter_map(|stop| stop["locationName"].as_str()).collect();
-    let (robot, priority, stops) = (text("processingVehicle"), &order["priority"], stops.join(" → "));
+    let (robot, priority, stops) =
+        (text("processingVehicle"), &order["priority"], stops.join(" → "));
     format!("{:<24} {:<11} {robot:>6} {priority:>8}  {stops}", text("name"), text("state"))
 }
 
@@ -141,7 +150,8 @@ fn import(client: &Client, orders: Vec<TimedDraft>) -> Result<(), Failure> {
         draft
     });
     let body = json!(drafts.collect::<Vec<_>>());
-    let kept = client.post("/v1/transportOrders", &body).map_err(|error| with_line(error, &lines))?;
+    let kept =
+        client.post("/v1/transportOrders", &body).map_err(|error| with_line(error, &lines))?;
     println!("{} orders imported", kept.as_array().map_or(0, Vec::len));
     Ok(())
 }
@@ -150,6 +160,7 @@ fn import(client: &Client, orders: Vec<TimedDraft>) -> Result<(), Failure> {
 fn with_line(error: ClientError, lines: &[usize]) -> Failure {
     let text = error.to_string();
     let place = text.strip_prefix("order ").and_then(|rest| rest.split_once(": "));
-    let line = place.and_then(|(number, reason)| Some((lines.get(number.parse::<usize>().ok()? - 1)?, reason)));
+    let line = place
+        .and_then(|(number, reason)| Some((lines.get(number.parse::<usize>().ok()? - 1)?, reason)));
     line.map_or_else(|| error.into(), |(line, reason)| format!("line {line}: {reason}").into())
 }

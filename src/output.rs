@@ -1,4 +1,5 @@
-//! The files that commands write: each is there as a whole or not at all, and none replaces another without `--force`.
+//! The files that commands write: each is there as a whole or not at all, and none replaces another
+//! without `--force`.
 
 use std::ffi::OsString;
 use std::fs::{self, File, Metadata};
@@ -35,7 +36,8 @@ pub struct Force {
 }
 
 impl Destination {
-    /// Returns an error if [`write`](Self::write) would refuse to write here. Commands call it before long work.
+    /// Returns an error if [`write`](Self::write) would refuse to write here. Commands call it
+    /// before long work.
     pub fn check(&self, force: Force) -> Result<(), Failure> {
         match self {
             Self::StandardOutput => Ok(()),
@@ -68,9 +70,11 @@ pub fn check_file(path: &Path, force: Force) -> Result<Option<Metadata>, Failure
     Ok(Some(metadata))
 }
 
-/// Writes a file that appears under its name only when it is complete. Pipes and devices are written to directly.
+/// Writes a file that appears under its name only when it is complete. Pipes and devices are
+/// written to directly.
 pub fn write_file(path: &Path, bytes: &[u8], force: Force) -> Result<(), Failure> {
-    // An interrupt from now on doesn't leave half a file: this command ends when the file is complete.
+    // An interrupt from now on doesn't leave half a file: this command ends when the file is
+    // complete.
     Termination::watch().map_err(plugin_failure)?;
     let written = match check_file(path, force)? {
         Some(metadata) if !metadata.is_file() => {
@@ -81,15 +85,17 @@ pub fn write_file(path: &Path, bytes: &[u8], force: Force) -> Result<(), Failure
     written.map_err(|error| unwritable(path, &error))
 }
 
-/// Returns the error of writing a file or a folder. The system's own text may name a temporary file, which tells nobody
-/// anything.
+/// Returns the error of writing a file or a folder. The system's own text may name a temporary
+/// file, which tells nobody anything.
 pub fn unwritable(path: &Path, error: &io::Error) -> Failure {
     let what_to_do = match error.kind() {
         io::ErrorKind::NotFound => "the folder doesn't exist: create it, or give another",
         io::ErrorKind::PermissionDenied => "you may not write there: give another folder",
         io::ErrorKind::StorageFull => "the disk is full: make room, or give another folder",
         io::ErrorKind::NotADirectory => "a part of the path is a file: give a folder",
-        kind => return format!("{}: can't write: {kind}; give another path", path.display()).into(),
+        kind => {
+            return format!("{}: can't write: {kind}; give another path", path.display()).into();
+        }
     };
     format!("{}: can't write: {what_to_do}", path.display()).into()
 }
@@ -99,11 +105,13 @@ pub fn with_plural(count: usize, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
-/// Writes a temporary file in the same folder and renames it. It keeps the permissions of the file that it replaces.
+/// Writes a temporary file in the same folder and renames it. It keeps the permissions of the file
+/// that it replaces.
 fn write_beside(path: &Path, bytes: &[u8], replaced: Option<Metadata>) -> io::Result<()> {
     // A symbolic link stays; the file that it leads to is replaced.
     let target = if replaced.is_some() { fs::canonicalize(path)? } else { path.to_owned() };
-    let folder = target.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder =
+        target.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let mut builder = tempfile::Builder::new();
     builder.prefix(".regatta-");
     #[cfg(unix)]
@@ -131,7 +139,9 @@ mod tests {
 
     fn names(folder: &Path) -> Vec<String> {
         let entries = fs::read_dir(folder).expect("a folder");
-        entries.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned()).collect()
+        entries
+            .map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned())
+            .collect()
     }
 
     #[test]
@@ -144,10 +154,19 @@ mod tests {
         assert_eq!(fs::read(&path).expect("readable"), b"one");
         write_file(&path, b"two", FORCE).expect("replaced");
         assert_eq!(fs::read(&path).expect("readable"), b"two");
-        assert!(write_file(folder.path(), b"", FORCE).expect_err("a folder").to_string().contains("a folder"));
-        let error = write_file(&folder.path().join("no/a.txt"), b"", FORCE).expect_err("no folder").to_string();
         assert!(
-            error.ends_with("no/a.txt: can't write: the folder doesn't exist: create it, or give another"),
+            write_file(folder.path(), b"", FORCE)
+                .expect_err("a folder")
+                .to_string()
+                .contains("a folder")
+        );
+        let error = write_file(&folder.path().join("no/a.txt"), b"", FORCE)
+            .expect_err("no folder")
+            .to_string();
+        assert!(
+            error.ends_with(
+                "no/a.txt: can't write: the folder doesn't exist: create it, or give another"
+            ),
             "{error}"
         );
         assert_eq!(names(folder.path()), ["a.txt"]);
@@ -166,6 +185,7 @@ mod tests {
         assert!(fs::symlink_metadata(&link).expect("a link").is_symlink());
         assert_eq!(fs::read(&path).expect("readable"), b"two");
         assert_eq!(fs::metadata(&path).expect("metadata").permissions().mode() & 0o777, 0o640);
-        write_file(Path::new("/dev/null"), b"gone", KEEP).expect("a device is no file that could be lost");
+        write_file(Path::new("/dev/null"), b"gone", KEEP)
+            .expect("a device is no file that could be lost");
     }
 }

@@ -1,6 +1,7 @@
-//! Errors while writing to standard output or standard error: the reader of a pipe is gone (`regatta … | head`), or a
-//! disk is full. `println!` panics in that case. The panic unwinds, so that nothing is left behind in shared memory; this
-//! module turns it into an exit code instead of a panic message.
+//! Errors while writing to standard output or standard error: the reader of a pipe is gone
+//! (`regatta … | head`), or a disk is full. `println!` panics in that case. The panic unwinds, so
+//! that nothing is left behind in shared memory; this module turns it into an exit code instead of
+//! a panic message.
 
 use std::any::Any;
 use std::io::Write;
@@ -24,8 +25,8 @@ pub fn caused(panic: &(dyn Any + Send)) -> bool {
     reason(panic).is_some()
 }
 
-/// Returns the exit code for such a panic. A broken pipe ends the program silently; any other reason (for example a full
-/// disk) is printed.
+/// Returns the exit code for such a panic. A broken pipe ends the program silently; any other
+/// reason (for example a full disk) is printed.
 pub fn exit_code(panic: &(dyn Any + Send)) -> ExitCode {
     let reason = reason(panic).unwrap_or_default();
     if reason.to_ascii_lowercase().contains("broken pipe") {

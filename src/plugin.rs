@@ -113,12 +113,12 @@ fn names() -> String {
     PLUGINS.iter().map(|plugin| plugin.name).collect::<Vec<_>>().join(", ")
 }
 
-/// Turns `regatta plugin` into a command with a subcommand per plugin, as completions and man pages show it. (To parse a
-/// command line, everything after the name goes to the plugin as it is.)
+/// Turns `regatta plugin` into a command with a subcommand per plugin, as completions and man pages
+/// show it. (To parse a command line, everything after the name goes to the plugin as it is.)
 pub fn with_subcommands(command: Command) -> Command {
-    let subcommands = PLUGINS
-        .iter()
-        .map(|plugin| (plugin.add_options)(Command::new(plugin.name)).name(plugin.name).about(plugin.about));
+    let subcommands = PLUGINS.iter().map(|plugin| {
+        (plugin.add_options)(Command::new(plugin.name)).name(plugin.name).about(plugin.about)
+    });
     // A command's arguments can't be removed; only `about` is worth keeping.
     let about = command.get_about().cloned().unwrap_or_default();
     Command::new("plugin").about(about).subcommands(subcommands)
@@ -126,10 +126,15 @@ pub fn with_subcommands(command: Command) -> Command {
 
 pub fn run(args: PluginArgs) -> Result<ExitCode, Failure> {
     let Some(name) = args.name_and_args.first() else {
-        return Err(format!("the name of the plugin is missing; the built-in plugins are: {}", names()).into());
+        return Err(format!(
+            "the name of the plugin is missing; the built-in plugins are: {}",
+            names()
+        )
+        .into());
     };
     if ["-h", "--help"].contains(&name.as_str()) {
-        let plugins = PLUGINS.iter().map(|plugin| format!("  {:<13}  {}\n", plugin.name, plugin.about));
+        let plugins =
+            PLUGINS.iter().map(|plugin| format!("  {:<13}  {}\n", plugin.name, plugin.about));
         println!(
             "Run one of the built-in plugins, in this process\n\nUsage: regatta plugin NAME [OPTIONS]\n\nPlugins:\n{}\n\
              For a plugin's options: regatta plugin NAME --help",

@@ -1,4 +1,5 @@
-//! Progress of work that takes long: nothing for a second, then a bar on a terminal, and a line now and then elsewhere.
+//! Progress of work that takes long: nothing for a second, then a bar on a terminal, and a line now
+//! and then elsewhere.
 
 use std::io::IsTerminal;
 use std::sync::Arc;
@@ -37,10 +38,12 @@ impl Progress {
     /// Begins work of a number of steps; 0 if that isn't known. `current` says what it does first.
     pub fn start(current: impl Into<String>, steps: u64) -> Self {
         let current = Mutex::new(current.into());
-        let state = Arc::new(State { steps, done: AtomicU64::new(0), current, started: Instant::now() });
+        let state =
+            Arc::new(State { steps, done: AtomicU64::new(0), current, started: Instant::now() });
         let (end, ended) = mpsc::channel();
         let shown = Arc::clone(&state);
-        let thread = std::thread::Builder::new().name("progress".into()).spawn(move || show(&shown, &ended));
+        let thread =
+            std::thread::Builder::new().name("progress".into()).spawn(move || show(&shown, &ended));
         // Without a thread there is no progress to see, which is no reason to fail.
         Self { state, end: Some(end), thread: thread.ok() }
     }
@@ -74,7 +77,10 @@ impl State {
         let (current, secs) = (self.current(), self.started.elapsed().as_secs());
         match self.steps {
             0 => format!("{current}: {secs} s"),
-            steps => format!("{current}: {} of {steps} done after {secs} s", self.done.load(Ordering::Relaxed)),
+            steps => format!(
+                "{current}: {} of {steps} done after {secs} s",
+                self.done.load(Ordering::Relaxed)
+            ),
         }
     }
 }

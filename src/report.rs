@@ -1,5 +1,5 @@
-//! `regatta report`: measures accuracy and speed on a real engine process with a reader attached. Every report writes
-//! Markdown and JSON; most also draw an SVG plot.
+//! `regatta report`: measures accuracy and speed on a real engine process with a reader attached.
+//! Every report writes Markdown and JSON; most also draw an SVG plot.
 
 mod accuracy;
 mod experiment;

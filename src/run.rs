@@ -18,7 +18,8 @@ use crate::scenario::Demo;
 use crate::supervisor::{EndedChild, Supervisor};
 use crate::{control, plugin, scenario};
 
-/// The longest time until the engine's first response: it compiles the route graph first, which may be large.
+/// The longest time until the engine's first response: it compiles the route graph first, which may
+/// be large.
 const START_TIMEOUT: Duration = Duration::from_secs(60);
 /// The time between two checks of the children.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
@@ -38,12 +39,14 @@ pub struct RunArgs {
     /// Scenario or layout file, - for standard input; the built-in demo if not given.
     #[arg(value_hint = clap::ValueHint::FilePath)]
     scenario: Option<PathBuf>,
-    /// Run the built-in demo without the fleet manager: robots drive at random, and touch each other.
+    /// Run the built-in demo without the fleet manager: robots drive at random, and touch each
+    /// other.
     #[arg(long, conflicts_with = "scenario")]
     unmanaged: bool,
     #[command(flatten)]
     options: EngineOptions,
-    /// Stop after this time on the wall clock, however fast the fleet runs: 10 (seconds), 5min, 1h …
+    /// Stop after this time on the wall clock, however fast the fleet runs: 10 (seconds), 5min, 1h
+    /// …
     #[arg(long = "for", value_name = "TIME")]
     time_limit: Option<Time>,
     /// Print JSON: a line about the fleet, then its status once per second.
@@ -76,9 +79,13 @@ pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
     match scenario.viewer {
         Viewer::Off => {}
         Viewer::Auto if !HAS_VIEWER => {
-            eprintln!("regatta: built without the feature 'viewer'; the run continues without a viewer");
+            eprintln!(
+                "regatta: built without the feature 'viewer'; the run continues without a viewer"
+            );
         }
-        Viewer::Auto if !has_display() => eprintln!("regatta: no display; the run continues without a viewer"),
+        Viewer::Auto if !has_display() => {
+            eprintln!("regatta: no display; the run continues without a viewer")
+        }
         Viewer::Auto | Viewer::On => {
             supervisor.start(VIEWER, &mut viewer_command(fleet, &scenario)?)?;
         }
@@ -93,8 +100,9 @@ pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
     Ok(if success { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// Reads the scenario. The engine reads it too; reading it here first reports an error once, before any process starts. Also
-/// returns the text of standard input, if the scenario came from there, for the engine to read again.
+/// Reads the scenario. The engine reads it too; reading it here first reports an error once, before
+/// any process starts. Also returns the text of standard input, if the scenario came from there,
+/// for the engine to read again.
 fn read_scenario(args: &RunArgs) -> Result<(Scenario, Option<File>), Failure> {
     let (path, overrides) = (args.scenario.as_deref(), args.options.overrides());
     if !scenario::is_standard_input(path) {
@@ -152,14 +160,19 @@ fn print_summary(scenario: &Scenario, args: &RunArgs) {
     let rate_hz = (1.0 / scenario.tick_period.as_secs_f64()).round();
     if args.json {
         let fleet = fleet.as_str();
-        println!("{}", serde_json::json!({"fleet": fleet, "robots": robots, "edges": edges, "rate_hz": rate_hz}));
+        println!(
+            "{}",
+            serde_json::json!({"fleet": fleet, "robots": robots, "edges": edges, "rate_hz": rate_hz})
+        );
     } else {
-        println!("fleet '{fleet}': {robots} robots on {edges} edges, {rate_hz} ticks a second; Ctrl-C stops");
+        println!(
+            "fleet '{fleet}': {robots} robots on {edges} edges, {rate_hz} ticks a second; Ctrl-C stops"
+        );
     }
 }
 
-/// The child processes that a run can't continue without. Plugins aren't among them: neither the engine nor another plugin
-/// depends on a plugin.
+/// The child processes that a run can't continue without. Plugins aren't among them: neither the
+/// engine nor another plugin depends on a plugin.
 struct Required {
     /// The process id of the engine.
     engine_pid: u32,
@@ -173,7 +186,8 @@ impl Required {
     }
 }
 
-/// Prints the failures of children that have ended. Returns whether the run is over and whether it is still a success.
+/// Prints the failures of children that have ended. Returns whether the run is over and whether it
+/// is still a success.
 fn report_ended(children: &[EndedChild], required: &Required) -> (bool, bool) {
     let (mut over, mut success) = (false, true);
     for child in children {
@@ -181,9 +195,13 @@ fn report_ended(children: &[EndedChild], required: &Required) -> (bool, bool) {
         over |= child.name == ENGINE;
         let Some(failure) = child.failure() else { continue };
         over |= is_required;
-        // An optional viewer that fails doesn't make the run a failure; it has printed its error itself.
+        // An optional viewer that fails doesn't make the run a failure; it has printed its error
+        // itself.
         success &= child.name == VIEWER && !is_required;
-        eprintln!("regatta: {failure}{}", if is_required { "" } else { "; the run continues without it" });
+        eprintln!(
+            "regatta: {failure}{}",
+            if is_required { "" } else { "; the run continues without it" }
+        );
     }
     (over, success)
 }
@@ -216,14 +234,17 @@ fn watch(
         }
         if Instant::now() >= next_line && control.has_engine() {
             match control.status() {
-                // Another engine has this fleet name: this run's engine is about to report that and end.
+                // Another engine has this fleet name: this run's engine is about to report that and
+                // end.
                 Ok(status) if status.pid != required.engine_pid => {}
                 Ok(status) => println!("{}", format(&status)),
-                // Either the engine has ended, which the next iteration reports, or the next request succeeds.
+                // Either the engine has ended, which the next iteration reports, or the next
+                // request succeeds.
                 Err(error) => tracing::info!("{error}"),
             }
             answered = true;
-            // Lines that are missing after a pause of this process or of the engine are not printed later.
+            // Lines that are missing after a pause of this process or of the engine are not printed
+            // later.
             next_line = (next_line + STATUS_INTERVAL).max(Instant::now());
         }
         if !answered && started.elapsed() > START_TIMEOUT {
@@ -237,7 +258,8 @@ fn watch(
 
 /// Returns a command that starts this executable.
 fn this_program() -> Result<Command, Failure> {
-    let path = std::env::current_exe().map_err(|error| format!("can't find the path of this program: {error}"))?;
+    let path = std::env::current_exe()
+        .map_err(|error| format!("can't find the path of this program: {error}"))?;
     Ok(Command::new(path))
 }
 
@@ -299,24 +321,38 @@ mod tests {
     #[test]
     fn the_viewer_receives_the_lights_and_cameras_of_the_scenario() {
         let lights = "[{x: -1.5, y: 2, z: 3}, {x: 4, y: 5e2, z: 6, colour: [1, 0.5, 0.25]}]";
-        let cameras =
-            "[{name: dock, x: 4, y: -3, z: 12, yaw: 1.5, pitch: 0.9}, {name: west hall, x: 2.5, y: 1, height: 40}]";
-        let text = format!("graph: none.yaml\nlights: {lights}\ncameras: {cameras}\nrobots: [{{node: 1}}]\n");
+        let cameras = "[{name: dock, x: 4, y: -3, z: 12, yaw: 1.5, pitch: 0.9}, {name: west hall, x: 2.5, y: 1, height: 40}]";
+        let text = format!(
+            "graph: none.yaml\nlights: {lights}\ncameras: {cameras}\nrobots: [{{node: 1}}]\n"
+        );
         let graph = include_str!("../graphs/square.yaml");
-        let scenario =
-            Scenario::from_texts(&text, graph, Path::new("test"), &Overrides::default()).expect("a valid scenario");
-        let command = viewer_command(&"lit".parse().expect("a name"), &scenario).expect("a command");
-        let arguments: Vec<_> = command.get_args().map(|argument| argument.to_string_lossy().into_owned()).collect();
-        let lights = ["viewer", "--fleet", "lit", "--light", "-1.5,2,3,1,1,1", "--light", "4,500,6,1,0.5,0.25"];
+        let scenario = Scenario::from_texts(&text, graph, Path::new("test"), &Overrides::default())
+            .expect("a valid scenario");
+        let command =
+            viewer_command(&"lit".parse().expect("a name"), &scenario).expect("a command");
+        let arguments: Vec<_> =
+            command.get_args().map(|argument| argument.to_string_lossy().into_owned()).collect();
+        let lights = [
+            "viewer",
+            "--fleet",
+            "lit",
+            "--light",
+            "-1.5,2,3,1,1,1",
+            "--light",
+            "4,500,6,1,0.5,0.25",
+        ];
         let cameras = ["--bookmark", "dock=4,-3,12,1.5,0.9", "--bookmark", "west hall=2.5,1,40"];
         assert_eq!(arguments, [&lights[..], &cameras].concat());
 
         let parser = regatta_viewer::Options::augment_args(clap::Command::new("viewer"));
         let matches = parser.try_get_matches_from(&arguments).expect("valid options of the viewer");
-        let options = regatta_viewer::Options::from_arg_matches(&matches).expect("valid options of the viewer");
-        let positions: Vec<_> = options.look.scene().lights.iter().map(|light| light.position.to_array()).collect();
+        let options = regatta_viewer::Options::from_arg_matches(&matches)
+            .expect("valid options of the viewer");
+        let positions: Vec<_> =
+            options.look.scene().lights.iter().map(|light| light.position.to_array()).collect();
         assert_eq!(positions, [[-1.5, 2.0, 3.0], [4.0, 500.0, 6.0]]);
-        let names: Vec<_> = options.bookmark.iter().map(|bookmark| bookmark.name.as_str()).collect();
+        let names: Vec<_> =
+            options.bookmark.iter().map(|bookmark| bookmark.name.as_str()).collect();
         assert_eq!(names, ["dock", "west hall"]);
         let hall = &options.bookmark[1].view;
         assert!(matches!(hall, CameraOption::Eye(camera) if camera.is_plan()), "{hall:?}");
@@ -330,14 +366,21 @@ mod tests {
             ("[{name: 'a=b', x: 0, y: 0, height: 4}]", "without , and ="),
             ("[{name: a, x: 0, y: 0, height: 0}]", "above 0"),
             ("[{name: a, x: 0, y: 0, z: 3}]", "either z, yaw and pitch"),
-            ("[{name: a, x: 0, y: 0, z: 3, yaw: 0, pitch: 1, height: 2}]", "either z, yaw and pitch"),
+            (
+                "[{name: a, x: 0, y: 0, z: 3, yaw: 0, pitch: 1, height: 2}]",
+                "either z, yaw and pitch",
+            ),
             ("[{name: a, x: .nan, y: 0, height: 2}]", "out of range"),
             ("[{name: a, x: 0, y: 0, height: 2}, {name: a, x: 0, y: 0, height: 3}]", "used twice"),
         ] {
             let text = format!("graph: none.yaml\ncameras: {cameras}\nrobots: [{{node: 1}}]\n");
-            let error = Scenario::from_texts(&text, graph, Path::new("test"), &Overrides::default());
+            let error =
+                Scenario::from_texts(&text, graph, Path::new("test"), &Overrides::default());
             let error = error.map(|_| ()).expect_err(cameras).to_string();
-            assert!(error.contains(reason) && error.contains("cameras") && !error.contains('\n'), "{cameras}: {error}");
+            assert!(
+                error.contains(reason) && error.contains("cameras") && !error.contains('\n'),
+                "{cameras}: {error}"
+            );
         }
     }
 }

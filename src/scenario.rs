@@ -1,5 +1,5 @@
-//! Loads the scenario of `regatta run` and `regatta engine`: a file, standard input as `-`, or the built-in demo if no file
-//! is named.
+//! Loads the scenario of `regatta run` and `regatta engine`: a file, standard input as `-`, or the
+//! built-in demo if no file is named.
 
 use std::path::Path;
 
@@ -30,7 +30,8 @@ impl Demo {
 /// The route graph that the demos name.
 const DEMO_GRAPH: &str = include_str!("../graphs/warehouse.yaml");
 
-/// The name of standard input in messages. Paths in a scenario that comes from there are relative to the current folder.
+/// The name of standard input in messages. Paths in a scenario that comes from there are relative
+/// to the current folder.
 pub const STANDARD_INPUT: &str = "standard input";
 
 /// Whether a path stands for standard input.
@@ -42,7 +43,11 @@ pub fn is_standard_input(path: Option<&Path>) -> bool {
 ///
 /// # Errors
 /// Returns an error if the scenario or its route graph can't be read or is invalid.
-pub fn load(path: Option<&Path>, demo: Demo, overrides: &Overrides) -> Result<Scenario, ScenarioError> {
+pub fn load(
+    path: Option<&Path>,
+    demo: Demo,
+    overrides: &Overrides,
+) -> Result<Scenario, ScenarioError> {
     let name = path.map_or("the demo".into(), Path::to_string_lossy);
     let _progress = Progress::start(format!("reading {name}"), 0);
     match path {
@@ -50,6 +55,8 @@ pub fn load(path: Option<&Path>, demo: Demo, overrides: &Overrides) -> Result<Sc
             Scenario::read_from(std::io::stdin().lock(), Path::new(STANDARD_INPUT), overrides)
         }
         Some(path) => Scenario::read(path, overrides),
-        None => Scenario::from_texts(demo.text(), DEMO_GRAPH, Path::new("built-in demo"), overrides),
+        None => {
+            Scenario::from_texts(demo.text(), DEMO_GRAPH, Path::new("built-in demo"), overrides)
+        }
     }
 }

@@ -1,4 +1,5 @@
-//! `regatta study`: how many robots does a plant hold? Many runs, here or on a cluster, and a page with the answer.
+//! `regatta study`: how many robots does a plant hold? Many runs, here or on a cluster, and a page
+//! with the answer.
 
 mod export;
 mod observers;
@@ -33,7 +34,8 @@ pub struct StudyArgs {
     /// Layout of any format, scenario, or study file (YAML with the key `plant`)
     #[arg(value_name = "PLANT", value_hint = clap::ValueHint::FilePath)]
     plant: PathBuf,
-    /// Numbers of robots: a range, doubled and then refined round the knee, or a list [default: 1..1000]
+    /// Numbers of robots: a range, doubled and then refined round the knee, or a list [default:
+    /// 1..1000]
     #[arg(long, value_name = "FROM..TO")]
     robots: Option<Robots>,
     /// Simulated time of a run [default: 30min]
@@ -42,10 +44,12 @@ pub struct StudyArgs {
     /// Least and largest number of seeds of a point [default: 3..10]
     #[arg(long, value_name = "LEAST..MOST", value_parser = parse_seeds)]
     seeds: Option<(u64, u64)>,
-    /// A setting and the values to compare, such as max_speed=1,1.5 or layout=a.yaml,b.yaml; may be repeated
+    /// A setting and the values to compare, such as max_speed=1,1.5 or layout=a.yaml,b.yaml; may be
+    /// repeated
     #[arg(long, value_name = "NAME=VALUES")]
     vary: Vec<Axis>,
-    /// A manager of your own instead of ours: a command, which finds the fleet in --fleet; compared with ours and the bound
+    /// A manager of your own instead of ours: a command, which finds the fleet in --fleet; compared
+    /// with ours and the bound
     #[arg(long, value_name = "COMMAND")]
     manager: Option<String>,
     /// Add the bound: the same robots, which drive through each other
@@ -97,14 +101,16 @@ fn parse_address(text: &str) -> Result<String, String> {
 /// Runs `regatta study`.
 ///
 /// # Errors
-/// Returns an error if the plant can't be studied, or if no run can be done. Finished runs are kept.
+/// Returns an error if the plant can't be studied, or if no run can be done. Finished runs are
+/// kept.
 pub fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
     let termination = Termination::watch().map_err(plugin_failure)?;
     let plan = request::plan(args)?;
     if let Some(folder) = &args.export_jobs {
         return export::export(&plan, folder).map(|()| ExitCode::SUCCESS);
     }
-    let folder = args.output.clone().unwrap_or_else(|| PathBuf::from(format!("study-{}", plan.title)));
+    let folder =
+        args.output.clone().unwrap_or_else(|| PathBuf::from(format!("study-{}", plan.title)));
     let store = Store::open(&folder)?;
     let watcher = Terminal::new(termination);
     let mut workers = workers(args, &watcher)?;
@@ -114,19 +120,29 @@ pub fn run(args: &StudyArgs) -> Result<ExitCode, Failure> {
     if args.record {
         output::record(&plan, &store, &answer)?;
     }
-    if let Some((name, reason)) = answer.variants.iter().find_map(|variant| Some((&variant.name, variant.failure()?))) {
+    if let Some((name, reason)) =
+        answer.variants.iter().find_map(|variant| Some((&variant.name, variant.failure()?)))
+    {
         return Err(format!("{name}: no run has succeeded: {reason}").into());
     }
     let contacts: u64 = answer.variants.iter().map(|variant| variant.contacts).sum();
     Ok(if contacts == 0 { ExitCode::SUCCESS } else { ExitCode::from(TOUCHED) })
 }
 
-fn conduct(plan: &Plan, store: &Store, workers: &mut dyn Workers, watcher: &Terminal) -> Result<Answer, Failure> {
+fn conduct(
+    plan: &Plan,
+    store: &Store,
+    workers: &mut dyn Workers,
+    watcher: &Terminal,
+) -> Result<Answer, Failure> {
     match Conductor::new(plan, store, workers, watcher).conduct() {
         Ok(answer) => Ok(answer),
         Err(StudyError::Workers(WorkersError::Interrupted)) => {
             let finished = watcher.finished();
-            Err(format!("interrupted after {finished} runs; they are kept, and the same command goes on").into())
+            Err(format!(
+                "interrupted after {finished} runs; they are kept, and the same command goes on"
+            )
+            .into())
         }
         Err(error) => Err(error.into()),
     }

@@ -38,10 +38,13 @@ impl EndedChild {
 impl Supervisor {
     /// Starts a child process and returns its process id.
     pub fn start(&mut self, name: &str, command: &mut Command) -> Result<u32, Failure> {
-        let child =
-            command.env(PARENT_VARIABLE, std::process::id().to_string()).env(NAME_VARIABLE, name).spawn().map_err(
-                |error| format!("can't start {name} ({}): {error}", command.get_program().to_string_lossy()),
-            )?;
+        let child = command
+            .env(PARENT_VARIABLE, std::process::id().to_string())
+            .env(NAME_VARIABLE, name)
+            .spawn()
+            .map_err(|error| {
+                format!("can't start {name} ({}): {error}", command.get_program().to_string_lossy())
+            })?;
         let id = child.id();
         self.children.push(NamedChild { name: name.into(), child });
         Ok(id)
@@ -60,7 +63,8 @@ impl Supervisor {
         ended
     }
 
-    /// Asks all children to end, kills those that don't end within the grace period, and returns a message for each failure.
+    /// Asks all children to end, kills those that don't end within the grace period, and returns a
+    /// message for each failure.
     pub fn stop(&mut self) -> Vec<String> {
         for named in &self.children {
             request_end(&named.child);
@@ -73,13 +77,18 @@ impl Supervisor {
         }
         let any_killed = !self.children.is_empty();
         for mut named in self.children.drain(..) {
-            failures.push(format!("{} did not end within {} s and was killed", named.name, GRACE_PERIOD.as_secs()));
+            failures.push(format!(
+                "{} did not end within {} s and was killed",
+                named.name,
+                GRACE_PERIOD.as_secs()
+            ));
             // An error means that the child has just ended by itself.
             let _ = named.child.kill();
             let _ = named.child.wait();
         }
         if any_killed {
-            // A killed process can't remove its own shared memory. If this fails, `regatta doctor` shows why.
+            // A killed process can't remove its own shared memory. If this fails, `regatta doctor`
+            // shows why.
             let _ = health::clean();
         }
         failures

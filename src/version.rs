@@ -15,7 +15,8 @@ pub fn short() -> String {
     }
 }
 
-/// Returns the version and those of the contract and of iceoryx2: processes can share a fleet if both are equal.
+/// Returns the version and those of the contract and of iceoryx2: processes can share a fleet if
+/// both are equal.
 pub fn long() -> String {
     let iceoryx2 = match env!("REGATTA_ICEORYX2") {
         "" => "unknown",

@@ -1,4 +1,5 @@
-//! Checks of the architecture: who depends on whom, where `unsafe` is, and whether the documents match the repository.
+//! Checks of the architecture: who depends on whom, where `unsafe` is, and whether the documents
+//! match the repository.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,7 +13,8 @@ fn manifest(folder: &str) -> String {
     fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
 }
 
-/// Returns the names under `[dependencies]` of a crate's manifest. Dev-dependencies and build dependencies aren't among them.
+/// Returns the names under `[dependencies]` of a crate's manifest. Dev-dependencies and build
+/// dependencies aren't among them.
 fn dependencies(folder: &str) -> Vec<String> {
     let text = manifest(folder);
     let mut section = "";
@@ -21,7 +23,12 @@ fn dependencies(folder: &str) -> Vec<String> {
         if line.starts_with('[') {
             section = line;
         } else if section == "[dependencies]" && !line.starts_with('#') {
-            names.extend(line.split(['.', ' ', '=']).next().filter(|name| !name.is_empty()).map(str::to_owned));
+            names.extend(
+                line.split(['.', ' ', '='])
+                    .next()
+                    .filter(|name| !name.is_empty())
+                    .map(str::to_owned),
+            );
         }
     }
     names
@@ -30,8 +37,13 @@ fn dependencies(folder: &str) -> Vec<String> {
 /// Returns the folder of every crate of the workspace.
 fn crates() -> Vec<String> {
     let text = manifest(".");
-    let members = text.split("members = [").nth(1).and_then(|rest| rest.split(']').next()).expect("members");
-    members.split(',').map(|name| name.trim().trim_matches('"').to_owned()).filter(|name| !name.is_empty()).collect()
+    let members =
+        text.split("members = [").nth(1).and_then(|rest| rest.split(']').next()).expect("members");
+    members
+        .split(',')
+        .map(|name| name.trim().trim_matches('"').to_owned())
+        .filter(|name| !name.is_empty())
+        .collect()
 }
 
 /// Returns all Rust files below a folder.
@@ -39,7 +51,9 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let path = entry.path();
-        let skipped = ["target", ".git", "fuzz"].iter().any(|name| path.file_name().is_some_and(|file| file == *name));
+        let skipped = ["target", ".git", "fuzz"]
+            .iter()
+            .any(|name| path.file_name().is_some_and(|file| file == *name));
         if path.is_dir() && !skipped {
             found.extend(sources(&path));
         } else if path.extension().is_some_and(|extension| extension == "rs") {
@@ -70,14 +84,17 @@ fn motion_depends_on_nothing_of_the_fleet() {
     let files = sources(&folder);
     assert!(!files.is_empty(), "no sources in {}", folder.display());
     for path in files.into_iter().chain([folder.with_extension("rs")]) {
-        let text = fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+        let text =
+            fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         assert!(!text.contains("crate::fleet"), "{} names crate::fleet", path.display());
     }
 }
 
 #[test]
 fn plugins_depend_only_on_the_contract() {
-    for folder in crates().iter().filter(|folder| folder.starts_with("plugins/") && *folder != "plugins/api") {
+    for folder in
+        crates().iter().filter(|folder| folder.starts_with("plugins/") && *folder != "plugins/api")
+    {
         assert_eq!(workspace_dependencies(folder), ["regatta-plugin"], "{folder}");
     }
 }
@@ -87,7 +104,10 @@ fn only_the_command_line_studies_and_bench_depend_on_the_engine() {
     for folder in crates() {
         let uses_engine = dependencies(&folder).iter().any(|name| name == "regatta-engine");
         // A study changes layouts and scenarios; it never sees a fleet.
-        assert!(!uses_engine || ["bench", "study"].contains(&folder.as_str()), "{folder} depends on the engine");
+        assert!(
+            !uses_engine || ["bench", "study"].contains(&folder.as_str()),
+            "{folder} depends on the engine"
+        );
     }
 }
 
@@ -109,12 +129,16 @@ fn each_heavy_dependency_has_one_owner() {
     for folder in crates().iter().map(String::as_str).chain(["."]) {
         for (dependency, owner) in owners {
             let uses = dependencies(folder).iter().any(|name| name == dependency);
-            assert!(!uses || folder == owner, "{folder} depends on {dependency}, which belongs to {owner}");
+            assert!(
+                !uses || folder == owner,
+                "{folder} depends on {dependency}, which belongs to {owner}"
+            );
         }
     }
 }
 
-/// Returns the rows of the table in docs/dependencies.md: crates, and the folders that may use them.
+/// Returns the rows of the table in docs/dependencies.md: crates, and the folders that may use
+/// them.
 fn table_of_dependencies() -> Vec<(Vec<String>, String)> {
     let text = read("docs/dependencies.md");
     let table = text.split("| crate | used by | why |").nth(1).expect("the table");
@@ -138,7 +162,9 @@ fn the_table_of_dependencies_matches_the_manifests() {
                 "." => "the command line",
                 folder => folder,
             };
-            let any_plugin = folder.starts_with("plugins/") && users.contains("plugins") && !users.contains("plugins/");
+            let any_plugin = folder.starts_with("plugins/")
+                && users.contains("plugins")
+                && !users.contains("plugins/");
             assert!(
                 users == "all" || users.split(", ").any(|user| user == place) || any_plugin,
                 "{folder} depends on {dependency}, but docs/dependencies.md lists it for {users}"
@@ -148,7 +174,10 @@ fn the_table_of_dependencies_matches_the_manifests() {
     }
     for (names, users) in table.iter().filter(|(_, users)| !users.ends_with("only")) {
         let unused = names.iter().find(|name| !used.contains(name));
-        assert_eq!(unused, None, "docs/dependencies.md lists it for {users}, but no crate depends on it");
+        assert_eq!(
+            unused, None,
+            "docs/dependencies.md lists it for {users}, but no crate depends on it"
+        );
     }
 }
 
@@ -160,8 +189,11 @@ fn versions_are_pinned_once_in_the_workspace() {
         assert_eq!(versioned, None, "{folder} pins a version of its own");
     }
     let text = manifest(".");
-    let shared =
-        text.split("[workspace.dependencies]").nth(1).and_then(|rest| rest.split("\n[").next()).expect("section");
+    let shared = text
+        .split("[workspace.dependencies]")
+        .nth(1)
+        .and_then(|rest| rest.split("\n[").next())
+        .expect("section");
     for line in shared.lines().filter(|line| line.contains(" = ") && !line.contains("path = ")) {
         assert!(line.contains("\"="), "not pinned: {line}");
     }
@@ -171,14 +203,18 @@ fn versions_are_pinned_once_in_the_workspace() {
 fn unsafe_code_is_only_in_the_contract_and_in_the_vector_code() {
     let allowed = ["plugins/api/src", "engine/src/motion/vector", "engine/src/motion/pieces.rs"];
     for path in sources(root()) {
-        let relative = path.strip_prefix(root()).expect("below the root").to_string_lossy().replace('\\', "/");
+        let relative =
+            path.strip_prefix(root()).expect("below the root").to_string_lossy().replace('\\', "/");
         let text = fs::read_to_string(&path).expect("readable");
         let code = text.lines().map(|line| line.split("//").next().unwrap_or(""));
-        let has_unsafe = code
-            .into_iter()
-            .any(|line| line.contains("unsafe {") || line.contains("unsafe fn") || line.contains("unsafe impl"));
+        let has_unsafe = code.into_iter().any(|line| {
+            line.contains("unsafe {") || line.contains("unsafe fn") || line.contains("unsafe impl")
+        });
         let is_this_file = relative == "tests/architecture.rs";
-        assert!(!has_unsafe || is_this_file || allowed.iter().any(|place| relative.starts_with(place)), "{relative}");
+        assert!(
+            !has_unsafe || is_this_file || allowed.iter().any(|place| relative.starts_with(place)),
+            "{relative}"
+        );
     }
 }
 
@@ -189,17 +225,29 @@ fn read(path: &str) -> String {
 /// Returns the paths of the files in `docs/`.
 fn docs() -> Vec<String> {
     let entries = fs::read_dir(root().join("docs")).expect("docs/");
-    let names = entries.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned());
-    let docs: Vec<_> = names.filter(|name| name.ends_with(".md")).map(|name| format!("docs/{name}")).collect();
+    let names =
+        entries.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned());
+    let docs: Vec<_> =
+        names.filter(|name| name.ends_with(".md")).map(|name| format!("docs/{name}")).collect();
     assert!(!docs.is_empty(), "docs/ has no documents");
     docs
 }
 
 #[test]
 fn paths_in_the_documents_exist() {
-    let fixed = ["README.md", "ARCHITECTURE.md", "graphs/README.md", "plugins/README.md", "plugins/python/README.md"];
-    let missing: Vec<_> =
-        fixed.map(str::to_owned).into_iter().chain(docs()).flat_map(|path| missing_paths(&path)).collect();
+    let fixed = [
+        "README.md",
+        "ARCHITECTURE.md",
+        "graphs/README.md",
+        "plugins/README.md",
+        "plugins/python/README.md",
+    ];
+    let missing: Vec<_> = fixed
+        .map(str::to_owned)
+        .into_iter()
+        .chain(docs())
+        .flat_map(|path| missing_paths(&path))
+        .collect();
     assert!(missing.is_empty(), "these paths don't exist: {missing:#?}");
 }
 
@@ -209,13 +257,15 @@ fn missing_paths(document: &str) -> Vec<String> {
     let document_path = root().join(document);
     let folder = document_path.parent().expect("a folder");
     let links = text.split("](").skip(1).filter_map(|rest| rest.split([')', '#']).next());
-    let links = links.filter(|link| !link.is_empty() && !link.contains("://") && !folder.join(link).exists());
+    let links = links
+        .filter(|link| !link.is_empty() && !link.contains("://") && !folder.join(link).exists());
     let paths = text.split('`').skip(1).step_by(2).filter(|text| is_path(text));
     let paths = paths.filter(|path| !root().join(path).exists() && !folder.join(path).exists());
     links.chain(paths).map(|path| format!("{document}: {path}")).collect()
 }
 
-/// Whether a text in backticks is a path: it begins with a folder of the repository, and has no spaces or placeholders.
+/// Whether a text in backticks is a path: it begins with a folder of the repository, and has no
+/// spaces or placeholders.
 fn is_path(text: &str) -> bool {
     let folders = [
         "engine/",
@@ -230,10 +280,12 @@ fn is_path(text: &str) -> bool {
         "docs/",
         ".ci/",
     ];
-    folders.iter().any(|folder| text.starts_with(folder)) && !text.contains([' ', '*', '\n', '…', 'N'])
+    folders.iter().any(|folder| text.starts_with(folder))
+        && !text.contains([' ', '*', '\n', '…', 'N'])
 }
 
-/// The largest number of words of README.md, counted as `wc -w` does. What doesn't fit belongs into `docs/`.
+/// The largest number of words of README.md, counted as `wc -w` does. What doesn't fit belongs into
+/// `docs/`.
 const MAX_README_WORDS: usize = 900;
 /// The largest number of characters in a cell of a table.
 const MAX_CELL_CHARS: usize = 100;
@@ -246,9 +298,13 @@ fn the_readme_is_short() {
 
 #[test]
 fn cells_of_tables_are_short() {
-    for document in ["README.md".to_owned(), "ARCHITECTURE.md".to_owned()].into_iter().chain(docs()) {
+    for document in ["README.md".to_owned(), "ARCHITECTURE.md".to_owned()].into_iter().chain(docs())
+    {
         let text = read(&document);
-        let cells = text.lines().filter(|line| line.starts_with('|')).flat_map(|row| row.split('|').map(str::trim));
+        let cells = text
+            .lines()
+            .filter(|line| line.starts_with('|'))
+            .flat_map(|row| row.split('|').map(str::trim));
         let long = cells.into_iter().find(|cell| cell.chars().count() > MAX_CELL_CHARS);
         assert_eq!(long, None, "{document} has a cell of more than {MAX_CELL_CHARS} characters");
     }

@@ -21,7 +21,10 @@ fn the_shipped_graphs_have_no_findings() {
     for name in ["porto.yaml", "square.yaml", "warehouse.yaml"] {
         let output = regatta_graph(&["check"], Some(&graphs(name)));
         let printed = text(&output.stdout);
-        assert!(output.status.success() && printed.ends_with("0 errors, 0 warnings\n"), "{printed}");
+        assert!(
+            output.status.success() && printed.ends_with("0 errors, 0 warnings\n"),
+            "{printed}"
+        );
         assert_eq!(printed.lines().count(), 1, "{printed}");
     }
 }
@@ -39,16 +42,25 @@ fn the_command_in_the_first_line_of_the_shipped_warehouse_generates_it() {
 fn check_lists_everything_and_fails() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("bad.yaml");
-    std::fs::write(&file, "Edges:\n- {Id: 7, Origin_ID: 1}\nVertices:\n- {Id: 1, X: 0, Y: 0, Theta: up}\n")
-        .expect("written");
+    std::fs::write(
+        &file,
+        "Edges:\n- {Id: 7, Origin_ID: 1}\nVertices:\n- {Id: 1, X: 0, Y: 0, Theta: up}\n",
+    )
+    .expect("written");
     let output = regatta_graph(&["check"], Some(&file));
     let printed = text(&output.stdout);
     assert_eq!(output.status.code(), Some(1), "{printed}");
     assert!(
-        printed.contains(&format!("{}:2: error: edge 7: has no Destination_ID: give one\n", file.display())),
+        printed.contains(&format!(
+            "{}:2: error: edge 7: has no Destination_ID: give one\n",
+            file.display()
+        )),
         "{printed}"
     );
-    assert!(printed.contains(&format!("{}:4: error: node 1: Theta is `up`", file.display())), "{printed}");
+    assert!(
+        printed.contains(&format!("{}:4: error: node 1: Theta is `up`", file.display())),
+        "{printed}"
+    );
     assert!(printed.ends_with("can't be driven; 4 errors, 0 warnings\n"), "{printed}");
 
     let output = regatta_graph(&["info"], Some(&file));
@@ -65,7 +77,9 @@ fn handles_on_the_command_line_override_those_of_the_file() {
         ParamF: 1, VelocityForward: 1, VelocityBackwards: 1}\n\
         Vertices:\n- {Id: 1, X: 0, Y: 0, Theta: 0}\n- {Id: 2, X: 2, Y: 9, Theta: 1.57}\n";
     std::fs::write(&file, text_of_file).expect("written");
-    let warned = |args: &[&str]| text(&regatta_graph(args, Some(&file)).stdout).contains("Handles: f_at_origin");
+    let warned = |args: &[&str]| {
+        text(&regatta_graph(args, Some(&file)).stdout).contains("Handles: f_at_origin")
+    };
     assert!(!warned(&["check"]));
     assert!(warned(&["check", "--handles", "b_at_origin"]));
 }
@@ -74,7 +88,8 @@ fn handles_on_the_command_line_override_those_of_the_file() {
 fn draw_writes_svg_and_info_writes_json() {
     let folder = tempfile::tempdir().expect("a folder");
     let map = folder.path().join("map.svg");
-    let output = regatta_graph(&["draw", "-o", map.to_str().expect("UTF-8")], Some(&graphs("porto.yaml")));
+    let output =
+        regatta_graph(&["draw", "-o", map.to_str().expect("UTF-8")], Some(&graphs("porto.yaml")));
     assert!(output.status.success(), "{}", text(&output.stderr));
     assert!(std::fs::read_to_string(&map).expect("a map").starts_with("<svg xmlns="));
     let json = regatta_graph(&["info", "--json"], Some(&graphs("square.yaml"))).stdout;
@@ -108,19 +123,34 @@ fn no_file_is_replaced_without_force() {
 
     // The picture of a graph doesn't replace the graph, not even by force.
     for force in [&[][..], &["--force"]] {
-        let output = regatta_graph(&[&["draw", "-o", graph_name][..], force].concat(), Some(&graph));
-        assert!(!output.status.success() && text(&output.stderr).contains(".svg"), "{}", text(&output.stderr));
+        let output =
+            regatta_graph(&[&["draw", "-o", graph_name][..], force].concat(), Some(&graph));
+        assert!(
+            !output.status.success() && text(&output.stderr).contains(".svg"),
+            "{}",
+            text(&output.stderr)
+        );
     }
     let output = regatta_graph(&["generate", "grid", "-o", graph_name], None);
-    assert!(text(&output.stderr).contains("g.yaml: this file exists; --force replaces it"), "{}", text(&output.stderr));
+    assert!(
+        text(&output.stderr).contains("g.yaml: this file exists; --force replaces it"),
+        "{}",
+        text(&output.stderr)
+    );
     assert_eq!(std::fs::read(&graph).expect("readable"), original);
 
     assert!(regatta_graph(&["draw", "-o", map_name], Some(&graph)).status.success());
     assert!(!regatta_graph(&["draw", "-o", map_name], Some(&graph)).status.success());
     assert!(regatta_graph(&["draw", "--force", "-o", map_name], Some(&graph)).status.success());
-    assert!(regatta_graph(&["generate", "grid", "--force", "-o", graph_name], None).status.success());
+    assert!(
+        regatta_graph(&["generate", "grid", "--force", "-o", graph_name], None).status.success()
+    );
     assert_ne!(std::fs::read(&graph).expect("readable"), original);
-    assert_eq!(std::fs::read_dir(folder.path()).expect("a folder").count(), 2, "no temporary file is left");
+    assert_eq!(
+        std::fs::read_dir(folder.path()).expect("a folder").count(),
+        2,
+        "no temporary file is left"
+    );
 }
 
 /// A limit of the file size stands for a full disk.
@@ -132,12 +162,20 @@ fn a_file_that_can_not_be_written_leaves_the_old_one() {
     std::fs::write(&file, "mine").expect("written");
     let script = "ulimit -f 8; exec \"$0\" graph generate warehouse --aisles 40 --force -o \"$1\"";
     let mut shell = Command::new("bash");
-    let output = shell.args(["-c", script, env!("CARGO_BIN_EXE_regatta")]).arg(&file).output().expect("bash");
+    let output = shell
+        .args(["-c", script, env!("CARGO_BIN_EXE_regatta")])
+        .arg(&file)
+        .output()
+        .expect("bash");
     let message = text(&output.stderr);
     assert!(!output.status.success() && message.contains("g.yaml: can't write"), "{message}");
     assert_eq!(message.lines().count(), 1, "{message}");
     assert_eq!(std::fs::read(&file).expect("readable"), b"mine");
-    assert_eq!(std::fs::read_dir(folder.path()).expect("a folder").count(), 1, "no temporary file is left");
+    assert_eq!(
+        std::fs::read_dir(folder.path()).expect("a folder").count(),
+        1,
+        "no temporary file is left"
+    );
 }
 
 #[test]
@@ -156,7 +194,10 @@ fn a_dash_is_standard_input_and_standard_output() {
 fn a_scenario_is_recognised_and_checked() {
     let output = regatta_graph(&["check"], Some(&graphs("warehouse-1000.yaml")));
     let printed = text(&output.stdout);
-    assert!(output.status.success() && printed.contains("a scenario that can be run: 1000 robots on "), "{printed}");
+    assert!(
+        output.status.success() && printed.contains("a scenario that can be run: 1000 robots on "),
+        "{printed}"
+    );
 
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("scenario.yaml");
@@ -165,13 +206,22 @@ fn a_scenario_is_recognised_and_checked() {
         text(&regatta_graph(&["check"], Some(&file)).stdout)
     };
     let invalid = check("graph: none.yaml\nrobots: [{rout: [1]}]\n");
-    assert!(invalid.contains(":2: robots, entry 1: unknown key 'rout'; did you mean 'route'?"), "{invalid}");
+    assert!(
+        invalid.contains(":2: robots, entry 1: unknown key 'rout'; did you mean 'route'?"),
+        "{invalid}"
+    );
     assert!(invalid.ends_with("a scenario that can't be run; 1 error, 0 warnings\n"), "{invalid}");
     // The errors of its route graph are listed too.
     std::fs::write(folder.path().join("bad.yaml"), "Edges: []\nVertices: []\n").expect("written");
     let with_bad_graph = check("graph: bad.yaml\nrobots: [{node: 1}]\n");
-    assert!(with_bad_graph.contains("bad.yaml:1: error: has no nodes and no edges"), "{with_bad_graph}");
-    assert!(with_bad_graph.ends_with("a scenario that can't be run; 1 error, 0 warnings\n"), "{with_bad_graph}");
+    assert!(
+        with_bad_graph.contains("bad.yaml:1: error: has no nodes and no edges"),
+        "{with_bad_graph}"
+    );
+    assert!(
+        with_bad_graph.ends_with("a scenario that can't be run; 1 error, 0 warnings\n"),
+        "{with_bad_graph}"
+    );
 
     let message = text(&regatta_graph(&["info"], Some(&file)).stderr);
     assert!(message.contains("this is a scenario") && message.lines().count() == 1, "{message}");
@@ -181,14 +231,23 @@ fn a_scenario_is_recognised_and_checked() {
 fn check_prints_json() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("bad.yaml");
-    std::fs::write(&file, "Edges:\n- {Id: 7, Origin_ID: 1}\nVertices:\n- {Id: 1, X: 0, Y: 0, Theta: 0}\n")
-        .expect("written");
+    std::fs::write(
+        &file,
+        "Edges:\n- {Id: 7, Origin_ID: 1}\nVertices:\n- {Id: 1, X: 0, Y: 0, Theta: 0}\n",
+    )
+    .expect("written");
     let output = regatta_graph(&["check", "--json"], Some(&file));
     assert_eq!(output.status.code(), Some(1));
     let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
-    assert_eq!((&json["kind"], &json["valid"], &json["errors"]), (&"route graph".into(), &false.into(), &3.into()));
+    assert_eq!(
+        (&json["kind"], &json["valid"], &json["errors"]),
+        (&"route graph".into(), &false.into(), &3.into())
+    );
     let first = &json["findings"][0];
-    assert_eq!((&first["severity"], &first["line"], &first["subject"]), (&"error".into(), &2.into(), &"edge".into()));
+    assert_eq!(
+        (&first["severity"], &first["line"], &first["subject"]),
+        (&"error".into(), &2.into(), &"edge".into())
+    );
     assert_eq!(first["id"], 7);
     let scenario = regatta_graph(&["check", "--json"], Some(&graphs("thirty.yaml")));
     let json: serde_json::Value = serde_json::from_slice(&scenario.stdout).expect("JSON");
@@ -217,10 +276,15 @@ fn a_layout_is_converted_there_and_back_without_a_difference() {
     assert_eq!(succeeds(&["graph", "diff", porto, "same.yaml"], folder.path()), "");
     let mut command = Command::new(env!("CARGO_BIN_EXE_regatta"));
     let warehouse = graphs("warehouse.yaml");
-    let output = command.args(["graph", "diff", porto]).arg(&warehouse).output().expect("regatta starts");
+    let output =
+        command.args(["graph", "diff", porto]).arg(&warehouse).output().expect("regatta starts");
     assert!(output.status.code() == Some(1) && text(&output.stdout).contains("+ node "));
     let refused = regatta_graph(&["convert", "-o", "map.dxf"], Some(&warehouse));
-    assert!(!refused.status.success() && text(&refused.stderr).contains("--to regatta"), "{}", text(&refused.stderr));
+    assert!(
+        !refused.status.success() && text(&refused.stderr).contains("--to regatta"),
+        "{}",
+        text(&refused.stderr)
+    );
 }
 
 #[test]
@@ -238,7 +302,10 @@ fn layouts_of_all_formats_are_told_by_their_content() {
     ] {
         let file = graphs("imported").join(name);
         let file = file.to_str().expect("a path");
-        assert!(succeeds(&["graph", "check", file], folder.path()).contains("can be driven"), "{name}");
+        assert!(
+            succeeds(&["graph", "check", file], folder.path()).contains("can be driven"),
+            "{name}"
+        );
         let drawn = folder.path().join("map.png");
         succeeds(&["graph", "draw", file, "-o", "map.png", "--force"], folder.path());
         assert!(std::fs::read(&drawn).expect("readable").starts_with(b"\x89PNG"), "{name}");
@@ -246,9 +313,17 @@ fn layouts_of_all_formats_are_told_by_their_content() {
     let map = graphs("imported/ros-map/turtlebot3_world.yaml");
     let map = map.to_str().expect("a path");
     let refused = regatta_graph(&["check", map], None);
-    assert!(!refused.status.success() && text(&refused.stdout).contains("--skeleton"), "{}", text(&refused.stdout));
-    assert!(succeeds(&["graph", "check", map, "--skeleton", "0.3"], folder.path()).contains("can be driven"));
-    let walls = succeeds(&["graph", "draw", &porto(), "--background", map, "-o", "-"], folder.path());
+    assert!(
+        !refused.status.success() && text(&refused.stdout).contains("--skeleton"),
+        "{}",
+        text(&refused.stdout)
+    );
+    assert!(
+        succeeds(&["graph", "check", map, "--skeleton", "0.3"], folder.path())
+            .contains("can be driven")
+    );
+    let walls =
+        succeeds(&["graph", "draw", &porto(), "--background", map, "-o", "-"], folder.path());
     assert!(walls.contains("#b9c0c8"), "the walls are drawn");
 }
 
@@ -275,7 +350,8 @@ fn a_folder_for_a_layout_can_be_run() {
     let folder = tempfile::tempdir().expect("a folder");
     let map = graphs("imported/ros-map/turtlebot3_world.yaml");
     let tables = graphs("imported/csv/depot-nodes.csv");
-    for (layout, name, options) in [(map, "turtlebot3_world", &["--skeleton", "0.3"][..]), (tables, "depot-nodes", &[])]
+    for (layout, name, options) in
+        [(map, "turtlebot3_world", &["--skeleton", "0.3"][..]), (tables, "depot-nodes", &[])]
     {
         let layout = layout.to_str().expect("a path");
         let printed = succeeds(&[&["new", layout], options].concat(), folder.path());
@@ -283,12 +359,20 @@ fn a_folder_for_a_layout_can_be_run() {
         let scenario = format!("{name}/scenario.yaml");
         let fleet = format!("new-{name}-{}", std::process::id());
         let digest = succeeds(
-            &["engine", &scenario, "--ticks", "50", "--speed", "max", "--digest", "--fleet", &fleet],
+            &[
+                "engine", &scenario, "--ticks", "50", "--speed", "max", "--digest", "--fleet",
+                &fleet,
+            ],
             folder.path(),
         );
         assert_eq!(digest.trim().len(), 32, "{digest}");
         let mut command = Command::new(env!("CARGO_BIN_EXE_regatta"));
-        let again = command.args(["new", layout]).args(options).current_dir(folder.path()).output().expect("it starts");
+        let again = command
+            .args(["new", layout])
+            .args(options)
+            .current_dir(folder.path())
+            .output()
+            .expect("it starts");
         assert!(text(&again.stderr).contains("--force"), "{}", text(&again.stderr));
     }
 }
@@ -300,9 +384,11 @@ fn a_layout_and_a_benchmark_are_run_as_they_are() {
         let file = graphs("imported").join(name);
         let fleet = format!("layout-{}-{}", name.len(), std::process::id());
         let file = file.to_str().expect("a path");
-        let args = ["engine", file, "--ticks", "50", "--speed", "max", "--digest", "--fleet", &fleet];
+        let args =
+            ["engine", file, "--ticks", "50", "--speed", "max", "--digest", "--fleet", &fleet];
         let mut command = Command::new(env!("CARGO_BIN_EXE_regatta"));
-        let output = command.args(args).current_dir(folder.path()).output().expect("regatta starts");
+        let output =
+            command.args(args).current_dir(folder.path()).output().expect("regatta starts");
         assert_eq!(text(&output.stdout).trim().len(), 32, "{name}: {}", text(&output.stderr));
         let is_told = text(&output.stderr).contains("robots on random routes are made up");
         assert_eq!(is_told, name.ends_with(".json"), "{}", text(&output.stderr));

@@ -1,5 +1,6 @@
-//! The latency of a frame to a reader in another process: from just before the frame is sent to the first access of the woken
-//! reader to its poses. Goals for 10,000 robots on a quiet machine: median 15 µs, 99th percentile 80 µs.
+//! The latency of a frame to a reader in another process: from just before the frame is sent to the
+//! first access of the woken reader to its poses. Goals for 10,000 robots on a quiet machine:
+//! median 15 µs, 99th percentile 80 µs.
 //!
 //!     cargo bench -p regatta-bench --bench latency -- [--robots N] [--hz N] [--frames N]
 
@@ -61,7 +62,8 @@ fn publish(robots: usize, hz: usize, frames: usize) -> Result {
     }
     print_percentiles("send", &mut sends);
     print_percentiles("notify", &mut wakes);
-    // The reader may have missed the last frame. It ends when the producer is gone and no frame arrives in time.
+    // The reader may have missed the last frame. It ends when the producer is gone and no frame
+    // arrives in time.
     drop(producer);
     reader.wait()?;
     Ok(())
@@ -89,7 +91,13 @@ fn read(fleet: &FleetName, frames: usize) -> Result {
 
 fn print_percentiles(name: &str, nanos: &mut [u64]) {
     nanos.sort_unstable();
-    let percentile = |p: f64| nanos.get(((nanos.len() as f64 * p) as usize).min(nanos.len().saturating_sub(1)));
+    let percentile =
+        |p: f64| nanos.get(((nanos.len() as f64 * p) as usize).min(nanos.len().saturating_sub(1)));
     let micros = |p| percentile(p).map_or(f64::NAN, |&nanos| nanos as f64 * 1e-3);
-    println!("  {name}: median {:.1}, p99 {:.1}, worst {:.1}", micros(0.5), micros(0.99), micros(1.0));
+    println!(
+        "  {name}: median {:.1}, p99 {:.1}, worst {:.1}",
+        micros(0.5),
+        micros(0.99),
+        micros(1.0)
+    );
 }

@@ -1,4 +1,5 @@
-//! Measures the cost of reading a frame in the metrics plugin and in `regatta top`, and of a page in the exporter.
+//! Measures the cost of reading a frame in the metrics plugin and in `regatta top`, and of a page
+//! in the exporter.
 
 use std::hint::black_box;
 
@@ -15,7 +16,11 @@ fn lines(robots: usize) -> Vec<Line> {
     let mut lines = vec![Line::default(); frame_lines(robots)];
     let columns = ColumnsMut::split(&mut lines, robots);
     columns.state.iter_mut().enumerate().for_each(|(robot, state)| *state = (robot % 5) as u8);
-    columns.speed.iter_mut().enumerate().for_each(|(robot, speed)| *speed = (robot % 7) as f32 * 0.3);
+    columns
+        .speed
+        .iter_mut()
+        .enumerate()
+        .for_each(|(robot, speed)| *speed = (robot % 7) as f32 * 0.3);
     lines
 }
 
@@ -37,7 +42,13 @@ fn aggregate(criterion: &mut Criterion) {
 }
 
 fn write_page(criterion: &mut Criterion) {
-    let snapshot = Aggregator::default().snapshot(FleetName::default(), Collisions::default(), None, Vec::new(), 0);
+    let snapshot = Aggregator::default().snapshot(
+        FleetName::default(),
+        Collisions::default(),
+        None,
+        Vec::new(),
+        0,
+    );
     criterion.bench_function("page", |bencher| {
         bencher.iter(|| page(black_box(&snapshot), &ExporterState::default(), Format::Prometheus))
     });

@@ -1,4 +1,5 @@
-//! Measures what the traffic plugin does for each frame: counting robots on edges, adding the counts up, hot spots.
+//! Measures what the traffic plugin does for each frame: counting robots on edges, adding the
+//! counts up, hot spots.
 
 use std::hint::black_box;
 
@@ -20,10 +21,12 @@ fn lines(nth: usize) -> Vec<Line> {
     let columns = ColumnsMut::split(&mut lines, ROBOTS);
     let mut random = 0x9e37_79b9_7f4a_7c15_u64;
     for robot in 0..ROBOTS {
-        random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        random =
+            random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         let edge = (random >> 33) as usize % EDGES;
         columns.edge[robot] = edge as u32;
-        (columns.x[robot], columns.y[robot]) = ((edge % 316) as f32 * 6.0, (edge / 316) as f32 * 6.0);
+        (columns.x[robot], columns.y[robot]) =
+            ((edge % 316) as f32 * 6.0, (edge / 316) as f32 * 6.0);
         let waits = robot % nth == 0;
         columns.speed[robot] = if waits { 0.0 } else { 1.5 };
         columns.state[robot] = if waits { RobotState::Waiting } else { RobotState::Driving } as u8;
@@ -47,7 +50,8 @@ fn traffic(criterion: &mut Criterion) {
         });
         // Once a second.
         group.bench_function(BenchmarkId::new("figures", name), |bencher| {
-            let (mut tally, mut periods, mut figures) = (Tally::default(), Periods::new(EDGES), Vec::new());
+            let (mut tally, mut periods, mut figures) =
+                (Tally::default(), Periods::new(EDGES), Vec::new());
             tally.begin(EDGES);
             (0..900).for_each(|_| periods.add(tally.count(&frame.columns(), &[]), 1.0));
             bencher.iter(|| periods.figures(black_box(&[2.0; EDGES]), &mut figures));
@@ -64,7 +68,9 @@ fn traffic(criterion: &mut Criterion) {
             });
         });
         // Twice a second.
-        group.bench_function(BenchmarkId::new("list of spots", name), |bencher| bencher.iter(|| spots.list()));
+        group.bench_function(BenchmarkId::new("list of spots", name), |bencher| {
+            bencher.iter(|| spots.list())
+        });
     }
     group.finish();
 }

@@ -2,8 +2,9 @@
 //!
 //!     cargo bench -p regatta-bench --bench udp
 //!
-//! `send/…` is the time that the sender's thread takes for one frame of datagrams of 1,400 bytes over the loopback
-//! interface, in three ways: one call per datagram, `sendmmsg`, and generic segmentation offload. Another thread receives.
+//! `send/…` is the time that the sender's thread takes for one frame of datagrams of 1,400 bytes
+//! over the loopback interface, in three ways: one call per datagram, `sendmmsg`, and generic
+//! segmentation offload. Another thread receives.
 
 use std::hint::black_box;
 use std::io::{IoSlice, Write as _};
@@ -66,7 +67,9 @@ fn text(criterion: &mut Criterion) {
     group.bench_function("write into datagrams", |bencher| {
         let mut packer = Packer::new(format(), DATAGRAM_BYTES);
         bencher.iter(|| {
-            fleet.iter().for_each(|line| packer.push(line, |batch| _ = black_box(batch.bytes.len())));
+            fleet
+                .iter()
+                .for_each(|line| packer.push(line, |batch| _ = black_box(batch.bytes.len())));
             packer.flush(|batch| _ = black_box(batch.bytes.len()));
         });
     });
@@ -89,7 +92,8 @@ fn text(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// Calls `work` with the address of a socket, and receives at that address on another thread meanwhile.
+/// Calls `work` with the address of a socket, and receives at that address on another thread
+/// meanwhile.
 fn received<T>(work: impl FnOnce(SocketAddr) -> T) -> T {
     let receiver = Socket::listen(&Listen::loopback(0)).expect("a socket");
     let to = receiver.local_address().expect("an address");
@@ -99,7 +103,9 @@ fn received<T>(work: impl FnOnce(SocketAddr) -> T) -> T {
             let mut buffers = Buffers::default();
             while !done.load(Ordering::Relaxed) {
                 receiver.wait_to_receive(Duration::from_millis(10));
-                receiver.receive(&mut buffers, |datagram| _ = black_box(datagram.len())).expect("received");
+                receiver
+                    .receive(&mut buffers, |datagram| _ = black_box(datagram.len()))
+                    .expect("received");
             }
         });
         let result = work(to);
@@ -133,7 +139,11 @@ fn send(criterion: &mut Criterion) {
     received(|to| {
         let socket = Socket::towards(to).expect("a socket");
         group.bench_function("segmentation offload", |bencher| {
-            bencher.iter(|| batches.iter().for_each(|batch| _ = socket.send(to, batch, DATAGRAM_BYTES).expect("sent")));
+            bencher.iter(|| {
+                batches
+                    .iter()
+                    .for_each(|batch| _ = socket.send(to, batch, DATAGRAM_BYTES).expect("sent"))
+            });
         });
     });
     group.finish();
@@ -142,13 +152,18 @@ fn send(criterion: &mut Criterion) {
 /// Sends all datagrams of a batch in as few calls as possible.
 fn sendmmsg(socket: &UdpSocket, batch: &[u8]) {
     use rustix::net::{MMsgHdr, SendAncillaryBuffer, SendFlags};
-    let slices: Vec<_> = batch.chunks(DATAGRAM_BYTES).map(|datagram| [IoSlice::new(datagram)]).collect();
+    let slices: Vec<_> =
+        batch.chunks(DATAGRAM_BYTES).map(|datagram| [IoSlice::new(datagram)]).collect();
     let mut controls: Vec<_> = slices.iter().map(|_| SendAncillaryBuffer::default()).collect();
-    let mut headers: Vec<_> =
-        slices.iter().zip(&mut controls).map(|(slice, control)| MMsgHdr::new(slice, control)).collect();
+    let mut headers: Vec<_> = slices
+        .iter()
+        .zip(&mut controls)
+        .map(|(slice, control)| MMsgHdr::new(slice, control))
+        .collect();
     let mut sent = 0;
     while sent < headers.len() {
-        sent += rustix::net::sendmmsg(socket, &mut headers[sent..], SendFlags::empty()).expect("sent");
+        sent +=
+            rustix::net::sendmmsg(socket, &mut headers[sent..], SendFlags::empty()).expect("sent");
     }
 }
 

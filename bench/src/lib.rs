@@ -1,4 +1,5 @@
-//! Shared parts of the benchmarks: a warehouse to drive in, fleets, and frames as the publisher loans them.
+//! Shared parts of the benchmarks: a warehouse to drive in, fleets, and frames as the publisher
+//! loans them.
 
 use std::sync::Arc;
 use std::time::Duration;
@@ -59,7 +60,8 @@ impl World {
             threads,
             most_robots: robots as u32,
         };
-        let mut fleet = Fleet::new(self.graph.clone(), self.tracks.clone(), config).expect("a valid fleet");
+        let mut fleet =
+            Fleet::new(self.graph.clone(), self.tracks.clone(), config).expect("a valid fleet");
         fleet.reserve(robots);
         let mut events = unread_events();
         let edges = self.graph.edges().len();
@@ -68,7 +70,9 @@ impl World {
             let edge = EdgeIndex((robot * 2_654_435_769 % edges) as u32);
             let fraction = (robot as f64 * 0.618_033_988_75).fract();
             let s = (fraction * self.tracks.edge_length(edge)) as f32;
-            fleet.spawn(Placement::Edge(edge, s), 0, RouteSource::Random, 0, &mut events).expect("a free place");
+            fleet
+                .spawn(Placement::Edge(edge, s), 0, RouteSource::Random, 0, &mut events)
+                .expect("a free place");
         }
         fleet
     }
@@ -98,7 +102,11 @@ pub struct FrameRing {
 impl FrameRing {
     /// Allocates frames for `robots` robots.
     pub fn new(robots: usize) -> Self {
-        Self { frames: [(); 3].map(|()| vec![Line::default(); frame_lines(robots)]), next: 0, robots }
+        Self {
+            frames: [(); 3].map(|()| vec![Line::default(); frame_lines(robots)]),
+            next: 0,
+            robots,
+        }
     }
 
     /// Returns the columns of the next frame to write.

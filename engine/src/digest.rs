@@ -3,7 +3,8 @@
 use regatta_plugin::frame::ColumnsMut;
 use xxhash_rust::xxh3::Xxh3;
 
-/// A hash over the tick numbers and columns of all frames so far (XXH3, 128 bits, little-endian values).
+/// A hash over the tick numbers and columns of all frames so far (XXH3, 128 bits, little-endian
+/// values).
 #[derive(Default)]
 pub struct Digest {
     hasher: Xxh3,

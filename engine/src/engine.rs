@@ -60,8 +60,8 @@ impl Engine {
     /// Compiles the scenario, opens the fleet's services and places the robots.
     ///
     /// # Errors
-    /// If another producer of that fleet runs, shared memory can't be used, or the options don't fit the
-    /// scenario or the machine.
+    /// If another producer of that fleet runs, shared memory can't be used, or the options don't
+    /// fit the scenario or the machine.
     pub fn new(scenario: Scenario, options: Options) -> Result<Self, EngineError> {
         let robots = options.robots.unwrap_or_else(|| scenario.robots());
         if robots > MAX_ROBOTS {
@@ -86,7 +86,8 @@ impl Engine {
         };
         let mut fleet = Fleet::new(scenario.graph.clone(), tracks.clone(), config)?;
         fleet.vary_speeds(scenario.disturbances.speed_variation, scenario.seed);
-        let disturbances = Schedule::new(&scenario.disturbances, scenario.seed, scenario.tick_period);
+        let disturbances =
+            Schedule::new(&scenario.disturbances, scenario.seed, scenario.tick_period);
         let routes = RouteServer::open_on(ports.participant())?;
         let mut simulation = Simulation {
             events: EventBuffer::new(MAX_EVENTS),
@@ -104,9 +105,12 @@ impl Engine {
             fleet,
             routes,
         };
-        // The first frame shows these robots. EventBuffer of them would reach only readers that happen to be there by now.
+        // The first frame shows these robots. EventBuffer of them would reach only readers that
+        // happen to be there by now.
         simulation.events.set_wanted(false);
-        simulation.place_robots(robots).map_err(|NoRoom { wanted, fit }| EngineError::NoRoom { wanted, fit })?;
+        simulation
+            .place_robots(robots)
+            .map_err(|NoRoom { wanted, fit }| EngineError::NoRoom { wanted, fit })?;
         let session = Session::new(ports, simulation.scenario.tick_period, options.speed, lockstep);
         Ok(Self { session, simulation })
     }
@@ -134,8 +138,8 @@ impl Simulation {
         tick.is_multiple_of(u64::from(self.scenario.ticks_per_frame))
     }
 
-    /// Applies the orders that came since the last tick; in lockstep by sender, so that the order in which
-    /// processes were scheduled doesn't matter.
+    /// Applies the orders that came since the last tick; in lockstep by sender, so that the order
+    /// in which processes were scheduled doesn't matter.
     fn take_orders(&mut self, session: &mut Session) -> Result<(), EngineError> {
         let by_sender = session.is_lockstep();
         let ports = session.ports();
@@ -168,7 +172,8 @@ impl Simulation {
         let tick = session.tick();
         let ports = session.ports();
         if !self.events.records().is_empty() {
-            let published = ports.publish_events(tick, self.events.dropped(), self.events.records());
+            let published =
+                ports.publish_events(tick, self.events.dropped(), self.events.records());
             session.unless_full(published)?;
             self.events.clear();
             self.unannounced_ticks += 1;
@@ -201,7 +206,12 @@ impl Simulation {
         }
     }
 
-    fn send(&mut self, session: &mut Session, mut frame: FrameLoan, digested: bool) -> Result<(), EngineError> {
+    fn send(
+        &mut self,
+        session: &mut Session,
+        mut frame: FrameLoan,
+        digested: bool,
+    ) -> Result<(), EngineError> {
         if let Some(digest) = self.digest.as_mut().filter(|_| digested) {
             digest.frame(session.tick(), self.fleet.robots(), &frame.columns_mut());
         }

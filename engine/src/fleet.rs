@@ -1,6 +1,8 @@
-//! The state of all robots as private columns, and everything that changes it: spawns, orders and time.
+//! The state of all robots as private columns, and everything that changes it: spawns, orders and
+//! time.
 //!
-//! The parts of a fleet (`ahead`, `batteries`, `closures`, `impairment`, `orders`, `release`, `spawn`) are methods of [`Fleet`] by topic.
+//! The parts of a fleet (`ahead`, `batteries`, `closures`, `impairment`, `orders`, `release`,
+//! `spawn`) are methods of [`Fleet`] by topic.
 
 mod ahead;
 mod batteries;
@@ -33,8 +35,8 @@ use self::step_pool::StepPool;
 use crate::graph::arc_length::Tracks;
 use crate::graph::{Orientation, RouteGraph};
 use crate::motion::{
-    EdgeHeadings, Isa, KinematicLimits, LegTable, Motion, Plans, Route, SpeedVariation, SupportedIsa, TimeStep,
-    TooManyPieces,
+    EdgeHeadings, Isa, KinematicLimits, LegTable, Motion, Plans, Route, SpeedVariation,
+    SupportedIsa, TimeStep, TooManyPieces,
 };
 pub use crate::motion::{EventBuffer, Repeat};
 
@@ -76,7 +78,9 @@ pub enum FleetError {
         tick: Duration,
     },
     /// A robot type has a limit that is not a positive number.
-    #[error("robot type {name:?}: limits of speed and acceleration must be more than 0; leave them out for no limit")]
+    #[error(
+        "robot type {name:?}: limits of speed and acceleration must be more than 0; leave them out for no limit"
+    )]
     BadLimit {
         /// Name of the type.
         name: String,
@@ -142,8 +146,8 @@ pub struct FleetConfig {
 
 /// All robots of a route graph.
 ///
-/// A robot's id is its row. Rows of removed robots are [`RobotState::Absent`] until a spawn uses them again; a
-/// frame has [`Fleet::robots`] rows.
+/// A robot's id is its row. Rows of removed robots are [`RobotState::Absent`] until a spawn uses
+/// them again; a frame has [`Fleet::robots`] rows.
 #[derive(Debug)]
 pub struct Fleet {
     motion: Motion,
@@ -172,7 +176,11 @@ impl Fleet {
     ///
     /// # Errors
     /// See [`FleetError`].
-    pub fn new(graph: Arc<RouteGraph>, tracks: Arc<Tracks>, config: FleetConfig) -> Result<Self, FleetError> {
+    pub fn new(
+        graph: Arc<RouteGraph>,
+        tracks: Arc<Tracks>,
+        config: FleetConfig,
+    ) -> Result<Self, FleetError> {
         check_config(&graph, &config)?;
         let FleetConfig { types, tick_period, seed, isa, threads, most_robots } = config;
         let limits: Vec<_> = types.iter().map(kinematic_limits).collect();
@@ -190,7 +198,8 @@ impl Fleet {
         let time_step = TimeStep::new(tick_period.as_secs_f64());
         let headings = oriented.then(|| EdgeHeadings::new(&legs));
         let variation = SpeedVariation::default();
-        let motion = Motion { legs, plans: Plans::new(seed), headings, limits, variation, time_step, isa };
+        let motion =
+            Motion { legs, plans: Plans::new(seed), headings, limits, variation, time_step, isa };
         Ok(Self {
             motion,
             types,
@@ -210,7 +219,8 @@ impl Fleet {
         self.motion.variation = SpeedVariation { most: most.clamp(0.0, 1.0), seed };
     }
 
-    /// Reserves memory for that many robots. Otherwise spawning allocates it step by step, and more of it.
+    /// Reserves memory for that many robots. Otherwise spawning allocates it step by step, and more
+    /// of it.
     pub fn reserve(&mut self, robots: usize) {
         self.columns.reserve(robots.min(self.most_robots as usize));
     }
@@ -220,7 +230,8 @@ impl Fleet {
         &self.types
     }
 
-    /// Robot type of every row in use, as an index into [`types`](Self::types); meaningless for absent robots.
+    /// Robot type of every row in use, as an index into [`types`](Self::types); meaningless for
+    /// absent robots.
     pub fn robot_types(&self) -> &[u16] {
         &self.columns.robot_type[..self.robots()]
     }
@@ -267,7 +278,8 @@ impl Fleet {
     /// Moves every robot by one tick and writes its pose straight into the frame, if there is one.
     ///
     /// # Panics
-    /// If the columns are not those of a frame for [`Fleet::robots`] robots, each of which starts on a cache line.
+    /// If the columns are not those of a frame for [`Fleet::robots`] robots, each of which starts
+    /// on a cache line.
     pub fn step(&mut self, columns: Option<ColumnsMut>, events: &mut EventBuffer) {
         if let Some(columns) = &columns {
             check_frame(columns, self.robots());
@@ -282,7 +294,8 @@ impl Fleet {
     /// Writes the poses into a frame as they are.
     ///
     /// # Panics
-    /// If the columns are not those of a frame for [`Fleet::robots`] robots, each of which starts on a cache line.
+    /// If the columns are not those of a frame for [`Fleet::robots`] robots, each of which starts
+    /// on a cache line.
     pub fn write(&mut self, columns: ColumnsMut) {
         check_frame(&columns, self.robots());
         self.motion.write(self.columns.rows(self.robots as usize), columns);
@@ -292,12 +305,18 @@ impl Fleet {
 fn check_frame(columns: &ColumnsMut, robots: usize) {
     let words = stride_lines(robots) * WORDS_PER_LINE;
     let bytes = stride_lines(robots).div_ceil(4) * BYTES_PER_LINE;
-    let lengths = [&columns.x, &columns.y, &columns.theta, &columns.speed, &columns.s].map(|column| column.len());
+    let lengths = [&columns.x, &columns.y, &columns.theta, &columns.speed, &columns.s]
+        .map(|column| column.len());
     assert_eq!(lengths, [words; 5], "a frame of {robots} robots");
-    assert_eq!((columns.edge.len(), columns.state.len()), (words, bytes), "a frame of {robots} robots");
+    assert_eq!(
+        (columns.edge.len(), columns.state.len()),
+        (words, bytes),
+        "a frame of {robots} robots"
+    );
+    let starts = [&columns.x, &columns.y, &columns.theta, &columns.speed, &columns.s]
+        .map(|column| column.as_ptr().addr());
     let starts =
-        [&columns.x, &columns.y, &columns.theta, &columns.speed, &columns.s].map(|column| column.as_ptr().addr());
-    let starts = starts.into_iter().chain([columns.edge.as_ptr().addr(), columns.state.as_ptr().addr()]);
+        starts.into_iter().chain([columns.edge.as_ptr().addr(), columns.state.as_ptr().addr()]);
     let is_aligned = starts.into_iter().all(|start| start.is_multiple_of(BYTES_PER_LINE));
     assert!(robots == 0 || is_aligned, "the columns of a frame start on cache lines");
 }
@@ -324,7 +343,10 @@ fn check_config(graph: &RouteGraph, config: &FleetConfig) -> Result<(), FleetErr
     if let Some(bad) = config.types.iter().find(|robot_type| !has_limits(robot_type)) {
         return Err(FleetError::BadLimit { name: bad.name.clone() });
     }
-    let speeds = graph.edges().iter().flat_map(|edge| [edge.velocity_forward, edge.velocity_backwards.unwrap_or(0.0)]);
+    let speeds = graph
+        .edges()
+        .iter()
+        .flat_map(|edge| [edge.velocity_forward, edge.velocity_backwards.unwrap_or(0.0)]);
     let metres = speeds.fold(0.0, f64::max) * config.tick_period.as_secs_f64();
     if metres > Fleet::LONGEST_STEP {
         return Err(FleetError::StepTooLong { metres, tick: config.tick_period });

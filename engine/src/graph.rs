@@ -1,7 +1,7 @@
 //! Route graphs: nodes with poses, and directed Bézier edges between them.
 //!
-//! [`read()`] turns a file into a validated [`RouteGraph`]; [`arc_length`] compiles the graph into the polynomials that
-//! robots move along.
+//! [`read()`] turns a file into a validated [`RouteGraph`]; [`arc_length`] compiles the graph into
+//! the polynomials that robots move along.
 
 pub mod arc_length;
 pub mod bezier;
@@ -36,7 +36,8 @@ pub use format::Format;
 pub use lint::SMOOTH_TURN;
 pub use path::Path;
 pub use read::{
-    GraphError, LengthUnit, MAX_FILE_BYTES, Millimetres, ReadOptions, parse, parse_fixed, read, read_file, read_stream,
+    GraphError, LengthUnit, MAX_FILE_BYTES, Millimetres, ReadOptions, parse, parse_fixed, read,
+    read_file, read_stream,
 };
 pub use route_graph::{Edge, EdgeIndex, Gear, Leg, Node, NodeIndex, RouteGraph};
 pub use spline::Handles;

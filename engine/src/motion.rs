@@ -1,24 +1,29 @@
 //! One tick for every robot: advance it, hand it over to the next piece, write its pose.
 //!
-//! A robot is a row of the fleet's columns. Rows are processed in blocks that are small enough to stay in the cache
-//! between the stages of a tick:
+//! A robot is a row of the fleet's columns. Rows are processed in blocks that are small enough to
+//! stay in the cache between the stages of a tick:
 //!
-//! 1. advance: `w += speed · Δt` in fixed point. Blocks with a robot whose type limits its acceleration also get new
-//!    speeds (`profile.rs` has the equations). Rows that reach the end of their piece are listed.
-//! 2. hand-over of the listed rows, one by one: they are few. Then the rows that turn on the spot (`turning.rs`).
+//! 1. advance: `w += speed · Δt` in fixed point. Blocks with a robot whose type limits its
+//!    acceleration also get new speeds (`profile.rs` has the equations). Rows that reach the end of
+//!    their piece are listed.
+//! 2. hand-over of the listed rows, one by one: they are few. Then the rows that turn on the spot
+//!    (`turning.rs`).
 //! 3. poses of the whole block, written into the frame.
 //!
-//! A robot whose base ends within its leg is listed like one near the end of its leg (`base_end.rs`).
+//! A robot whose base ends within its leg is listed like one near the end of its leg
+//! (`base_end.rs`).
 //!
-//! Stages 1 and 3 exist as a plain reference (`scalar.rs`) and as vector code (`vector.rs`). Both do the same operations
-//! in the same order, each correctly rounded by IEEE 754 (+ − × ÷ √, min, max, conversions; no fused multiply-add, no
-//! libm), so all of them give the same bits.
+//! Stages 1 and 3 exist as a plain reference (`scalar.rs`) and as vector code (`vector.rs`). Both
+//! do the same operations in the same order, each correctly rounded by IEEE 754 (+ − × ÷ √, min,
+//! max, conversions; no fused multiply-add, no libm), so all of them give the same bits.
 //!
-//! This module depends on the route graph only. The fleet, which owns the columns and applies orders, depends on it.
+//! This module depends on the route graph only. The fleet, which owns the columns and applies
+//! orders, depends on it.
 //!
-//! The preconditions of the vector code are types, so that no safe function can break them: a [`PieceColumn`] holds
-//! only indices of the table's pieces, a [`SupportedIsa`] exists only for instruction sets that were detected, and
-//! memory that is stored past the cache stays borrowed until a [`StreamFence`] has run.
+//! The preconditions of the vector code are types, so that no safe function can break them: a
+//! [`PieceColumn`] holds only indices of the table's pieces, a [`SupportedIsa`] exists only for
+//! instruction sets that were detected, and memory that is stored past the cache stays borrowed
+//! until a [`StreamFence`] has run.
 
 mod aligned_vec;
 mod atan2;
@@ -59,8 +64,8 @@ use regatta_plugin::frame::ColumnsMut;
 use self::block::{BlockLists, RowList};
 use self::vector::{Cached, StoreMode, StreamFence};
 
-/// Frames (or a thread's part of one) with at least this many rows are stored past the cache: their lines would evict
-/// everything else from it.
+/// Frames (or a thread's part of one) with at least this many rows are stored past the cache: their
+/// lines would evict everything else from it.
 const ROWS_PAST_CACHE: usize = 1 << 17;
 
 /// Everything that a tick reads and doesn't change.

@@ -1,4 +1,5 @@
-//! Scenarios: a route graph, the robots on it and their routes, the tick rate, and the plugins to start.
+//! Scenarios: a route graph, the robots on it and their routes, the tick rate, and the plugins to
+//! start.
 
 mod battery;
 mod count;
@@ -21,7 +22,9 @@ pub use explain::YamlProblem;
 pub use made_up::made_up_scenario;
 pub use read::{document, is_scenario};
 pub use suggest::closest;
-pub use yaml::{Breakdowns, CameraEntry, Disturbances, LegName, LightEntry, PluginCommand, Stalls, Viewer};
+pub use yaml::{
+    Breakdowns, CameraEntry, Disturbances, LegName, LightEntry, PluginCommand, Stalls, Viewer,
+};
 
 /// The largest number of robots of a scenario: ids and columns stay far below the limits of `u32`.
 pub const MAX_ROBOTS: u32 = 16_000_000;
@@ -55,7 +58,8 @@ pub struct Scenario {
     pub viewer: Viewer,
     /// The lights of the viewer besides the sun; at most [`MAX_LIGHTS`], with finite numbers.
     pub lights: Vec<LightEntry>,
-    /// The named cameras of the viewer: each with z, yaw and pitch, or with a height, and a name of its own.
+    /// The named cameras of the viewer: each with z, yaw and pitch, or with a height, and a name of
+    /// its own.
     pub cameras: Vec<CameraEntry>,
     /// Warnings about the scenario and its graph, one line each.
     pub warnings: Vec<String>,
@@ -162,8 +166,8 @@ impl Scenario {
         self.groups.iter().map(|group| group.count).sum()
     }
 
-    /// Returns the group of the robot with an id. Beyond the robots that the scenario lists, the groups repeat, so that
-    /// a fleet can grow while it runs.
+    /// Returns the group of the robot with an id. Beyond the robots that the scenario lists, the
+    /// groups repeat, so that a fleet can grow while it runs.
     pub fn group_of(&self, robot: u32) -> &RobotGroup {
         let mut rest = robot % self.robots();
         self.groups

@@ -1,4 +1,5 @@
-//! Tests each finding about a route graph file, and each way in which a file can't be read as a route graph.
+//! Tests each finding about a route graph file, and each way in which a file can't be read as a
+//! route graph.
 
 use regatta_engine::graph::{self, GraphError, Handles, ReadOptions, Severity, Subject};
 
@@ -21,7 +22,12 @@ fn check_with(text: &str, options: &ReadOptions) -> Vec<String> {
     findings
         .as_slice()
         .iter()
-        .map(|finding| format!("{} {} {}: {}", finding.line, finding.severity, finding.subject, finding.message))
+        .map(|finding| {
+            format!(
+                "{} {} {}: {}",
+                finding.line, finding.severity, finding.subject, finding.message
+            )
+        })
         .collect()
 }
 
@@ -31,7 +37,10 @@ fn check(text: &str) -> Vec<String> {
 
 #[track_caller]
 fn assert_only(found: &[String], start: &str, part: &str) {
-    assert!(found.len() == 1 && found[0].starts_with(start) && found[0].contains(part), "{found:#?}");
+    assert!(
+        found.len() == 1 && found[0].starts_with(start) && found[0].contains(part),
+        "{found:#?}"
+    );
 }
 
 /// Returns the small graph with one more edge.
@@ -54,17 +63,29 @@ fn the_small_graph_has_no_findings() {
 fn a_graph_far_from_the_origin_gets_an_origin_of_its_own() {
     let far = format!("{NODES}{EDGES}").replace("X: ", "X: 50000").replace("Y: 0", "Y: -3000000");
     let (graph, findings) = graph::parse(&far, "g", &ReadOptions::default()).expect("a graph");
-    assert_eq!((graph.origin().x, graph.origin().y, findings.as_slice().len()), (500_000.0, -3_000_000.0, 0));
+    assert_eq!(
+        (graph.origin().x, graph.origin().y, findings.as_slice().len()),
+        (500_000.0, -3_000_000.0, 0)
+    );
     assert_eq!((graph.nodes()[0].position.x, graph.nodes()[1].position.x), (0.0, 5.0));
-    let near = graph::parse(&format!("{NODES}{EDGES}"), "g", &ReadOptions::default()).expect("a graph").0;
+    let near =
+        graph::parse(&format!("{NODES}{EDGES}"), "g", &ReadOptions::default()).expect("a graph").0;
     assert_eq!((near.origin().x, near.edges()), (0.0, graph.edges()));
 }
 
 #[test]
 fn duplicate_ids_are_reported() {
     let edge = "Id: 10, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: 1";
-    assert_only(&check(&with_edge(edge)), "6 error edge 10: ", "the edge in line 5 has the same Id");
-    assert_only(&check(&with_node("Id: 2, X: 1, Y: 1, Theta: 0")), "6 error node 2: ", "the node in line 5");
+    assert_only(
+        &check(&with_edge(edge)),
+        "6 error edge 10: ",
+        "the edge in line 5 has the same Id",
+    );
+    assert_only(
+        &check(&with_node("Id: 2, X: 1, Y: 1, Theta: 0")),
+        "6 error node 2: ",
+        "the node in line 5",
+    );
 }
 
 #[test]
@@ -76,7 +97,11 @@ fn an_edge_and_a_node_may_have_the_same_id() {
 #[test]
 fn missing_nodes_and_keys_are_reported() {
     let edge = "Id: 11, Origin_ID: 7, Destination_ID: 2, CurveType: Linear, VelocityForward: 1";
-    assert_only(&check(&with_edge(edge)), "6 error edge 11: ", "Origin_ID is 7, but no node has that Id");
+    assert_only(
+        &check(&with_edge(edge)),
+        "6 error edge 11: ",
+        "Origin_ID is 7, but no node has that Id",
+    );
     assert_only(&check(&with_node("Id: 3, X: 1, Theta: 0")), "6 error node 3: ", "has no Y");
     assert_only(&check(&with_node("X: 1, Y: 2, Theta: 0")), "6 error node: ", "has no Id");
 }
@@ -112,7 +137,10 @@ fn numbers_that_are_not_finite_or_out_of_range_are_reported() {
         assert_only(&found, "6 error node 3: ", part);
     }
     let found = check(&with_node("Id: 3, X: 0, Y: 0, Theta: 1e30"));
-    assert!(found.iter().any(|finding| finding.starts_with("6 error node 3: Theta is 1")), "{found:#?}");
+    assert!(
+        found.iter().any(|finding| finding.starts_with("6 error node 3: Theta is 1")),
+        "{found:#?}"
+    );
 }
 
 #[test]
@@ -125,8 +153,10 @@ fn ids_that_are_not_whole_numbers_are_reported() {
 
 #[test]
 fn numbers_may_be_written_in_several_ways() {
-    let text =
-        format!("{NODES}{EDGES}").replace("X: 5", "X: '5.0'").replace("Id: 2", "Id: 2.0").replace("Y: 0", "Y: +0");
+    let text = format!("{NODES}{EDGES}")
+        .replace("X: 5", "X: '5.0'")
+        .replace("Id: 2", "Id: 2.0")
+        .replace("Y: 0", "Y: +0");
     let (graph, findings) = graph::parse(&text, "g.yaml", &ReadOptions::default()).unwrap();
     assert_eq!(findings.as_slice(), []);
     assert_eq!(graph.node(graph.node_by_id(2).unwrap()).position.x, 5.0);
@@ -142,7 +172,9 @@ fn edges_without_length_are_reported() {
 
 #[test]
 fn invalid_curve_types_and_handles_are_reported() {
-    let edge = |curve: &str| with_edge(&format!("Id: 11, Origin_ID: 1, Destination_ID: 2, {curve} VelocityForward: 1"));
+    let edge = |curve: &str| {
+        with_edge(&format!("Id: 11, Origin_ID: 1, Destination_ID: 2, {curve} VelocityForward: 1"))
+    };
     assert_only(
         &check(&edge("CurveType: arc,")),
         "6 error edge 11: ",
@@ -150,9 +182,21 @@ fn invalid_curve_types_and_handles_are_reported() {
     );
     assert_only(&check(&edge("CurveType: 3,")), "6 error edge 11: ", "CurveType is 3");
     assert_only(&check(&edge("")), "6 error edge 11: ", "has no CurveType");
-    assert_only(&check(&edge("CurveType: spline, ParamF: 1,")), "6 error edge 11: ", "has no ParamB");
-    assert_only(&check(&edge("CurveType: SPLINE, ParamF: -1, ParamB: 1,")), "6 error edge 11: ", "ParamF is -1");
-    assert_only(&check(&edge("CurveType: Spline, ParamF: 1, ParamB: 15000,")), "6 error edge 11: ", "extend beyond");
+    assert_only(
+        &check(&edge("CurveType: spline, ParamF: 1,")),
+        "6 error edge 11: ",
+        "has no ParamB",
+    );
+    assert_only(
+        &check(&edge("CurveType: SPLINE, ParamF: -1, ParamB: 1,")),
+        "6 error edge 11: ",
+        "ParamF is -1",
+    );
+    assert_only(
+        &check(&edge("CurveType: Spline, ParamF: 1, ParamB: 15000,")),
+        "6 error edge 11: ",
+        "extend beyond",
+    );
 }
 
 #[test]
@@ -172,14 +216,22 @@ fn invalid_speeds_are_reported() {
 
 #[test]
 fn an_empty_graph_is_reported() {
-    assert_only(&check("Edges: []\nVertices:\n"), "1 error file: ", "has no nodes and no edges: list them");
+    assert_only(
+        &check("Edges: []\nVertices:\n"),
+        "1 error file: ",
+        "has no nodes and no edges: list them",
+    );
     assert_only(&check(NODES), "1 error file: ", "has no edges: list them under Edges");
     assert_only(&check("{}"), "1 error file: ", "has no nodes and no edges");
 }
 
 #[test]
 fn keys_given_twice_are_reported() {
-    assert_only(&check(&with_node("Id: 3, X: 1, x: 2, Y: 1, Theta: 0")), "6 error node 3: ", "`x` is given twice");
+    assert_only(
+        &check(&with_node("Id: 3, X: 1, x: 2, Y: 1, Theta: 0")),
+        "6 error node 3: ",
+        "`x` is given twice",
+    );
     let found = check(&format!("{NODES}{EDGES}nodes: []\n"));
     assert_only(&found, "6 error file: ", "`nodes` is given twice");
 }
@@ -190,16 +242,27 @@ fn items_of_the_wrong_type_are_reported() {
     assert_eq!(found.len(), 2, "{found:#?}");
     assert!(found[0].contains("edge number 2 of the list must be a map, not 7"), "{found:#?}");
     let found = check(&format!("{NODES}Edges: 12\n"));
-    assert_eq!(found, ["4 error file: `Edges` must be a list, not 12"], "and not that there are no edges");
+    assert_eq!(
+        found,
+        ["4 error file: `Edges` must be a list, not 12"],
+        "and not that there are no edges"
+    );
 }
 
 #[test]
 fn each_unknown_key_is_reported_once() {
-    let text = format!("{NODES}{EDGES}Author: me\n").replace("Theta: 0}", "Theta: 0, Colour: red, Label: pass}");
+    let text = format!("{NODES}{EDGES}Author: me\n")
+        .replace("Theta: 0}", "Theta: 0, Colour: red, Label: pass}");
     let found = check(&text);
     assert_eq!(found.len(), 2, "{found:#?}");
-    assert!(found[0].starts_with("2 warning file: `Colour` is not a key of a node: ignored (2 times)"), "{found:#?}");
-    assert!(found[1].starts_with("6 warning file: `Author` is not a key of the file"), "{found:#?}");
+    assert!(
+        found[0].starts_with("2 warning file: `Colour` is not a key of a node: ignored (2 times)"),
+        "{found:#?}"
+    );
+    assert!(
+        found[1].starts_with("6 warning file: `Author` is not a key of the file"),
+        "{found:#?}"
+    );
 }
 
 #[test]
@@ -216,10 +279,12 @@ fn angles_in_degrees_are_suspected_and_can_be_declared() {
     let text = format!("{NODES}{EDGES}").replace("Theta: 0", "Theta: 90");
     let found = check(&text);
     assert!(
-        found[0].starts_with("2 warning node 1: Theta is 90, more than a full turn (and 1 more node)"),
+        found[0]
+            .starts_with("2 warning node 1: Theta is 90, more than a full turn (and 1 more node)"),
         "{found:#?}"
     );
-    let (graph, warnings) = graph::parse(&format!("angleunit: DEG\n{text}"), "g", &ReadOptions::default()).unwrap();
+    let (graph, warnings) =
+        graph::parse(&format!("angleunit: DEG\n{text}"), "g", &ReadOptions::default()).unwrap();
     assert_eq!(warnings.as_slice(), []);
     assert_eq!(graph.nodes()[0].theta, std::f64::consts::FRAC_PI_2);
 }
@@ -228,7 +293,11 @@ fn angles_in_degrees_are_suspected_and_can_be_declared() {
 fn swapped_handles_are_suspected() {
     let text = "Edges:\n- {Id: 1, Origin_ID: 1, Destination_ID: 2, CurveType: Spline, ParamB: 9, ParamF: 1, \
                 VelocityForward: 1, VelocityBackwards: 1}\nVertices:\n- {Id: 1, X: 0, Y: 0, Theta: 0}\n- {Id: 2, X: 2, Y: 9, Theta: 1.57}\n";
-    assert_only(&check(text), "1 warning file: ", "with `Handles: f_at_origin`: if the latter is meant");
+    assert_only(
+        &check(text),
+        "1 warning file: ",
+        "with `Handles: f_at_origin`: if the latter is meant",
+    );
     let options = ReadOptions { handles: Some(Handles::FAtOrigin), ..ReadOptions::default() };
     assert_eq!(check_with(text, &options), [""; 0]);
     assert_eq!(check(&format!("{text}Handles: f_at_origin\n")), [""; 0]);
@@ -252,13 +321,25 @@ fn dead_ends_and_unreachable_nodes_are_reported() {
     let text = format!("{NODES}{EDGES}").replace(", VelocityBackwards: 0.5", "");
     let found = check(&text);
     assert_eq!(found.len(), 2, "{found:#?}");
-    assert!(found[0].starts_with("2 warning node 1: unreachable: no edge leads to it"), "{found:#?}");
+    assert!(
+        found[0].starts_with("2 warning node 1: unreachable: no edge leads to it"),
+        "{found:#?}"
+    );
     assert!(found[1].starts_with("3 warning node 2: dead end"), "{found:#?}");
-    assert_only(&check(&with_node("Id: 3, X: 1, Y: 1, Theta: 0")), "6 warning node 3: ", "no edge starts or ends here");
+    assert_only(
+        &check(&with_node("Id: 3, X: 1, Y: 1, Theta: 0")),
+        "6 warning node 3: ",
+        "no edge starts or ends here",
+    );
     // However many there are, that is one warning.
-    let many: String = (3..20).map(|id| format!("- {{Id: {id}, X: {id}, Y: 9, Theta: 0}}\n")).collect();
+    let many: String =
+        (3..20).map(|id| format!("- {{Id: {id}, X: {id}, Y: 9, Theta: 0}}\n")).collect();
     let found = check(&format!("{NODES}{many}{EDGES}"));
-    assert_only(&found, "4 warning node 3: ", "connect it or remove it (and 16 more nodes: 4, 5, 6, 7, 8, …)");
+    assert_only(
+        &found,
+        "4 warning node 3: ",
+        "connect it or remove it (and 16 more nodes: 4, 5, 6, 7, 8, …)",
+    );
 }
 
 #[test]
@@ -288,13 +369,23 @@ fn lines_are_correct_in_block_style_with_comments_and_multibyte_characters() {
 
 #[test]
 fn an_error_is_displayed_as_one_line() {
-    let error =
-        graph::parse(&with_node("Id: 2, X: far, Y: 1, Theta: 0"), "g.yaml", &ReadOptions::default()).unwrap_err();
-    assert_eq!(error.to_string(), "g.yaml:6: error: node 2: X is `far`: it must be a finite number (and 1 more error)");
+    let error = graph::parse(
+        &with_node("Id: 2, X: far, Y: 1, Theta: 0"),
+        "g.yaml",
+        &ReadOptions::default(),
+    )
+    .unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "g.yaml:6: error: node 2: X is `far`: it must be a finite number (and 1 more error)"
+    );
     let findings = error.findings().unwrap();
     assert_eq!((findings.errors(), findings.warnings()), (2, 0));
     let first = findings.first_error().unwrap();
-    assert_eq!((first.severity, first.subject, first.line), (Severity::Error, Subject::Node(Some(2)), 6));
+    assert_eq!(
+        (first.severity, first.subject, first.line),
+        (Severity::Error, Subject::Node(Some(2)), 6)
+    );
 }
 
 #[track_caller]
@@ -302,7 +393,10 @@ fn assert_rejected(text: &str, part: &str) {
     let error = graph::parse(text, "g.yaml", &ReadOptions::default()).unwrap_err();
     assert!(error.findings().is_none(), "{error}");
     let message = error.to_string();
-    assert!(message.starts_with("g.yaml:") && message.contains(part) && !message.contains('\n'), "{message}");
+    assert!(
+        message.starts_with("g.yaml:") && message.contains(part) && !message.contains('\n'),
+        "{message}"
+    );
 }
 
 #[test]
@@ -329,7 +423,10 @@ fn a_yaml_bomb_is_read_or_rejected_in_bounded_memory() {
         bomb.push_str(&format!("{this}: &{this} [{}]\n", vec![format!("*{last}"); 9].join(",")));
     }
     let found = check(&format!("{bomb}Edges: *i\n{NODES}"));
-    assert!(found.iter().any(|finding| finding.contains("edge number 9 of the list must be a map")), "{found:#?}");
+    assert!(
+        found.iter().any(|finding| finding.contains("edge number 9 of the list must be a map")),
+        "{found:#?}"
+    );
     let keys: String = (0..2000).map(|key| format!("k{key}: 0, ")).collect();
     let items = "*e, ".repeat(100_000);
     assert_rejected(&format!("Vertices: [&e {{{keys}}}, {items}]\n"), "aliases included");
@@ -341,7 +438,10 @@ fn other_formats_have_fewer_entries() {
     let text = format!("levels:\n{}", "- {a: 1, b: 2, c: 3}\n".repeat(1_000_000));
     let options = ReadOptions { format: Some(graph::Format::OpenRmf), ..ReadOptions::default() };
     let error = graph::parse(&text, "g.yaml", &options).unwrap_err();
-    assert!(matches!(&error, GraphError::TooLarge { limit, .. } if limit.contains("entries")), "{error}");
+    assert!(
+        matches!(&error, GraphError::TooLarge { limit, .. } if limit.contains("entries")),
+        "{error}"
+    );
 }
 
 #[test]
@@ -353,8 +453,12 @@ fn a_scalar_may_be_an_alias() {
 #[test]
 fn files_that_can_not_be_read_are_rejected() {
     let folder = tempfile::tempdir().unwrap();
-    let read = |name: &str| graph::read(&folder.path().join(name), &ReadOptions::default()).unwrap_err();
-    assert!(matches!(graph::read(folder.path(), &ReadOptions::default()), Err(GraphError::Folder { .. })));
+    let read =
+        |name: &str| graph::read(&folder.path().join(name), &ReadOptions::default()).unwrap_err();
+    assert!(matches!(
+        graph::read(folder.path(), &ReadOptions::default()),
+        Err(GraphError::Folder { .. })
+    ));
     assert!(matches!(read("missing"), GraphError::Unreadable { .. }));
     std::fs::write(folder.path().join("binary"), [b'E', b'\n', 0x80, 0xff]).unwrap();
     assert!(matches!(read("binary"), GraphError::NotText { line: 2, .. }));
@@ -378,7 +482,13 @@ fn a_byte_order_mark_is_ignored() {
 fn all_errors_of_an_edge_are_reported_at_once() {
     let edge = "Id: 11, Origin_ID: 1, Destination_ID: 9, CurveType: wavy, ParamF: -5, ParamB: 1e6, VelocityForward: 0";
     let found = check(&with_edge(edge));
-    for part in ["Destination_ID is 9", "CurveType", "ParamF is -5", "ParamB is 1000000", "VelocityForward is 0"] {
+    for part in [
+        "Destination_ID is 9",
+        "CurveType",
+        "ParamF is -5",
+        "ParamB is 1000000",
+        "VelocityForward is 0",
+    ] {
         assert!(found.iter().any(|finding| finding.contains(part)), "{part}: {found:#?}");
     }
     assert_eq!(found.len(), 5, "{found:#?}");
@@ -387,7 +497,9 @@ fn all_errors_of_an_edge_are_reported_at_once() {
 #[test]
 fn a_straight_edge_needs_no_handles_but_invalid_ones_are_reported() {
     let edge = |handles: &str| {
-        with_edge(&format!("Id: 11, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: 1{handles}"))
+        with_edge(&format!(
+            "Id: 11, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: 1{handles}"
+        ))
     };
     assert_eq!(check(&edge("")), [""; 0]);
     assert_eq!(check(&edge(", ParamF: 1, ParamB: 2")), [""; 0]);
@@ -396,8 +508,9 @@ fn a_straight_edge_needs_no_handles_but_invalid_ones_are_reported() {
 
 /// A graph in flow style that is large enough to be read part by part.
 fn large() -> String {
-    let graph =
-        graph::generate::Grid { columns: 60, rows: 60, spacing: 20, one_way: false }.generate().expect("a graph");
+    let graph = graph::generate::Grid { columns: 60, rows: 60, spacing: 20, one_way: false }
+        .generate()
+        .expect("a graph");
     assert!(graph.len() > 1 << 20, "{} bytes", graph.len());
     graph
 }
@@ -407,7 +520,8 @@ fn a_large_file_is_read_as_a_small_one() {
     let text = large();
     let parts = graph::parse(&text, "g", &ReadOptions::default()).expect("a graph").0;
     // An ampersand may be an anchor, with which a file is read as a whole.
-    let whole = graph::parse(&format!("# &\n{text}"), "g", &ReadOptions::default()).expect("a graph").0;
+    let whole =
+        graph::parse(&format!("# &\n{text}"), "g", &ReadOptions::default()).expect("a graph").0;
     assert!(parts.nodes() == whole.nodes() && parts.edges() == whole.edges());
 }
 
@@ -417,12 +531,19 @@ fn findings_in_a_large_file_have_their_lines() {
     let line = 20_500;
     assert!(text.lines().count() > line);
     let replaced = |new: &str| {
-        let lines = (1..).zip(text.lines()).map(|(number, old)| if number == line { new } else { old });
+        let lines =
+            (1..).zip(text.lines()).map(|(number, old)| if number == line { new } else { old });
         lines.flat_map(|line| [line, "\n"]).collect::<String>()
     };
-    let found = check(&replaced("- {Id: no, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: 1}"));
-    assert!(found.iter().any(|finding| finding.starts_with(&format!("{line} error "))), "{found:#?}");
-    let error =
-        graph::parse(&replaced("- {Id: 1, : :}"), "g", &ReadOptions::default()).expect_err("no YAML").to_string();
+    let found = check(&replaced(
+        "- {Id: no, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: 1}",
+    ));
+    assert!(
+        found.iter().any(|finding| finding.starts_with(&format!("{line} error "))),
+        "{found:#?}"
+    );
+    let error = graph::parse(&replaced("- {Id: 1, : :}"), "g", &ReadOptions::default())
+        .expect_err("no YAML")
+        .to_string();
     assert!(error.starts_with(&format!("g:{line}: not a route graph")), "{error}");
 }

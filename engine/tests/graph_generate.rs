@@ -12,7 +12,8 @@ fn parse(text: &str) -> RouteGraph {
     graph
 }
 
-/// Asserts that the graph is strongly connected in forward gear, as random walks need it, and without dead ends.
+/// Asserts that the graph is strongly connected in forward gear, as random walks need it, and
+/// without dead ends.
 #[track_caller]
 fn assert_drivable(graph: &RouteGraph) {
     let nodes = graph.nodes().len();
@@ -40,7 +41,9 @@ fn the_smallest_graphs_are_drivable() {
     assert_drivable(&parse(&Warehouse { aisles: 1, rows: 1, bays: 1 }.generate().unwrap()));
     for one_way in [false, true] {
         for (columns, rows) in [(2, 2), (2, 3), (3, 2), (3, 3)] {
-            assert_drivable(&parse(&Grid { columns, rows, spacing: 10, one_way }.generate().unwrap()));
+            assert_drivable(&parse(
+                &Grid { columns, rows, spacing: 10, one_way }.generate().unwrap(),
+            ));
         }
     }
 }
@@ -50,17 +53,22 @@ fn large_graphs_have_the_expected_size() {
     let edges = |text: String| parse(&text).edges().len();
     assert!(edges(Warehouse { aisles: 60, rows: 6, bays: 6 }.generate().unwrap()) >= 4096);
     assert!(edges(Warehouse { aisles: 400, rows: 20, bays: 6 }.generate().unwrap()) >= 100_000);
-    assert!(edges(Grid { columns: 80, rows: 80, spacing: 20, one_way: false }.generate().unwrap()) >= 100_000);
+    assert!(
+        edges(Grid { columns: 80, rows: 80, spacing: 20, one_way: false }.generate().unwrap())
+            >= 100_000
+    );
 }
 
 #[test]
 fn arguments_out_of_range_are_rejected() {
-    let warehouse = |aisles, rows, bays| Warehouse { aisles, rows, bays }.generate().unwrap_err().to_string();
+    let warehouse =
+        |aisles, rows, bays| Warehouse { aisles, rows, bays }.generate().unwrap_err().to_string();
     assert_eq!(warehouse(0, 1, 1), "--aisles is 0: it must be 1 to 10000");
     assert!(warehouse(10_000, 10_000, 1000).contains("edges"));
     assert!(warehouse(2000, 1, 1).contains("m wide"));
-    let grid =
-        |columns, rows, spacing| Grid { columns, rows, spacing, one_way: true }.generate().unwrap_err().to_string();
+    let grid = |columns, rows, spacing| {
+        Grid { columns, rows, spacing, one_way: true }.generate().unwrap_err().to_string()
+    };
     assert!(grid(1, 5, 20).contains("--columns is 1"));
     assert!(grid(2, 20, 1000).contains("m wide"));
 }

@@ -17,7 +17,10 @@ fn check(text: &str) {
             }
             Err(error) => {
                 assert!(!error.to_string().contains('\n'), "{error}");
-                assert_eq!(error.findings().is_some_and(|findings| findings.errors() > 0), error.findings().is_some());
+                assert_eq!(
+                    error.findings().is_some_and(|findings| findings.errors() > 0),
+                    error.findings().is_some()
+                );
             }
         }
     }
@@ -102,11 +105,18 @@ fn both_spellings_of_the_format_are_read() {
     let (one, _) = parse(dissertation, "g", &ReadOptions::default()).unwrap();
     let (other, findings) = parse(navigation_stack, "g", &ReadOptions::default()).unwrap();
     assert_eq!(findings.as_slice(), []);
-    let poses =
-        |graph: &RouteGraph| graph.nodes().iter().map(|node| (node.id, node.position, node.theta)).collect::<Vec<_>>();
+    let poses = |graph: &RouteGraph| {
+        graph.nodes().iter().map(|node| (node.id, node.position, node.theta)).collect::<Vec<_>>()
+    };
     assert_eq!(poses(&one), poses(&other));
     let tags = other.nodes()[0].tags.as_ref().expect("a label and more");
-    assert_eq!((tags.name.as_deref(), tags.properties["ThetaHolomonic"].as_ref()), (Some("pass"), "3.01"));
+    assert_eq!(
+        (tags.name.as_deref(), tags.properties["ThetaHolomonic"].as_ref()),
+        (Some("pass"), "3.01")
+    );
     assert_eq!(one.edges()[0].path, other.edges()[0].path);
-    assert_eq!((one.edges()[0].velocity_backwards, other.edges()[0].velocity_backwards), (None, Some(0.5)));
+    assert_eq!(
+        (one.edges()[0].velocity_backwards, other.edges()[0].velocity_backwards),
+        (None, Some(0.5))
+    );
 }

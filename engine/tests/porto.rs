@@ -1,5 +1,5 @@
-//! Compares `graphs/porto.yaml` with the published parts of the dissertation's graph, and `graphs/thirty.yaml` with its
-//! routes.
+//! Compares `graphs/porto.yaml` with the published parts of the dissertation's graph, and
+//! `graphs/thirty.yaml` with its routes.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -8,8 +8,8 @@ use regatta_engine::graph::arc_length::{Distance, Tracks};
 use regatta_engine::graph::{Gear, Leg, NodeIndex, ReadOptions, RouteGraph, read};
 use regatta_engine::scenario::{Overrides, Scenario, Start};
 
-/// Tables 5.1 and 5.3: a route, and the target X, Y and θ (degrees) of its end. Two rows have the simulated target 90.03
-/// where the row of the single edge has 90; here it is 90.
+/// Tables 5.1 and 5.3: a route, and the target X, Y and θ (degrees) of its end. Two rows have the
+/// simulated target 90.03 where the row of the single edge has 90; here it is 90.
 const END_POSES: [(&[u32], [f64; 3]); 18] = [
     (&[45], [13.00, 13.50, 90.0]),
     (&[34], [-5.0, -8.0, 180.0]),
@@ -75,8 +75,8 @@ fn graphs(name: &str) -> PathBuf {
 }
 
 fn porto() -> RouteGraph {
-    let (graph, findings) =
-        read(&graphs("porto.yaml"), &ReadOptions::default()).unwrap_or_else(|error| panic!("{error}"));
+    let (graph, findings) = read(&graphs("porto.yaml"), &ReadOptions::default())
+        .unwrap_or_else(|error| panic!("{error}"));
     assert!(findings.as_slice().is_empty(), "{findings:#?}");
     graph
 }
@@ -114,11 +114,16 @@ fn headings_are_continuous_along_routes() {
     for route in all {
         for pair in legs(&graph, route).windows(2) {
             assert_eq!(graph.leg_end(pair[0]), graph.leg_start(pair[1]), "{route:?}");
-            let end = tracks.pieces()[tracks.track(pair[0]).unwrap().last_piece() as usize].derivative(0.0);
+            let end = tracks.pieces()[tracks.track(pair[0]).unwrap().last_piece() as usize]
+                .derivative(0.0);
             let row = tracks.track(pair[1]).unwrap().first_piece as usize;
             let length: Distance = tracks.infos()[row].length;
             let start = tracks.pieces()[row].derivative(-length.to_metres() as f32);
-            assert!(end.angle_to(start).abs() < 1e-5, "{route:?} turns by {} rad", end.angle_to(start));
+            assert!(
+                end.angle_to(start).abs() < 1e-5,
+                "{route:?} turns by {} rad",
+                end.angle_to(start)
+            );
         }
     }
 }
@@ -136,8 +141,8 @@ fn routes_take_about_as_long_as_published() {
 
 #[test]
 fn thirty_robots_drive_the_published_routes_between_different_nodes() {
-    let scenario =
-        Scenario::read(&graphs("thirty.yaml"), &Overrides::default()).unwrap_or_else(|error| panic!("{error}"));
+    let scenario = Scenario::read(&graphs("thirty.yaml"), &Overrides::default())
+        .unwrap_or_else(|error| panic!("{error}"));
     assert!(scenario.warnings.is_empty(), "{:?}", scenario.warnings);
     let graph = &scenario.graph;
     let (mut starts, mut ends) = (BTreeSet::new(), BTreeSet::new());
@@ -162,7 +167,9 @@ fn every_node_can_be_reached_from_every_other_in_forward_gear() {
         let mut open = vec![start];
         while let Some(node) = open.pop() {
             let forward = graph.departures(node).iter().filter(|leg| leg.gear == Gear::Forward);
-            open.extend(forward.map(|&leg| graph.leg_end(leg)).filter(|&next| reached.insert(next)));
+            open.extend(
+                forward.map(|&leg| graph.leg_end(leg)).filter(|&next| reached.insert(next)),
+            );
         }
         assert_eq!(reached.len(), graph.nodes().len(), "from {:?}", graph.node(start));
     }

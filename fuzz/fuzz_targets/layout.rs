@@ -1,5 +1,5 @@
-//! What the fuzz targets of layouts do: no text makes a reader panic, hang or exhaust memory, and every accepted graph can be
-//! compiled and written.
+//! What the fuzz targets of layouts do: no text makes a reader panic, hang or exhaust memory, and
+//! every accepted graph can be compiled and written.
 
 use regatta_engine::graph::arc_length::Tracks;
 use regatta_engine::graph::format::write;

@@ -1,4 +1,5 @@
-//! No text makes the graph reader panic, hang or exhaust memory; every accepted graph has legs and can be compiled.
+//! No text makes the graph reader panic, hang or exhaust memory; every accepted graph has legs and
+//! can be compiled.
 //!
 //! `cargo +nightly fuzz run route_graph fuzz/seeds -- -max_total_time=600`
 

@@ -1,7 +1,9 @@
-//! No datagram makes the UDP plugins panic, hang or exhaust memory: neither the source, which turns datagrams into a
-//! fleet, nor the check of a visualiser's answers. A line that is parsed, written and parsed again has the same values.
+//! No datagram makes the UDP plugins panic, hang or exhaust memory: neither the source, which turns
+//! datagrams into a fleet, nor the check of a visualiser's answers. A line that is parsed, written
+//! and parsed again has the same values.
 //!
-//! `mkdir -p fuzz/corpus/udp_datagram; cargo +nightly fuzz run udp_datagram fuzz/corpus/udp_datagram fuzz/seeds-udp -- -max_total_time=600`
+//! `mkdir -p fuzz/corpus/udp_datagram; cargo +nightly fuzz run udp_datagram
+//! fuzz/corpus/udp_datagram fuzz/seeds-udp -- -max_total_time=600`
 
 #![no_main]
 

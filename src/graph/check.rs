@@ -1,4 +1,5 @@
-//! `regatta graph check`: lists everything that is wrong with a route graph, or with a scenario and its route graph.
+//! `regatta graph check`: lists everything that is wrong with a route graph, or with a scenario and
+//! its route graph.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -30,8 +31,11 @@ pub fn run(file: &FileArgs, json: bool) -> Result<ExitCode, Failure> {
     let text = file.text()?;
     let checked = match graph::parse(&text, &file.name(), &file.options()) {
         Ok((graph, findings)) => {
-            let content =
-                format!("{}, {}", with_plural(graph.edges().len(), "edge"), with_plural(graph.nodes().len(), "node"));
+            let content = format!(
+                "{}, {}",
+                with_plural(graph.edges().len(), "edge"),
+                with_plural(graph.nodes().len(), "node")
+            );
             Checked::route_graph(Some(content), findings)
         }
         Err(_) if is_scenario(&text) => check_scenario(&text, file)?,
@@ -55,7 +59,9 @@ fn check_scenario(text: &str, file: &FileArgs) -> Result<Checked, Failure> {
             };
             Ok(Checked { content: Some(content), scenario_warnings: scenario.warnings, ..checked })
         }
-        Err(ScenarioError::Graph(GraphError::Invalid(findings))) => Ok(Checked { findings, ..checked }),
+        Err(ScenarioError::Graph(GraphError::Invalid(findings))) => {
+            Ok(Checked { findings, ..checked })
+        }
         Err(error @ (ScenarioError::Yaml { .. } | ScenarioError::Invalid { .. })) => {
             Ok(Checked { scenario_error: Some(error), ..checked })
         }
@@ -79,12 +85,14 @@ impl Checked {
 
     /// Formats every finding and a summary line.
     fn text(&self, file: &str) -> String {
-        let mut text: String = self.findings.as_slice().iter().map(|finding| format!("{finding}\n")).collect();
+        let mut text: String =
+            self.findings.as_slice().iter().map(|finding| format!("{finding}\n")).collect();
         // Writing to a string can't fail.
         let _ = self.scenario_error.iter().try_for_each(|error| writeln!(text, "{error}"));
         let _ = self.scenario_warnings.iter().try_for_each(|warning| writeln!(text, "{warning}"));
         let (errors, warnings) = (self.errors(), self.warnings());
-        let unlisted = self.findings.errors() + self.findings.warnings() - self.findings.as_slice().len();
+        let unlisted =
+            self.findings.errors() + self.findings.warnings() - self.findings.as_slice().len();
         if unlisted > 0 {
             let _ = writeln!(text, "({unlisted} more findings are not listed)");
         }
@@ -100,9 +108,14 @@ impl Checked {
 
     fn json(&self, file: &str) -> Value {
         let mut findings: Vec<_> = self.findings.as_slice().iter().map(finding_json).collect();
-        let of_scenario = |severity: &str, message: String| json!({"severity": severity, "message": message});
-        findings.extend(self.scenario_error.iter().map(|error| of_scenario("error", error.to_string())));
-        findings.extend(self.scenario_warnings.iter().map(|warning| of_scenario("warning", warning.clone())));
+        let of_scenario =
+            |severity: &str, message: String| json!({"severity": severity, "message": message});
+        findings.extend(
+            self.scenario_error.iter().map(|error| of_scenario("error", error.to_string())),
+        );
+        findings.extend(
+            self.scenario_warnings.iter().map(|warning| of_scenario("warning", warning.clone())),
+        );
         json!({
             "file": file,
             "kind": self.kind,

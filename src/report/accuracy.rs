@@ -46,10 +46,15 @@ fn drive() -> Result<Drive, Failure> {
     });
     write(&scenario, &format!("graph: porto.yaml\nrate: 100\nrobots:\n{routes}"))?;
 
-    let mut experiment = Experiment::start("accuracy", &scenario, &["--speed".into(), "20".into()])?;
+    let mut experiment =
+        Experiment::start("accuracy", &scenario, &["--speed".into(), "20".into()])?;
     let plotted = END_POSES.iter().position(|row| row.route == PLOTTED_ROUTE).unwrap_or(0);
     let pose = |frame: &regatta_plugin::Frame<'_>, robot: usize| {
-        [f64::from(frame.x()[robot]), f64::from(frame.y()[robot]), f64::from(frame.theta()[robot]).to_degrees()]
+        [
+            f64::from(frame.x()[robot]),
+            f64::from(frame.y()[robot]),
+            f64::from(frame.theta()[robot]).to_degrees(),
+        ]
     };
     let mut drive = Drive { end_poses: Vec::new(), path: Vec::new() };
     experiment.watch(Duration::from_secs(120), |frame| {
@@ -72,7 +77,8 @@ fn rates(row: &EndPose, pose: &Pose) -> [Option<f64>; 3] {
 /// Returns the mean success rate of each column over the rows where the formula has a value.
 fn averages(rows: &[EndPose], poses: &[Pose]) -> Pose {
     std::array::from_fn(|column| {
-        let values: Vec<_> = rows.iter().zip(poses).filter_map(|(row, pose)| rates(row, pose)[column]).collect();
+        let values: Vec<_> =
+            rows.iter().zip(poses).filter_map(|(row, pose)| rates(row, pose)[column]).collect();
         values.iter().sum::<f64>() / values.len() as f64
     })
 }
@@ -111,13 +117,19 @@ fn markdown(drive: &Drive, environment: &str) -> String {
     }
     let _ = writeln!(text, "\n| average success rate | Regatta | dissertation |\n|---|---|---|");
     for (name, mean, published) in mean_rates(drive) {
-        let _ = writeln!(text, "| {name} | {} | {} |", rates_text(mean.map(Some)), rates_text(published.map(Some)));
+        let _ = writeln!(
+            text,
+            "| {name} | {} | {} |",
+            rates_text(mean.map(Some)),
+            rates_text(published.map(Some))
+        );
     }
     text.push_str("\n![Drive of edge 34](accuracy.svg)\n");
     text
 }
 
-/// Returns the name, Regatta's average and the dissertation's average of the single edges and of the routes.
+/// Returns the name, Regatta's average and the dissertation's average of the single edges and of
+/// the routes.
 fn mean_rates(drive: &Drive) -> [(&'static str, Pose, Pose); 2] {
     let (edges, routes) = END_POSES.split_at(SINGLE_EDGES);
     let (edge_poses, route_poses) = drive.end_poses.split_at(SINGLE_EDGES);
@@ -143,7 +155,9 @@ fn json(drive: &Drive, machine: serde_json::Value) -> serde_json::Value {
         .collect();
     let averages: serde_json::Map<_, _> = mean_rates(drive)
         .into_iter()
-        .map(|(name, mean, published)| (name.into(), serde_json::json!({"regatta": mean, "dissertation": published})))
+        .map(|(name, mean, published)| {
+            (name.into(), serde_json::json!({"regatta": mean, "dissertation": published}))
+        })
         .collect();
     serde_json::json!({ "machine": machine, "rows": rows, "average_success_rate_percent": averages })
 }

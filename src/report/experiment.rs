@@ -19,7 +19,8 @@ const START_TIMEOUT: Duration = Duration::from_secs(60);
 /// The time between two checks while an experiment waits.
 const POLL_INTERVAL: Duration = Duration::from_millis(5);
 
-/// Returns an error if this process was asked to end. Everything that an experiment has made is removed when it is dropped.
+/// Returns an error if this process was asked to end. Everything that an experiment has made is
+/// removed when it is dropped.
 pub fn check_interrupt() -> Result<(), Failure> {
     if Termination::watch().map_err(plugin_failure)?.requested() {
         return Err("interrupted; no report was written".into());
@@ -45,7 +46,8 @@ pub struct Experiment {
 }
 
 impl Experiment {
-    /// Starts `regatta engine SCENARIO ARGS` with a fleet name of its own, and waits until the fleet can be read.
+    /// Starts `regatta engine SCENARIO ARGS` with a fleet name of its own, and waits until the
+    /// fleet can be read.
     pub fn start(name: &str, scenario: &Path, args: &[String]) -> Result<Self, Failure> {
         check_interrupt()?;
         let fleet: FleetName = format!("report-{name}-{}", std::process::id()).parse()?;
@@ -62,7 +64,9 @@ impl Experiment {
                 return Ok(Self { supervisor, control, reader });
             }
             if !supervisor.take_ended().is_empty() || started.elapsed() > START_TIMEOUT {
-                return Err(format!("the engine did not start: {}", last_line(&mut messages)?).into());
+                return Err(
+                    format!("the engine did not start: {}", last_line(&mut messages)?).into()
+                );
             }
             std::thread::sleep(POLL_INTERVAL);
         }
@@ -73,7 +77,11 @@ impl Experiment {
     }
 
     /// Calls `is_last` with each frame as it arrives, until it returns true.
-    pub fn watch(&mut self, timeout: Duration, mut is_last: impl FnMut(&Frame<'_>) -> bool) -> Result<(), Failure> {
+    pub fn watch(
+        &mut self,
+        timeout: Duration,
+        mut is_last: impl FnMut(&Frame<'_>) -> bool,
+    ) -> Result<(), Failure> {
         let started = Instant::now();
         while started.elapsed() < timeout {
             check_interrupt()?;
@@ -85,7 +93,10 @@ impl Experiment {
             if let Some(child) = self.supervisor.take_ended().first() {
                 // Ctrl-C reaches the engine too.
                 check_interrupt()?;
-                return Err(child.failure().unwrap_or_else(|| "the engine ended early".into()).into());
+                return Err(child
+                    .failure()
+                    .unwrap_or_else(|| "the engine ended early".into())
+                    .into());
             }
         }
         Err(format!("the experiment did not end within {} s", timeout.as_secs()).into())
@@ -114,7 +125,8 @@ pub fn all_idle(frame: &Frame<'_>) -> bool {
     frame.state().iter().all(|&state| state == RobotState::Idle as u8)
 }
 
-/// Creates a folder for an experiment's scenarios that contains the graph `porto.yaml`; it is removed when dropped.
+/// Creates a folder for an experiment's scenarios that contains the graph `porto.yaml`; it is
+/// removed when dropped.
 pub fn folder_with_porto() -> Result<tempfile::TempDir, Failure> {
     let folder = temporary_folder()?;
     write(&folder.path().join("porto.yaml"), include_str!("../../graphs/porto.yaml"))?;

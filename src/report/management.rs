@@ -1,5 +1,5 @@
-//! `regatta report management`: what the fleet manager carries, with what effort, and whether robots ever touch. Engine, manager
-//! and validator run in lockstep as processes of their own.
+//! `regatta report management`: what the fleet manager carries, with what effort, and whether
+//! robots ever touch. Engine, manager and validator run in lockstep as processes of their own.
 
 mod measurement;
 mod parts;
@@ -39,7 +39,8 @@ pub struct ManagementArgs {
     /// Numbers of robots, separated by commas, instead of each part's own
     #[arg(long, value_name = "N", value_delimiter = ',')]
     robots: Vec<RobotCount>,
-    /// Layout, for all parts but 'large'; the generated warehouse with 32 aisles and 4 rows if not given
+    /// Layout, for all parts but 'large'; the generated warehouse with 32 aisles and 4 rows if not
+    /// given
     #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
     layout: Option<PathBuf>,
     /// Ticks and frames per simulated second; the manager works at 10 in any case
@@ -72,9 +73,14 @@ struct Plan {
 
 impl Plan {
     fn new(args: &ManagementArgs) -> Self {
-        let parts = Part::ALL.into_iter().filter(|part| args.only.is_empty() || args.only.contains(part));
+        let parts =
+            Part::ALL.into_iter().filter(|part| args.only.is_empty() || args.only.contains(part));
         let robots = args.robots.iter().map(|count| count.0).collect();
-        let (seeds, secs) = if args.quick { (vec![1], 600) } else { (args.seeds.clone(), args.duration.0.as_secs()) };
+        let (seeds, secs) = if args.quick {
+            (vec![1], 600)
+        } else {
+            (args.seeds.clone(), args.duration.0.as_secs())
+        };
         Self { parts: parts.collect(), seeds, secs, robots, quick: args.quick }
     }
 
@@ -116,7 +122,9 @@ pub fn run(args: &ManagementArgs) -> Result<ExitCode, Failure> {
     args.output.write(&Report { name: "management", markdown, json, plot })?;
     let (failed, contacts) = (results.failed.len(), results.contacts());
     if failed > 0 || contacts > 0 {
-        eprintln!("regatta: {failed} runs failed, and robots touched {contacts} times; the report lists them");
+        eprintln!(
+            "regatta: {failed} runs failed, and robots touched {contacts} times; the report lists them"
+        );
         return Ok(ExitCode::FAILURE);
     }
     Ok(ExitCode::SUCCESS)
@@ -144,9 +152,13 @@ fn draw(plan: &Plan, results: &Results) -> Result<String, Failure> {
     let lines = |select: fn(&Measured) -> f64, conflicts: &[bool]| -> Vec<plot::Series> {
         let line = |(limited, conflicts): (bool, bool)| {
             let rows = parts::throughput_rows(plan, limited, conflicts);
-            let rows =
-                rows.iter().filter_map(|row| Some((f64::from(row[0].robots), tables::mean_of(results, row, select)?)));
-            let (who, how) = (if conflicts { "manager" } else { "bound" }, if limited { ", 0.8 m/s²" } else { "" });
+            let rows = rows.iter().filter_map(|row| {
+                Some((f64::from(row[0].robots), tables::mean_of(results, row, select)?))
+            });
+            let (who, how) = (
+                if conflicts { "manager" } else { "bound" },
+                if limited { ", 0.8 m/s²" } else { "" },
+            );
             plot::Series { name: format!("{who}{how}"), points: rows.collect() }
         };
         [false, true]
@@ -155,13 +167,20 @@ fn draw(plan: &Plan, results: &Results) -> Result<String, Failure> {
             .map(line)
             .collect()
     };
-    plot::management(&lines(|run| run.goals_per_sec, &[true, false]), &lines(|run| run.mean_cycle_ms, &[true]))
+    plot::management(
+        &lines(|run| run.goals_per_sec, &[true, false]),
+        &lines(|run| run.mean_cycle_ms, &[true]),
+    )
 }
 
 fn json(plan: &Plan, results: &Results, rate: u32, machine: Value) -> Value {
-    let runs: Vec<_> = results.measured.iter().map(|(setup, measured)| measured.json(setup)).collect();
-    let failed: Vec<_> =
-        results.failed.iter().map(|(setup, reason)| json!({"setup": setup.json(), "reason": reason})).collect();
+    let runs: Vec<_> =
+        results.measured.iter().map(|(setup, measured)| measured.json(setup)).collect();
+    let failed: Vec<_> = results
+        .failed
+        .iter()
+        .map(|(setup, reason)| json!({"setup": setup.json(), "reason": reason}))
+        .collect();
     let parts: Vec<_> = plan.parts.iter().map(|part| part.name()).collect();
     json!({
         "machine": machine, "parts": parts, "seeds": plan.seeds, "secs": plan.secs, "rate_hz": rate, "runs": runs, "failed": failed,

@@ -13,7 +13,13 @@ use crate::version;
 #[derive(Args)]
 pub struct Output {
     /// Folder for the Markdown file and the plot; created if it doesn't exist
-    #[arg(short = 'o', long = "output", alias = "out", value_name = "FOLDER", default_value = "out")]
+    #[arg(
+        short = 'o',
+        long = "output",
+        alias = "out",
+        value_name = "FOLDER",
+        default_value = "out"
+    )]
     out: PathBuf,
     /// File for the figures as JSON; `NAME.json` in the folder if not given
     #[arg(long, value_name = "FILE")]
@@ -33,7 +39,8 @@ pub struct Report<'a> {
 }
 
 impl Output {
-    /// Returns an error if a file of the report exists and may not be replaced. Reports call it before they measure.
+    /// Returns an error if a file of the report exists and may not be replaced. Reports call it
+    /// before they measure.
     pub fn check(&self, name: &str) -> Result<(), Failure> {
         let paths = [self.path(name, "md"), self.path(name, "svg"), self.json_path(name)];
         paths.iter().try_for_each(|path| check_file(path, self.force).map(|_| ()))
@@ -67,10 +74,12 @@ pub fn write(path: &Path, text: &str) -> Result<(), Failure> {
     fs::write(path, text).map_err(|error| format!("can't write {}: {error}", path.display()).into())
 }
 
-/// Returns Regatta's version, the date and the machine, which every report names: as one line and as JSON.
+/// Returns Regatta's version, the date and the machine, which every report names: as one line and
+/// as JSON.
 pub fn environment() -> (String, serde_json::Value) {
     let cpu_info = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let model = cpu_info.lines().find_map(|line| line.strip_prefix("model name")?.split(": ").nth(1));
+    let model =
+        cpu_info.lines().find_map(|line| line.strip_prefix("model name")?.split(": ").nth(1));
     let cpu = model.unwrap_or(std::env::consts::ARCH).trim().to_owned();
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let isa = regatta_engine::motion::Isa::detect();
@@ -78,7 +87,8 @@ pub fn environment() -> (String, serde_json::Value) {
     let date = &now[..10];
     let version = version::short();
     let os = std::env::consts::OS;
-    let line = format!("Regatta {version}, {date}, {cpu}, {cores} cores, {os}, motion kernel {isa}");
+    let line =
+        format!("Regatta {version}, {date}, {cpu}, {cores} cores, {os}, motion kernel {isa}");
     let json = serde_json::json!({
         "version": version, "date": date, "cpu": cpu, "cores": cores, "os": os, "isa": isa.to_string(),
     });

@@ -38,31 +38,53 @@ pub fn path(route: &[u32], poses: &[Pose]) -> Result<String, Failure> {
     let start = (0.0, poses.first().map_or(0.0, |pose| pose[2]));
     let along = poses.windows(2).scan(start, |(distance, heading), pair| {
         *distance += (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1]);
-        // The difference is wrapped to half a turn, so that the line has no jump where the angle wraps.
+        // The difference is wrapped to half a turn, so that the line has no jump where the angle
+        // wraps.
         *heading += (pair[1][2] - *heading + 180.0).rem_euclid(360.0) - 180.0;
         Some((*distance, *heading))
     });
     let name = format!("route {route:?}");
-    let line = Series { name: name.clone(), points: poses.iter().map(|pose| (pose[0], pose[1])).collect() };
+    let line = Series {
+        name: name.clone(),
+        points: poses.iter().map(|pose| (pose[0], pose[1])).collect(),
+    };
     let heading = Series { name, points: along.collect() };
     side_by_side(
-        |area| equal_chart(area, &Titles { caption: "Driven path", x: "x [m]", y: "y [m]" }, &[line]),
-        |area| linear_chart(area, &Titles { caption: "Heading along it", x: "distance [m]", y: "θ [°]" }, &[heading]),
+        |area| {
+            equal_chart(area, &Titles { caption: "Driven path", x: "x [m]", y: "y [m]" }, &[line])
+        },
+        |area| {
+            linear_chart(
+                area,
+                &Titles { caption: "Heading along it", x: "distance [m]", y: "θ [°]" },
+                &[heading],
+            )
+        },
     )
 }
 
-/// Draws the durations over the fleet size on the left, and the cost of a tick over the fleet size on the right with both
-/// axes logarithmic.
+/// Draws the durations over the fleet size on the left, and the cost of a tick over the fleet size
+/// on the right with both axes logarithmic.
 pub fn scaling(durations: &[Series], costs: &[Series]) -> Result<String, Failure> {
-    let durations_titles =
-        Titles { caption: "Time for all robots to finish a route", x: "robots", y: "time over that of one robot" };
+    let durations_titles = Titles {
+        caption: "Time for all robots to finish a route",
+        x: "robots",
+        y: "time over that of one robot",
+    };
     side_by_side(
         |area| linear_chart(area, &durations_titles, durations),
-        |area| log_chart(area, &Titles { caption: "Cost of a tick", x: "robots", y: "milliseconds" }, costs),
+        |area| {
+            log_chart(
+                area,
+                &Titles { caption: "Cost of a tick", x: "robots", y: "milliseconds" },
+                costs,
+            )
+        },
     )
 }
 
-/// Draws the throughput of the fleet manager over the fleet size on the left, and what a cycle takes on the right.
+/// Draws the throughput of the fleet manager over the fleet size on the left, and what a cycle
+/// takes on the right.
 pub fn management(goals: &[Series], cycles: &[Series]) -> Result<String, Failure> {
     let titles = |caption, y| Titles { caption, x: "robots", y };
     side_by_side(
@@ -98,15 +120,18 @@ fn equal_chart(area: &Area<'_>, titles: &Titles, series: &[Series]) -> Result<()
     let (mut x_range, mut y_range) = (linear_range(xs(series)), linear_range(ys(series)));
     let (width, height) = size_without_labels(area, titles)?;
     let length = |range: &Range<f64>| range.end - range.start;
-    let metres_per_pixel = (length(&x_range) / f64::from(width)).max(length(&y_range) / f64::from(height));
+    let metres_per_pixel =
+        (length(&x_range) / f64::from(width)).max(length(&y_range) / f64::from(height));
     for (range, pixels) in [(&mut x_range, width), (&mut y_range, height)] {
-        let (middle, half) = ((range.start + range.end) / 2.0, metres_per_pixel * f64::from(pixels) / 2.0);
+        let (middle, half) =
+            ((range.start + range.end) / 2.0, metres_per_pixel * f64::from(pixels) / 2.0);
         *range = middle - half..middle + half;
     }
     draw(builder(area, titles).build_cartesian_2d(x_range, y_range)?, titles, series)
 }
 
-/// Returns the size in pixels that a chart has for its lines, by building one elsewhere: the ranges make no difference to it.
+/// Returns the size in pixels that a chart has for its lines, by building one elsewhere: the ranges
+/// make no difference to it.
 fn size_without_labels(area: &Area<'_>, titles: &Titles) -> Result<(u32, u32), Failure> {
     let mut svg = String::new();
     let elsewhere = SVGBackend::with_string(&mut svg, area.dim_in_pixel()).into_drawing_area();
@@ -141,14 +166,16 @@ fn extent(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     })
 }
 
-/// Returns a range with a margin around all numbers. It is never empty: dividing an empty axis would not end.
+/// Returns a range with a margin around all numbers. It is never empty: dividing an empty axis
+/// would not end.
 fn linear_range(values: impl Iterator<Item = f64>) -> Range<f64> {
     let (low, high) = extent(values).unwrap_or((0.0, 1.0));
     let margin = ((high - low) * 0.06).max(0.05);
     low - margin..high + margin
 }
 
-/// Returns a range around all positive numbers that includes a power of ten at both ends, and is never empty.
+/// Returns a range around all positive numbers that includes a power of ten at both ends, and is
+/// never empty.
 fn log_range(values: impl Iterator<Item = f64>) -> Range<f64> {
     let (low, high) = extent(values.filter(|value| *value > 0.0)).unwrap_or((1.0, 1.0));
     let (low, high) = (low.log10().floor(), high.log10().ceil());
@@ -158,11 +185,19 @@ fn log_range(values: impl Iterator<Item = f64>) -> Range<f64> {
 
 fn builder<'a, 'b>(area: &'a Area<'b>, titles: &Titles) -> ChartBuilder<'a, 'b, SVGBackend<'b>> {
     let mut builder = ChartBuilder::on(area);
-    builder.caption(titles.caption, ("sans-serif", 20)).margin(14).x_label_area_size(44).y_label_area_size(64);
+    builder
+        .caption(titles.caption, ("sans-serif", 20))
+        .margin(14)
+        .x_label_area_size(44)
+        .y_label_area_size(64);
     builder
 }
 
-fn draw<'a, 'b: 'a, X, Y>(mut chart: Chart<'a, 'b, X, Y>, titles: &Titles, series: &[Series]) -> Result<(), Failure>
+fn draw<'a, 'b: 'a, X, Y>(
+    mut chart: Chart<'a, 'b, X, Y>,
+    titles: &Titles,
+    series: &[Series],
+) -> Result<(), Failure>
 where
     X: Ranged<ValueType = f64> + ValueFormatter<f64>,
     Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
@@ -181,7 +216,10 @@ where
         // Lines that others cover are wider, so that they can be seen below those.
         let wider = (series.len() - 1 - number) as u32 / 2;
         chart
-            .draw_series(LineSeries::new(line.points.iter().copied(), colour.stroke_width(2 + wider)))?
+            .draw_series(LineSeries::new(
+                line.points.iter().copied(),
+                colour.stroke_width(2 + wider),
+            ))?
             .label(&line.name)
             .legend(|(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
         let dots = line.points.iter().filter(|_| line.points.len() <= MAX_DOTS);
@@ -244,15 +282,19 @@ mod tests {
         let series: Vec<_> = (1..=6).map(line).collect();
         let svg = scaling(&series, &[line(7)]).expect("a plot");
         for (line, RGBColor(red, green, blue)) in series.iter().zip(COLOURS) {
-            assert!(svg.contains(&line.name) && svg.contains(&format!("#{red:02X}{green:02X}{blue:02X}")), "{svg}");
+            assert!(
+                svg.contains(&line.name)
+                    && svg.contains(&format!("#{red:02X}{green:02X}{blue:02X}")),
+                "{svg}"
+            );
         }
     }
 
     #[test]
     fn plots_of_nothing_and_of_impossible_numbers_end() {
         let nothing = || Series { name: "none".into(), points: Vec::new() };
-        let strange =
-            [f64::NAN, f64::INFINITY, 0.0, -1.0].map(|value| Series { name: "x".into(), points: vec![(value, value)] });
+        let strange = [f64::NAN, f64::INFINITY, 0.0, -1.0]
+            .map(|value| Series { name: "x".into(), points: vec![(value, value)] });
         scaling(&[nothing()], &[nothing()]).expect("a plot without points");
         scaling(&[], &[]).expect("a plot without series");
         scaling(&[nothing()], &strange).expect("a plot of numbers without a logarithm");
@@ -266,7 +308,11 @@ mod tests {
         let svg = path(&[1], &square).expect("a plot");
         assert_eq!(svg.matches("Driven path").count(), 1, "each title is drawn once");
         let line = svg.split("<polyline").find(|part| part.contains("#0072B2")).expect("the path");
-        let points = line.split("points=\"").nth(1).and_then(|rest| rest.split('"').next()).expect("its points");
+        let points = line
+            .split("points=\"")
+            .nth(1)
+            .and_then(|rest| rest.split('"').next())
+            .expect("its points");
         let points: Vec<Vec<i32>> = points
             .split_whitespace()
             .map(|point| point.split(',').map(|n| n.parse().expect("a pixel")).collect())

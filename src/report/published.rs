@@ -3,7 +3,8 @@
 /// A pose: x and y in metres, θ in degrees.
 pub type Pose = [f64; 3];
 
-/// A route of tables 5.1 and 5.3, with the end pose that the dissertation's system reached and the wanted end pose.
+/// A route of tables 5.1 and 5.3, with the end pose that the dissertation's system reached and the
+/// wanted end pose.
 pub struct EndPose {
     pub route: &'static [u32],
     pub simulated: Pose,
@@ -39,7 +40,8 @@ pub const END_POSES: &[EndPose] = &[
 /// The average success rates of x, y and θ in per cent: of single edges, then of routes.
 pub const AVERAGE_RATES: [Pose; 2] = [[99.90, 99.91, 99.98], [99.79, 99.87, 99.99]];
 
-/// The seconds until all robots have driven a route, for each of [`FLEET_SIZES`] (tables 5.5 to 5.7).
+/// The seconds until all robots have driven a route, for each of [`FLEET_SIZES`] (tables 5.5 to
+/// 5.7).
 pub struct Duration {
     pub route: &'static [u32],
     pub secs: [f64; 4],
@@ -55,8 +57,8 @@ pub const DURATIONS: &[Duration] = &[
     Duration { route: &[64, 65], secs: [10.05, 11.07, 19.82, 43.49] },
 ];
 
-/// Returns the success rate of equation 5.1 in per cent, or `None` if the wanted value is 0, where the formula has no value.
-/// Angles that differ by whole turns are equal.
+/// Returns the success rate of equation 5.1 in per cent, or `None` if the wanted value is 0, where
+/// the formula has no value. Angles that differ by whole turns are equal.
 pub fn success_rate(simulated: f64, wanted: f64, is_angle: bool) -> Option<f64> {
     let difference = simulated - wanted;
     let error = if is_angle { (difference + 180.0).rem_euclid(360.0) - 180.0 } else { difference };
@@ -72,10 +74,14 @@ mod tests {
         let (edges, routes) = END_POSES.split_at(10);
         for (rows, published) in [(edges, AVERAGE_RATES[0]), (routes, AVERAGE_RATES[1])] {
             for (column, published) in published.into_iter().take(2).enumerate() {
-                let rates =
-                    rows.iter().map(|row| success_rate(row.simulated[column], row.wanted[column], false).unwrap());
+                let rates = rows.iter().map(|row| {
+                    success_rate(row.simulated[column], row.wanted[column], false).unwrap()
+                });
                 let mean = rates.sum::<f64>() / rows.len() as f64;
-                assert!((mean - published).abs() < 0.06, "column {column}: {mean} instead of {published}");
+                assert!(
+                    (mean - published).abs() < 0.06,
+                    "column {column}: {mean} instead of {published}"
+                );
             }
         }
     }

@@ -1,5 +1,5 @@
-//! `regatta report scaling`: the dissertation's tables 5.5 to 5.7 (does the size of the fleet change how fast robots move?),
-//! and the cost of a tick for up to a million robots.
+//! `regatta report scaling`: the dissertation's tables 5.5 to 5.7 (does the size of the fleet
+//! change how fast robots move?), and the cost of a tick for up to a million robots.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -20,7 +20,8 @@ use crate::failure::Failure;
 use crate::progress::Progress;
 
 /// The loads beyond the dissertation's fleet sizes: number of robots, ticks per second.
-const LOADS: &[(u32, u32)] = &[(1_000, 100), (10_000, 100), (100_000, 60), (100_000, 500), (1_000_000, 60)];
+const LOADS: &[(u32, u32)] =
+    &[(1_000, 100), (10_000, 100), (100_000, 60), (100_000, 500), (1_000_000, 60)];
 /// The warehouse of these loads: 9,898 edges.
 const LARGE_WAREHOUSE: Warehouse = Warehouse { aisles: 60, rows: 12, bays: 4 };
 /// The time before a load is measured, in which memory pages are touched and caches warm up.
@@ -30,7 +31,8 @@ const WARM_UP: Duration = Duration::from_secs(2);
 pub struct ScalingArgs {
     #[command(flatten)]
     output: Output,
-    /// Speed at which the dissertation's routes are driven; 1 is real time, which takes three minutes.
+    /// Speed at which the dissertation's routes are driven; 1 is real time, which takes three
+    /// minutes.
     #[arg(long, default_value = "1", value_parser = parse_factor)]
     speed: f32,
     /// Seconds for which each larger fleet is measured.
@@ -102,7 +104,8 @@ pub fn run(args: &ScalingArgs) -> Result<ExitCode, Failure> {
 
 /// Returns the loads of up to `max_robots` robots; at least one.
 fn loads(max_robots: u32) -> Vec<(u32, u32)> {
-    let mut loads: Vec<_> = LOADS.iter().copied().filter(|(robots, _)| *robots <= max_robots).collect();
+    let mut loads: Vec<_> =
+        LOADS.iter().copied().filter(|(robots, _)| *robots <= max_robots).collect();
     if loads.is_empty() {
         loads.push((max_robots, LOADS[0].1));
     }
@@ -122,15 +125,20 @@ fn route_times(speed: f32, progress: &Progress) -> Result<Vec<Vec<RouteTime>>, F
 
 fn route_time(folder: &Path, route: &[u32], robots: u32, speed: f32) -> Result<RouteTime, Failure> {
     let scenario = folder.join("scaling.yaml");
-    write(&scenario, &format!("graph: porto.yaml\nrate: 100\nrobots: [{{count: {robots}, route: {route:?}}}]\n"))?;
-    let mut experiment = Experiment::start("finish", &scenario, &["--speed".into(), speed.to_string()])?;
+    write(
+        &scenario,
+        &format!("graph: porto.yaml\nrate: 100\nrobots: [{{count: {robots}, route: {route:?}}}]\n"),
+    )?;
+    let mut experiment =
+        Experiment::start("finish", &scenario, &["--speed".into(), speed.to_string()])?;
     let mut first = None;
     let mut time = RouteTime { simulated_secs: 0.0, wall_secs: 0.0 };
     experiment.watch(Duration::from_secs(600), |frame| {
         let now = frame.sim_time().as_secs_f64();
         let (start, start_time) = *first.get_or_insert((Instant::now(), now));
         time.simulated_secs = now;
-        // The reader may have joined a few ticks late. Those ticks took their nominal time, or were counted as late ticks.
+        // The reader may have joined a few ticks late. Those ticks took their nominal time, or were
+        // counted as late ticks.
         time.wall_secs = start.elapsed().as_secs_f64() * f64::from(speed) + start_time;
         all_idle(frame)
     })?;
@@ -138,7 +146,11 @@ fn route_time(folder: &Path, route: &[u32], robots: u32, speed: f32) -> Result<R
     Ok(time)
 }
 
-fn costs(loads: &[(u32, u32)], args: &ScalingArgs, progress: &Progress) -> Result<Vec<Cost>, Failure> {
+fn costs(
+    loads: &[(u32, u32)],
+    args: &ScalingArgs,
+    progress: &Progress,
+) -> Result<Vec<Cost>, Failure> {
     let folder = temporary_folder()?;
     write(&folder.path().join("warehouse.yaml"), &LARGE_WAREHOUSE.generate()?)?;
     let scenario = folder.path().join("load.yaml");
@@ -152,10 +164,19 @@ fn costs(loads: &[(u32, u32)], args: &ScalingArgs, progress: &Progress) -> Resul
 }
 
 /// Measures one fleet; `empty_bytes` is the resident memory of an engine with a single robot.
-fn cost(scenario: &Path, (robots, rate_hz): (u32, u32), args: &ScalingArgs, empty_bytes: u64) -> Result<Cost, Failure> {
-    let options =
-        [("robots", robots.to_string()), ("rate", rate_hz.to_string()), ("threads", args.threads.to_string())];
-    let options: Vec<_> = options.into_iter().flat_map(|(name, value)| [format!("--{name}"), value]).collect();
+fn cost(
+    scenario: &Path,
+    (robots, rate_hz): (u32, u32),
+    args: &ScalingArgs,
+    empty_bytes: u64,
+) -> Result<Cost, Failure> {
+    let options = [
+        ("robots", robots.to_string()),
+        ("rate", rate_hz.to_string()),
+        ("threads", args.threads.to_string()),
+    ];
+    let options: Vec<_> =
+        options.into_iter().flat_map(|(name, value)| [format!("--{name}"), value]).collect();
     let mut experiment = Experiment::start("load", scenario, &options)?;
     read_for(&mut experiment, WARM_UP)?;
     let before = experiment.status()?;
@@ -163,7 +184,8 @@ fn cost(scenario: &Path, (robots, rate_hz): (u32, u32), args: &ScalingArgs, empt
     let after = experiment.status()?;
     experiment.finish()?;
     ages.sort_by(f64::total_cmp);
-    let percentile = |part: f64| ages.get((ages.len() as f64 * part) as usize).copied().unwrap_or(f64::NAN);
+    let percentile =
+        |part: f64| ages.get((ages.len() as f64 * part) as usize).copied().unwrap_or(f64::NAN);
     Ok(Cost {
         robots,
         rate_hz,
@@ -172,21 +194,25 @@ fn cost(scenario: &Path, (robots, rate_hz): (u32, u32), args: &ScalingArgs, empt
         ticks: after.tick - before.tick,
         late_ticks: after.late_ticks - before.late_ticks,
         real_time_factor: after.real_time_factor,
-        bytes_per_robot: after.resident_bytes.saturating_sub(empty_bytes) as f64 / f64::from(robots),
+        bytes_per_robot: after.resident_bytes.saturating_sub(empty_bytes) as f64
+            / f64::from(robots),
         frames_read: ages.len() as u64,
         frame_age_p50_us: percentile(0.5),
         frame_age_p99_us: percentile(0.99),
     })
 }
 
-/// Reads each frame as it arrives, and returns the ages of the frames in microseconds from the send to the first access.
+/// Reads each frame as it arrives, and returns the ages of the frames in microseconds from the send
+/// to the first access.
 fn read_for(experiment: &mut Experiment, time: Duration) -> Result<Vec<f64>, Failure> {
     let end = Instant::now() + time;
     let mut ages = Vec::new();
     let mut touched = 0.0;
     experiment.watch(time + Duration::from_secs(60), |frame| {
         touched += frame.x().last().copied().unwrap_or(0.0);
-        let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).map_or(0, |time| time.as_nanos() as u64);
+        let now = SystemTime::now()
+            .duration_since(SystemTime::UNIX_EPOCH)
+            .map_or(0, |time| time.as_nanos() as u64);
         ages.push(now.saturating_sub(frame.header().wall_time_nanos) as f64 * 1e-3);
         Instant::now() >= end
     })?;
@@ -197,10 +223,18 @@ fn read_for(experiment: &mut Experiment, time: Duration) -> Result<Vec<f64>, Fai
 fn series(times: &[Vec<RouteTime>], costs: &[Cost]) -> (Vec<plot::Series>, Vec<plot::Series>) {
     let mut durations = Vec::new();
     for (row, times) in DURATIONS.iter().zip(times) {
-        let over_one = |secs: &[f64]| FLEET_SIZES.iter().zip(secs).map(|(&n, s)| (f64::from(n), s / secs[0])).collect();
+        let over_one = |secs: &[f64]| {
+            FLEET_SIZES.iter().zip(secs).map(|(&n, s)| (f64::from(n), s / secs[0])).collect()
+        };
         let ours: Vec<_> = times.iter().map(|time| time.wall_secs).collect();
-        durations.push(plot::Series { name: format!("{:?}, dissertation", row.route), points: over_one(&row.secs) });
-        durations.push(plot::Series { name: format!("{:?}, Regatta", row.route), points: over_one(&ours) });
+        durations.push(plot::Series {
+            name: format!("{:?}, dissertation", row.route),
+            points: over_one(&row.secs),
+        });
+        durations.push(plot::Series {
+            name: format!("{:?}, Regatta", row.route),
+            points: over_one(&ours),
+        });
     }
     let point = |cost: &Cost, milliseconds: f64| (f64::from(cost.robots), milliseconds);
     let usual_rates: Vec<_> = costs.iter().filter(|cost| cost.rate_hz <= 100).collect();
@@ -224,7 +258,10 @@ fn markdown(times: &[Vec<RouteTime>], costs: &[Cost], environment: &str) -> Stri
          | route | 1 robot | 10 | 20 | 30 | 30 over 1 |\n|---|---|---|---|---|---|\n"
     );
     for (row, times) in DURATIONS.iter().zip(times) {
-        let cells = times.iter().zip(row.secs).map(|(time, published)| format!("{:.2} ({published})", time.wall_secs));
+        let cells = times
+            .iter()
+            .zip(row.secs)
+            .map(|(time, published)| format!("{:.2} ({published})", time.wall_secs));
         let ratio = times[3].wall_secs / times[0].wall_secs;
         let published = row.secs[3] / row.secs[0];
         let cells = cells.collect::<Vec<_>>().join(" | ");
@@ -259,7 +296,12 @@ fn markdown(times: &[Vec<RouteTime>], costs: &[Cost], environment: &str) -> Stri
     text
 }
 
-fn json(times: &[Vec<RouteTime>], costs: &[Cost], args: &ScalingArgs, machine: serde_json::Value) -> serde_json::Value {
+fn json(
+    times: &[Vec<RouteTime>],
+    costs: &[Cost],
+    args: &ScalingArgs,
+    machine: serde_json::Value,
+) -> serde_json::Value {
     let fleet = |(time, robots): (&RouteTime, &u32)| serde_json::json!({"robots": robots, "simulated_secs": time.simulated_secs, "wall_secs": time.wall_secs});
     let tables: Vec<_> = DURATIONS
         .iter()

@@ -1,4 +1,5 @@
-//! `regatta report study`: how fast studies are, what they cost beyond their runs, and whether they repeat.
+//! `regatta report study`: how fast studies are, what they cost beyond their runs, and whether they
+//! repeat.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -50,10 +51,14 @@ pub fn run(args: &StudyReportArgs) -> Result<ExitCode, Failure> {
     write(&plant, include_str!("../../graphs/warehouse.yaml"))?;
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let (count, most) = if args.quick { (10, "1..100") } else { (100, "1..1000") };
-    let measure = |name: &str, options: &[&str]| measure(&plant, &folder.path().join(name), options);
+    let measure =
+        |name: &str, options: &[&str]| measure(&plant, &folder.path().join(name), options);
 
     let (seeds, robots) = (format!("{count}..{count}"), args.robots.to_string());
-    let hundred = measure("hundred", &["--robots", &robots, "--seeds", &seeds, "--duration", "1h", "--reliefs", "0"])?;
+    let hundred = measure(
+        "hundred",
+        &["--robots", &robots, "--seeds", &seeds, "--duration", "1h", "--reliefs", "0"],
+    )?;
     let knee = measure("knee", &["--robots", most, "--reliefs", "0", "--duration", KNEE_DURATION])?;
     let small = ["--robots", "1..40", "--duration", "5min", "--seeds", "2..4", "--reliefs", "1"];
     let twice = [measure("first", &small)?, measure("second", &small)?];

@@ -1,5 +1,5 @@
-//! `regatta report udp`: the lines per second that arrive over UDP, and their cost. An engine, `udp` and `udp-source` run as
-//! processes of their own, connected by the loopback interface.
+//! `regatta report udp`: the lines per second that arrive over UDP, and their cost. An engine,
+//! `udp` and `udp-source` run as processes of their own, connected by the loopback interface.
 
 use std::fmt::Write as _;
 use std::fs::{self, File};
@@ -19,10 +19,17 @@ use crate::failure::Failure;
 use crate::progress::Progress;
 use crate::supervisor::Supervisor;
 
-/// The loads: number of robots, frames per second. The first two are promised to arrive completely; the others grow until
-/// lines are lost.
-const LOADS: &[(u32, u32)] =
-    &[(10_000, 50), (100_000, 10), (100_000, 20), (100_000, 50), (100_000, 100), (1_000_000, 2), (1_000_000, 10)];
+/// The loads: number of robots, frames per second. The first two are promised to arrive completely;
+/// the others grow until lines are lost.
+const LOADS: &[(u32, u32)] = &[
+    (10_000, 50),
+    (100_000, 10),
+    (100_000, 20),
+    (100_000, 50),
+    (100_000, 100),
+    (1_000_000, 2),
+    (1_000_000, 10),
+];
 /// The warehouse in which the robots drive.
 const WAREHOUSE: Warehouse = Warehouse { aisles: 24, rows: 18, bays: 6 };
 const SCENARIO: &str = "udp.yaml";
@@ -59,11 +66,17 @@ struct Figures {
 
 pub fn run(args: &UdpArgs) -> Result<ExitCode, Failure> {
     args.output.check("udp")?;
-    let loads = args.robots.zip(args.hz).map_or(LOADS.to_vec(), |(RobotCount(robots), hz)| vec![(robots, hz)]);
+    let loads = args
+        .robots
+        .zip(args.hz)
+        .map_or(LOADS.to_vec(), |(RobotCount(robots), hz)| vec![(robots, hz)]);
     let progress = Progress::start("starting", loads.len() as u64);
     let folder = temporary_folder()?;
     write(&folder.path().join("warehouse.yaml"), &WAREHOUSE.generate()?)?;
-    write(&folder.path().join(SCENARIO), "graph: warehouse.yaml\nseed: 1\nrobots: [{count: 1, routes: random}]\n")?;
+    write(
+        &folder.path().join(SCENARIO),
+        "graph: warehouse.yaml\nseed: 1\nrobots: [{count: 1, routes: random}]\n",
+    )?;
     let figures = loads.into_iter().map(|load| {
         progress.set_current(format!("sending {} robots at {} Hz", load.0, load.1));
         measure(folder.path(), load, args).inspect(|_| progress.step("finishing"))
@@ -73,23 +86,41 @@ pub fn run(args: &UdpArgs) -> Result<ExitCode, Failure> {
     let (line, machine) = environment();
     let loads: Vec<_> = figures
         .iter()
-        .map(|f| json!({"robots": f.robots, "hz": f.hz, "sender": f.sender, "receiver": f.receiver}))
+        .map(
+            |f| json!({"robots": f.robots, "hz": f.hz, "sender": f.sender, "receiver": f.receiver}),
+        )
         .collect();
     let json = json!({"machine": machine, "secs": args.secs, "udp_options": args.udp_option, "loads": loads});
-    args.output.write(&Report { name: "udp", markdown: markdown(&figures, &line), json, plot: None })?;
+    args.output.write(&Report {
+        name: "udp",
+        markdown: markdown(&figures, &line),
+        json,
+        plot: None,
+    })?;
     Ok(ExitCode::SUCCESS)
 }
 
 fn measure(folder: &Path, (robots, hz): (u32, u32), args: &UdpArgs) -> Result<Figures, Failure> {
     let options = [("robots", robots), ("rate", hz)];
-    let options: Vec<_> = options.iter().flat_map(|(name, value)| [format!("--{name}"), value.to_string()]).collect();
+    let options: Vec<_> =
+        options.iter().flat_map(|(name, value)| [format!("--{name}"), value.to_string()]).collect();
     let experiment = Experiment::start("udp", &folder.join(SCENARIO), &options)?;
     let fleet = experiment.reader.participant().fleet().to_string();
 
     let mut receiver = Supervisor::default();
     let [max_robots, rate] = [robots, hz].map(|number| number.to_string());
     let second = format!("{fleet}-source");
-    let plugin = ["udp-source", "--listen", "0", "--max-robots", &max_robots, "--rate", &rate, "--fleet", &second];
+    let plugin = [
+        "udp-source",
+        "--listen",
+        "0",
+        "--max-robots",
+        &max_robots,
+        "--rate",
+        &rate,
+        "--fleet",
+        &second,
+    ];
     receiver.start("udp-source", &mut plugin_command(folder, &plugin)?)?;
     let to = listening_address(folder, &mut receiver)?;
 
@@ -104,7 +135,8 @@ fn measure(folder: &Path, (robots, hz): (u32, u32), args: &UdpArgs) -> Result<Fi
     Ok(Figures { robots, hz, sender, receiver })
 }
 
-/// Returns the command of a plugin that writes its final figures to `NAME.json` and its messages to `NAME.log`.
+/// Returns the command of a plugin that writes its final figures to `NAME.json` and its messages to
+/// `NAME.log`.
 fn plugin_command(folder: &Path, plugin: &[&str]) -> Result<Command, Failure> {
     let file = |extension: &str| File::create(folder.join(format!("{}.{extension}", plugin[0])));
     let mut command = Command::new(std::env::current_exe()?);
@@ -121,7 +153,8 @@ fn listening_address(folder: &Path, receiver: &mut Supervisor) -> Result<String,
         let log = fs::read_to_string(folder.join("udp-source.log"))?;
         // The last line may be incomplete.
         if let Some((line, _)) = log.split_once('\n')
-            && let Some(address) = line.split("listening on ").nth(1).and_then(|rest| rest.split(' ').next())
+            && let Some(address) =
+                line.split("listening on ").nth(1).and_then(|rest| rest.split(' ').next())
         {
             return Ok(address.to_owned());
         }
@@ -184,6 +217,11 @@ mod tests {
         };
         let figures = Figures { robots: 10, hz: 50, sender: side(1000), receiver: side(990) };
         let text = markdown(&[figures], "here");
-        assert!(text.contains("| 10 | 50 | 100 of 100 | 500 | 990 of 1000 (99.000 %) | 3 | 0.250 cores |"), "{text}");
+        assert!(
+            text.contains(
+                "| 10 | 50 | 100 of 100 | 500 | 990 of 1000 (99.000 %) | 3 | 0.250 cores |"
+            ),
+            "{text}"
+        );
     }
 }

@@ -8,8 +8,8 @@ use regatta_study::store::Store;
 use crate::failure::Failure;
 use crate::output::{Force, unwritable, write_file};
 
-/// The largest number of tasks in an array: Slurm's `MaxArraySize` is 1001 unless it is set, and indices are below it. With more
-/// jobs, each task does several.
+/// The largest number of tasks in an array: Slurm's `MaxArraySize` is 1001 unless it is set, and
+/// indices are below it. With more jobs, each task does several.
 const LARGEST_ARRAY: usize = 1000;
 
 /// Writes the runs of the first round as a job array: they are what any answer needs.
@@ -20,7 +20,8 @@ pub fn export(plan: &Plan, folder: &Path) -> Result<(), Failure> {
         let layout = store.keep_layout(&variant.layout_text())?;
         for robots in plan.robots.grid().into_iter().rev() {
             for seed in 1..=plan.precision.least_seeds {
-                let job = variant.job(&layout, robots, seed, (plan.secs, plan.rate_hz), &plan.program);
+                let job =
+                    variant.job(&layout, robots, seed, (plan.secs, plan.rate_hz), &plan.program);
                 store.keep_job(&job)?;
                 ids.push(job.id().to_string());
             }
@@ -38,7 +39,9 @@ pub fn export(plan: &Plan, folder: &Path) -> Result<(), Failure> {
         "{folder}: {} jobs. `cd {folder} && sbatch run.sh`, or `{folder}/run.sh` in a shell, does them all;",
         ids.len()
     );
-    println!("then the same `regatta study` with `--output {folder}` instead of `--export-jobs` goes on from there.");
+    println!(
+        "then the same `regatta study` with `--output {folder}` instead of `--export-jobs` goes on from there."
+    );
     Ok(())
 }
 

@@ -1,5 +1,6 @@
-//! `regatta study-observe`: the readers of a study's run in one process. In lockstep each process more costs some wake-ups a tick, and
-//! with small fleets these would cost more than what the readers do.
+//! `regatta study-observe`: the readers of a study's run in one process. In lockstep each process
+//! more costs some wake-ups a tick, and with small fleets these would cost more than what the
+//! readers do.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -34,7 +35,8 @@ pub struct ObserverArgs {
 /// Runs `regatta study-observe`.
 pub fn run(args: &ObserverArgs) -> Result<ExitCode, Failure> {
     let mut readers: Vec<Box<dyn Plugin>> = Vec::new();
-    let with_json = |name: &str, file: &PathBuf| [name.into(), "--json".into(), file.clone().into_os_string()];
+    let with_json =
+        |name: &str, file: &PathBuf| [name.into(), "--json".into(), file.clone().into_os_string()];
     let traffic = regatta_traffic::Cli::try_parse_from(with_json("traffic", &args.traffic))?;
     readers.push(Box::new(regatta_traffic::plugin(traffic)));
     readers.push(Box::new(regatta_traffic::queue_observer(args.queues.clone())));
@@ -43,8 +45,11 @@ pub fn run(args: &ObserverArgs) -> Result<ExitCode, Failure> {
     if let Some(file) = &args.validator {
         // Findings are figures here, and no failure.
         let kinds = Kind::ALL.map(Kind::name).join(",");
-        let words = with_json("validator", file).into_iter().chain(["--allow".into(), kinds.into()]);
-        readers.push(Box::new(regatta_validator::plugin(regatta_validator::Cli::try_parse_from(words)?)));
+        let words =
+            with_json("validator", file).into_iter().chain(["--allow".into(), kinds.into()]);
+        readers.push(Box::new(regatta_validator::plugin(regatta_validator::Cli::try_parse_from(
+            words,
+        )?)));
     }
     let observers = Observers { readers, ready: args.ready.clone() };
     args.options.run(observers, "observers").map_err(plugin_failure)?;

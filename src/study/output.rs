@@ -18,7 +18,10 @@ pub fn write(answer: &Answer, base: &Variant, folder: &Path) -> Result<(), Failu
     let file = |name: &str, bytes: &[u8]| write_file(&folder.join(name), bytes, replace);
     file("study.json", format!("{:#}\n", serde_json::to_value(answer)?).as_bytes())?;
     file("study.md", markdown(&blocks).as_bytes())?;
-    file("index.html", html(&format!("How many robots does {} hold?", answer.title), &blocks).as_bytes())?;
+    file(
+        "index.html",
+        html(&format!("How many robots does {} hold?", answer.title), &blocks).as_bytes(),
+    )?;
     for block in &blocks {
         if let Block::Picture(name, _, svg) = block {
             file(&format!("{name}.svg"), svg.as_bytes())?;
@@ -36,7 +39,9 @@ pub fn write(answer: &Answer, base: &Variant, folder: &Path) -> Result<(), Failu
 
 /// Does the first run at the knee again, and records it.
 pub fn record(plan: &Plan, store: &Store, answer: &Answer) -> Result<(), Failure> {
-    let Some(knee) = answer.variants.first().and_then(|variant| variant.knee.as_ref()) else { return Ok(()) };
+    let Some(knee) = answer.variants.first().and_then(|variant| variant.knee.as_ref()) else {
+        return Ok(());
+    };
     let variant = &plan.variants[0];
     let layout = store.keep_layout(&variant.layout_text())?;
     let job = variant.job(&layout, knee.robots, 1, (plan.secs, plan.rate_hz), &plan.program);

@@ -23,7 +23,8 @@ const DEFAULT_RELIEFS: usize = 3;
 /// Makes the plan of the command line, and of the study file if there is one.
 pub fn plan(args: &StudyArgs) -> Result<Plan, Failure> {
     let path = &args.plant;
-    let text = fs::read(path).map_err(|error| format!("{}: can't read: {error}; check the path", path.display()))?;
+    let text = fs::read(path)
+        .map_err(|error| format!("{}: can't read: {error}; check the path", path.display()))?;
     let text = String::from_utf8_lossy(&text);
     let file: Option<StudyFile> = if is_study(&text) { Some(document(&text, path)?) } else { None };
     let plant = match &file {
@@ -31,7 +32,8 @@ pub fn plan(args: &StudyArgs) -> Result<Plan, Failure> {
         None => path.clone(),
     };
     let options = args.layout.options();
-    let mut precision = file.as_ref().map_or_else(|| Ok(Precision::default()), StudyFile::precision)?;
+    let mut precision =
+        file.as_ref().map_or_else(|| Ok(Precision::default()), StudyFile::precision)?;
     if let Some((least, most)) = args.seeds {
         (precision.least_seeds, precision.most_seeds) = (least, most);
     }
@@ -54,20 +56,30 @@ pub fn plan(args: &StudyArgs) -> Result<Plan, Failure> {
     })
 }
 
-/// Returns the settings in the order in which they are applied: the layout first, which others change.
+/// Returns the settings in the order in which they are applied: the layout first, which others
+/// change.
 fn checked(mut axes: Vec<Axis>) -> Result<Vec<Axis>, Failure> {
     axes.sort_by_key(|axis| axis.setting != Setting::Layout);
     for (index, Axis { setting, values }) in axes.iter().enumerate() {
         if axes[..index].iter().any(|other| other.setting == *setting) {
-            return Err(format!("{setting} is varied twice: give all its values in one list").into());
+            return Err(
+                format!("{setting} is varied twice: give all its values in one list").into()
+            );
         }
-        let planners = values.iter().filter(|_| *setting == Setting::Planner).filter_map(Value::as_str);
+        let planners =
+            values.iter().filter(|_| *setting == Setting::Planner).filter_map(Value::as_str);
         for name in planners {
             if PlannerKind::from_str(name, false).is_err() {
-                let known: Vec<_> =
-                    PlannerKind::value_variants().iter().filter_map(ValueEnum::to_possible_value).collect();
+                let known: Vec<_> = PlannerKind::value_variants()
+                    .iter()
+                    .filter_map(ValueEnum::to_possible_value)
+                    .collect();
                 let known: Vec<_> = known.iter().map(|value| value.get_name()).collect();
-                return Err(format!("planner: unknown planner '{name}': there are {}", known.join(", ")).into());
+                return Err(format!(
+                    "planner: unknown planner '{name}': there are {}",
+                    known.join(", ")
+                )
+                .into());
             }
         }
     }
@@ -86,11 +98,20 @@ fn secs(args: &StudyArgs, file: Option<&StudyFile>) -> Result<u64, Failure> {
     });
     let time = args.duration.map(Ok).or(of_file).transpose()?;
     let secs = time.map_or(DEFAULT_SECS, |time| time.0.as_secs());
-    if RUN_SECS.contains(&secs) { Ok(secs) } else { Err("the duration of a run: give 2 minutes to 7 days".into()) }
+    if RUN_SECS.contains(&secs) {
+        Ok(secs)
+    } else {
+        Err("the duration of a run: give 2 minutes to 7 days".into())
+    }
 }
 
 /// Returns every combination of the axes' values, then those of a manager and the bound.
-fn variants(plant: &Path, axes: &[Axis], args: &StudyArgs, options: &ReadOptions) -> Result<Vec<Variant>, Failure> {
+fn variants(
+    plant: &Path,
+    axes: &[Axis],
+    args: &StudyArgs,
+    options: &ReadOptions,
+) -> Result<Vec<Variant>, Failure> {
     let mut variants = vec![Variant::read(plant, options)?];
     for Axis { setting, values } in axes {
         let mut combined = Vec::new();
@@ -105,15 +126,18 @@ fn variants(plant: &Path, axes: &[Axis], args: &StudyArgs, options: &ReadOptions
         variants = combined;
     }
     if let Some(command) = &args.manager {
-        let mut own = variants[0].clone().with(Setting::Manager, &command.as_str().into(), options)?;
+        let mut own =
+            variants[0].clone().with(Setting::Manager, &command.as_str().into(), options)?;
         own.name = name_of(command);
-        variants[0].name = if variants[0].name.is_empty() { "ours".into() } else { variants[0].name.clone() };
+        variants[0].name =
+            if variants[0].name.is_empty() { "ours".into() } else { variants[0].name.clone() };
         variants.push(own);
     }
     if args.bound || args.manager.is_some() {
         let mut bound = variants[0].clone().bound();
         bound.name = "bound".to_owned();
-        variants[0].name = if variants[0].name.is_empty() { "as it is".into() } else { variants[0].name.clone() };
+        variants[0].name =
+            if variants[0].name.is_empty() { "as it is".into() } else { variants[0].name.clone() };
         variants.push(bound);
     }
     variants.iter().try_for_each(|variant| variant.check(args.rate))?;
@@ -133,5 +157,7 @@ fn words(setting: Setting, value: &Value) -> String {
 fn name_of(command: &str) -> String {
     let words = command.split_whitespace().take_while(|word| !word.starts_with('-'));
     let word = words.last().unwrap_or(command);
-    Path::new(word).file_name().map_or_else(|| word.to_owned(), |name| name.to_string_lossy().into_owned())
+    Path::new(word)
+        .file_name()
+        .map_or_else(|| word.to_owned(), |name| name.to_string_lossy().into_owned())
 }

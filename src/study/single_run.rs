@@ -1,5 +1,5 @@
-//! `regatta study-run`: does one job of a study. The engine, the manager and the observers (traffic, meter and validator)
-//! run in lockstep as processes of their own.
+//! `regatta study-run`: does one job of a study. The engine, the manager and the observers
+//! (traffic, meter and validator) run in lockstep as processes of their own.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -33,7 +33,8 @@ const VALIDATOR: &str = "validator";
 pub struct StudyRunArgs {
     /// File of the job
     job: PathBuf,
-    /// File of its layout; the one that the job names in the folder `files` beside the job's if not given
+    /// File of its layout; the one that the job names in the folder `files` beside the job's if not
+    /// given
     #[arg(long, value_name = "FILE")]
     layout: Option<PathBuf>,
     /// File for the result; the job's in the folder `results` beside the job's if not given
@@ -46,17 +47,24 @@ pub struct StudyRunArgs {
 
 /// Runs `regatta study-run`.
 pub fn run(args: &StudyRunArgs) -> Result<ExitCode, Failure> {
-    let text = fs::read_to_string(&args.job).map_err(|error| format!("{}: {error}", args.job.display()))?;
-    let job: Job =
-        serde_json::from_str(&text).map_err(|error| format!("{}: not a job: {error}", args.job.display()))?;
+    let text = fs::read_to_string(&args.job)
+        .map_err(|error| format!("{}: {error}", args.job.display()))?;
+    let job: Job = serde_json::from_str(&text)
+        .map_err(|error| format!("{}: not a job: {error}", args.job.display()))?;
     let program = version::short();
     if job.program != program {
         let wanted = &job.program;
-        return Err(format!("the job is of Regatta {wanted}, and this is {program}: install the same version").into());
+        return Err(format!(
+            "the job is of Regatta {wanted}, and this is {program}: install the same version"
+        )
+        .into());
     }
     let beside = args.job.parent().and_then(Path::parent).unwrap_or(Path::new("."));
     let layout = args.layout.clone().unwrap_or_else(|| beside.join("files").join(job.layout()));
-    let output = args.output.clone().unwrap_or_else(|| beside.join("results").join(format!("{}.json", job.id())));
+    let output = args
+        .output
+        .clone()
+        .unwrap_or_else(|| beside.join("results").join(format!("{}.json", job.id())));
     let outcome = JobRun::start(&job, &layout, args.record.as_deref()).and_then(JobRun::finish);
     let outcome = match outcome {
         Err(failure) if is_of_full_disk(&*failure) => return Ok(unwritable(&*failure)),
@@ -72,7 +80,9 @@ pub fn run(args: &StudyRunArgs) -> Result<ExitCode, Failure> {
 /// Whether a full disk is the reason, also of what another process has said.
 fn is_of_full_disk(failure: &(dyn std::error::Error + 'static)) -> bool {
     let text = failure.to_string();
-    ["No space left on device", "disk is full", "os error 28"].iter().any(|sign| text.contains(sign))
+    ["No space left on device", "disk is full", "os error 28"]
+        .iter()
+        .any(|sign| text.contains(sign))
 }
 
 fn unwritable(failure: &(dyn std::error::Error + 'static)) -> ExitCode {
@@ -91,11 +101,19 @@ struct JobRun<'a> {
 impl<'a> JobRun<'a> {
     fn start(job: &'a Job, layout: &Path, record: Option<&Path>) -> Result<Self, Failure> {
         let termination = Termination::watch().map_err(plugin_failure)?;
-        let mut run = Self { job, run: LockstepRun::new("study")?, termination, started: Instant::now() };
+        let mut run =
+            Self { job, run: LockstepRun::new("study")?, termination, started: Instant::now() };
         let scenario = run.write_scenario(layout)?;
-        let members: Vec<_> = [MANAGER, OBSERVERS].into_iter().chain(record.map(|_| RECORDER)).collect();
-        run.run.start_engine(&scenario, job.secs * u64::from(job.rate_hz), &members, &["--digest"])?;
-        // The task log has no history: who joins it after the manager's first tick misses how orders began.
+        let members: Vec<_> =
+            [MANAGER, OBSERVERS].into_iter().chain(record.map(|_| RECORDER)).collect();
+        run.run.start_engine(
+            &scenario,
+            job.secs * u64::from(job.rate_hz),
+            &members,
+            &["--digest"],
+        )?;
+        // The task log has no history: who joins it after the manager's first tick misses how
+        // orders began.
         run.start_observers()?;
         run.start_manager(&scenario)?;
         if let Some(file) = record {
@@ -115,7 +133,8 @@ impl<'a> JobRun<'a> {
         let mut scenario = self.job.scenario.clone();
         scenario["graph"] = std::path::absolute(layout)?.to_string_lossy().into();
         let path = self.run.folder().join("scenario.yaml");
-        let unwritable = |error| format!("can't write to {}: {error}", std::env::temp_dir().display());
+        let unwritable =
+            |error| format!("can't write to {}: {error}", std::env::temp_dir().display());
         // JSON is YAML, too.
         fs::write(&path, format!("{scenario:#}")).map_err(unwritable)?;
         Ok(path)
@@ -126,11 +145,14 @@ impl<'a> JobRun<'a> {
             Manager::BuiltIn(args) | Manager::Bound(args) => {
                 let mut command = self.run.command(MANAGER, &["plugin", MANAGER])?;
                 command.args(args).arg("--load").arg(scenario);
-                command.args(matches!(self.job.manager, Manager::Bound(_)).then_some("--no-conflicts"));
+                command.args(
+                    matches!(self.job.manager, Manager::Bound(_)).then_some("--no-conflicts"),
+                );
                 command
             }
             Manager::Command(words) => {
-                let (program, args) = words.split_first().ok_or("the job's manager has no program")?;
+                let (program, args) =
+                    words.split_first().ok_or("the job's manager has no program")?;
                 let mut command = Command::new(program);
                 command.args(args);
                 self.run.joined(MANAGER, command)?
@@ -144,7 +166,8 @@ impl<'a> JobRun<'a> {
     /// Starts the meters and the validator, which write figures at their end.
     fn start_observers(&mut self) -> Result<(), Failure> {
         let mut observers = self.run.command(OBSERVERS, &["study-observe", "--after", MANAGER])?;
-        let files = [TRAFFIC, QUEUES, METER].into_iter().chain(self.is_judged().then_some(VALIDATOR));
+        let files =
+            [TRAFFIC, QUEUES, METER].into_iter().chain(self.is_judged().then_some(VALIDATOR));
         for name in files {
             observers.arg(format!("--{name}")).arg(self.run.json_file(name));
         }
@@ -174,18 +197,27 @@ impl<'a> JobRun<'a> {
             return Err(self.run.failure(failure, name));
         }
         let log = self.run.log(ENGINE);
-        let is_digest = |line: &&str| line.len() == 32 && line.bytes().all(|byte| byte.is_ascii_hexdigit());
+        let is_digest =
+            |line: &&str| line.len() == 32 && line.bytes().all(|byte| byte.is_ascii_hexdigit());
         let digest = log.lines().find(is_digest).ok_or("the engine gave no digest")?.to_owned();
         let json = |name| self.run.json(name, OBSERVERS);
         let figures: Figures = serde_json::from_value(json(METER)?)?;
         if figures.samples_missed > 0 {
-            return Err(format!("{} samples of the task log were lost; run it again", figures.samples_missed).into());
+            return Err(format!(
+                "{} samples of the task log were lost; run it again",
+                figures.samples_missed
+            )
+            .into());
         }
         Ok(Outcome {
             job: self.job.id(),
             digest,
             figures,
-            findings: if self.is_judged() { findings(&json(VALIDATOR)?).collect() } else { BTreeMap::new() },
+            findings: if self.is_judged() {
+                findings(&json(VALIDATOR)?).collect()
+            } else {
+                BTreeMap::new()
+            },
             edges: edges(&json(TRAFFIC)?, &json(QUEUES)?),
             wall_secs: self.started.elapsed().as_secs_f64(),
         })
@@ -195,17 +227,25 @@ impl<'a> JobRun<'a> {
 /// The edges on which robots were, or that they were kept out of.
 fn edges(traffic: &Value, queues: &Value) -> Vec<EdgeOutcome> {
     let caused = queues["edges"].as_array().into_iter().flatten();
-    let caused: BTreeMap<u64, f64> =
-        caused.filter_map(|edge| Some((edge["edge"].as_u64()?, edge["caused_secs"].as_f64()?))).collect();
+    let caused: BTreeMap<u64, f64> = caused
+        .filter_map(|edge| Some((edge["edge"].as_u64()?, edge["caused_secs"].as_f64()?)))
+        .collect();
     let edge = |edge: &Value| {
         let number = |key: &str| edge[key].as_f64();
         Some(EdgeOutcome {
             edge: u32::try_from(edge["edge"].as_u64()?).ok()?,
             waiting_secs: number("waiting_secs")?,
-            caused_secs: edge["edge"].as_u64().and_then(|id| caused.get(&id).copied()).unwrap_or_default(),
+            caused_secs: edge["edge"]
+                .as_u64()
+                .and_then(|id| caused.get(&id).copied())
+                .unwrap_or_default(),
             entered_per_hour: number("entered_per_hour")?,
         })
     };
     let edges = traffic["edges"].as_array().into_iter().flatten().filter_map(edge);
-    edges.filter(|edge| edge.waiting_secs > 0.0 || edge.caused_secs > 0.0 || edge.entered_per_hour > 0.0).collect()
+    edges
+        .filter(|edge| {
+            edge.waiting_secs > 0.0 || edge.caused_secs > 0.0 || edge.entered_per_hour > 0.0
+        })
+        .collect()
 }

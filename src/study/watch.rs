@@ -73,7 +73,11 @@ impl Terminal {
             let secs = self.started.elapsed().as_secs();
             let of_round = self.round_started.get().elapsed().as_secs_f64();
             let left = |done: u64| of_round / done as f64 * (runs - done) as f64;
-            let to_go = if done > 0 { format!(", {:.0} s to go in this round", left(done)) } else { String::new() };
+            let to_go = if done > 0 {
+                format!(", {:.0} s to go in this round", left(done))
+            } else {
+                String::new()
+            };
             regatta_plugin::tell!(
                 "round {round}: {done} of {runs} runs done, {running} running, {secs} s so far{to_go}"
             );

@@ -1,4 +1,5 @@
-//! The answer of a study: curves, the knee, bottlenecks and what their relief brings, and comparisons.
+//! The answer of a study: curves, the knee, bottlenecks and what their relief brings, and
+//! comparisons.
 
 mod bottleneck;
 mod comparison;
@@ -147,11 +148,17 @@ impl Answer {
             interval,
             knee,
         };
-        let variants: Vec<VariantAnswer> =
-            plan.variants.iter().zip(curves).map(|(variant, curve)| VariantAnswer::new(variant, curve)).collect();
+        let variants: Vec<VariantAnswer> = plan
+            .variants
+            .iter()
+            .zip(curves)
+            .map(|(variant, curve)| VariantAnswer::new(variant, curve))
+            .collect();
         let others = plan.variants.iter().zip(known).skip(1);
         let comparisons = match known.first() {
-            Some(base) => others.map(|(variant, other)| Comparison::of(&variant.name, base, other)).collect(),
+            Some(base) => {
+                others.map(|(variant, other)| Comparison::of(&variant.name, base, other)).collect()
+            }
             None => Vec::new(),
         };
         let (title, program) = (plan.title.clone(), plan.program.clone());

@@ -56,7 +56,12 @@ struct Site<'a> {
 
 impl<'a> Conductor<'a> {
     /// Makes a conductor.
-    pub fn new(plan: &'a Plan, store: &'a Store, workers: &'a mut dyn Workers, watcher: &'a dyn Watcher) -> Self {
+    pub fn new(
+        plan: &'a Plan,
+        store: &'a Store,
+        workers: &'a mut dyn Workers,
+        watcher: &'a dyn Watcher,
+    ) -> Self {
         Self { plan, store, workers, watcher }
     }
 
@@ -66,12 +71,20 @@ impl<'a> Conductor<'a> {
     /// [`StudyError`]. Finished runs are kept in any case.
     pub fn conduct(&mut self) -> Result<Answer, StudyError> {
         let plan = self.plan;
-        let mut sites = plan.variants.iter().map(|variant| self.site(variant)).collect::<Result<Vec<_>, _>>()?;
+        let mut sites = plan
+            .variants
+            .iter()
+            .map(|variant| self.site(variant))
+            .collect::<Result<Vec<_>, _>>()?;
         let curves = self.sweep(&mut sites)?;
-        let [first, ..] = &curves[..] else { return Err(StudyError::AllFailed("the plan has no variants".to_owned())) };
+        let [first, ..] = &curves[..] else {
+            return Err(StudyError::AllFailed("the plan has no variants".to_owned()));
+        };
         let Some(knee) = first.knee else {
-            let reason =
-                first.failed.first().map_or("nothing was carried: no order was finished", |(_, reason)| reason);
+            let reason = first
+                .failed
+                .first()
+                .map_or("nothing was carried: no order was finished", |(_, reason)| reason);
             return Err(StudyError::AllFailed(reason.to_owned()));
         };
         let (robots, seeds) = (first.points[knee].robots, first.points[knee].runs.len() as u64);
@@ -93,14 +106,16 @@ impl<'a> Conductor<'a> {
     fn sweep(&mut self, sites: &mut [Site<'_>]) -> Result<Vec<Curve>, StudyError> {
         let (robots, precision) = (&self.plan.robots, &self.plan.precision);
         loop {
-            let steps: Vec<Step> = sites.iter().map(|site| sweep::next(robots, precision, &site.known)).collect();
+            let steps: Vec<Step> =
+                sites.iter().map(|site| sweep::next(robots, precision, &site.known)).collect();
             let needs = |(site, step): (usize, &Step)| match step {
                 Step::Needs(runs) => runs.iter().map(|run| (site, *run)).collect(),
                 Step::Done(_) => Vec::new(),
             };
             let mut wanted: Vec<(usize, Run)> = steps.iter().enumerate().flat_map(needs).collect();
             if wanted.is_empty() {
-                let curve = |step| if let Step::Done(curve) = step { curve } else { Curve::default() };
+                let curve =
+                    |step| if let Step::Done(curve) = step { curve } else { Curve::default() };
                 return Ok(steps.into_iter().map(curve).collect());
             }
             wanted.sort_by_key(|(_, (robots, seed))| (std::cmp::Reverse(*robots), *seed));
@@ -109,9 +124,16 @@ impl<'a> Conductor<'a> {
     }
 
     /// Does the runs of the other variants that the first one has at its knee, to compare them.
-    fn complete(&mut self, sites: &mut [Site<'_>], robots: u32, seeds: u64) -> Result<(), StudyError> {
-        let runs = (1..sites.len()).flat_map(|site| (1..=seeds).map(move |seed| (site, (robots, seed))));
-        let wanted: Vec<_> = runs.filter(|(site, run)| !sites[*site].known.contains_key(run)).collect();
+    fn complete(
+        &mut self,
+        sites: &mut [Site<'_>],
+        robots: u32,
+        seeds: u64,
+    ) -> Result<(), StudyError> {
+        let runs =
+            (1..sites.len()).flat_map(|site| (1..=seeds).map(move |seed| (site, (robots, seed))));
+        let wanted: Vec<_> =
+            runs.filter(|(site, run)| !sites[*site].known.contains_key(run)).collect();
         self.round(sites, &wanted)
     }
 
@@ -126,8 +148,10 @@ impl<'a> Conductor<'a> {
         let tried: Vec<(usize, Variant)> = (found.iter().enumerate().take(self.plan.reliefs))
             .filter_map(|(index, bottleneck)| Some((index, bottleneck.relieved(base.variant)?)))
             .collect();
-        let mut sites = tried.iter().map(|(_, variant)| self.site(variant)).collect::<Result<Vec<_>, _>>()?;
-        let runs = (0..sites.len()).flat_map(|site| (1..=seeds).map(move |seed| (site, (robots, seed))));
+        let mut sites =
+            tried.iter().map(|(_, variant)| self.site(variant)).collect::<Result<Vec<_>, _>>()?;
+        let runs =
+            (0..sites.len()).flat_map(|site| (1..=seeds).map(move |seed| (site, (robots, seed))));
         self.round(&mut sites, &runs.collect::<Vec<_>>())?;
         for ((index, _), site) in tried.iter().zip(&sites) {
             found[*index].relief = Relief::of(&base.known, &site.known, robots);
@@ -140,7 +164,13 @@ impl<'a> Conductor<'a> {
     }
 
     fn job(&self, site: &Site<'_>, (robots, seed): Run) -> Job {
-        site.variant.job(&site.layout, robots, seed, (self.plan.secs, self.plan.rate_hz), &self.plan.program)
+        site.variant.job(
+            &site.layout,
+            robots,
+            seed,
+            (self.plan.secs, self.plan.rate_hz),
+            &self.plan.program,
+        )
     }
 
     /// Does runs of some sites, those that aren't done yet.
@@ -154,7 +184,8 @@ impl<'a> Conductor<'a> {
                 sites[site].known.insert(run, Fate::Done(measured));
                 continue;
             }
-            // Two sites may want the same job: reliefs of neighbouring places, or settings that change nothing.
+            // Two sites may want the same job: reliefs of neighbouring places, or settings that
+            // change nothing.
             let wanting = by_id.entry(id.clone()).or_default();
             wanting.push((site, run));
             if wanting.len() > 1 {
@@ -175,7 +206,9 @@ impl<'a> Conductor<'a> {
         });
         // Also those that ended before an interrupt.
         for Report { id, failure } in reports {
-            let Some(&(first, run)) = by_id.get(&id).and_then(|wanting| wanting.first()) else { continue };
+            let Some(&(first, run)) = by_id.get(&id).and_then(|wanting| wanting.first()) else {
+                continue;
+            };
             let fate = self.fate(&sites[first], &id, run, failure)?;
             for &(site, run) in by_id.get(&id).into_iter().flatten() {
                 sites[site].known.insert(run, fate.clone());
@@ -184,20 +217,33 @@ impl<'a> Conductor<'a> {
         Ok(done?)
     }
 
-    fn fate(&self, site: &Site<'_>, id: &JobId, run: Run, failure: Option<String>) -> Result<Fate, StudyError> {
+    fn fate(
+        &self,
+        site: &Site<'_>,
+        id: &JobId,
+        run: Run,
+        failure: Option<String>,
+    ) -> Result<Fate, StudyError> {
         let failure = match failure {
             Some(failure) => failure,
-            None => match self.store.take_result(id, &label(site.variant, run, &self.command(id)))? {
-                Some(measured) => return Ok(Fate::Done(measured)),
-                None => "it left no result".to_owned(),
-            },
+            None => {
+                match self.store.take_result(id, &label(site.variant, run, &self.command(id)))? {
+                    Some(measured) => return Ok(Fate::Done(measured)),
+                    None => "it left no result".to_owned(),
+                }
+            }
         };
         self.watcher.fail(&describe(site.variant, run), &failure);
         Ok(Fate::Failed(failure))
     }
 
     /// Returns the figures of a run that was done before.
-    fn finished(&self, site: &Site<'_>, id: &JobId, run: Run) -> Result<Option<Measured>, StudyError> {
+    fn finished(
+        &self,
+        site: &Site<'_>,
+        id: &JobId,
+        run: Run,
+    ) -> Result<Option<Measured>, StudyError> {
         if let Some(measured) = self.store.measured(id)? {
             return Ok(Some(measured));
         }

@@ -1,4 +1,5 @@
-//! A job: one run, as a file that says all of it. The same job gives the same result wherever it runs.
+//! A job: one run, as a file that says all of it. The same job gives the same result wherever it
+//! runs.
 
 use std::fmt;
 
@@ -14,8 +15,8 @@ pub enum Manager {
     BuiltIn(Vec<String>),
     /// A program and its arguments. It finds the fleet's name in `--fleet`, which is appended.
     Command(Vec<String>),
-    /// Regatta's fleet manager with these arguments, whose robots drive through each other: the bound of what any management
-    /// can reach. Nobody judges such a run.
+    /// Regatta's fleet manager with these arguments, whose robots drive through each other: the
+    /// bound of what any management can reach. Nobody judges such a run.
     Bound(Vec<String>),
 }
 
@@ -71,7 +72,8 @@ impl Job {
     }
 }
 
-/// Returns a hash of some bytes as 32 hexadecimal digits (XXH3, 128 bits): the name of a file with this content.
+/// Returns a hash of some bytes as 32 hexadecimal digits (XXH3, 128 bits): the name of a file with
+/// this content.
 pub fn content_hash(bytes: &[u8]) -> String {
     format!("{:032x}", xxh3_128(bytes))
 }
@@ -83,7 +85,8 @@ mod tests {
     use super::*;
 
     fn job(seed: u64) -> Job {
-        let scenario = json!({"graph": "a.yaml", "seed": seed, "robots": [{"count": 3, "routes": "none"}]});
+        let scenario =
+            json!({"graph": "a.yaml", "seed": seed, "robots": [{"count": 3, "routes": "none"}]});
         let manager = Manager::BuiltIn(vec!["--in-turn".to_owned()]);
         Job { program: "0.1.0".to_owned(), scenario, secs: 600, rate_hz: 10, manager }
     }

@@ -1,11 +1,12 @@
 //! Study: many runs of a plant, one answer.
 //!
-//! A [`plan`] says what is asked. It makes [`job`]s: self-contained files that [`workers`] turn into [`outcome`]s anywhere,
-//! which the [`store`] keeps. The [`sweep`] decides by what is known which jobs come next, and the [`answer`] says what they
-//! tell, with the [`statistics`] that it takes; [`page`] shows it.
+//! A [`plan`] says what is asked. It makes [`job`]s: self-contained files that [`workers`] turn
+//! into [`outcome`]s anywhere, which the [`store`] keeps. The [`sweep`] decides by what is known
+//! which jobs come next, and the [`answer`] says what they tell, with the [`statistics`] that it
+//! takes; [`page`] shows it.
 //!
-//! What a study does next depends on finished rounds alone, never on which run ended first: the same study gives the same
-//! answer on any machine.
+//! What a study does next depends on finished rounds alone, never on which run ended first: the
+//! same study gives the same answer on any machine.
 
 pub mod answer;
 pub mod conduct;

@@ -33,7 +33,8 @@ pub struct EdgeOutcome {
     pub edge: u32,
     /// Robot seconds in which robots stood there and waited to drive on.
     pub waiting_secs: f64,
-    /// Robot seconds in which robots waited, wherever they stood, because they or those before them were kept out of it.
+    /// Robot seconds in which robots waited, wherever they stood, because they or those before them
+    /// were kept out of it.
     pub caused_secs: f64,
     /// Robots that entered it, an hour.
     pub entered_per_hour: f64,
@@ -52,7 +53,8 @@ pub struct Measured {
     pub orders_per_hour: f64,
     /// Finished stops an hour.
     pub stops_per_hour: f64,
-    /// The mean time from an order's creation to its end, in seconds; of orders that were finished after the warm-up.
+    /// The mean time from an order's creation to its end, in seconds; of orders that were finished
+    /// after the warm-up.
     pub service_mean_secs: Option<f64>,
     /// The median of it.
     pub service_p50_secs: Option<f64>,
@@ -85,14 +87,19 @@ impl Outcome {
         let periods = (secs / period_secs).floor() as usize;
         let mut series = vec![0.0; periods];
         for order in finished {
-            // The orders of an instant between two periods belong to the first one, as in the meter.
+            // The orders of an instant between two periods belong to the first one, as in the
+            // meter.
             let period = ((order.at_secs / period_secs).ceil() as usize).saturating_sub(1);
             series.get_mut(period).into_iter().for_each(|count| *count += 1.0);
         }
         let cut = warm_up(&series);
         let warm_up_secs = cut as f64 * period_secs;
         let end_secs = periods as f64 * period_secs;
-        let counted = || finished.iter().filter(|order| order.at_secs > warm_up_secs && order.at_secs <= end_secs);
+        let counted = || {
+            finished
+                .iter()
+                .filter(|order| order.at_secs > warm_up_secs && order.at_secs <= end_secs)
+        };
         let service: Vec<f64> = counted().map(|order| order.service_secs).collect();
         let hours = (end_secs - warm_up_secs) / 3600.0;
         let per_hour = |count: f64| if hours > 0.0 { count / hours } else { 0.0 };
@@ -104,14 +111,20 @@ impl Outcome {
             secs: end_secs - warm_up_secs,
             orders_per_hour: per_hour(service.len() as f64),
             stops_per_hour: per_hour(counted().map(|order| f64::from(order.stops)).sum()),
-            service_mean_secs: (!service.is_empty()).then(|| service.iter().sum::<f64>() / service.len() as f64),
+            service_mean_secs: (!service.is_empty())
+                .then(|| service.iter().sum::<f64>() / service.len() as f64),
             service_p50_secs: percentile(&service, 50),
             service_p99_secs: percentile(&service, 99),
             utilisation: ratio(effort.ordered_secs, effort.robot_secs),
             waiting: ratio(effort.waiting_secs, effort.robot_secs),
             empty: (effort.loaded_metres > 0.0).then(|| effort.empty_metres / metres),
             contacts: self.findings.get(CONTACT).copied().unwrap_or(0),
-            other_findings: self.findings.iter().filter(|(kind, _)| *kind != CONTACT).map(|(_, count)| count).sum(),
+            other_findings: self
+                .findings
+                .iter()
+                .filter(|(kind, _)| *kind != CONTACT)
+                .map(|(_, count)| count)
+                .sum(),
             failed_orders: *failed,
             wall_secs: self.wall_secs,
         }
@@ -145,8 +158,13 @@ mod tests {
             service_secs: f64::from(index % 100),
             stops: 2,
         });
-        let effort =
-            Effort { robot_secs: 40.0, ordered_secs: 30.0, waiting_secs: 10.0, loaded_metres: 6.0, empty_metres: 2.0 };
+        let effort = Effort {
+            robot_secs: 40.0,
+            ordered_secs: 30.0,
+            waiting_secs: 10.0,
+            loaded_metres: 6.0,
+            empty_metres: 2.0,
+        };
         let figures = Figures {
             secs: 1000.0,
             period_secs: 10.0,
@@ -156,7 +174,14 @@ mod tests {
         };
         let findings = BTreeMap::from([("contact".to_owned(), 2), ("idle".to_owned(), 1)]);
         let job = serde_json::from_str("\"00\"").expect("an id");
-        Outcome { job, digest: "d".to_owned(), figures, findings, edges: Vec::new(), wall_secs: 1.5 }
+        Outcome {
+            job,
+            digest: "d".to_owned(),
+            figures,
+            findings,
+            edges: Vec::new(),
+            wall_secs: 1.5,
+        }
     }
 
     #[test]
@@ -164,8 +189,14 @@ mod tests {
         let measured = outcome().measured();
         assert_eq!((measured.warm_up_secs, measured.secs), (200.0, 800.0));
         assert_eq!((measured.orders_per_hour, measured.stops_per_hour), (1800.0, 3600.0));
-        assert_eq!((measured.service_p50_secs, measured.service_p99_secs), (Some(49.0), Some(98.0)));
-        assert_eq!((measured.utilisation, measured.waiting, measured.empty), (0.75, 0.25, Some(0.25)));
+        assert_eq!(
+            (measured.service_p50_secs, measured.service_p99_secs),
+            (Some(49.0), Some(98.0))
+        );
+        assert_eq!(
+            (measured.utilisation, measured.waiting, measured.empty),
+            (0.75, 0.25, Some(0.25))
+        );
         assert_eq!((measured.contacts, measured.other_findings), (2, 1));
     }
 
@@ -173,6 +204,9 @@ mod tests {
     fn a_run_without_orders_has_figures() {
         let figures = Figures { secs: 4.0, period_secs: 10.0, ..Figures::default() };
         let measured = Outcome { figures, ..outcome() }.measured();
-        assert_eq!((measured.orders_per_hour, measured.service_p50_secs, measured.empty), (0.0, None, None));
+        assert_eq!(
+            (measured.orders_per_hour, measured.service_p50_secs, measured.empty),
+            (0.0, None, None)
+        );
     }
 }

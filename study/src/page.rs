@@ -1,4 +1,5 @@
-//! The page of a study: the same content as HTML with its pictures in it, and as Markdown with pictures beside it.
+//! The page of a study: the same content as HTML with its pictures in it, and as Markdown with
+//! pictures beside it.
 
 mod chart;
 mod content;

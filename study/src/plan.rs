@@ -43,7 +43,8 @@ pub struct Precision {
     pub least_seeds: u64,
     /// The largest number of seeds of a point.
     pub most_seeds: u64,
-    /// Seeds are added at the knee until half of the 95 % interval of the throughput is at most this part of it.
+    /// Seeds are added at the knee until half of the 95 % interval of the throughput is at most
+    /// this part of it.
     pub interval: f64,
     /// At the knee, one more robot brings less than this part of what one brings alone.
     pub knee: f64,

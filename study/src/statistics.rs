@@ -1,4 +1,5 @@
-//! Statistics of simulation output: intervals over replications, the end of the warm-up, and the knee of a curve.
+//! Statistics of simulation output: intervals over replications, the end of the warm-up, and the
+//! knee of a curve.
 
 mod interval;
 mod knee;

@@ -1,4 +1,5 @@
-//! The store of a study: a folder with jobs, results and layouts, and an SQLite file with the figures of all finished runs.
+//! The store of a study: a folder with jobs, results and layouts, and an SQLite file with the
+//! figures of all finished runs.
 //!
 //! ```text
 //! study.sqlite          a row per finished run
@@ -7,8 +8,8 @@
 //! results/ID.json       what came of it
 //! ```
 //!
-//! A result is there as a whole or not at all. So a study that is killed goes on where it was: what has a row, or a result, isn't
-//! done again.
+//! A result is there as a whole or not at all. So a study that is killed goes on where it was: what
+//! has a row, or a result, isn't done again.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -100,7 +101,8 @@ impl Store {
         let path = folder.join("study.sqlite");
         let failed = |reason| StoreError::Database { path: path.clone(), reason };
         let database = Connection::open(&path).map_err(failed)?;
-        let found: i64 = database.query_row("PRAGMA user_version", [], |row| row.get(0)).map_err(failed)?;
+        let found: i64 =
+            database.query_row("PRAGMA user_version", [], |row| row.get(0)).map_err(failed)?;
         if found != 0 && found != VERSION {
             return Err(StoreError::Version { path, found });
         }
@@ -161,11 +163,16 @@ impl Store {
         Ok(text.and_then(|text| serde_json::from_str(&text).ok()))
     }
 
-    /// Takes the result file of a run into the database, and returns its figures; `None` if there is no valid one.
+    /// Takes the result file of a run into the database, and returns its figures; `None` if there
+    /// is no valid one.
     ///
     /// # Errors
     /// [`StoreError::Database`].
-    pub fn take_result(&self, id: &JobId, label: &Label<'_>) -> Result<Option<Measured>, StoreError> {
+    pub fn take_result(
+        &self,
+        id: &JobId,
+        label: &Label<'_>,
+    ) -> Result<Option<Measured>, StoreError> {
         let Some(outcome) = self.outcome(id) else { return Ok(None) };
         let measured = outcome.measured();
         let text = serde_json::to_string(&measured).unwrap_or_default();
@@ -220,8 +227,8 @@ impl Store {
     }
 }
 
-/// Writes a file that appears under its name only when it is complete. A file that exists already has the same content, as
-/// its name says.
+/// Writes a file that appears under its name only when it is complete. A file that exists already
+/// has the same content, as its name says.
 fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
     let failed = |reason| StoreError::Write { path: path.to_owned(), reason };
     if path.exists() {

@@ -1,9 +1,10 @@
 //! The sweep of a variant: which numbers of robots and which seeds come next.
 //!
-//! Each step is a function of what is known, and asks only for runs that it needs whatever else comes out: first the grid with the
-//! least number of seeds, then the middles between the knee and its neighbours, then seeds at the knee until its interval is
-//! narrow enough. All variants use the same seeds 1, 2, 3 …, which are common random numbers: differences between variants
-//! have narrower intervals than the variants themselves.
+//! Each step is a function of what is known, and asks only for runs that it needs whatever else
+//! comes out: first the grid with the least number of seeds, then the middles between the knee and
+//! its neighbours, then seeds at the knee until its interval is narrow enough. All variants use the
+//! same seeds 1, 2, 3 …, which are common random numbers: differences between variants have
+//! narrower intervals than the variants themselves.
 
 use std::collections::BTreeMap;
 
@@ -42,7 +43,8 @@ pub struct Curve {
     pub points: Vec<Point>,
     /// The index of the knee; `None` if nothing is carried.
     pub knee: Option<usize>,
-    /// The index of the last point up to which each more robot brings at least half of what one brings alone.
+    /// The index of the last point up to which each more robot brings at least half of what one
+    /// brings alone.
     pub half: Option<usize>,
     /// Whether the knee is the last point, so that it may be beyond it.
     pub is_open: bool,
@@ -71,10 +73,12 @@ impl Point {
     }
 }
 
-/// The most rounds of refinement: each at least halves a distance, so it is far more than is ever needed.
+/// The most rounds of refinement: each at least halves a distance, so it is far more than is ever
+/// needed.
 const MAX_ROUNDS: usize = 64;
 
-/// Returns the next step of a sweep. `most` is the largest number of seeds where seeds are added: that of the plan, or less.
+/// Returns the next step of a sweep. `most` is the largest number of seeds where seeds are added:
+/// that of the plan, or less.
 pub fn next(robots: &Robots, precision: &Precision, known: &Known) -> Step {
     let mut wanted: BTreeMap<u32, u64> =
         robots.grid().into_iter().map(|robots| (robots, precision.least_seeds)).collect();
@@ -84,9 +88,12 @@ pub fn next(robots: &Robots, precision: &Precision, known: &Known) -> Step {
             return Step::Needs(missing);
         }
         let curve = curve(&wanted, precision, known);
-        let more = if robots.is_refined() { refined(&curve, precision, &wanted) } else { Vec::new() };
+        let more =
+            if robots.is_refined() { refined(&curve, precision, &wanted) } else { Vec::new() };
         match (more.is_empty(), more_seeds(&curve, precision)) {
-            (false, _) => wanted.extend(more.into_iter().map(|robots| (robots, precision.least_seeds))),
+            (false, _) => {
+                wanted.extend(more.into_iter().map(|robots| (robots, precision.least_seeds)))
+            }
             (true, Some((robots, seeds))) => drop(wanted.insert(robots, seeds)),
             (true, None) => return Step::Done(curve),
         }
@@ -96,7 +103,8 @@ pub fn next(robots: &Robots, precision: &Precision, known: &Known) -> Step {
 
 /// Returns the wanted runs of which nothing is known. Large ones come first: they take the longest.
 fn missing(wanted: &BTreeMap<u32, u64>, known: &Known) -> Vec<Run> {
-    let runs = wanted.iter().rev().flat_map(|(robots, seeds)| (1..=*seeds).map(|seed| (*robots, seed)));
+    let runs =
+        wanted.iter().rev().flat_map(|(robots, seeds)| (1..=*seeds).map(|seed| (*robots, seed)));
     runs.filter(|run| !known.contains_key(run)).collect()
 }
 
@@ -107,7 +115,9 @@ fn curve(wanted: &BTreeMap<u32, u64>, precision: &Precision, known: &Known) -> C
         for seed in 1..=seeds {
             match known.get(&(robots, seed)) {
                 Some(Fate::Done(measured)) => runs.push(measured.clone()),
-                Some(Fate::Failed(reason)) if curve.failed.last().is_none_or(|(last, _)| *last != robots) => {
+                Some(Fate::Failed(reason))
+                    if curve.failed.last().is_none_or(|(last, _)| *last != robots) =>
+                {
                     curve.failed.push((robots, reason.clone()));
                 }
                 _ => {}
@@ -117,8 +127,11 @@ fn curve(wanted: &BTreeMap<u32, u64>, precision: &Precision, known: &Known) -> C
             curve.points.push(Point { robots, runs });
         }
     }
-    let points: Vec<(f64, f64)> =
-        curve.points.iter().filter_map(|point| Some((f64::from(point.robots), point.throughput()?.mean))).collect();
+    let points: Vec<(f64, f64)> = curve
+        .points
+        .iter()
+        .filter_map(|point| Some((f64::from(point.robots), point.throughput()?.mean)))
+        .collect();
     curve.half = knee(&points, 0.5).map(|half| half.index);
     if let Some(found) = knee(&points, precision.knee) {
         (curve.knee, curve.is_open) = (Some(found.index), found.is_last);
@@ -126,27 +139,39 @@ fn curve(wanted: &BTreeMap<u32, u64>, precision: &Precision, known: &Known) -> C
     curve
 }
 
-/// Returns the numbers of robots halfway from the knee to its neighbours, unless these are near enough, or the knee is beyond the
-/// range.
+/// Returns the numbers of robots halfway from the knee to its neighbours, unless these are near
+/// enough, or the knee is beyond the range.
 fn refined(curve: &Curve, precision: &Precision, wanted: &BTreeMap<u32, u64>) -> Vec<u32> {
     // Beyond the largest number there is nothing to find, and below it nothing that matters.
-    let Some(knee) = curve.knee.filter(|_| !curve.is_open || !curve.failed.is_empty()) else { return Vec::new() };
+    let Some(knee) = curve.knee.filter(|_| !curve.is_open || !curve.failed.is_empty()) else {
+        return Vec::new();
+    };
     let knee = curve.points[knee].robots;
     let near = ((f64::from(knee) * precision.resolution) as u32).max(1);
-    // A number of robots whose runs failed is a neighbour, too: the largest that can be is below it.
+    // A number of robots whose runs failed is a neighbour, too: the largest that can be is below
+    // it.
     let before = wanted.range(..knee).next_back().map(|(robots, _)| *robots);
     let after = wanted.range(knee + 1..).next().map(|(robots, _)| *robots);
     let halfway = |other: u32| (knee.abs_diff(other) > near).then(|| knee.midpoint(other));
-    before.into_iter().chain(after).filter_map(halfway).filter(|robots| !wanted.contains_key(robots)).collect()
+    before
+        .into_iter()
+        .chain(after)
+        .filter_map(halfway)
+        .filter(|robots| !wanted.contains_key(robots))
+        .collect()
 }
 
-/// Returns the number of seeds that the knee needs beyond those that it has; `None` if its interval is narrow enough.
+/// Returns the number of seeds that the knee needs beyond those that it has; `None` if its interval
+/// is narrow enough.
 fn more_seeds(curve: &Curve, precision: &Precision) -> Option<Run> {
     let point = &curve.points[curve.knee?];
     let interval = point.throughput()?;
     let seeds = interval.values as u64;
     let is_narrow = interval.relative().is_some_and(|relative| relative <= precision.interval);
-    if is_narrow || seeds >= precision.most_seeds || curve.failed.iter().any(|(robots, _)| *robots == point.robots) {
+    if is_narrow
+        || seeds >= precision.most_seeds
+        || curve.failed.iter().any(|(robots, _)| *robots == point.robots)
+    {
         return None;
     }
     // Two at a time: one more hardly changes an interval, and there are two cores at least.
@@ -177,8 +202,12 @@ mod tests {
         }
     }
 
-    /// Sweeps with a plant whose throughput is a function of robots and seed; returns the curve and the number of rounds.
-    fn sweep(robots: &str, plant: impl Fn(u32, u64) -> Result<f64, String>) -> (Curve, usize, Known) {
+    /// Sweeps with a plant whose throughput is a function of robots and seed; returns the curve and
+    /// the number of rounds.
+    fn sweep(
+        robots: &str,
+        plant: impl Fn(u32, u64) -> Result<f64, String>,
+    ) -> (Curve, usize, Known) {
         let (robots, mut known) = (robots.parse().expect("robots"), Known::new());
         for round in 0..100 {
             match next(&robots, &Precision::default(), &known) {
@@ -186,8 +215,12 @@ mod tests {
                 Step::Needs(runs) => {
                     assert!(!runs.is_empty());
                     for (robots, seed) in runs {
-                        let fate = plant(robots, seed).map_or_else(Fate::Failed, |orders| Fate::Done(measured(orders)));
-                        assert!(known.insert((robots, seed), fate).is_none(), "asked twice for {robots}, {seed}");
+                        let fate = plant(robots, seed)
+                            .map_or_else(Fate::Failed, |orders| Fate::Done(measured(orders)));
+                        assert!(
+                            known.insert((robots, seed), fate).is_none(),
+                            "asked twice for {robots}, {seed}"
+                        );
                     }
                 }
             }
@@ -206,9 +239,19 @@ mod tests {
         let knee = curve.knee.expect("a knee");
         let robots = curve.points[knee].robots;
         assert!((170..=192).contains(&robots), "{robots}");
-        assert!(curve.points[knee + 1].robots - robots <= 12 && robots - curve.points[knee - 1].robots <= 12);
-        assert!(!curve.is_open && rounds <= 8 && known.len() < 90, "{rounds} rounds, {} runs", known.len());
-        assert!(curve.points[knee].runs.len() > 3, "its interval is wider than 2 % with three seeds");
+        assert!(
+            curve.points[knee + 1].robots - robots <= 12
+                && robots - curve.points[knee - 1].robots <= 12
+        );
+        assert!(
+            !curve.is_open && rounds <= 8 && known.len() < 90,
+            "{rounds} rounds, {} runs",
+            known.len()
+        );
+        assert!(
+            curve.points[knee].runs.len() > 3,
+            "its interval is wider than 2 % with three seeds"
+        );
     }
 
     #[test]
@@ -223,8 +266,9 @@ mod tests {
 
     #[test]
     fn what_does_not_fit_ends_the_range() {
-        let (curve, ..) =
-            sweep("1..1000", |robots, seed| if robots > 60 { Err("60 fit".to_owned()) } else { plant(robots, seed) });
+        let (curve, ..) = sweep("1..1000", |robots, seed| {
+            if robots > 60 { Err("60 fit".to_owned()) } else { plant(robots, seed) }
+        });
         let last = curve.points.last().expect("points").robots;
         assert!((57..=60).contains(&last), "{last}");
         assert!(curve.failed.iter().all(|(robots, reason)| *robots > 60 && reason == "60 fit"));

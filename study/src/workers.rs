@@ -54,15 +54,18 @@ pub enum WorkersError {
     Interrupted,
 }
 
-/// The exit code of a run whose result can't be written (`EX_IOERR` of sysexits.h): then no other run's can, either.
+/// The exit code of a run whose result can't be written (`EX_IOERR` of sysexits.h): then no other
+/// run's can, either.
 pub const UNWRITABLE: u8 = 74;
 
 /// Those who do jobs.
 pub trait Workers {
-    /// Does all of some tasks, and calls `on_report` for each as it ends. Tasks are begun in their order.
+    /// Does all of some tasks, and calls `on_report` for each as it ends. Tasks are begun in their
+    /// order.
     ///
     /// # Errors
-    /// [`WorkersError`] if no more tasks can be done, or `is_interrupted` says so. Tasks that are under way are stopped then.
+    /// [`WorkersError`] if no more tasks can be done, or `is_interrupted` says so. Tasks that are
+    /// under way are stopped then.
     fn run(
         &mut self,
         tasks: &[Task],

@@ -1,4 +1,5 @@
-//! The alarms of the viewer's log are those that hold, also in a window that opens later and after jumps in a recording.
+//! The alarms of the viewer's log are those that hold, also in a window that opens later and after
+//! jumps in a recording.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -44,8 +45,12 @@ impl Window {
 }
 
 fn order(fleet: &FleetName, arguments: &[&str]) {
-    let output =
-        regatta().arg("order").args(arguments).args(["--fleet", &fleet.to_string()]).output().expect("it starts");
+    let output = regatta()
+        .arg("order")
+        .args(arguments)
+        .args(["--fleet", &fleet.to_string()])
+        .output()
+        .expect("it starts");
     assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
 }
 
@@ -63,7 +68,10 @@ fn a_window_that_opens_late_has_the_alarms_that_hold() {
     eventually("a frame", || (early.alarms().is_empty() && fleet.tick() > 0).then_some(()));
     order(&fleet.name, &["break", "7"]);
     order(&fleet.name, &["close", &edge.to_string()]);
-    assert_eq!(early.await_alarms(&both), ["robot 7 broke down".to_owned(), format!("edge {edge} closed")]);
+    assert_eq!(
+        early.await_alarms(&both),
+        ["robot 7 broke down".to_owned(), format!("edge {edge} closed")]
+    );
     fleet.let_ticks_pass(20);
     let mut late = Window::open(&fleet.name);
     let since = "since before this window opened";
@@ -71,7 +79,11 @@ fn a_window_that_opens_late_has_the_alarms_that_hold() {
         late.await_alarms(&both),
         [format!("robot 7 is broken, {since}"), format!("edge {edge} is closed, {since}")]
     );
-    assert_eq!((early.log.entries().len(), late.log.entries().len()), (2, 2), "nothing is told twice");
+    assert_eq!(
+        (early.log.entries().len(), late.log.entries().len()),
+        (2, 2),
+        "nothing is told twice"
+    );
     order(&fleet.name, &["repair", "7"]);
     order(&fleet.name, &["open", &edge.to_string()]);
     for window in [&mut early, &mut late] {
@@ -87,7 +99,8 @@ fn after_jumps_in_a_recording_the_alarms_are_those_of_the_shown_time() {
     let fleet = Fleet::start("recorded-alarms", "thirty.yaml", &["--speed", "5"]);
     let recorder = recorder(&fleet.name, &file(&folder), &[]);
     let edge = first_edge(&fleet.name);
-    let now = || Duration::from_secs_f64(fleet.status()["sim_time_secs"].as_f64().expect("seconds"));
+    let now =
+        || Duration::from_secs_f64(fleet.status()["sim_time_secs"].as_f64().expect("seconds"));
     let after_ticks = || {
         fleet.let_ticks_pass(100);
         let time = now();
@@ -104,7 +117,8 @@ fn after_jumps_in_a_recording_the_alarms_are_those_of_the_shown_time() {
 
     let name = unique("replayed-alarms");
     let mut command = regatta();
-    let replay = command.arg("replay").arg(file(&folder)).args(["--paused", "--fleet", &name.to_string()]);
+    let replay =
+        command.arg("replay").arg(file(&folder)).args(["--paused", "--fleet", &name.to_string()]);
     let replay = Process::start(replay);
     let mut control = eventually("control", || Control::open(&name).ok());
     eventually("the replay answers", || control.status().ok());
@@ -114,9 +128,13 @@ fn after_jumps_in_a_recording_the_alarms_are_those_of_the_shown_time() {
     let texts = window.await_alarms(&[robot, edge]);
     // The frame may be there before the window knows that it is of a recording.
     assert!(texts[0].starts_with("robot 7 is broken, since before "), "{texts:?}");
-    for (time, wanted) in
-        [(after, &[edge][..]), (before, &[]), (during, &[robot, edge]), (before, &[]), (after, &[edge])]
-    {
+    for (time, wanted) in [
+        (after, &[edge][..]),
+        (before, &[]),
+        (during, &[robot, edge]),
+        (before, &[]),
+        (after, &[edge]),
+    ] {
         control.seek(time).expect("gone there");
         window.await_alarms(wanted);
     }

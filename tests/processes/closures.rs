@@ -1,4 +1,5 @@
-//! Closed edges on real engines: nobody enters them, with or without a fleet manager, and late readers know them.
+//! Closed edges on real engines: nobody enters them, with or without a fleet manager, and late
+//! readers know them.
 
 use std::path::Path;
 use std::process::Output;
@@ -44,15 +45,21 @@ fn busy_edges(fleet: &Fleet, most: usize) -> Vec<(u32, u32)> {
     });
     let mut robots = vec![0_u32; ids.len()];
     for _ in 0..200 {
-        let frame = eventually("a frame", || frames.latest().expect("readable").map(|frame| frame.edge().to_vec()));
-        frame.into_iter().filter(|edge| *edge != NO_EDGE).for_each(|edge| robots[edge as usize] += 1);
+        let frame = eventually("a frame", || {
+            frames.latest().expect("readable").map(|frame| frame.edge().to_vec())
+        });
+        frame
+            .into_iter()
+            .filter(|edge| *edge != NO_EDGE)
+            .for_each(|edge| robots[edge as usize] += 1);
     }
     let mut edges: Vec<u32> = (0..ids.len() as u32).collect();
     edges.sort_by_key(|edge| std::cmp::Reverse(robots[*edge as usize]));
     edges.into_iter().take(most).map(|edge| (edge, ids[edge as usize])).collect()
 }
 
-/// Watches a fleet for some ticks. Returns how many robots entered another edge, and how many one of `watched`.
+/// Watches a fleet for some ticks. Returns how many robots entered another edge, and how many one
+/// of `watched`.
 fn entries(fleet: &Fleet, ticks: u64, watched: &[(u32, u32)]) -> [usize; 2] {
     let mut frames = fleet.subscriber();
     let mut before: Vec<u32> = Vec::new();
@@ -73,7 +80,8 @@ fn entries(fleet: &Fleet, ticks: u64, watched: &[(u32, u32)]) -> [usize; 2] {
 
 #[test]
 fn walkers_enter_a_closed_edge_only_after_it_is_opened_again() {
-    let fleet = Fleet::start("closures", "warehouse-1000.yaml", &["--robots", "200", "--speed", "5"]);
+    let fleet =
+        Fleet::start("closures", "warehouse-1000.yaml", &["--robots", "200", "--speed", "5"]);
     let edges = busy_edges(&fleet, 3);
     for (_, id) in &edges {
         accepted(&fleet, &["close", &id.to_string()]);
@@ -104,7 +112,8 @@ fn managed(folder: &Path) -> (Fleet, Process) {
         graphs("warehouse.yaml").display()
     );
     std::fs::write(folder.join("scenario.yaml"), scenario).expect("written");
-    std::fs::write(folder.join("load.yaml"), "load: {seed: 5, endless: robots, dwell: 2}\n").expect("written");
+    std::fs::write(folder.join("load.yaml"), "load: {seed: 5, endless: robots, dwell: 2}\n")
+        .expect("written");
     let path = folder.join("scenario.yaml").display().to_string();
     let fleet = Fleet::restart(unique("closures-managed"), &path, &["--speed", "5"]);
     let manager = manager(&fleet, folder);
@@ -113,7 +122,14 @@ fn managed(folder: &Path) -> (Fleet, Process) {
 
 fn manager(fleet: &Fleet, folder: &Path) -> Process {
     let mut command = regatta();
-    command.args(["plugin", "fleet-manager", "--summary", "--fleet", &fleet.name.to_string(), "--load"]);
+    command.args([
+        "plugin",
+        "fleet-manager",
+        "--summary",
+        "--fleet",
+        &fleet.name.to_string(),
+        "--load",
+    ]);
     Process::start(command.arg(folder.join("load.yaml")))
 }
 
@@ -132,14 +148,21 @@ fn a_fleet_manager_goes_round_closed_edges_also_one_that_comes_later() {
     let second = manager(&fleet, folder.path());
     eventually("robots drive", || (entries(&fleet, 200, &[])[0] > 60).then_some(()));
     let [others, none] = entries(&fleet, 2_000, &edges);
-    assert!(others > 100 && none == 0, "with the second manager: {others} entered other edges, {none} closed ones");
+    assert!(
+        others > 100 && none == 0,
+        "with the second manager: {others} entered other edges, {none} closed ones"
+    );
     assert!(second.interrupt().status.success() && fleet.engine.interrupt().status.success());
 }
 
 #[test]
 fn a_replay_shows_which_edges_were_closed_at_any_time() {
     let folder = tempfile::TempDir::new().expect("a folder");
-    let fleet = Fleet::start("closures-recorded", "warehouse-1000.yaml", &["--robots", "20", "--speed", "5"]);
+    let fleet = Fleet::start(
+        "closures-recorded",
+        "warehouse-1000.yaml",
+        &["--robots", "20", "--speed", "5"],
+    );
     let recorder = recorder(&fleet.name, &file(&folder), &[]);
     fleet.let_ticks_pass(200);
     let id = busy_edges(&fleet, 1)[0].1;
@@ -152,7 +175,8 @@ fn a_replay_shows_which_edges_were_closed_at_any_time() {
 
     let name = unique("closures-replayed");
     let mut command = regatta();
-    let replay = command.arg("replay").arg(file(&folder)).args(["--paused", "--fleet", &name.to_string()]);
+    let replay =
+        command.arg("replay").arg(file(&folder)).args(["--paused", "--fleet", &name.to_string()]);
     let replay = Process::start(replay);
     let mut control = eventually("control", || Control::open(&name).ok());
     let start = eventually("the replay answers", || control.status().ok());
@@ -164,7 +188,8 @@ fn a_replay_shows_which_edges_were_closed_at_any_time() {
     let participant = Participant::join(&name, "test").expect("joined");
     let mut closures = ClosureReader::open_on(&participant).expect("a reader");
     let mut frames = Subscriber::open_on(&participant).expect("a reader");
-    let run = eventually("a frame", || frames.latest().expect("readable").map(|frame| frame.run_id()));
+    let run =
+        eventually("a frame", || frames.latest().expect("readable").map(|frame| frame.run_id()));
     closures.take().expect("readable");
     assert_eq!(closures.closed(run), [], "it was open before");
     assert!(replay.interrupt().status.success());

@@ -51,7 +51,8 @@ fn append_events(reader: &mut ContactEventReader, events: &mut Vec<ContactEvent>
 }
 
 fn time_of(events: &[ContactEvent], level: ContactLevel, change: ContactChange) -> Option<f64> {
-    let matches = |event: &&ContactEvent| event.level == level as u32 && event.change == change as u32;
+    let matches =
+        |event: &&ContactEvent| event.level == level as u32 && event.change == change as u32;
     events.iter().find(matches).map(|event| event.sim_time_nanos as f64 * 1e-9)
 }
 
@@ -67,7 +68,18 @@ fn a_contact_is_predicted_published_logged_and_summarised() {
     let mut contacts = ContactReader::open_on(&participant).expect("opened");
     let mut column = ColumnReader::open_on(&participant, "collision").expect("opened");
     let name = fleet.name.to_string();
-    let args = ["plugin", "collision", "--fleet", &name, "--margin", "0.1", "--horizon", "2", "--summary", "--log"];
+    let args = [
+        "plugin",
+        "collision",
+        "--fleet",
+        &name,
+        "--margin",
+        "0.1",
+        "--horizon",
+        "2",
+        "--summary",
+        "--log",
+    ];
     let plugin = Process::start(regatta().args(args).arg(&log));
     eventually("the first column", || column.latest().expect("readable").map(|_| ()));
 
@@ -85,7 +97,8 @@ fn a_contact_is_predicted_published_logged_and_summarised() {
         fleet.control(&["step", "10"]);
         let tick = fleet.tick();
         eventually("the column of that tick", || {
-            let values = column.latest().expect("readable").filter(|values| values.header.tick == tick)?;
+            let values =
+                column.latest().expect("readable").filter(|values| values.header.tick == tick)?;
             levels.push(values.values[0]);
             Some(())
         });
@@ -94,35 +107,62 @@ fn a_contact_is_predicted_published_logged_and_summarised() {
 
     use ContactChange::{Began, Ended};
     use ContactLevel::{Possible, Touching};
-    let near = |time: Option<f64>, expected: f64| time.is_some_and(|time| (time - expected).abs() <= 0.11);
+    let near =
+        |time: Option<f64>, expected: f64| time.is_some_and(|time| (time - expected).abs() <= 0.11);
     assert!(near(time_of(&events, Touching, Began), TOUCH_SECS), "{events:?}");
     assert!(near(time_of(&events, Touching, Ended), PART_SECS), "{events:?}");
     let predicted = time_of(&events, Possible, Began).expect("a prediction");
     let expected = TOUCH_SECS - 2.2..=TOUCH_SECS - 1.8;
-    assert!(expected.contains(&predicted), "the horizon is 2 s, but the contact was predicted at {predicted} s");
+    assert!(
+        expected.contains(&predicted),
+        "the horizon is 2 s, but the contact was predicted at {predicted} s"
+    );
     assert_eq!(events.len(), 4, "each level begins and ends once: {events:?}");
     assert!(events.iter().all(|event| event.robots == [0, 1]));
     let touching = &events[1];
-    assert!((touching.x - 10.0).abs() < 0.2 && touching.y.abs() < 0.3 && (touching.relative_speed - 2.0).abs() < 0.01);
+    assert!(
+        (touching.x - 10.0).abs() < 0.2
+            && touching.y.abs() < 0.3
+            && (touching.relative_speed - 2.0).abs() < 0.01
+    );
     let sequence: Vec<_> = levels.chunk_by(|a, b| a == b).map(|same| same[0]).collect();
-    assert_eq!(sequence, [0.0, 1.0, 2.0, 1.0, 0.0], "clear, possible, touching, within the margin, clear");
-    let totals = eventually("totals", || contacts.latest().expect("readable").map(|contacts| *contacts.header));
-    assert_eq!((totals.touching_ever, totals.possible_ever, totals.touching, totals.capped), (1, 1, 0, 0));
+    assert_eq!(
+        sequence,
+        [0.0, 1.0, 2.0, 1.0, 0.0],
+        "clear, possible, touching, within the margin, clear"
+    );
+    let totals = eventually("totals", || {
+        contacts.latest().expect("readable").map(|contacts| *contacts.header)
+    });
+    assert_eq!(
+        (totals.touching_ever, totals.possible_ever, totals.touching, totals.capped),
+        (1, 1, 0, 0)
+    );
 
     let output = plugin.interrupt();
     let summary = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    assert!(summary.contains("1 contacts (0 touch now)") && summary.contains("robots 0 and 1"), "{summary}");
+    assert!(
+        summary.contains("1 contacts (0 touch now)") && summary.contains("robots 0 and 1"),
+        "{summary}"
+    );
     assert!(summary.contains("edge 10"), "{summary}");
     let text = fs::read_to_string(&log).expect("the log");
     assert_eq!(text.lines().count(), 5, "the log has a header and four events: {text}");
-    assert!(text.lines().nth(2).is_some_and(|line| line.contains("began,touching,0,1,10,")), "{text}");
+    assert!(
+        text.lines().nth(2).is_some_and(|line| line.contains("began,touching,0,1,10,")),
+        "{text}"
+    );
     let rotated = fs::read_to_string(&rotated).expect("the rotated log");
-    assert_eq!(rotated.lines().collect::<Vec<_>>(), text.lines().take(1).collect::<Vec<_>>(), "it has the header only");
+    assert_eq!(
+        rotated.lines().collect::<Vec<_>>(),
+        text.lines().take(1).collect::<Vec<_>>(),
+        "it has the header only"
+    );
 }
 
-/// A robot comes from the west to a node from which one edge leads on to the east, to a robot that stands there, and one to
-/// the north.
+/// A robot comes from the west to a node from which one edge leads on to the east, to a robot that
+/// stands there, and one to the north.
 const FORK: &str = "
 Vertices:
 - {Id: 1, X: 0, Y: 0, Theta: 0}
@@ -140,7 +180,8 @@ fn events_on_fork(name: &str, route: &str) -> Vec<ContactEvent> {
     let folder = tempfile::tempdir().expect("a folder");
     fs::write(folder.path().join("line.yaml"), FORK).expect("written");
     let path = folder.path().join("fork.yaml");
-    let scenario = SCENARIO.replace("[{route: [10]}, {route: [11]}]", &format!("[{{route: {route}}}, {{node: 3}}]"));
+    let scenario = SCENARIO
+        .replace("[{route: [10]}, {route: [11]}]", &format!("[{{route: {route}}}, {{node: 3}}]"));
     fs::write(&path, scenario).expect("written");
     let fleet = Fleet::start(name, &path.to_string_lossy(), &["--speed", "0.001"]);
     let participant = Participant::join(&fleet.name, "test").expect("joined");
@@ -156,7 +197,11 @@ fn events_on_fork(name: &str, route: &str) -> Vec<ContactEvent> {
         fleet.control(&["step", "10"]);
         let tick = fleet.tick();
         eventually("the column of that tick", || {
-            column.latest().expect("readable").filter(|values| values.header.tick == tick).map(|_| ())
+            column
+                .latest()
+                .expect("readable")
+                .filter(|values| values.header.tick == tick)
+                .map(|_| ())
         });
         append_events(&mut reader, &mut events);
     }
@@ -167,8 +212,8 @@ fn events_on_fork(name: &str, route: &str) -> Vec<ContactEvent> {
 fn a_robot_whose_route_turns_away_is_not_predicted_to_hit_and_one_whose_route_turns_towards_is() {
     assert!(events_on_fork("collision-away", "[10, 12]").is_empty());
     let events = events_on_fork("collision-towards", "[10, 11]");
-    let [possible, touching] =
-        [ContactLevel::Possible, ContactLevel::Touching].map(|level| time_of(&events, level, ContactChange::Began));
+    let [possible, touching] = [ContactLevel::Possible, ContactLevel::Touching]
+        .map(|level| time_of(&events, level, ContactChange::Began));
     // The robots are 1 m long, and the second one's centre is 7.5 m from the start.
     assert!(possible.is_some_and(|time| (4.4..4.7).contains(&time)), "{events:?}");
     assert!(touching.is_some_and(|time| (6.4..6.7).contains(&time)), "{events:?}");
@@ -179,7 +224,11 @@ fn a_stopped_and_a_killed_checker_cost_no_late_tick_and_another_one_replaces_it(
     let fleet = Fleet::start("collision-kill", "thirty.yaml", &["--rate", "50"]);
     let participant = Participant::join(&fleet.name, "test").expect("joined");
     let mut column = ColumnReader::open_on(&participant, "collision").expect("opened");
-    let mut next = || eventually("a column", || column.latest().expect("readable").map(|column| column.header.tick));
+    let mut next = || {
+        eventually("a column", || {
+            column.latest().expect("readable").map(|column| column.header.tick)
+        })
+    };
     let first = fleet.plugin("collision");
     next();
     let before = fleet.late_ticks();
@@ -202,7 +251,13 @@ fn a_stopped_and_a_killed_checker_cost_no_late_tick_and_another_one_replaces_it(
 fn the_checker_continues_with_the_next_engine_and_prints_a_summary_of_each_run() {
     let fleet = Fleet::start("collision-restart", "thirty.yaml", &[]);
     let name = fleet.name.clone();
-    let plugin = Process::start(regatta().args(["plugin", "collision", "--summary", "--fleet", &name.to_string()]));
+    let plugin = Process::start(regatta().args([
+        "plugin",
+        "collision",
+        "--summary",
+        "--fleet",
+        &name.to_string(),
+    ]));
     let participant = Participant::join(&name, "test").expect("joined");
     let mut column = ColumnReader::open_on(&participant, "collision").expect("opened");
     let mut run_other_than = |previous: u64| {
@@ -228,8 +283,12 @@ fn a_scenario_starts_the_checker() {
     let text = format!("{SCENARIO}plugins: [{{name: collision, args: [--summary]}}]\n");
     fs::write(&path, text).expect("written");
     let name = unique("collision-run").to_string();
-    let output =
-        regatta().arg("run").arg(path).args(["--for", "3s", "--fleet", &name]).output().expect("regatta starts");
+    let output = regatta()
+        .arg("run")
+        .arg(path)
+        .args(["--for", "3s", "--fleet", &name])
+        .output()
+        .expect("regatta starts");
     let printed = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(printed.contains(" touch now)"), "{printed}");
@@ -238,7 +297,8 @@ fn a_scenario_starts_the_checker() {
 #[test]
 fn invalid_options_are_reported_in_one_line() {
     for args in [["--margin", "-1"], ["--horizon", "soon"], ["--log", "/no/such/folder/log.csv"]] {
-        let output = regatta().args(["plugin", "collision"]).args(args).output().expect("regatta starts");
+        let output =
+            regatta().args(["plugin", "collision"]).args(args).output().expect("regatta starts");
         let message = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(!output.status.success() && message.lines().count() == 1, "{args:?}: {message}");
     }

@@ -33,11 +33,17 @@ fn an_error_is_one_line_that_names_the_mistake() {
     assert!(error_line(&["robots"]).contains("<ROBOTS>"));
     assert!(error_line(&["engine", "--threads", "0"]).contains("give 1 to"));
     assert!(error_line(&["engine", "--threads", "100000"]).contains("cores"));
-    assert!(error_line(&["engine", "--lockstep", "hello", "graphs/thirty.yaml"]).contains("before --lockstep"));
+    assert!(
+        error_line(&["engine", "--lockstep", "hello", "graphs/thirty.yaml"])
+            .contains("before --lockstep")
+    );
     assert!(error_line(&["plugin", "hello", "--after", "a/b"]).contains("'/' in the name"));
     assert!(error_line(&["plugin", "hello", "--after", "two words"]).contains("' ' in the name"));
     assert!(error_line(&["graph"]).contains("check"));
-    assert!(error_line(&["viewer", "--headless", "--record", "film.mp4", "--for", "0s"]).contains("above 0"));
+    assert!(
+        error_line(&["viewer", "--headless", "--record", "film.mp4", "--for", "0s"])
+            .contains("above 0")
+    );
 }
 
 #[test]
@@ -106,21 +112,30 @@ fn the_version_names_commit_contract_and_iceoryx2() {
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     let lines: Vec<_> = text.lines().collect();
     let commit = lines[0].split(['(', ')']).nth(1);
-    let is_commit = |text: &str| text.trim_end_matches("-modified").bytes().all(|byte| byte.is_ascii_hexdigit());
+    let is_commit = |text: &str| {
+        text.trim_end_matches("-modified").bytes().all(|byte| byte.is_ascii_hexdigit())
+    };
     assert_eq!(commit.is_some(), root().join(".git").exists(), "{text}");
     assert!(commit.is_none_or(is_commit), "{text}");
     assert_eq!(lines[1], format!("contract {}", regatta_plugin::frame::CONTRACT_VERSION));
-    assert!(lines[2].strip_prefix("iceoryx2 ").is_some_and(|version| version.starts_with("0.")), "{text}");
+    assert!(
+        lines[2].strip_prefix("iceoryx2 ").is_some_and(|version| version.starts_with("0.")),
+        "{text}"
+    );
 }
 
 #[test]
 #[cfg(target_os = "linux")]
 fn output_to_a_full_disk_is_reported_in_one_line() {
     let full = fs::File::options().write(true).open("/dev/full").expect("opened");
-    let output = regatta().args(["completions", "bash"]).stdout(full).output().expect("regatta starts");
+    let output =
+        regatta().args(["completions", "bash"]).stdout(full).output().expect("regatta starts");
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(1));
-    assert!(message.starts_with("regatta: can't write") && message.lines().count() == 1, "{message}");
+    assert!(
+        message.starts_with("regatta: can't write") && message.lines().count() == 1,
+        "{message}"
+    );
 }
 
 fn scenario_with(folder: &tempfile::TempDir, text: &str) -> String {
@@ -153,7 +168,8 @@ fn an_invalid_scenario_is_refused_and_the_error_names_the_entry() {
 #[test]
 fn run_prints_a_line_per_second_and_ends_after_its_time_limit() {
     let name = unique("run-for").to_string();
-    let output = regatta().args(["run", "--for", "3s", "--fleet", &name]).output().expect("regatta starts");
+    let output =
+        regatta().args(["run", "--for", "3s", "--fleet", &name]).output().expect("regatta starts");
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(text.lines().filter(|line| line.contains("rtf")).count() >= 2, "{text}");
@@ -167,14 +183,27 @@ fn the_unmanaged_demo_has_contacts() {
     let args = ["run", "--unmanaged", "--for", "3s", "--fleet", &name];
     let output = regatta().args(args).output().expect("regatta starts");
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert!(output.status.success() && text.contains("worst edges") && !text.contains(" 0 contacts"), "{text}");
+    assert!(
+        output.status.success() && text.contains("worst edges") && !text.contains(" 0 contacts"),
+        "{text}"
+    );
     assert!(error_line(&["run", "--unmanaged", "graphs/thirty.yaml"]).contains("--unmanaged"));
 }
 
 #[test]
 fn run_announces_the_number_of_robots_that_it_runs() {
     let name = unique("run-robots").to_string();
-    let args = ["run", "graphs/thirty.yaml", "--robots", "0.1k", "--for", "1.5", "--json", "--fleet", &name];
+    let args = [
+        "run",
+        "graphs/thirty.yaml",
+        "--robots",
+        "0.1k",
+        "--for",
+        "1.5",
+        "--json",
+        "--fleet",
+        &name,
+    ];
     let output = regatta().args(args).current_dir(root()).output().expect("regatta starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let lines = String::from_utf8_lossy(&output.stdout).into_owned();
@@ -182,7 +211,10 @@ fn run_announces_the_number_of_robots_that_it_runs() {
         lines.lines().map(|line| serde_json::from_str(line).expect("a line of JSON")).collect();
     assert_eq!(lines[0]["robots"], 100);
     assert_eq!(lines[1]["robots"], 100);
-    let plain = regatta().args(["run", "--robots", "50", "--for", "1", "--fleet", &name]).output().expect("starts");
+    let plain = regatta()
+        .args(["run", "--robots", "50", "--for", "1", "--fleet", &name])
+        .output()
+        .expect("starts");
     let plain = String::from_utf8_lossy(&plain.stdout).into_owned();
     assert!(plain.starts_with(&format!("fleet '{name}': 50 robots on ")), "{plain}");
 }
@@ -190,7 +222,9 @@ fn run_announces_the_number_of_robots_that_it_runs() {
 #[test]
 fn a_scenario_can_come_from_standard_input() {
     let text = "graph: graphs/square.yaml\nrobots: [{count: 7, routes: random}]";
-    for (command, expected) in [(&["engine", "--ticks", "3"][..], "3 ticks"), (&["run", "--for", "1.5"], "robots 7")] {
+    for (command, expected) in
+        [(&["engine", "--ticks", "3"][..], "3 ticks"), (&["run", "--for", "1.5"], "robots 7")]
+    {
         let name = unique(command[0]).to_string();
         let mut child = regatta()
             .args([command, &["--fleet", &name, "-"]].concat())
@@ -202,7 +236,9 @@ fn a_scenario_can_come_from_standard_input() {
             .expect("regatta starts");
         child.stdin.take().expect("a pipe").write_all(text.as_bytes()).expect("written");
         let output = child.wait_with_output().expect("an output");
-        let printed = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned()).concat();
+        let printed = [output.stdout, output.stderr]
+            .map(|bytes| String::from_utf8_lossy(&bytes).into_owned())
+            .concat();
         assert!(output.status.success() && printed.contains(expected), "{printed}");
     }
 }
@@ -214,7 +250,11 @@ fn ctrl_c_stops_engine_and_plugins_cleanly() {
     let name = unique("run-ctrl-c");
     let run = Process::start(regatta().args(["run", &path, "--fleet", &name.to_string()]));
     eventually("the engine answers", || {
-        regatta().args(["status", "--fleet", &name.to_string()]).output().ok().filter(|output| output.status.success())
+        regatta()
+            .args(["status", "--fleet", &name.to_string()])
+            .output()
+            .ok()
+            .filter(|output| output.status.success())
     });
     let output = run.interrupt();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -227,12 +267,16 @@ fn a_plugin_that_fails_is_named_and_the_run_fails_at_its_end() {
     let plugin = "plugins: [{name: broken, command: [\"false\"]}]";
     let path = scenario_with(&folder, &format!("robots: [{{routes: random}}]\n{plugin}"));
     let name = unique("run-broken").to_string();
-    let output = Process::start(regatta().args(["run", &path, "--for", "2s", "--fleet", &name])).finish();
+    let output =
+        Process::start(regatta().args(["run", &path, "--for", "2s", "--fleet", &name])).finish();
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(!output.status.success() && message.contains("broken failed"), "{message}");
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     // A status each second: the first says 0 s.
-    assert!(text.lines().filter(|line| line.starts_with("t ")).count() >= 2, "the run continued: {text}");
+    assert!(
+        text.lines().filter(|line| line.starts_with("t ")).count() >= 2,
+        "the run continued: {text}"
+    );
 }
 
 #[test]
@@ -255,13 +299,19 @@ fn the_engine_and_the_plugins_of_a_killed_run_end() {
 #[test]
 fn lockstep_identifies_a_plugin_by_its_name_in_the_scenario() {
     let folder = tempfile::tempdir().expect("a folder");
-    let plugin = format!("plugins: [{{name: mine, command: [\"{}\", plugin, hello]}}]", env!("CARGO_BIN_EXE_regatta"));
+    let plugin = format!(
+        "plugins: [{{name: mine, command: [\"{}\", plugin, hello]}}]",
+        env!("CARGO_BIN_EXE_regatta")
+    );
     let path = scenario_with(&folder, &format!("robots: [{{count: 5, routes: random}}]\n{plugin}"));
     let name = unique("run-lockstep").to_string();
     let args = ["run", &path, "--lockstep", "mine", "--lockstep-timeout", "50", "--fleet", &name];
     let run = Process::start(regatta().args(args));
     eventually("ticks that the plugin has reported", || {
-        let output = regatta().args(["status", "--json", "--fleet", &name]).output().expect("regatta starts");
+        let output = regatta()
+            .args(["status", "--json", "--fleet", &name])
+            .output()
+            .expect("regatta starts");
         let status: serde_json::Value = serde_json::from_slice(&output.stdout).ok()?;
         (status["tick"].as_u64()? > 20).then_some(())
     });
@@ -289,7 +339,9 @@ fn man_pages_are_written_for_every_command() {
     let folder = tempfile::tempdir().expect("a folder");
     let write = || regatta().arg("man").arg(folder.path()).output().expect("regatta starts");
     assert!(write().status.success());
-    for name in ["regatta", "regatta-run", "regatta-graph-draw", "regatta-plugin-metrics", "regatta-viewer"] {
+    for name in
+        ["regatta", "regatta-run", "regatta-graph-draw", "regatta-plugin-metrics", "regatta-viewer"]
+    {
         let page = fs::read_to_string(folder.path().join(format!("{name}.1"))).expect("a page");
         assert!(page.contains(".TH") && page.contains("SYNOPSIS"), "{page}");
     }

@@ -1,4 +1,5 @@
-//! Requests to the control service of a running engine: pause, resume, step, speed and the number of robots.
+//! Requests to the control service of a running engine: pause, resume, step, speed and the number
+//! of robots.
 
 use std::time::{Duration, Instant};
 
@@ -76,7 +77,10 @@ fn refused_requests_and_missing_fleets_are_reported_with_the_reason() {
     let missing = unique("missing").to_string();
     let output = regatta().args(["status", "--fleet", &missing]).output().unwrap();
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(!output.status.success() && message.contains(&missing) && message.lines().count() == 1, "{message}");
+    assert!(
+        !output.status.success() && message.contains(&missing) && message.lines().count() == 1,
+        "{message}"
+    );
 }
 
 #[test]

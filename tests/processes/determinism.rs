@@ -2,13 +2,21 @@
 
 use crate::fleet::{graphs, regatta, unique};
 
-/// Runs the first ticks of a shipped scenario and returns the digest of all frames, or `None` if the machine lacks the
-/// instruction set.
+/// Runs the first ticks of a shipped scenario and returns the digest of all frames, or `None` if
+/// the machine lacks the instruction set.
 fn digest(test: &str, scenario: &str, ticks: u32, args: &[&str]) -> Option<String> {
     let output = regatta()
         .arg("engine")
         .arg(graphs(scenario))
-        .args(["--fleet", &unique(test).to_string(), "--ticks", &ticks.to_string(), "--speed", "max", "--digest"])
+        .args([
+            "--fleet",
+            &unique(test).to_string(),
+            "--ticks",
+            &ticks.to_string(),
+            "--speed",
+            "max",
+            "--digest",
+        ])
         .args(args)
         .output()
         .expect("regatta starts");
@@ -55,7 +63,8 @@ fn the_frames_of_5000_robots_on_two_threads_match_the_golden_hash() {
 
 #[test]
 fn different_seeds_give_different_frames() {
-    let seeds = ["1", "2"].map(|seed| digest(&format!("seed-{seed}"), "warehouse-1000.yaml", 500, &["--seed", seed]));
+    let seeds = ["1", "2"]
+        .map(|seed| digest(&format!("seed-{seed}"), "warehouse-1000.yaml", 500, &["--seed", seed]));
     assert_ne!(seeds[0], seeds[1]);
 }
 

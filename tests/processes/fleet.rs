@@ -68,7 +68,8 @@ impl Process {
     }
 
     pub fn signal(&self, signal: Signal) {
-        kill_process(Pid::from_raw(self.0.id() as i32).expect("a pid"), signal).expect("the process exists");
+        kill_process(Pid::from_raw(self.0.id() as i32).expect("a pid"), signal)
+            .expect("the process exists");
     }
 
     /// Waits for the end of the process and returns its output.
@@ -137,14 +138,21 @@ impl Fleet {
 
     /// Runs a control command, for example `pause`, which must succeed.
     pub fn control(&self, args: &[&str]) {
-        let output = regatta().args(args).args(["--fleet", &self.name.to_string()]).output().expect("regatta starts");
+        let output = regatta()
+            .args(args)
+            .args(["--fleet", &self.name.to_string()])
+            .output()
+            .expect("regatta starts");
         assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
     }
 
     /// Waits until the engine answers, and returns its status as JSON.
     pub fn status(&self) -> serde_json::Value {
         eventually("the engine answers", || {
-            let output = regatta().args(["status", "--json", "--fleet", &self.name.to_string()]).output().ok()?;
+            let output = regatta()
+                .args(["status", "--json", "--fleet", &self.name.to_string()])
+                .output()
+                .ok()?;
             serde_json::from_slice(&output.stdout).ok()
         })
     }

@@ -16,7 +16,8 @@ fn scenario(folder: &Path, robots: usize, robot_type: &str) -> PathBuf {
          robots:\n- {{count: {robots}, routes: none}}\n",
         graph.display()
     );
-    std::fs::write(folder.join("load.yaml"), "load: {seed: 5, endless: robots, dwell: 2}\n").expect("written");
+    std::fs::write(folder.join("load.yaml"), "load: {seed: 5, endless: robots, dwell: 2}\n")
+        .expect("written");
     let path = folder.join("scenario.yaml");
     std::fs::write(&path, text).expect("written");
     path
@@ -26,12 +27,16 @@ fn manager(fleet: &FleetName, folder: &Path, args: &[&str]) -> Process {
     let fleet = fleet.to_string();
     let load = folder.join("load.yaml");
     let mut command = regatta();
-    command.args(["plugin", "fleet-manager", "--summary", "--fleet", &fleet, "--load"]).arg(load).args(args);
+    command
+        .args(["plugin", "fleet-manager", "--summary", "--fleet", &fleet, "--load"])
+        .arg(load)
+        .args(args);
     Process::start(&mut command)
 }
 
 fn validator(fleet: &FleetName) -> Process {
-    // Robots without a task are no fault of a manager that has as many orders as robots, now and then.
+    // Robots without a task are no fault of a manager that has as many orders as robots, now and
+    // then.
     let args = ["plugin", "validator", "--after", "fleet-manager", "--fleet"];
     Process::start(regatta().args(args).arg(fleet.to_string()))
 }
@@ -52,8 +57,14 @@ fn managed_run(test: &str, robots: usize, robot_type: &str, args: &[&str]) -> St
     let fleet = unique(test);
     let (manager, validator) = (manager(&fleet, folder.path(), &[]), validator(&fleet));
     let mut engine = regatta();
-    engine.arg("engine").arg(scenario).args(["--ticks", "15000", "--speed", "max", "--digest", "--fleet"]);
-    engine.arg(fleet.to_string()).args(["--lockstep", "fleet-manager", "--lockstep", "validator"]).args(args);
+    engine
+        .arg("engine")
+        .arg(scenario)
+        .args(["--ticks", "15000", "--speed", "max", "--digest", "--fleet"]);
+    engine
+        .arg(fleet.to_string())
+        .args(["--lockstep", "fleet-manager", "--lockstep", "validator"])
+        .args(args);
     let engine = Process::start(&mut engine).finish();
     assert!(engine.status.success(), "{}", text(&engine));
     let (summary, verdict) = (text(&manager.interrupt()), validator.interrupt());
@@ -101,7 +112,8 @@ fn a_killed_manager_goes_on_where_it_was() {
     assert!(finished(&summary) > 80, "{summary}");
 }
 
-/// Ten robots on `porto.yaml` for ten minutes, in lockstep under the validator; returns how many orders were finished.
+/// Ten robots on `porto.yaml` for ten minutes, in lockstep under the validator; returns how many
+/// orders were finished.
 fn drive_porto(test: &str, manager: &mut Command) -> u64 {
     let folder = tempfile::tempdir().expect("a folder");
     let (scenario, load) = (folder.path().join("scenario.yaml"), folder.path().join("load.yaml"));
@@ -114,10 +126,16 @@ fn drive_porto(test: &str, manager: &mut Command) -> u64 {
     std::fs::write(&scenario, description).expect("written");
     std::fs::write(&load, "load: {seed: 5, endless: robots}\n").expect("written");
     let fleet = unique(test);
-    let manager = Process::start(manager.args(["--summary", "--fleet"]).arg(fleet.to_string()).arg("--load").arg(load));
+    let manager = Process::start(
+        manager.args(["--summary", "--fleet"]).arg(fleet.to_string()).arg("--load").arg(load),
+    );
     let validator = validator(&fleet);
     let mut engine = regatta();
-    engine.arg("engine").arg(&scenario).args(["--ticks", "12000", "--speed", "max", "--fleet"]).arg(fleet.to_string());
+    engine
+        .arg("engine")
+        .arg(&scenario)
+        .args(["--ticks", "12000", "--speed", "max", "--fleet"])
+        .arg(fleet.to_string());
     engine.args(["--lockstep", "fleet-manager", "--lockstep", "validator"]);
     let engine = Process::start(&mut engine).finish();
     assert!(engine.status.success(), "{}", text(&engine));
@@ -130,7 +148,8 @@ fn drive_porto(test: &str, manager: &mut Command) -> u64 {
 fn every_planner_drives_the_engine() {
     for (planner, fewest) in [("lanes", 40), ("tea", 40), ("pibt", 20)] {
         let mut manager = regatta();
-        let orders = drive_porto(planner, manager.args(["plugin", "fleet-manager", "--planner", planner]));
+        let orders =
+            drive_porto(planner, manager.args(["plugin", "fleet-manager", "--planner", planner]));
         assert!(orders >= fewest, "{planner}: {orders} orders");
     }
 }
@@ -138,7 +157,8 @@ fn every_planner_drives_the_engine() {
 #[test]
 fn a_planner_of_a_users_own_drives_the_engine() {
     // An example of the fleet manager's crate, which is built beside the tests.
-    let program = Path::new(env!("CARGO_BIN_EXE_regatta")).with_file_name("examples").join("own_planner");
+    let program =
+        Path::new(env!("CARGO_BIN_EXE_regatta")).with_file_name("examples").join("own_planner");
     let mut manager = Command::new(program);
     manager.env("REGATTA_PLUGIN_NAME", "fleet-manager");
     let orders = drive_porto("own-planner", &mut manager);
@@ -151,11 +171,16 @@ fn robots_with_small_batteries_charge_in_time() {
     let name = fleet.to_string();
     let scenario = graphs("warehouse-charging.yaml");
     let mut manager = regatta();
-    manager.args(["plugin", "fleet-manager", "--summary", "--fleet", &name, "--load"]).arg(&scenario);
+    manager
+        .args(["plugin", "fleet-manager", "--summary", "--fleet", &name, "--load"])
+        .arg(&scenario);
     let (manager, validator) = (Process::start(&mut manager), validator(&fleet));
     let mut engine = regatta();
     // An hour, in which every battery lasts for forty minutes of driving at most.
-    engine.arg("engine").arg(scenario).args(["--rate", "20", "--ticks", "72000", "--speed", "max", "--fleet", &name]);
+    engine
+        .arg("engine")
+        .arg(scenario)
+        .args(["--rate", "20", "--ticks", "72000", "--speed", "max", "--fleet", &name]);
     engine.args(["--lockstep", "fleet-manager", "--lockstep", "validator"]);
     let engine = Process::start(&mut engine).finish();
     assert!(engine.status.success(), "{}", text(&engine));
@@ -166,11 +191,14 @@ fn robots_with_small_batteries_charge_in_time() {
 
 /// Waits until a fleet has reached a simulated time in seconds.
 fn wait_until(fleet: &FleetName, secs: f64) {
-    eventually("simulated time passes", || (status(fleet)?["sim_time_secs"].as_f64()? > secs).then_some(()));
+    eventually("simulated time passes", || {
+        (status(fleet)?["sim_time_secs"].as_f64()? > secs).then_some(())
+    });
 }
 
 fn status(fleet: &FleetName) -> Option<serde_json::Value> {
-    let output = regatta().args(["status", "--json", "--fleet", &fleet.to_string()]).output().ok()?;
+    let output =
+        regatta().args(["status", "--json", "--fleet", &fleet.to_string()]).output().ok()?;
     serde_json::from_slice(&output.stdout).ok()
 }
 
@@ -179,7 +207,9 @@ fn a_second_manager_is_refused() {
     let folder = tempfile::tempdir().expect("a folder");
     let scenario = scenario(folder.path(), 10, "");
     let fleet = unique("managed-twice");
-    let engine = Process::start(regatta().arg("engine").arg(scenario).args(["--fleet"]).arg(fleet.to_string()));
+    let engine = Process::start(
+        regatta().arg("engine").arg(scenario).args(["--fleet"]).arg(fleet.to_string()),
+    );
     let first = manager(&fleet, folder.path(), &[]);
     eventually("the first manager steers", || {
         (status(&fleet)?["robots_by_state"]["driving"].as_u64()? > 0).then_some(())

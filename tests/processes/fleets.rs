@@ -22,7 +22,9 @@ fn command(args: &[&str], fleet: &FleetName) -> std::process::Output {
 fn list_shows_who_produces_a_fleet_and_how_it_is() {
     let fleet = Fleet::start("list", "thirty.yaml", &["--rate", "50"]);
     let pid = fleet.engine.0.id();
-    let entry = eventually("the first tick", || listed(&fleet.name).filter(|entry| !entry["rate_hz"].is_null()));
+    let entry = eventually("the first tick", || {
+        listed(&fleet.name).filter(|entry| !entry["rate_hz"].is_null())
+    });
     let name = fleet.name.as_str();
     let expected = json!({
         "fleet": name, "producer": "engine", "pid": pid, "robots": 30, "rate_hz": 50.0, "state": "running",
@@ -33,7 +35,10 @@ fn list_shows_who_produces_a_fleet_and_how_it_is() {
     let output = regatta().arg("list").output().expect("regatta starts");
     let table = String::from_utf8_lossy(&output.stdout).into_owned();
     let line = table.lines().find(|line| line.starts_with(name)).expect("the fleet's line");
-    assert!(table.starts_with("FLEET") && line.contains("50 Hz") && line.ends_with("paused"), "{table}");
+    assert!(
+        table.starts_with("FLEET") && line.contains("50 Hz") && line.ends_with("paused"),
+        "{table}"
+    );
 
     fleet.engine.signal(Signal::STOP);
     assert_eq!(listed(&fleet.name).expect("listed")["state"], "no answer");
@@ -51,7 +56,9 @@ fn list_shows_readers_that_wait_for_a_producer() {
 #[test]
 fn stop_ends_a_whole_run_with_success() {
     let name = unique("stop");
-    let run = Process::start(regatta().arg("run").arg(graphs("thirty.yaml")).args(["--fleet", name.as_str()]));
+    let run = Process::start(
+        regatta().arg("run").arg(graphs("thirty.yaml")).args(["--fleet", name.as_str()]),
+    );
     eventually("the run is listed", || listed(&name).filter(|entry| entry["state"] == "running"));
     let output = command(&["stop"], &name);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

@@ -6,8 +6,8 @@ use std::time::Duration;
 use regatta_plugin::event::EventKind;
 use regatta_plugin::frame::ClockState;
 use regatta_plugin::{
-    ColumnPublisher, ColumnReader, EventReader, FleetName, Frame, Orders, Participant, Plugin, ReadError, Reporter,
-    Result, Subscriber, WorldReader,
+    ColumnPublisher, ColumnReader, EventReader, FleetName, Frame, Orders, Participant, Plugin,
+    ReadError, Reporter, Result, Subscriber, WorldReader,
 };
 
 use crate::fleet::{Fleet, Process, TIMEOUT, graphs, regatta, unique};
@@ -20,7 +20,8 @@ fn engine(fleet: &FleetName, args: &[&str]) -> Process {
 
 fn engine_of(scenario: &str, fleet: &FleetName, args: &[&str]) -> Process {
     let ticks = TICKS.to_string();
-    let common = ["--ticks", &ticks, "--speed", "max", "--digest", "--fleet", &fleet.to_string()].map(str::to_owned);
+    let common = ["--ticks", &ticks, "--speed", "max", "--digest", "--fleet", &fleet.to_string()]
+        .map(str::to_owned);
     Process::start(regatta().arg("engine").arg(graphs(scenario)).args(common).args(args))
 }
 
@@ -70,7 +71,8 @@ fn a_controllers_run_is_reproducible_however_slow_it_is() {
     assert_ne!(text(&fast.stdout), text(&alone.stdout), "the controller's orders count");
 }
 
-/// A controller that closes edges and opens them again, by the tick that it sees, after a pause of its own.
+/// A controller that closes edges and opens them again, by the tick that it sees, after a pause of
+/// its own.
 fn close_edges(fleet: &FleetName, pause: Duration) {
     let participant = Participant::join(fleet, "controller").expect("joined");
     let mut frames = Subscriber::open_on(&participant).expect("opened");
@@ -83,9 +85,11 @@ fn close_edges(fleet: &FleetName, pause: Duration) {
             let frame = frames.wait(TIMEOUT).expect("readable").expect("a frame in time");
             assert_eq!(frame.tick(), next);
             worlds.latest().expect("readable");
-            let world = worlds.current().expect("readable").expect("a world comes before its frames");
+            let world =
+                worlds.current().expect("readable").expect("a world comes before its frames");
             // Edges that robots are on, so that closing them makes a difference.
-            let edges = frame.edge().iter().take(50).filter_map(|edge| world.edges().get(*edge as usize));
+            let edges =
+                frame.edge().iter().take(50).filter_map(|edge| world.edges().get(*edge as usize));
             (frame.run_id(), edges.map(|edge| edge.id).collect::<Vec<u32>>())
         };
         if next % 100 == 0 {
@@ -104,16 +108,22 @@ fn close_edges(fleet: &FleetName, pause: Duration) {
 fn a_run_with_closures_repeats() {
     let run = |test: &str, pause: Duration| {
         let fleet = unique(test);
-        let engine = engine_of("warehouse-1000.yaml", &fleet, &["--robots", "200", "--lockstep", "controller"]);
+        let engine = engine_of(
+            "warehouse-1000.yaml",
+            &fleet,
+            &["--robots", "200", "--lockstep", "controller"],
+        );
         close_edges(&fleet, pause);
         let output = engine.finish();
         assert!(output.status.success(), "{}", text(&output.stderr));
         text(&output.stdout)
     };
-    let (fast, slow) = (run("closures-fast", Duration::ZERO), run("closures-slow", Duration::from_millis(50)));
+    let (fast, slow) =
+        (run("closures-fast", Duration::ZERO), run("closures-slow", Duration::from_millis(50)));
     assert_eq!(fast.trim().len(), 32, "{fast}");
     assert_eq!(fast, slow, "the same digest twice");
-    let alone = engine_of("warehouse-1000.yaml", &unique("closures-alone"), &["--robots", "200"]).finish();
+    let alone =
+        engine_of("warehouse-1000.yaml", &unique("closures-alone"), &["--robots", "200"]).finish();
     assert_ne!(fast, text(&alone.stdout), "closed edges make a difference");
 }
 
@@ -126,7 +136,11 @@ fn a_plugin_in_lockstep_sees_every_tick() {
     let printed = text(&hello.interrupt().stdout);
     let ticks: Vec<u64> = printed
         .lines()
-        .map(|line| line.strip_prefix("tick ").and_then(|rest| rest.split(':').next()?.parse().ok()).expect("a tick"))
+        .map(|line| {
+            line.strip_prefix("tick ")
+                .and_then(|rest| rest.split(':').next()?.parse().ok())
+                .expect("a tick")
+        })
         .collect();
     assert_eq!(ticks, (0..=TICKS).collect::<Vec<_>>(), "each once, in order");
 }
@@ -137,7 +151,11 @@ fn a_plugin_that_ends_as_it_was_asked_to_leaves_the_lockstep() {
     let hello = Process::start(regatta().args(["plugin", "hello", "--fleet", &fleet.to_string()]));
     let ticks = ["--ticks", "400", "--speed", "1", "--rate", "100"];
     let mut command = regatta();
-    command.arg("engine").arg(graphs("thirty.yaml")).args(ticks).args(["--fleet", &fleet.to_string()]);
+    command
+        .arg("engine")
+        .arg(graphs("thirty.yaml"))
+        .args(ticks)
+        .args(["--fleet", &fleet.to_string()]);
     let engine = Process::start(command.args(["--lockstep", "hello", "--lockstep-timeout", "2"]));
     let mut frames = Subscriber::open(&fleet).expect("opened");
     crate::fleet::eventually("the run has begun", || {
@@ -162,24 +180,38 @@ fn a_frame_of_a_tick_that_was_published_before_says_so() {
     assert_eq!(paused.repeated, 1);
     fleet.control(&["robots", "31"]);
     let grown = crate::fleet::eventually("another robot", || {
-        reader.latest().expect("readable").map(|frame| *frame.header()).filter(|header| header.robots == 31)
+        reader
+            .latest()
+            .expect("readable")
+            .map(|frame| *frame.header())
+            .filter(|header| header.robots == 31)
     });
     assert_eq!((grown.tick, grown.repeated), (paused.tick, 1));
     fleet.control(&["step"]);
     let next = crate::fleet::eventually("the next tick", || {
-        reader.latest().expect("readable").map(|frame| *frame.header()).filter(|header| header.tick > paused.tick)
+        reader
+            .latest()
+            .expect("readable")
+            .map(|frame| *frame.header())
+            .filter(|header| header.tick > paused.tick)
     });
     assert_eq!(next.tick, paused.tick + 1);
 }
 
 #[test]
 fn a_plugin_that_is_not_there_is_named_when_time_is_up() {
-    let output = engine(&unique("lockstep-nobody"), &["--lockstep", "nobody", "--lockstep-timeout", "0.3"]).finish();
+    let output =
+        engine(&unique("lockstep-nobody"), &["--lockstep", "nobody", "--lockstep-timeout", "0.3"])
+            .finish();
     let message = text(&output.stderr);
-    assert!(!output.status.success() && message.contains("nobody") && message.lines().count() == 1, "{message}");
+    assert!(
+        !output.status.success() && message.contains("nobody") && message.lines().count() == 1,
+        "{message}"
+    );
 }
 
-/// Holds every robot that reaches a node, and lets the robots that it held a while before drive on: by events alone.
+/// Holds every robot that reaches a node, and lets the robots that it held a while before drive on:
+/// by events alone.
 fn steer_by_events(fleet: &FleetName, ticks: u64) {
     let participant = Participant::join(fleet, "gatekeeper").expect("joined");
     let mut frames = Subscriber::open_on(&participant).expect("opened");
@@ -193,7 +225,9 @@ fn steer_by_events(fleet: &FleetName, ticks: u64) {
         tick = frame.tick();
         let read = events.take(|events| -> Result<(), ReadError> {
             assert_eq!(events.header.tick, tick, "the events of this frame's tick, and no others");
-            for event in events.records.iter().filter(|event| event.kind() == Some(EventKind::ReachedNode)) {
+            for event in
+                events.records.iter().filter(|event| event.kind() == Some(EventKind::ReachedNode))
+            {
                 orders.hold(event.robot);
                 held.push_back((tick + 7, event.robot));
             }
@@ -236,9 +270,14 @@ fn a_controller_that_reacts_to_events_gives_one_digest_on_a_busy_machine() {
         .map(|run| {
             let fleet = unique(&format!("lockstep-events-{run}"));
             let ticks = TICKS.to_string();
-            let args = ["--ticks", &ticks, "--speed", "max", "--digest", "--lockstep", "gatekeeper"];
+            let args =
+                ["--ticks", &ticks, "--speed", "max", "--digest", "--lockstep", "gatekeeper"];
             let mut command = regatta();
-            command.arg("engine").arg(graphs("warehouse-1000.yaml")).args(["--fleet", fleet.as_str()]).args(args);
+            command
+                .arg("engine")
+                .arg(graphs("warehouse-1000.yaml"))
+                .args(["--fleet", fleet.as_str()])
+                .args(args);
             let engine = Process::start(&mut command);
             steer_by_events(&fleet, TICKS);
             let output = engine.finish();
@@ -246,7 +285,10 @@ fn a_controller_that_reacts_to_events_gives_one_digest_on_a_busy_machine() {
             text(&output.stdout)
         })
         .collect();
-    assert!(!digests[0].is_empty() && digests.iter().all(|digest| *digest == digests[0]), "{digests:?}");
+    assert!(
+        !digests[0].is_empty() && digests.iter().all(|digest| *digest == digests[0]),
+        "{digests:?}"
+    );
 }
 
 /// Publishes the tick as a column, after a pause that makes it the slower of the two plugins.
@@ -278,7 +320,12 @@ impl Plugin for Second {
     }
 
     fn on_frame(&mut self, frame: &Frame) -> Result {
-        let column = self.column.as_mut().expect("started").latest()?.map_or(u64::MAX, |column| column.header.tick);
+        let column = self
+            .column
+            .as_mut()
+            .expect("started")
+            .latest()?
+            .map_or(u64::MAX, |column| column.header.tick);
         // The test may have ended.
         let _ = self.ticks.send((frame.tick(), column));
         Ok(())
@@ -306,7 +353,8 @@ fn a_plugin_that_comes_after_another_finds_its_column_of_the_same_tick() {
             ended.expect("the plugin runs");
         });
     }
-    let seen: Vec<_> = (0..=TICKS).map(|_| ticks.recv_timeout(TIMEOUT).expect("a tick in time")).collect();
+    let seen: Vec<_> =
+        (0..=TICKS).map(|_| ticks.recv_timeout(TIMEOUT).expect("a tick in time")).collect();
     assert!(engine.finish().status.success());
     // The second may join after the first has published the column of tick 0.
     assert_eq!(seen[1..], (1..=TICKS).map(|tick| (tick, tick)).collect::<Vec<_>>());
@@ -318,7 +366,12 @@ fn a_plugin_cannot_come_after_itself() {
     let args = ["plugin", "hello", "--after", "hello", "--fleet", fleet.as_str()];
     let output = Process::start(regatta().args(args)).finish();
     let message = text(&output.stderr);
-    assert!(!output.status.success() && message.contains("after itself") && message.lines().count() == 1, "{message}");
+    assert!(
+        !output.status.success()
+            && message.contains("after itself")
+            && message.lines().count() == 1,
+        "{message}"
+    );
 }
 
 /// Counts the ticks with events, and those lost.
@@ -340,7 +393,8 @@ impl Plugin for Listener {
     }
 }
 
-/// At 100 Hz and one frame a second, some 100 ticks with events pass between two frames, and 64 fit the buffer.
+/// At 100 Hz and one frame a second, some 100 ticks with events pass between two frames, and 64 fit
+/// the buffer.
 #[test]
 fn a_plugin_at_a_low_rate_loses_no_events() {
     let fleet = unique("rate-events");
@@ -351,7 +405,12 @@ fn a_plugin_at_a_low_rate_loses_no_events() {
         regatta_plugin::run_from(Listener(sender), args).expect("the plugin runs");
     });
     let mut command = regatta();
-    command.arg("engine").arg(graphs("warehouse-1000.yaml")).args(["--fleet", fleet.as_str(), "--ticks", "350"]);
+    command.arg("engine").arg(graphs("warehouse-1000.yaml")).args([
+        "--fleet",
+        fleet.as_str(),
+        "--ticks",
+        "350",
+    ]);
     assert!(Process::start(&mut command).finish().status.success());
     let (mut frames, mut ticks, mut lost) = (0, 0, 0);
     while let Ok((_, missed, is_frame)) = seen.recv_timeout(Duration::from_secs(1)) {

@@ -1,5 +1,5 @@
-//! Tests with whole processes: the real binary, real shared memory, real signals. Each test has its own fleet name, so that
-//! all of them can run in parallel.
+//! Tests with whole processes: the real binary, real shared memory, real signals. Each test has its
+//! own fleet name, so that all of them can run in parallel.
 
 #[cfg(feature = "viewer")]
 mod alarms;

@@ -25,23 +25,32 @@ impl Metrics {
     }
 
     fn start_with(mut command: Command, fleet: &FleetName, args: &[&str]) -> Self {
-        command.args(["plugin", "metrics", "--fleet", &fleet.to_string(), "--listen", "127.0.0.1:0"]).args(args);
+        command
+            .args(["plugin", "metrics", "--fleet", &fleet.to_string(), "--listen", "127.0.0.1:0"])
+            .args(args);
         let mut process = Process::start(&mut command);
         let mut line = String::new();
         let stderr = process.0.stderr.take().expect("piped");
         BufReader::new(stderr).read_line(&mut line).expect("a line");
-        let address = line.split("http://").nth(1).and_then(|rest| rest.split('/').next()).expect(&line).to_owned();
+        let address = line
+            .split("http://")
+            .nth(1)
+            .and_then(|rest| rest.split('/').next())
+            .expect(&line)
+            .to_owned();
         Self { process, address }
     }
 
     /// Requests the page with further headers. Returns the head of the answer and its body.
     fn answer(&self, headers: &str) -> (String, Vec<u8>) {
         let mut stream = TcpStream::connect(&self.address).expect("connected");
-        let request = format!("GET /metrics HTTP/1.1\r\nHost: test\r\nConnection: close\r\n{headers}\r\n");
+        let request =
+            format!("GET /metrics HTTP/1.1\r\nHost: test\r\nConnection: close\r\n{headers}\r\n");
         stream.write_all(request.as_bytes()).expect("requested");
         let mut answer = Vec::new();
         stream.read_to_end(&mut answer).expect("answered");
-        let body = answer.windows(4).position(|end| end == b"\r\n\r\n").expect("a head and a body") + 4;
+        let body =
+            answer.windows(4).position(|end| end == b"\r\n\r\n").expect("a head and a body") + 4;
         let head = String::from_utf8_lossy(&answer[..body]).to_lowercase();
         assert!(head.starts_with("http/1.1 200 ok"), "{head}");
         (head, answer.split_off(body))
@@ -55,7 +64,10 @@ impl Metrics {
     /// Returns the samples of the page whose name begins so, without their values.
     fn series(&self, name: &str) -> Vec<String> {
         let page = self.page();
-        let series = page.lines().filter(|line| line.starts_with(name)).filter_map(|line| line.rsplit_once(' '));
+        let series = page
+            .lines()
+            .filter(|line| line.starts_with(name))
+            .filter_map(|line| line.rsplit_once(' '));
         series.map(|(series, _)| series.to_owned()).collect()
     }
 
@@ -92,15 +104,22 @@ fn the_page_agrees_with_the_status() {
     assert!((simulated - status["sim_time_secs"].as_f64().expect("a time")).abs() < 1e-6);
     for state in ["idle", "driving", "waiting", "held", "faulted", "turning", "stalled", "broken"] {
         let labels = format!("state=\"{state}\"");
-        assert_eq!(metrics.value("regatta_robots", &labels), status["robots_by_state"][state].as_f64(), "{state}");
+        assert_eq!(
+            metrics.value("regatta_robots", &labels),
+            status["robots_by_state"][state].as_f64(),
+            "{state}"
+        );
     }
     let ticks = metrics.value("regatta_frames_read_total", "").expect("read")
         + metrics.value("regatta_frames_skipped_total", "").expect("skipped");
     assert!(ticks <= status["tick"].as_f64().expect("a tick") + 3.0, "{ticks} frames");
     let engine = "name=\"engine\"";
-    assert!(metrics.reaches("regatta_process_resident_memory_bytes", engine, |bytes| bytes > 1e6) < 1e9);
+    assert!(
+        metrics.reaches("regatta_process_resident_memory_bytes", engine, |bytes| bytes > 1e6) < 1e9
+    );
     metrics.reaches("regatta_process_cpu_seconds_total", engine, |seconds| seconds > 0.0);
-    metrics.reaches("regatta_process_resident_memory_bytes", "name=\"metrics\"", |bytes| bytes > 1e6);
+    metrics
+        .reaches("regatta_process_resident_memory_bytes", "name=\"metrics\"", |bytes| bytes > 1e6);
     assert!(metrics.process.interrupt().status.success());
 }
 
@@ -114,7 +133,11 @@ fn the_plugin_follows_engines_that_end_and_start() {
     fleet.engine.signal(Signal::KILL);
     fleet.engine.finish();
     metrics.reaches("regatta_up", "", |up| up == 0.0);
-    assert_eq!(metrics.value("regatta_robots", "driving"), None, "a fleet that does not run has no robots");
+    assert_eq!(
+        metrics.value("regatta_robots", "driving"),
+        None,
+        "a fleet that does not run has no robots"
+    );
     let read = metrics.value("regatta_frames_read_total", "").expect("read");
     let _fleet = Fleet::restart(name, "thirty.yaml", &[]);
     metrics.reaches("regatta_frames_read_total", "", |frames| frames > read);
@@ -135,7 +158,14 @@ fn the_page_shows_the_collisions_of_the_checker() {
     });
     let levels = [0.0, 2.0, 2.0, 1.0];
     column.write(run, tick, 4, |values| values.copy_from_slice(&levels)).expect("published");
-    let header = ContactHeader { run_id: run, tick, touching: 1, possible: 5, touching_ever: 9, ..Default::default() };
+    let header = ContactHeader {
+        run_id: run,
+        tick,
+        touching: 1,
+        possible: 5,
+        touching_ever: 9,
+        ..Default::default()
+    };
     contacts.publish(&header, &[]).expect("published");
     metrics.reaches("regatta_collision_robots", "level=\"touching\"", |robots| robots == 2.0);
     metrics.reaches("regatta_collision_pairs", "level=\"possible\"", |pairs| pairs == 5.0);
@@ -147,8 +177,14 @@ fn the_page_shows_the_collisions_of_the_checker() {
 fn a_port_in_use_is_reported_in_one_line() {
     let name = unique("metrics-port");
     let first = Metrics::start(&name, &[]);
-    let output =
-        Process::start(regatta().args(["plugin", "metrics", "--listen", &first.address, "--fleet", name.as_str()]));
+    let output = Process::start(regatta().args([
+        "plugin",
+        "metrics",
+        "--listen",
+        &first.address,
+        "--fleet",
+        name.as_str(),
+    ]));
     let output = output.finish();
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(!output.status.success() && message.lines().count() == 1, "{message}");
@@ -162,7 +198,9 @@ fn many_hanging_and_invalid_clients_stop_neither_the_plugin_nor_the_engine() {
         let mut clients = Vec::new();
         for k in 0..300 {
             let Ok(mut stream) = TcpStream::connect(&metrics.address) else { continue };
-            let start: &[u8] = [&b"GET /met"[..], b"\x16\x03\x01\x00\r\n\r\n", b"GET /metrics HTTP/1.1\r\n\r\n"][k % 3];
+            let start: &[u8] =
+                [&b"GET /met"[..], b"\x16\x03\x01\x00\r\n\r\n", b"GET /metrics HTTP/1.1\r\n\r\n"]
+                    [k % 3];
             // The connection may be closed already if the plugin has refused it.
             let _ = stream.write_all(start);
             clients.push(stream);
@@ -170,7 +208,9 @@ fn many_hanging_and_invalid_clients_stop_neither_the_plugin_nor_the_engine() {
         // Connections of hanging clients are closed, and the next client gets a page.
         eventually("a page", || {
             let mut stream = TcpStream::connect(&metrics.address).ok()?;
-            stream.write_all(b"GET /metrics HTTP/1.1\r\nHost: test\r\nConnection: close\r\n\r\n").ok()?;
+            stream
+                .write_all(b"GET /metrics HTTP/1.1\r\nHost: test\r\nConnection: close\r\n\r\n")
+                .ok()?;
             let mut answer = String::new();
             stream.read_to_string(&mut answer).ok()?;
             answer.contains("regatta_up").then_some(())
@@ -183,7 +223,8 @@ fn many_hanging_and_invalid_clients_stop_neither_the_plugin_nor_the_engine() {
 #[test]
 fn scrapes_beside_idle_connections_are_all_answered() {
     let metrics = Metrics::start(&unique("metrics-idle"), &[]);
-    let idle: Vec<_> = (0..400).map(|_| TcpStream::connect(&metrics.address).expect("connected")).collect();
+    let idle: Vec<_> =
+        (0..400).map(|_| TcpStream::connect(&metrics.address).expect("connected")).collect();
     for _ in 0..20 {
         assert_eq!(metrics.value("regatta_up", ""), Some(0.0));
     }
@@ -195,11 +236,13 @@ fn scrapes_beside_idle_connections_are_all_answered() {
 #[test]
 fn idle_connections_take_no_files_from_shared_memory() {
     let mut limited = Command::new("sh");
-    // iceoryx2 opens its files without O_CLOEXEC, so the program inherits those of the readers in the tests beside this one.
+    // iceoryx2 opens its files without O_CLOEXEC, so the program inherits those of the readers in
+    // the tests beside this one.
     limited.args(["-c", "ulimit -n 192; exec \"$0\" \"$@\""]).arg(regatta().get_program());
     let name = unique("metrics-few-files");
     let metrics = Metrics::start_with(limited, &name, &[]);
-    let idle: Vec<_> = (0..300).map(|_| TcpStream::connect(&metrics.address).expect("connected")).collect();
+    let idle: Vec<_> =
+        (0..300).map(|_| TcpStream::connect(&metrics.address).expect("connected")).collect();
     let _fleet = Fleet::restart(name, "thirty.yaml", &[]);
     metrics.reaches("regatta_up", "", |up| up == 1.0);
     metrics.reaches("regatta_frames_read_total", "", |frames| frames > 10.0);
@@ -213,10 +256,14 @@ fn the_format_and_the_encoding_are_those_that_the_client_accepts() {
     let (head, page) = metrics.answer("");
     assert!(head.contains("content-type: text/plain; version=0.0.4; charset=utf-8\r\n"), "{head}");
     assert!(!String::from_utf8_lossy(&page).contains("# EOF"));
-    let accept =
-        "Accept: application/openmetrics-text;version=1.0.0;q=0.5,text/plain;version=0.0.4;q=0.2,*/*;q=0.1\r\n";
+    let accept = "Accept: application/openmetrics-text;version=1.0.0;q=0.5,text/plain;version=0.0.4;q=0.2,*/*;q=0.1\r\n";
     let (head, page) = metrics.answer(accept);
-    assert!(head.contains("content-type: application/openmetrics-text; version=1.0.0; charset=utf-8\r\n"), "{head}");
+    assert!(
+        head.contains(
+            "content-type: application/openmetrics-text; version=1.0.0; charset=utf-8\r\n"
+        ),
+        "{head}"
+    );
     assert!(page.ends_with(b"# EOF\n"), "{}", String::from_utf8_lossy(&page));
     let (head, page) = metrics.answer("Accept-Encoding: gzip\r\n");
     assert!(head.contains("content-encoding: gzip\r\n"), "{head}");
@@ -224,7 +271,8 @@ fn the_format_and_the_encoding_are_those_that_the_client_accepts() {
     let build = metrics.series("regatta_build_info").join("");
     let contract = format!("contract=\"{}\"", regatta_plugin::frame::CONTRACT_VERSION);
     assert!(
-        build.contains(concat!("version=\"", env!("CARGO_PKG_VERSION"), "\"")) && build.contains(&contract),
+        build.contains(concat!("version=\"", env!("CARGO_PKG_VERSION"), "\""))
+            && build.contains(&contract),
         "{build}"
     );
 }
@@ -239,12 +287,22 @@ fn a_restarted_engine_continues_its_series() {
             let series = metrics.series("regatta_process_");
             series.iter().any(|series| series.contains("name=\"engine\"")).then_some(series)
         });
-        (fleet, series.into_iter().filter(|series| series.contains("name=\"engine\"")).collect::<Vec<_>>())
+        (
+            fleet,
+            series
+                .into_iter()
+                .filter(|series| series.contains("name=\"engine\""))
+                .collect::<Vec<_>>(),
+        )
     };
     let (fleet, first) = start();
     assert!(fleet.engine.interrupt().status.success());
     eventually("the series end with the engine", || {
-        metrics.series("regatta_process_").iter().all(|series| !series.contains("engine")).then_some(())
+        metrics
+            .series("regatta_process_")
+            .iter()
+            .all(|series| !series.contains("engine"))
+            .then_some(())
     });
     let (_fleet, second) = start();
     assert_eq!(first, second);
@@ -287,7 +345,10 @@ fn a_file_of_something_else_is_refused_by_every_plugin_that_appends_rows() {
         let output = Process::start(&mut command).finish();
         let message = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(!output.status.success() && message.lines().count() == 1, "{args:?}: {message}");
-        assert!(message.contains(path) && message.contains("choose another file"), "{args:?}: {message}");
+        assert!(
+            message.contains(path) && message.contains("choose another file"),
+            "{args:?}: {message}"
+        );
     }
     assert_eq!(fs::read_to_string(path).expect("a file"), "order,robot\n1,2\n");
 }
@@ -318,12 +379,20 @@ fn the_csv_file_gets_a_row_per_second() {
     let mut lines = text.lines();
     let names: Vec<_> = lines.next().expect("a header").split(',').collect();
     let column = |name: &str| names.iter().position(|other| *other == name).expect(name);
-    let runs: Vec<_> = lines.clone().filter_map(|row| row.split(',').nth(column("run_id"))).collect();
+    let runs: Vec<_> =
+        lines.clone().filter_map(|row| row.split(',').nth(column("run_id"))).collect();
     let run = fleet.status()["run_id"].as_str().expect("an id").to_owned();
-    assert!(runs.iter().all(|other| *other == run), "the id is spelled as in the status, {run}: {runs:?}");
-    let ticks: Vec<u64> = lines.filter_map(|row| row.split(',').nth(column("tick"))?.parse().ok()).collect();
+    assert!(
+        runs.iter().all(|other| *other == run),
+        "the id is spelled as in the status, {run}: {runs:?}"
+    );
+    let ticks: Vec<u64> =
+        lines.filter_map(|row| row.split(',').nth(column("tick"))?.parse().ok()).collect();
     assert!(ticks.len() >= 2 && ticks.is_sorted(), "{text}");
-    assert!(names.contains(&"tick_cost_max_seconds") && names.contains(&"driven_metres"), "{names:?}");
+    assert!(
+        names.contains(&"tick_cost_max_seconds") && names.contains(&"driven_metres"),
+        "{names:?}"
+    );
 }
 
 #[test]

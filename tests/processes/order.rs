@@ -12,7 +12,8 @@ use crate::fleet::{Fleet, eventually, regatta, unique};
 fn square(test: &str, folder: &TempDir) -> Fleet {
     let graph = crate::fleet::graphs("square.yaml");
     let path = folder.path().join("square.yaml");
-    let text = format!("graph: {}\nnodes: {{3: {{name: far}}}}\nrobots:\n- node: 1\n", graph.display());
+    let text =
+        format!("graph: {}\nnodes: {{3: {{name: far}}}}\nrobots:\n- node: 1\n", graph.display());
     std::fs::write(&path, text).expect("written");
     Fleet::restart(unique(test), path.to_str().expect("a path"), &[])
 }

@@ -24,7 +24,15 @@ struct Served {
 impl Served {
     fn start(fleet: &FleetName, store: &Path) -> Self {
         let mut command = regatta();
-        command.args(["plugin", "fleet-manager", "--http", "127.0.0.1:0", "--fleet", &fleet.to_string(), "--store"]);
+        command.args([
+            "plugin",
+            "fleet-manager",
+            "--http",
+            "127.0.0.1:0",
+            "--fleet",
+            &fleet.to_string(),
+            "--store",
+        ]);
         let mut process = Process::start(command.arg(store));
         let mut stderr = BufReader::new(process.0.stderr.take().expect("piped"));
         let mut text = String::new();
@@ -49,7 +57,11 @@ impl Served {
     /// Runs `regatta orders list`.
     fn list(&self, args: &[&str]) -> String {
         let url = format!("http://{}", self.address);
-        let output = regatta().args(["orders", "list", "--url", &url]).args(args).output().expect("it starts");
+        let output = regatta()
+            .args(["orders", "list", "--url", &url])
+            .args(args)
+            .output()
+            .expect("it starts");
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         String::from_utf8(output.stdout).expect("text")
     }
@@ -83,7 +95,12 @@ fn draft(nodes: [u32; 2], dwell: f64) -> Value {
 }
 
 fn times(order: &Value) -> Vec<f64> {
-    order["history"].as_array().expect("a history").iter().filter_map(|entry| entry["time"].as_f64()).collect()
+    order["history"]
+        .as_array()
+        .expect("a history")
+        .iter()
+        .filter_map(|entry| entry["time"].as_f64())
+        .collect()
 }
 
 #[test]
@@ -92,13 +109,21 @@ fn vehicles_of_a_running_fleet_are_shown_and_their_changes_told() {
     let fleet = unique("served-vehicles");
     let engine = engine(&fleet, &scenario(folder.path()));
     let manager = Served::start(&fleet, &folder.path().join("orders.sqlite"));
-    eventually("ten vehicles", || (manager.get("/v1/vehicles").as_array()?.len() == 10).then_some(()));
+    eventually("ten vehicles", || {
+        (manager.get("/v1/vehicles").as_array()?.len() == 10).then_some(())
+    });
     let vehicle = manager.get("/v1/vehicles/3");
     assert_eq!((&vehicle["name"], &vehicle["transportOrder"]), (&json!("3"), &Value::Null));
     assert_eq!((&vehicle["state"], &vehicle["activity"]), (&json!("idle"), &json!("idle")));
-    assert!(vehicle["currentPosition"].is_string() && vehicle["position"][1].is_number(), "{vehicle}");
+    assert!(
+        vehicle["currentPosition"].is_string() && vehicle["position"][1].is_number(),
+        "{vehicle}"
+    );
     assert!(vehicle["energyLevel"].as_u64().is_some_and(|level| level <= 100), "{vehicle}");
-    assert!(matches!(manager.client.get("/v1/vehicles/10"), Err(ClientError::Refused { status: 404, .. })));
+    assert!(matches!(
+        manager.client.get("/v1/vehicles/10"),
+        Err(ClientError::Refused { status: 404, .. })
+    ));
 
     let mut events = TcpStream::connect(&manager.address).expect("connected");
     write!(events, "GET /v1/sse HTTP/1.0\r\nHost: {}\r\n\r\n", manager.address).expect("sent");
@@ -127,7 +152,10 @@ fn orders_of_a_killed_manager_are_found_and_their_times_go_on() {
     let first = Served::start(&fleet, &store);
     let answer = first.client.post("/v1/transportOrders/q1", &draft([20, 400], 0.5)).expect("kept");
     let before = first.order_in("q1", "finished");
-    assert_eq!((&before["created"], &before["history"][0]["time"]), (&answer["created"], &answer["created"]));
+    assert_eq!(
+        (&before["created"], &before["history"][0]["time"]),
+        (&answer["created"], &answer["created"])
+    );
     first.client.post("/v1/transportOrders/q2", &draft([200, 20], 1.0)).expect("kept");
     let assigned = times(&first.order_in("q2", "travelling"));
     first.process.signal(Signal::KILL);
@@ -144,8 +172,13 @@ fn orders_of_a_killed_manager_are_found_and_their_times_go_on() {
     let after = second.order_in("q2", "finished");
     let times = times(&after);
     assert!(times.is_sorted() && times[0] > 0.0, "{after}");
-    let withdrawn = after["history"].as_array().into_iter().flatten().find(|entry| entry["event"] == "withdrawn");
-    let withdrawn = withdrawn.and_then(|entry| entry["time"].as_f64()).expect("taken back at the restart");
+    let withdrawn = after["history"]
+        .as_array()
+        .into_iter()
+        .flatten()
+        .find(|entry| entry["event"] == "withdrawn");
+    let withdrawn =
+        withdrawn.and_then(|entry| entry["time"].as_f64()).expect("taken back at the restart");
     assert!(Some(&withdrawn) > assigned.last(), "{after}");
     second.process.interrupt();
     engine.interrupt();
@@ -160,12 +193,21 @@ fn a_web_api_that_cannot_be_served_is_refused_at_once() {
     std::fs::write(&token, "a-secret-token").expect("written");
     for (args, reason) in [
         (&["--http", "0.0.0.0:0"][..], "--token-file"),
-        (&["--http", "192.0.2.1:55200", "--token-file", &token], "can't serve orders on 192.0.2.1:55200"),
-        (&["--http", "0.0.0.0:0", "--token-file", "/no/such/file"], "can't use the token of /no/such/file"),
+        (
+            &["--http", "192.0.2.1:55200", "--token-file", &token],
+            "can't serve orders on 192.0.2.1:55200",
+        ),
+        (
+            &["--http", "0.0.0.0:0", "--token-file", "/no/such/file"],
+            "can't use the token of /no/such/file",
+        ),
         (&["--http", &taken], "choose another port with --http"),
     ] {
         let mut command = regatta();
-        command.args(["plugin", "fleet-manager", "--fleet"]).arg(unique("served-never").to_string()).args(args);
+        command
+            .args(["plugin", "fleet-manager", "--fleet"])
+            .arg(unique("served-never").to_string())
+            .args(args);
         // There is no engine to wait for.
         let output = Process::start(&mut command).finish();
         let mut text = String::from_utf8(output.stderr).expect("text");

@@ -1,4 +1,5 @@
-//! The out-of-tree plugin that the README tells people to write: built as they would, run on the engine.
+//! The out-of-tree plugin that the README tells people to write: built as they would, run on the
+//! engine.
 
 use std::process::Command;
 
@@ -8,7 +9,8 @@ use crate::fleet::{Fleet, Process, build_example, eventually};
 
 #[test]
 fn the_example_plugin_builds_by_itself_and_reads_the_fleet() {
-    // Built before the fleet starts: its robots drive for a few seconds only, and the build takes a minute or two.
+    // Built before the fleet starts: its robots drive for a few seconds only, and the build takes a
+    // minute or two.
     let program = build_example("own-plugin");
     let fleet = Fleet::start("own-plugin", "thirty.yaml", &[]);
     let plugin = Process::start(Command::new(program).args(["--fleet", &fleet.name.to_string()]));
@@ -24,5 +26,8 @@ fn the_example_plugin_builds_by_itself_and_reads_the_fleet() {
     let output = plugin.interrupt();
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    assert!(text.lines().any(|line| line.contains("robot ") && line.contains("has stood for")), "{text}");
+    assert!(
+        text.lines().any(|line| line.contains("robot ") && line.contains("has stood for")),
+        "{text}"
+    );
 }

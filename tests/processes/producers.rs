@@ -18,7 +18,8 @@ fn control(fleet: &FleetName) -> Control {
     control
 }
 
-/// Asks for more steps than there is time for, and pauses meanwhile: the stepper must not wait for ever.
+/// Asks for more steps than there is time for, and pauses meanwhile: the stepper must not wait for
+/// ever.
 fn a_pause_ends_a_step(fleet: &FleetName) {
     let mut pausing = control(fleet);
     pausing.pause().expect("paused");
@@ -28,7 +29,9 @@ fn a_pause_ends_a_step(fleet: &FleetName) {
         let fleet = fleet.clone();
         move || control(&fleet).step(1_000)
     });
-    eventually("the first step", || (pausing.status().expect("answered").tick > before).then_some(()));
+    eventually("the first step", || {
+        (pausing.status().expect("answered").tick > before).then_some(())
+    });
     pausing.pause().expect("paused");
     eventually("the stepper's answer", || stepping.is_finished().then_some(()));
     let refused = stepping.join().expect("no panic");
@@ -62,7 +65,8 @@ fn a_pause_ends_a_step_of_a_replay() {
 #[test]
 fn the_example_producer_builds_by_itself_and_is_a_fleet_like_any_other() {
     let fleet = unique("own-producer");
-    let lockstep = ["--fleet", fleet.as_str(), "--rate", "100", "--speed", "max", "--lockstep", "hello"];
+    let lockstep =
+        ["--fleet", fleet.as_str(), "--rate", "100", "--speed", "max", "--lockstep", "hello"];
     let gateway = Process::start(Command::new(build_example("own-producer")).args(lockstep));
     let hello = Process::start(regatta().args(["plugin", "hello", "--fleet", fleet.as_str()]));
     a_pause_ends_a_step(&fleet);
@@ -81,11 +85,18 @@ fn the_example_producer_builds_by_itself_and_is_a_fleet_like_any_other() {
     control.speed(f32::INFINITY).expect("changed");
     control.resume().expect("resumed");
     let tick = control.status().expect("answered").tick;
-    eventually("the run goes on", || (control.status().expect("answered").tick > tick + 50).then_some(()));
+    eventually("the run goes on", || {
+        (control.status().expect("answered").tick > tick + 50).then_some(())
+    });
     let lines = String::from_utf8_lossy(&hello.interrupt().stdout).into_owned();
-    let ticks: Vec<u64> =
-        lines.lines().filter_map(|line| line.strip_prefix("tick ")?.split(':').next()?.parse().ok()).collect();
-    assert!(ticks.len() > 50 && ticks.windows(2).all(|pair| pair[1] == pair[0] + 1), "every tick once: {ticks:?}");
+    let ticks: Vec<u64> = lines
+        .lines()
+        .filter_map(|line| line.strip_prefix("tick ")?.split(':').next()?.parse().ok())
+        .collect();
+    assert!(
+        ticks.len() > 50 && ticks.windows(2).all(|pair| pair[1] == pair[0] + 1),
+        "every tick once: {ticks:?}"
+    );
     assert!(gateway.interrupt().status.success());
 }
 
@@ -108,8 +119,11 @@ fn a_step_beyond_the_end_of_a_run_is_refused_by_every_producer() {
     let folder = TempDir::new().expect("a folder");
     record("step-end-source", "thirty.yaml", 50, &file(&folder), &[]);
     let replay = unique("step-end-replay");
-    let _replay =
-        Process::start(regatta().arg("replay").arg(file(&folder)).args(["--paused", "--fleet", replay.as_str()]));
+    let _replay = Process::start(regatta().arg("replay").arg(file(&folder)).args([
+        "--paused",
+        "--fleet",
+        replay.as_str(),
+    ]));
     let limited = unique("step-end-engine");
     let args = ["--ticks", "6000", "--fleet", limited.as_str()];
     let _limited = Process::start(regatta().arg("engine").arg(graphs("thirty.yaml")).args(args));
@@ -125,7 +139,8 @@ fn a_step_beyond_the_end_of_a_run_is_refused_by_every_producer() {
     }
 }
 
-/// Contact events and the order log overflow, too, if only the frames at a low rate have the recorder read them.
+/// Contact events and the order log overflow, too, if only the frames at a low rate have the
+/// recorder read them.
 #[test]
 fn a_recorder_at_a_low_rate_loses_nothing() {
     let folder = TempDir::new().expect("a folder");
@@ -136,7 +151,10 @@ fn a_recorder_at_a_low_rate_loses_nothing() {
     let output = recorder.interrupt();
     let report = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success() && collision.interrupt().status.success(), "{report}");
-    assert!(report.contains("no frame lost") && !report.contains("other messages lost"), "{report}");
+    assert!(
+        report.contains("no frame lost") && !report.contains("other messages lost"),
+        "{report}"
+    );
     let recording = Recording::open(&file(&folder)).expect("a recording");
     assert!(recording.count(&Topic::ContactEvents) > 100, "{report}");
 }

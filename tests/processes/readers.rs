@@ -6,13 +6,14 @@ use rustix::process::Signal;
 
 use crate::fleet::{Fleet, eventually};
 
-/// The number of attempts: a busy test machine causes late ticks itself, but an engine that waits for a reader is late in
-/// every attempt, and more often than without the reader.
+/// The number of attempts: a busy test machine causes late ticks itself, but an engine that waits
+/// for a reader is late in every attempt, and more often than without the reader.
 const ATTEMPTS: usize = 12;
 
 /// Runs `disturb` beside an engine, and asserts that it causes no late tick.
 pub fn costs_no_late_tick(test: &str, disturb: impl Fn(&Fleet)) {
-    // The deadline of 20 ms is much longer than the cost of a reader, and much shorter than the time a reader is stopped.
+    // The deadline of 20 ms is much longer than the cost of a reader, and much shorter than the
+    // time a reader is stopped.
     let fleet = Fleet::start(test, "thirty.yaml", &["--rate", "50"]);
     fleet.let_ticks_pass(20);
     let late: Vec<_> = (0..ATTEMPTS)
@@ -23,12 +24,16 @@ pub fn costs_no_late_tick(test: &str, disturb: impl Fn(&Fleet)) {
                 fleet.let_ticks_pass(20);
             });
             let ticks = fleet.tick() - start;
-            let undisturbed = if late == 0 { 0 } else { late_during(&fleet, || fleet.let_ticks_pass(ticks)) };
+            let undisturbed =
+                if late == 0 { 0 } else { late_during(&fleet, || fleet.let_ticks_pass(ticks)) };
             (late, undisturbed)
         })
         .take_while(|(late, undisturbed)| late > undisturbed)
         .collect();
-    assert!(late.len() < ATTEMPTS, "late ticks each time, with and without the disturbance: {late:?}");
+    assert!(
+        late.len() < ATTEMPTS,
+        "late ticks each time, with and without the disturbance: {late:?}"
+    );
     assert!(fleet.engine.interrupt().status.success());
 }
 
@@ -65,7 +70,10 @@ fn a_stopped_reader_continues_with_the_newest_frame() {
             .lines()
             .filter_map(|line| line.strip_prefix("tick ")?.split(':').next()?.parse::<u64>().ok())
             .next_back();
-        assert!(output.status.success() && last.is_some_and(|tick| tick >= resumed), "last tick {last:?} of {resumed}");
+        assert!(
+            output.status.success() && last.is_some_and(|tick| tick >= resumed),
+            "last tick {last:?} of {resumed}"
+        );
     });
 }
 
@@ -97,9 +105,13 @@ fn a_late_joiner_gets_the_world_and_the_last_frame_of_a_paused_fleet() {
     fleet.control(&["pause"]);
     std::thread::sleep(Duration::from_millis(50));
     let mut reader = fleet.subscriber();
-    let robots = eventually("the last frame", || reader.latest().expect("readable").map(|frame| frame.len()));
+    let robots = eventually("the last frame", || {
+        reader.latest().expect("readable").map(|frame| frame.len())
+    });
     assert_eq!(robots, 30);
     let mut worlds = regatta_plugin::WorldReader::open(&fleet.name).expect("opened");
-    let edges = eventually("the world", || worlds.latest().expect("readable").map(|world| world.edges().len()));
+    let edges = eventually("the world", || {
+        worlds.latest().expect("readable").map(|world| world.edges().len())
+    });
     assert!(edges >= 60, "{edges} edges");
 }

@@ -1,4 +1,5 @@
-//! The recorder: it stores every frame bit for bit, and keeps its file readable when it is killed or the disk is full.
+//! The recorder: it stores every frame bit for bit, and keeps its file readable when it is killed
+//! or the disk is full.
 
 #[cfg(target_os = "linux")]
 use std::os::fd::AsRawFd;
@@ -20,13 +21,19 @@ use crate::readers::costs_no_late_tick;
 pub fn recorder(fleet: &FleetName, file: &Path, args: &[&str]) -> Process {
     let fleet = fleet.to_string();
     let mut command = regatta();
-    Process::start(command.args(["record", "--fleet", &fleet, "--name", "recorder", "-o"]).arg(file).args(args))
+    Process::start(
+        command
+            .args(["record", "--fleet", &fleet, "--name", "recorder", "-o"])
+            .arg(file)
+            .args(args),
+    )
 }
 
 /// Records this many ticks of a shipped scenario in lockstep, and returns the engine's digest.
 pub fn record(test: &str, scenario: &str, ticks: u32, file: &Path, args: &[&str]) -> String {
     let fleet = unique(test);
-    let common = ["--lockstep", "recorder", "--speed", "max", "--digest", "--fleet", &fleet.to_string()];
+    let common =
+        ["--lockstep", "recorder", "--speed", "max", "--digest", "--fleet", &fleet.to_string()];
     let mut command = regatta();
     command.arg("engine").arg(graphs(scenario)).args(common).args(["--ticks", &ticks.to_string()]);
     let engine = Process::start(&mut command);
@@ -38,7 +45,8 @@ pub fn record(test: &str, scenario: &str, ticks: u32, file: &Path, args: &[&str]
     String::from_utf8_lossy(&output.stdout).trim().to_owned()
 }
 
-/// Returns the digest of a recording's frames. Like the engine's digest it covers only the first frame of each tick.
+/// Returns the digest of a recording's frames. Like the engine's digest it covers only the first
+/// frame of each tick.
 pub fn digest(file: &Path) -> String {
     let recording = Recording::open(file).expect("a recording");
     let mut digest = Digest::default();
@@ -73,7 +81,8 @@ fn every_frame_is_recorded_bit_for_bit() {
     for compression in ["lz4", "zstd", "none"] {
         let folder = TempDir::new().expect("a folder");
         let name = format!("record-{compression}");
-        let golden = record(&name, "thirty.yaml", 500, &file(&folder), &["--compression", compression]);
+        let golden =
+            record(&name, "thirty.yaml", 500, &file(&folder), &["--compression", compression]);
         let recording = Recording::open(&file(&folder)).expect("a recording");
         // Ticks 0 to 500. The last frame may be published again at the end of the run.
         assert!(recording.is_closed() && [501, 502].contains(&recording.count(&Topic::Frames)));
@@ -81,12 +90,18 @@ fn every_frame_is_recorded_bit_for_bit() {
     }
 }
 
-/// Returns Python if it has the packages that the script needs. If they are missing, the test is skipped, unless the
-/// variable `REGATTA_PYTHON_TESTS` requires them.
+/// Returns Python if it has the packages that the script needs. If they are missing, the test is
+/// skipped, unless the variable `REGATTA_PYTHON_TESTS` requires them.
 fn python() -> Option<Command> {
     let mut probe = Command::new("python3");
-    let found = probe.args(["-c", "import mcap, mcap_protobuf, xxhash"]).output().is_ok_and(|out| out.status.success());
-    assert!(found || std::env::var_os("REGATTA_PYTHON_TESTS").is_none(), "python3 lacks packages that the tests need");
+    let found = probe
+        .args(["-c", "import mcap, mcap_protobuf, xxhash"])
+        .output()
+        .is_ok_and(|out| out.status.success());
+    assert!(
+        found || std::env::var_os("REGATTA_PYTHON_TESTS").is_none(),
+        "python3 lacks packages that the tests need"
+    );
     found.then(|| Command::new("python3"))
 }
 
@@ -101,10 +116,16 @@ fn other_programs_read_a_recording() {
     let found: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
     assert_eq!(found["digest"], golden);
     // 10 s at 10 Hz, and the first frame.
-    assert_eq!((&found["topics"]["/poses"], &found["topics"]["/robots"]), (&101.into(), &101.into()));
+    assert_eq!(
+        (&found["topics"]["/poses"], &found["topics"]["/robots"]),
+        (&101.into(), &101.into())
+    );
     // Recorded once, and repeated so that no lost chunk costs them.
     assert_eq!((&found["topics"]["/world"], &found["topics"]["/graph"]), (&2.into(), &2.into()));
-    assert!(found["topics"]["/events"].as_u64() > Some(0) && found["topics"]["/columns/type"].as_u64() > Some(0));
+    assert!(
+        found["topics"]["/events"].as_u64() > Some(0)
+            && found["topics"]["/columns/type"].as_u64() > Some(0)
+    );
     assert_eq!(found["about"]["regatta.end"]["frames_missed"], "0");
 }
 
@@ -127,10 +148,16 @@ fn one_in_every_n_frames_is_recorded() {
 pub fn record_contacts(test: &str, file: &Path, args: &[&str]) {
     let fleet = unique(test);
     let mut command = regatta();
-    command.arg("engine").arg(graphs("warehouse-1000.yaml")).args(["--robots", "300", "--fleet", &fleet.to_string()]);
+    command.arg("engine").arg(graphs("warehouse-1000.yaml")).args([
+        "--robots",
+        "300",
+        "--fleet",
+        &fleet.to_string(),
+    ]);
     command.args(["--lockstep", "recorder", "collision", "--speed", "max", "--ticks", "150"]);
     let engine = Process::start(&mut command);
-    let collision = Process::start(regatta().args(["plugin", "collision", "--fleet", &fleet.to_string()]));
+    let collision =
+        Process::start(regatta().args(["plugin", "collision", "--fleet", &fleet.to_string()]));
     let recorder = recorder(&fleet, file, &[&["--poses-rate", "0"], args].concat());
     assert!(engine.finish().status.success());
     for process in [collision, recorder] {
@@ -138,12 +165,17 @@ pub fn record_contacts(test: &str, file: &Path, args: &[&str]) {
     }
 }
 
-/// Returns the ticks of all lists of contacts, and checks that each list has as many pairs as its header says.
+/// Returns the ticks of all lists of contacts, and checks that each list has as many pairs as its
+/// header says.
 fn lists_of_contacts(recording: &Recording) -> Vec<u64> {
     let mut ticks = Vec::new();
     let read = recording.contacts(|_, header, pairs| {
-        let touching = pairs.iter().filter(|pair| pair.level == ContactLevel::Touching as u32).count();
-        assert_eq!((header.touching as usize, (header.touching + header.possible) as usize), (touching, pairs.len()));
+        let touching =
+            pairs.iter().filter(|pair| pair.level == ContactLevel::Touching as u32).count();
+        assert_eq!(
+            (header.touching as usize, (header.touching + header.possible) as usize),
+            (touching, pairs.len())
+        );
         ticks.push(header.tick);
         Ok::<_, ReadingError>(())
     });
@@ -184,7 +216,10 @@ fn a_recorder_says_how_fast_the_file_grows() {
     let output = recorder.interrupt();
     let report = String::from_utf8_lossy(&output.stderr).into_owned();
     let lines: Vec<_> = report.lines().filter(|line| line.contains("/s; the disk has ")).collect();
-    assert!(output.status.success() && lines.len() == 2 && lines[0].contains("it grows by"), "{report}");
+    assert!(
+        output.status.success() && lines.len() == 2 && lines[0].contains("it grows by"),
+        "{report}"
+    );
 }
 
 #[test]
@@ -196,7 +231,10 @@ fn a_recorder_records_the_chosen_topics_only() {
     assert_eq!(topics, ["/world", "/events", "/contacts", "/contact_updates"]);
     let output = regatta().arg("replay").arg(file(&folder)).output().expect("regatta starts");
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(!output.status.success() && message.contains("no frames") && message.lines().count() == 1, "{message}");
+    assert!(
+        !output.status.success() && message.contains("no frames") && message.lines().count() == 1,
+        "{message}"
+    );
 }
 
 #[test]
@@ -228,30 +266,40 @@ fn a_recording_that_lost_its_first_chunk_is_replayed_with_its_world() {
     let path = file(&folder);
     record("record-zeros", "thirty.yaml", 300, &path, &[]);
     let mut bytes = std::fs::read(&path).expect("readable");
-    let length = |at: usize| 9 + u64::from_le_bytes(bytes[at + 1..at + 9].try_into().expect("8 bytes")) as usize;
+    let length = |at: usize| {
+        9 + u64::from_le_bytes(bytes[at + 1..at + 9].try_into().expect("8 bytes")) as usize
+    };
     // The records begin after the magic bytes; chunks have the opcode 6.
     let records = std::iter::successors(Some(8), |at| Some(at + length(*at)));
     let first = records.into_iter().find(|at| bytes[*at] == 6).expect("a chunk");
     let end = first + length(first);
     bytes[first..end].fill(0);
     std::fs::write(&path, &bytes).expect("written");
-    let repaired = regatta().args(["record", "--repair"]).arg(&path).output().expect("regatta starts");
+    let repaired =
+        regatta().args(["record", "--repair"]).arg(&path).output().expect("regatta starts");
     assert!(repaired.status.success(), "{repaired:?}");
 
     let fleet = unique("record-zeros-replay");
     let mut command = regatta();
-    let replay = Process::start(command.arg("replay").arg(&path).args(["--hold", "--fleet", &fleet.to_string()]));
+    let replay = Process::start(command.arg("replay").arg(&path).args([
+        "--hold",
+        "--fleet",
+        &fleet.to_string(),
+    ]));
     let mut worlds = eventually("the fleet", || WorldReader::open(&fleet).ok());
-    let edges = eventually("the world", || worlds.latest().expect("readable").map(|world| world.edges().len()));
+    let edges = eventually("the world", || {
+        worlds.latest().expect("readable").map(|world| world.edges().len())
+    });
     assert!(edges > 0);
     let mut frames = eventually("frames", || Subscriber::open(&fleet).ok());
-    let robots = eventually("a frame", || frames.latest().expect("readable").map(|frame| frame.len()));
+    let robots =
+        eventually("a frame", || frames.latest().expect("readable").map(|frame| frame.len()));
     assert_eq!(robots, 30);
     assert!(replay.interrupt().status.success());
 }
 
-/// Starts a recorder on a disk of 64 MB, in a mount namespace of its own. Returns `None` if this system doesn't allow
-/// users to have one.
+/// Starts a recorder on a disk of 64 MB, in a mount namespace of its own. Returns `None` if this
+/// system doesn't allow users to have one.
 #[cfg(target_os = "linux")]
 fn recorder_on_small_disk(fleet: &FleetName, disk: &Path) -> Option<Process> {
     let namespace = ["--user", "--map-root-user", "--mount"];
@@ -286,7 +334,10 @@ fn a_recording_goes_on_when_a_full_disk_has_room_again() {
     fleet.let_ticks_pass(100);
     let output = recorder.interrupt();
     let report = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(report.contains("until there is room again") && report.contains("there is room again"), "{report}");
+    assert!(
+        report.contains("until there is room again") && report.contains("there is room again"),
+        "{report}"
+    );
     assert!(!output.status.success() && report.contains("could not be written"), "{report}");
     let mut ticks = Vec::new();
     let read = closed("run-0002.mcap").expect("a recording").frames(|_, frame| {
@@ -304,14 +355,17 @@ fn the_file_of_a_killed_recorder_is_readable_and_can_be_repaired() {
     costs_no_late_tick("record-kill", |fleet| {
         let recorder = recorder(&fleet.name, &path, &["--force"]);
         // The file is longer than its header as soon as it has a chunk.
-        eventually("a chunk is written", || (std::fs::metadata(&path).ok()?.len() > 1000).then_some(()));
+        eventually("a chunk is written", || {
+            (std::fs::metadata(&path).ok()?.len() > 1000).then_some(())
+        });
         fleet.let_ticks_pass(120);
         recorder.signal(Signal::KILL);
     });
     let recording = Recording::open(&path).expect("readable without a repair");
     let frames = recording.count(&Topic::Frames);
     assert!(!recording.is_closed() && frames > 0);
-    let repaired = regatta().args(["record", "--repair"]).arg(&path).output().expect("regatta starts");
+    let repaired =
+        regatta().args(["record", "--repair"]).arg(&path).output().expect("regatta starts");
     assert!(repaired.status.success(), "{repaired:?}");
     let recording = Recording::open(&path).expect("a recording");
     assert_eq!((recording.is_closed(), recording.count(&Topic::Frames)), (true, frames));
@@ -331,11 +385,15 @@ fn a_stopped_recorder_loses_frames_and_reports_it() {
         fleet.let_ticks_pass(100);
         let output = recorder.interrupt();
         let report = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(output.status.success() && report.contains("that the recorder was too slow for"), "{report}");
+        assert!(
+            output.status.success() && report.contains("that the recorder was too slow for"),
+            "{report}"
+        );
     });
 }
 
-/// The recorder runs with a limit on the size of files, so that a write fails as it does on a full disk.
+/// The recorder runs with a limit on the size of files, so that a write fails as it does on a full
+/// disk.
 #[cfg(unix)]
 #[test]
 fn a_full_disk_ends_the_recording_but_not_the_file() {
@@ -345,20 +403,26 @@ fn a_full_disk_ends_the_recording_but_not_the_file() {
     let mut command = Command::new("sh");
     let script = "ulimit -f 12000; exec \"$@\"";
     command.args(["-c", script, "sh", env!("CARGO_BIN_EXE_regatta"), "record", "-o"]).arg(&path);
-    let recorder = Process::start(command.args(["--compression", "none", "--fleet", &fleet.name.to_string()]));
+    let recorder =
+        Process::start(command.args(["--compression", "none", "--fleet", &fleet.name.to_string()]));
     // Well over 12 MB: a block of the limit has 512 or 1024 bytes.
     fleet.let_ticks_pass(200);
     let output = recorder.interrupt();
     let report = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(!output.status.success(), "{report}");
-    assert!(report.contains("nothing is recorded from here on") && report.contains("could not be written"), "{report}");
+    assert!(
+        report.contains("nothing is recorded from here on")
+            && report.contains("could not be written"),
+        "{report}"
+    );
     let recording = Recording::open(&path).expect("a recording");
     assert!(recording.is_closed() && recording.count(&Topic::Frames) > 0, "{report}");
     digest(&path);
     assert!(fleet.engine.interrupt().status.success());
 }
 
-/// Ctrl-C arrives twice if a parent process forwards a signal that the terminal has sent to the whole process group.
+/// Ctrl-C arrives twice if a parent process forwards a signal that the terminal has sent to the
+/// whole process group.
 #[test]
 fn a_second_interrupt_does_not_damage_the_recording() {
     let folder = TempDir::new().expect("a folder");
@@ -377,7 +441,10 @@ fn an_existing_file_is_not_overwritten() {
     std::fs::write(file(&folder), "precious").expect("written");
     let output = recorder(&unique("record-exists"), &file(&folder), &[]).finish();
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(!output.status.success() && message.contains("--force") && message.lines().count() == 1, "{message}");
+    assert!(
+        !output.status.success() && message.contains("--force") && message.lines().count() == 1,
+        "{message}"
+    );
     assert_eq!(std::fs::read_to_string(file(&folder)).expect("readable"), "precious");
 }
 
@@ -409,11 +476,18 @@ fn a_scenario_starts_the_recorder() {
     let folder = TempDir::new().expect("a folder");
     let (path, scenario) = (file(&folder), folder.path().join("scenario.yaml"));
     let text = std::fs::read_to_string(graphs("thirty.yaml")).expect("readable");
-    let text = text.replace("graph: porto.yaml", &format!("graph: {}", graphs("porto.yaml").display()));
-    let plugin = format!("plugins:\n  - name: record\n    args: [\"-o\", \"{}\"]\n", path.display());
+    let text =
+        text.replace("graph: porto.yaml", &format!("graph: {}", graphs("porto.yaml").display()));
+    let plugin =
+        format!("plugins:\n  - name: record\n    args: [\"-o\", \"{}\"]\n", path.display());
     std::fs::write(&scenario, text + &plugin).expect("written");
     let mut command = regatta();
-    command.arg("run").arg(&scenario).args(["--for", "3s", "--fleet", &unique("record-run").to_string()]);
+    command.arg("run").arg(&scenario).args([
+        "--for",
+        "3s",
+        "--fleet",
+        &unique("record-run").to_string(),
+    ]);
     let output = Process::start(&mut command).finish();
     assert!(output.status.success(), "{output:?}");
     let recording = Recording::open(&path).expect("a recording");
@@ -426,7 +500,12 @@ fn a_recording_is_exported_to_tables_and_plotted() {
     record("record-export", "thirty.yaml", 200, &file(&folder), &[]);
     let in_folder = |name: &str| folder.path().join(name);
     let run = |command: &str, args: &[&str]| {
-        let output = regatta().arg(command).arg(file(&folder)).args(args).current_dir(folder.path()).output();
+        let output = regatta()
+            .arg(command)
+            .arg(file(&folder))
+            .args(args)
+            .current_dir(folder.path())
+            .output();
         let output = output.expect("regatta starts");
         assert!(output.status.success(), "{output:?}");
     };
@@ -446,7 +525,9 @@ fn a_recording_is_exported_to_tables_and_plotted() {
     assert!(events.starts_with("time_s,run,tick,robot,kind,"), "{events}");
     run("plot", &["--robot", "7", "-o", "robot7.svg"]);
     let picture = std::fs::read_to_string(in_folder("robot7.svg")).expect("a picture");
-    assert!(picture.starts_with("<svg") && picture.contains("Robot 7") && picture.ends_with("</svg>\n"));
+    assert!(
+        picture.starts_with("<svg") && picture.contains("Robot 7") && picture.ends_with("</svg>\n")
+    );
     run("plot", &["--robot", "7", "-o", "robot7.png"]);
     assert!(std::fs::read(in_folder("robot7.png")).expect("a picture").starts_with(b"\x89PNG"));
 }
@@ -456,14 +537,18 @@ fn a_recording_is_described() {
     let folder = TempDir::new().expect("a folder");
     record("record-info", "thirty.yaml", 200, &file(&folder), &[]);
     let info = |args: &[&str]| {
-        let output = regatta().arg("info").arg(file(&folder)).args(args).output().expect("regatta starts");
+        let output =
+            regatta().arg("info").arg(file(&folder)).args(args).output().expect("regatta starts");
         assert!(output.status.success(), "{output:?}");
         String::from_utf8_lossy(&output.stdout).into_owned()
     };
     let json: serde_json::Value = serde_json::from_str(&info(&["--json"])).expect("JSON");
     assert_eq!((&json["ticks"], &json["robots"]), (&serde_json::json!([0, 200]), &30.into()));
     assert!(json["fleet"].as_str().is_some_and(|fleet| fleet.contains("record-info")), "{json}");
-    assert_eq!((json["runs"].as_array().map(Vec::len), &json["is_closed"]), (Some(1), &true.into()));
+    assert_eq!(
+        (json["runs"].as_array().map(Vec::len), &json["is_closed"]),
+        (Some(1), &true.into())
+    );
     let text = info(&[]);
     assert!(text.contains("complete   yes") && text.contains("/columns/type"), "{text}");
 }
@@ -477,7 +562,8 @@ fn nothing_is_left_of_an_interrupted_export() {
     for signal in [Signal::INT, Signal::TERM] {
         let mut command = regatta();
         let tables = folder.path().join("tables");
-        let export = Process::start(command.arg("export").arg(&path).arg("-o").arg(&tables).arg("--long"));
+        let export =
+            Process::start(command.arg("export").arg(&path).arg("-o").arg(&tables).arg("--long"));
         let started = || std::fs::read_dir(&tables).ok()?.next().map(drop);
         eventually("it writes", started);
         export.signal(signal);

@@ -8,8 +8,9 @@ use regatta_plugin::frame::ClockState;
 use regatta_plugin::order::OrderKind;
 use regatta_plugin::recording::MarkKind;
 use regatta_plugin::{
-    ColumnReader, ContactReader, Control, ControlError, EventReader, FleetName, HistoryReader, OrderLogReader, Orders,
-    Participant, ReadError, RecordingReader, Spots, Subscriber, TrafficReader, WorldReader,
+    ColumnReader, ContactReader, Control, ControlError, EventReader, FleetName, HistoryReader,
+    OrderLogReader, Orders, Participant, ReadError, RecordingReader, Spots, Subscriber,
+    TrafficReader, WorldReader,
 };
 use regatta_record::{ReadingError, Recording, Topic};
 use tempfile::TempDir;
@@ -18,7 +19,9 @@ use crate::fleet::{Fleet, Process, TIMEOUT, eventually, graphs, regatta, unique}
 use crate::record::{digest, file, record, record_contacts, recorder};
 
 fn start(fleet: &FleetName, recording: &Path, args: &[&str]) -> Process {
-    Process::start(regatta().arg("replay").arg(recording).args(["--fleet", &fleet.to_string()]).args(args))
+    Process::start(
+        regatta().arg("replay").arg(recording).args(["--fleet", &fleet.to_string()]).args(args),
+    )
 }
 
 /// A replay that stands at its start, and what controls it.
@@ -56,18 +59,29 @@ fn in_lockstep_all_that_a_plugin_publishes_is_recorded_again_and_again() {
     let fleet = unique("replay-all-source");
     let lockstep = ["--lockstep", "recorder", "collision", "--speed", "max", "--ticks", "150"];
     let mut command = regatta();
-    command.arg("engine").arg(graphs("warehouse-1000.yaml")).args(["--robots", "300", "--fleet", &fleet.to_string()]);
+    command.arg("engine").arg(graphs("warehouse-1000.yaml")).args([
+        "--robots",
+        "300",
+        "--fleet",
+        &fleet.to_string(),
+    ]);
     let engine = Process::start(command.args(lockstep));
-    let collision = Process::start(regatta().args(["plugin", "collision", "--fleet", &fleet.to_string()]));
+    let collision =
+        Process::start(regatta().args(["plugin", "collision", "--fleet", &fleet.to_string()]));
     let first_recorder = recorder(&fleet, &file(&first), &["--poses-rate", "0"]);
     assert!(engine.finish().status.success());
     for process in [collision, first_recorder] {
         assert!(process.interrupt().status.success());
     }
     let recorded = counts(&file(&first));
-    let lists = recorded.iter().filter(|(topic, _)| ["/contacts", "/contact_updates"].contains(&topic.as_str()));
+    let lists = recorded
+        .iter()
+        .filter(|(topic, _)| ["/contacts", "/contact_updates"].contains(&topic.as_str()));
     assert_eq!(lists.map(|(_, count)| count).sum::<u64>(), 151, "one list a tick: {recorded:?}");
-    assert!(recorded.contains(&("/columns/collision".to_owned(), 151)), "one column a tick: {recorded:?}");
+    assert!(
+        recorded.contains(&("/columns/collision".to_owned(), 151)),
+        "one column a tick: {recorded:?}"
+    );
 
     let fleet = unique("replay-all");
     let replay = start(&fleet, &file(&first), &["--speed", "max", "--lockstep", "recorder"]);
@@ -75,10 +89,15 @@ fn in_lockstep_all_that_a_plugin_publishes_is_recorded_again_and_again() {
     assert!(replay.finish().status.success());
     let output = second_recorder.interrupt();
     let report = String::from_utf8_lossy(&output.stderr).into_owned();
-    let frames = |counts: &[(String, u64)]| counts.iter().filter(|(topic, _)| topic != "/frames").cloned().collect();
+    let frames = |counts: &[(String, u64)]| {
+        counts.iter().filter(|(topic, _)| topic != "/frames").cloned().collect()
+    };
     let (recorded, again): (Vec<_>, Vec<_>) = (frames(&recorded), frames(&counts(&file(&second))));
     assert_eq!(again, recorded, "{report}");
-    assert!(report.contains("no frame lost") && !report.contains("other messages lost"), "{report}");
+    assert!(
+        report.contains("no frame lost") && !report.contains("other messages lost"),
+        "{report}"
+    );
 }
 
 /// The fields of each tick's header that a replay keeps.
@@ -104,11 +123,16 @@ fn headers(recording: &Path) -> Vec<[u64; 5]> {
 fn a_replay_pauses_steps_and_seeks() {
     let folder = TempDir::new().expect("a folder");
     record("replay-control-source", "thirty.yaml", 400, &file(&folder), &[]);
-    let (fleet, process, mut control) = paused("replay-control", &file(&folder), &["--from", "500ms"]);
+    let (fleet, process, mut control) =
+        paused("replay-control", &file(&folder), &["--from", "500ms"]);
     let mut frames = Subscriber::open(&fleet).expect("opened");
     let start = std::time::Instant::now();
     assert_eq!(control.step(7).expect("stepped").tick, 57);
-    assert!(start.elapsed() >= std::time::Duration::from_millis(55), "at the wanted speed: {:?}", start.elapsed());
+    assert!(
+        start.elapsed() >= std::time::Duration::from_millis(55),
+        "at the wanted speed: {:?}",
+        start.elapsed()
+    );
 
     let before = control.status().expect("answered").run_id;
     let ahead = control.seek(std::time::Duration::from_secs(3)).expect("gone there");
@@ -131,11 +155,15 @@ fn a_replay_pauses_steps_and_seeks() {
     assert_eq!(Some(shown), recorded);
 
     let mut worlds = WorldReader::open(&fleet).expect("opened");
-    let world = eventually("the world", || worlds.latest().expect("readable").map(|world| world.run_id()));
+    let world =
+        eventually("the world", || worlds.latest().expect("readable").map(|world| world.run_id()));
     assert_eq!(world, back.run_id, "the world belongs to the new run");
 
     let refused = control.seek(std::time::Duration::from_secs(100));
-    assert!(matches!(&refused, Err(ControlError::Refused { reason, .. }) if reason.contains("4.000 s")), "{refused:?}");
+    assert!(
+        matches!(&refused, Err(ControlError::Refused { reason, .. }) if reason.contains("4.000 s")),
+        "{refused:?}"
+    );
     assert!(matches!(control.robots(5), Err(ControlError::Refused { .. })));
 
     control.speed(f32::INFINITY).expect("changed");
@@ -161,7 +189,8 @@ fn a_replay_that_loops_begins_a_run_each_time() {
 fn a_replay_that_holds_stays_at_its_end() {
     let folder = TempDir::new().expect("a folder");
     record("replay-hold-source", "thirty.yaml", 50, &file(&folder), &[]);
-    let (_, process, mut control) = paused("replay-hold", &file(&folder), &["--hold", "--speed", "max"]);
+    let (_, process, mut control) =
+        paused("replay-hold", &file(&folder), &["--hold", "--speed", "max"]);
     control.resume().expect("resumed");
     let status = eventually("the end", || control.status().ok().filter(|status| status.tick == 50));
     assert!([ClockState::Paused as u32, ClockState::Running as u32].contains(&status.clock));
@@ -190,20 +219,32 @@ fn orders_events_and_columns_are_replayed() {
     let (mut held, mut accepted) = (None, None);
     eventually("the order and its answer", || {
         let taken = log.take(|log| -> Result<(), ReadError> {
-            held =
-                held.or(log.records.iter().find(|order| order.token == token).map(|order| (order.kind, order.robot)));
+            held = held.or(log
+                .records
+                .iter()
+                .find(|order| order.token == token)
+                .map(|order| (order.kind, order.robot)));
             Ok(())
         });
         taken.expect("readable");
         let taken = events.take(|events| -> Result<(), ReadError> {
-            accepted = accepted.or(events.records.iter().find(|event| event.token == token).map(|event| event.kind));
+            accepted = accepted.or(events
+                .records
+                .iter()
+                .find(|event| event.token == token)
+                .map(|event| event.kind));
             Ok(())
         });
         taken.expect("readable");
         held.zip(accepted)
     });
-    assert_eq!((held, accepted), (Some((OrderKind::Hold as u32, 3)), Some(EventKind::Accepted as u32)));
-    let types = eventually("the column type", || column.latest().expect("readable").map(|column| column.values.len()));
+    assert_eq!(
+        (held, accepted),
+        (Some((OrderKind::Hold as u32, 3)), Some(EventKind::Accepted as u32))
+    );
+    let types = eventually("the column type", || {
+        column.latest().expect("readable").map(|column| column.values.len())
+    });
     assert_eq!(types, 30);
 }
 
@@ -217,18 +258,25 @@ fn contacts_are_replayed_unless_a_live_plugin_has_their_name() {
     engine.let_ticks_pass(300);
     assert!(recorder.interrupt().status.success() && collision.interrupt().status.success());
     let recording = Recording::open(&file(&folder)).expect("a recording");
-    assert!(recording.count(&column) > 0 && recording.count(&Topic::Contacts) > 0, "{:?}", recording.topics());
+    assert!(
+        recording.count(&column) > 0 && recording.count(&Topic::Contacts) > 0,
+        "{:?}",
+        recording.topics()
+    );
 
     let (fleet, process, _control) = paused("replay-contacts", &file(&folder), &["--from", "2s"]);
     let participant = Participant::join(&fleet, "test").expect("joined");
     let mut contacts = ContactReader::open_on(&participant).expect("opened");
-    let tick = eventually("contacts", || contacts.latest().expect("readable").map(|contacts| contacts.header.tick));
+    let tick = eventually("contacts", || {
+        contacts.latest().expect("readable").map(|contacts| contacts.header.tick)
+    });
     assert!(tick <= 200, "those of the frame that is shown, or the last before: {tick}");
     assert!(process.interrupt().status.success());
 
     // Here somebody works them out anew.
     let fleet = unique("replay-contacts-live");
-    let collision = Process::start(regatta().args(["plugin", "collision", "--fleet", &fleet.to_string()]));
+    let collision =
+        Process::start(regatta().args(["plugin", "collision", "--fleet", &fleet.to_string()]));
     let waiting = Participant::join(&fleet, "test").expect("joined");
     let live = ContactReader::open_on(&waiting).expect("opened");
     eventually("the plugin", || live.has_publisher().then_some(()));
@@ -255,7 +303,10 @@ fn what_is_no_recording_is_refused_in_one_line() {
         let path = crate::fleet::root().join(bad);
         let output = start(&unique("replay-bad"), &path, &[]).finish();
         let message = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(!output.status.success() && message.contains(bad) && message.lines().count() == 1, "{message}");
+        assert!(
+            !output.status.success() && message.contains(bad) && message.lines().count() == 1,
+            "{message}"
+        );
     }
 }
 
@@ -264,11 +315,14 @@ fn a_live_collision_checker_works_on_a_recording_that_has_no_contacts() {
     let folder = TempDir::new().expect("a folder");
     record("replay-checked", "thirty.yaml", 100, &file(&folder), &[]);
     let (fleet, replay, _control) = paused("replay-checker", &file(&folder), &["--hold"]);
-    let checker = Process::start(regatta().args(["plugin", "collision", "--fleet", &fleet.to_string()]));
+    let checker =
+        Process::start(regatta().args(["plugin", "collision", "--fleet", &fleet.to_string()]));
     let participant = Participant::join(&fleet, "test").expect("joined");
     let mut column = ColumnReader::open_on(&participant, "collision").expect("opened");
     let mut contacts = ContactReader::open_on(&participant).expect("opened");
-    let robots = eventually("the column", || column.latest().expect("readable").map(|column| column.values.len()));
+    let robots = eventually("the column", || {
+        column.latest().expect("readable").map(|column| column.values.len())
+    });
     assert_eq!(robots, 30);
     eventually("contacts", || contacts.latest().expect("readable").map(|_| ()));
     for process in [checker, replay] {
@@ -281,14 +335,21 @@ fn a_live_collision_checker_works_on_a_recording_that_has_no_contacts() {
 fn a_viewer_of_a_file_says_in_one_line_what_is_wrong() {
     let folder = TempDir::new().expect("a folder");
     record("viewer-file", "thirty.yaml", 100, &file(&folder), &[]);
-    let (recording, text) = (file(&folder).display().to_string(), folder.path().join("text").display().to_string());
+    let (recording, text) =
+        (file(&folder).display().to_string(), folder.path().join("text").display().to_string());
     std::fs::write(&text, "no recording").expect("written");
     let film = folder.path().join("film").display().to_string();
     let cases: [(&[&str], &str); 6] = [
         (&[&text], "can't read"),
         (&["/no/such.mcap"], "can't read /no/such.mcap"),
-        (&[&recording, "--film", &film, "--from", "800ms", "--to", "200ms"], "--from 0.800 s is after --to 0.200 s"),
-        (&[&recording, "--film", &film, "--to", "2s"], "--to 2.000 s is outside of the recording, 0.000 s to 1.000 s"),
+        (
+            &[&recording, "--film", &film, "--from", "800ms", "--to", "200ms"],
+            "--from 0.800 s is after --to 0.200 s",
+        ),
+        (
+            &[&recording, "--film", &film, "--to", "2s"],
+            "--to 2.000 s is outside of the recording, 0.000 s to 1.000 s",
+        ),
         (&[&recording, "--film", "film.avi"], "film.avi: pictures are not written in this format"),
         (&[&recording, "--film", &film, "--speed", "0"], "is not a factor from 0.001 to 1000"),
     ];
@@ -296,7 +357,10 @@ fn a_viewer_of_a_file_says_in_one_line_what_is_wrong() {
         let output = regatta().arg("viewer").args(args).output().expect("it starts");
         let stderr = String::from_utf8_lossy(&output.stderr);
         let lines: Vec<_> = stderr.lines().filter(|line| line.starts_with("regatta: ")).collect();
-        assert!(!output.status.success() && lines.len() == 1 && lines[0].contains(reason), "{args:?}: {stderr}");
+        assert!(
+            !output.status.success() && lines.len() == 1 && lines[0].contains(reason),
+            "{args:?}: {stderr}"
+        );
     }
     assert!(!Path::new(&film).exists());
 }
@@ -348,12 +412,18 @@ fn a_replay_tells_its_file_its_time_and_its_marks() {
     let mut reader = RecordingReader::open_on(&participant).expect("opened");
     let marks = eventually("the search is over", || {
         reader.take().expect("readable");
-        let recording = reader.current().filter(|recording| recording.header.searched_nanos == u64::MAX)?;
+        let recording =
+            reader.current().filter(|recording| recording.header.searched_nanos == u64::MAX)?;
         Some(recording.marks.to_vec())
     });
     let header = *reader.current().expect("told").header;
-    assert_eq!((header.file(), header.start_nanos, header.end_nanos), ("run.mcap", 0, 1_500_000_000));
-    let of = |kind: MarkKind| marks.iter().filter(move |mark| mark.kind() == Some(kind)).collect::<Vec<_>>();
+    assert_eq!(
+        (header.file(), header.start_nanos, header.end_nanos),
+        ("run.mcap", 0, 1_500_000_000)
+    );
+    let of = |kind: MarkKind| {
+        marks.iter().filter(move |mark| mark.kind() == Some(kind)).collect::<Vec<_>>()
+    };
     let notes: Vec<_> = of(MarkKind::Note).iter().map(|mark| mark.time_nanos).collect();
     assert_eq!(notes, [250_000_000, 1_000_000_000]);
     assert!(!of(MarkKind::Contact).is_empty() && of(MarkKind::Fault).is_empty(), "{marks:?}");
@@ -361,11 +431,18 @@ fn a_replay_tells_its_file_its_time_and_its_marks() {
     let seek = control.seek(std::time::Duration::from_millis(600)).expect("gone there");
     let header = eventually("the note", || {
         reader.take().expect("readable");
-        reader.current().map(|recording| *recording.header).filter(|header| !header.note().is_empty())
+        reader
+            .current()
+            .map(|recording| *recording.header)
+            .filter(|header| !header.note().is_empty())
     });
-    assert_eq!((header.note(), header.run_id, header.time_of(600_000_000)), ("a first note", seek.run_id, 600_000_000));
+    assert_eq!(
+        (header.note(), header.run_id, header.time_of(600_000_000)),
+        ("a first note", seek.run_id, 600_000_000)
+    );
     // Somebody adds a note while the recording stands.
-    std::fs::write(file_of_notes, "0.25 a first note\n0.500000000 added\n1.0 a second one\n").expect("written");
+    std::fs::write(file_of_notes, "0.25 a first note\n0.500000000 added\n1.0 a second one\n")
+        .expect("written");
     let (note, marks) = eventually("the added note", || {
         reader.take().expect("readable");
         let recording = reader.current().filter(|recording| recording.header.note() == "added")?;
@@ -373,7 +450,10 @@ fn a_replay_tells_its_file_its_time_and_its_marks() {
     });
     let notes: Vec<_> = marks.iter().filter(|mark| mark.kind() == Some(MarkKind::Note)).collect();
     assert_eq!((note.as_str(), notes.len(), notes[1].time_nanos), ("added", 3, 500_000_000));
-    assert!(marks.is_sorted_by_key(|mark| mark.time_nanos) && marks.len() > notes.len(), "others are still there");
+    assert!(
+        marks.is_sorted_by_key(|mark| mark.time_nanos) && marks.len() > notes.len(),
+        "others are still there"
+    );
     assert!(process.interrupt().status.success());
 }
 
@@ -388,7 +468,10 @@ fn lost_secs(recording: &Path) -> f64 {
     read.expect("readable");
     let mut spots = Spots::default();
     let read = recording.frames(|_, frame| -> Result<(), ReadingError> {
-        let pairs = lists.iter().rfind(|(tick, _)| *tick <= frame.tick()).map_or(&[][..], |(_, pairs)| pairs);
+        let pairs = lists
+            .iter()
+            .rfind(|(tick, _)| *tick <= frame.tick())
+            .map_or(&[][..], |(_, pairs)| pairs);
         spots.add(frame, pairs);
         Ok(())
     });
@@ -403,9 +486,11 @@ fn the_history_of_a_recording_is_all_of_it_whatever_is_played() {
     let expected = lost_secs(&file(&folder));
     assert!(expected > 5.0, "the recording has contacts: {expected} robot s");
     let fleet = unique("history");
-    let plugin = Process::start(regatta().args(["plugin", "traffic", "--fleet", &fleet.to_string()]));
-    let traffic =
-        Participant::join(&fleet, "probe").and_then(|probe| TrafficReader::open_on(&probe)).expect("a reader");
+    let plugin =
+        Process::start(regatta().args(["plugin", "traffic", "--fleet", &fleet.to_string()]));
+    let traffic = Participant::join(&fleet, "probe")
+        .and_then(|probe| TrafficReader::open_on(&probe))
+        .expect("a reader");
     eventually("the traffic plugin", || traffic.has_publisher().then_some(()));
     let replay = start(&fleet, &file(&folder), &["--paused"]);
     let mut control = eventually("control", || Control::open(&fleet).ok());
@@ -418,19 +503,31 @@ fn the_history_of_a_recording_is_all_of_it_whatever_is_played() {
             let is_whole = header.run_id == run_id && header.sim_time_nanos >= 1_400_000_000;
             let (spots, places) = reader.spots()?;
             let lost: f64 = places.iter().map(|spot| spot.lost_secs()).sum();
-            (is_whole && spots.run_id == run_id).then(|| (header.began_nanos, samples.to_vec(), lost))
+            (is_whole && spots.run_id == run_id)
+                .then(|| (header.began_nanos, samples.to_vec(), lost))
         })
     };
     let run_id = eventually("a status", || control.status().ok()).run_id;
     let (began, samples, lost) = history_of(run_id);
     assert_eq!((began, samples[0].secs), (0, 0.0));
-    assert!(samples.len() >= 3 && samples.iter().all(|sample| sample.states.iter().sum::<u32>() == 300), "{samples:?}");
-    assert!(samples.iter().skip(1).all(|sample| sample.touching().is_some() && sample.throughput() > Some(0.0)));
+    assert!(
+        samples.len() >= 3 && samples.iter().all(|sample| sample.states.iter().sum::<u32>() == 300),
+        "{samples:?}"
+    );
+    assert!(
+        samples
+            .iter()
+            .skip(1)
+            .all(|sample| sample.touching().is_some() && sample.throughput() > Some(0.0))
+    );
     // One frame in ten counts, up to a tenth of a second before the end.
     assert!((lost - expected).abs() < 0.12 * expected, "{lost} of {expected} robot s");
 
     // Jumps forth, which goes on with the run, and back, which begins another one.
-    assert_eq!(control.seek(std::time::Duration::from_millis(1_000)).expect("gone there").run_id, run_id);
+    assert_eq!(
+        control.seek(std::time::Duration::from_millis(1_000)).expect("gone there").run_id,
+        run_id
+    );
     assert_eq!(history_of(run_id).2, lost);
     let back = control.seek(std::time::Duration::from_millis(300)).expect("gone there").run_id;
     assert_ne!(back, run_id);
@@ -445,14 +542,16 @@ fn the_time_of_a_jump_is_counted_on_no_edge() {
     let folder = TempDir::new().expect("a folder");
     record("jump-source", "thirty.yaml", 800, &file(&folder), &[]);
     let (fleet, replay, mut control) = paused("jump", &file(&folder), &[]);
-    let plugin = Process::start(regatta().args(["plugin", "traffic", "--fleet", &fleet.to_string()]));
+    let plugin =
+        Process::start(regatta().args(["plugin", "traffic", "--fleet", &fleet.to_string()]));
     let participant = Participant::join(&fleet, "test").expect("joined");
     let mut reader = TrafficReader::open_on(&participant).expect("a reader");
     // With nothing played, whatever is counted would be the time of a jump.
     let mut jump = |secs: u64| {
         let tick = control.seek(std::time::Duration::from_secs(secs)).expect("gone there").tick;
         eventually("the figures of the frame", || {
-            let traffic = reader.latest().expect("readable").filter(|traffic| traffic.header.tick == tick)?;
+            let traffic =
+                reader.latest().expect("readable").filter(|traffic| traffic.header.tick == tick)?;
             let entered: f32 = traffic.periods[2].iter().map(|edge| edge.entered_per_hour).sum();
             Some((traffic.header.period_secs[2], entered))
         })

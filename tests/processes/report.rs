@@ -1,4 +1,5 @@
-//! `regatta report`: it ends whatever its options, replaces nothing, and leaves nothing behind when it is interrupted.
+//! `regatta report`: it ends whatever its options, replaces nothing, and leaves nothing behind when
+//! it is interrupted.
 
 use std::fs;
 use std::path::Path;
@@ -14,7 +15,8 @@ fn report(folder: &Path, args: &[&str]) -> Output {
 
 fn names(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).expect("a folder");
-    let mut names: Vec<_> = entries.map(|e| e.expect("an entry").file_name().to_string_lossy().into_owned()).collect();
+    let mut names: Vec<_> =
+        entries.map(|e| e.expect("an entry").file_name().to_string_lossy().into_owned()).collect();
     names.sort();
     names
 }
@@ -27,8 +29,12 @@ fn a_report_of_a_few_robots_ends_and_is_replaced_only_by_force() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert_eq!(names(folder.path()), ["scaling.json", "scaling.md", "scaling.svg"]);
     let json: serde_json::Value =
-        serde_json::from_slice(&fs::read(folder.path().join("scaling.json")).expect("readable")).expect("JSON");
-    assert_eq!((&json["loads"][0]["robots"], json["loads"].as_array().map(Vec::len)), (&10.into(), Some(1)));
+        serde_json::from_slice(&fs::read(folder.path().join("scaling.json")).expect("readable"))
+            .expect("JSON");
+    assert_eq!(
+        (&json["loads"][0]["robots"], json["loads"].as_array().map(Vec::len)),
+        (&10.into(), Some(1))
+    );
 
     let refused = report(folder.path(), &args);
     let message = String::from_utf8_lossy(&refused.stderr).into_owned();
@@ -64,11 +70,15 @@ fn an_error_of_the_engine_is_the_error_of_the_report() {
     let folder = tempfile::tempdir().expect("a folder");
     let output = report(folder.path(), &["udp", "--robots", "17M", "--hz", "1"]);
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(!output.status.success() && message.contains("17000000 robots are too many"), "{message}");
+    assert!(
+        !output.status.success() && message.contains("17000000 robots are too many"),
+        "{message}"
+    );
     assert_eq!(message.lines().count(), 1, "{message}");
 }
 
-/// A report of few robots for a short time. The manager has enough to do for a comparison with the bound.
+/// A report of few robots for a short time. The manager has enough to do for a comparison with the
+/// bound.
 #[test]
 fn the_fleet_manager_is_measured_without_contacts() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -78,13 +88,19 @@ fn the_fleet_manager_is_measured_without_contacts() {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert_eq!(names(folder.path()), ["management.json", "management.md", "management.svg"]);
     let json: serde_json::Value =
-        serde_json::from_slice(&fs::read(folder.path().join("management.json")).expect("readable")).expect("JSON");
+        serde_json::from_slice(&fs::read(folder.path().join("management.json")).expect("readable"))
+            .expect("JSON");
     let runs = json["runs"].as_array().expect("runs");
-    // Free and limited with their bounds; 10 and 30 % that stall, free and limited; 1, 5 and 12 (of 20) broken.
+    // Free and limited with their bounds; 10 and 30 % that stall, free and limited; 1, 5 and 12 (of
+    // 20) broken.
     assert_eq!(runs.len(), 4 + 4 + 3, "{runs:#?}");
     for run in runs {
         assert_eq!((&run["contacts"], &run["setup"]["robots"]), (&0.into(), &12.into()), "{run}");
-        assert!(run["mean_cycle_ms"].as_f64() > Some(0.0) && run["real_time_factor"].as_f64() > Some(0.0), "{run}");
+        assert!(
+            run["mean_cycle_ms"].as_f64() > Some(0.0)
+                && run["real_time_factor"].as_f64() > Some(0.0),
+            "{run}"
+        );
         let all_broken = run["setup"]["broken"] == 12;
         assert_eq!(run["goals_per_sec"].as_f64() > Some(0.0), !all_broken, "{run}");
     }
@@ -102,7 +118,10 @@ fn a_run_that_fails_is_told_and_counts_for_nothing() {
     let folder = tempfile::tempdir().expect("a folder");
     let layout = folder.path().join("missing.yaml");
     let layout = ["--layout", layout.to_str().expect("a path")];
-    let output = report(folder.path(), &[&["management", "--only", "hour", "--quick"], &layout[..]].concat());
+    let output = report(
+        folder.path(),
+        &[&["management", "--only", "hour", "--quick"], &layout[..]].concat(),
+    );
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(!output.status.success() && message.contains("missing.yaml"), "{message}");
     let text = String::from_utf8(output.stdout).expect("Markdown");
@@ -111,9 +130,12 @@ fn a_run_that_fails_is_told_and_counts_for_nothing() {
 
 #[test]
 fn an_interrupted_report_leaves_nothing() {
-    let (folder, temporary) = (tempfile::tempdir().expect("a folder"), tempfile::tempdir().expect("a folder"));
+    let (folder, temporary) =
+        (tempfile::tempdir().expect("a folder"), tempfile::tempdir().expect("a folder"));
     let mut command = regatta();
-    command.args(["report", "udp", "--secs", "600", "--robots", "10", "--hz", "10", "--out"]).arg(folder.path());
+    command
+        .args(["report", "udp", "--secs", "600", "--robots", "10", "--hz", "10", "--out"])
+        .arg(folder.path());
     let report = Process::start(command.env("TMPDIR", temporary.path()));
     let node = format!("regatta/report-udp-{}", report.0.id());
     let processes = || {
@@ -124,7 +146,10 @@ fn an_interrupted_report_leaves_nothing() {
     assert!(!names(temporary.path()).is_empty(), "the experiment has a temporary folder");
     let output = report.interrupt();
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(!output.status.success() && message.ends_with("interrupted; no report was written\n"), "{message}");
+    assert!(
+        !output.status.success() && message.ends_with("interrupted; no report was written\n"),
+        "{message}"
+    );
     assert!(names(temporary.path()).is_empty() && names(folder.path()).is_empty());
     assert_eq!(processes(), 0);
 }

@@ -28,7 +28,8 @@ fn fleet() -> (tempfile::TempDir, Fleet) {
     );
     let path = folder.path().join("scenario.yaml");
     std::fs::write(&path, scenario).expect("written");
-    let fleet = Fleet::restart(unique("requests"), path.to_str().expect("a path"), &["--speed", "8"]);
+    let fleet =
+        Fleet::restart(unique("requests"), path.to_str().expect("a path"), &["--speed", "8"]);
     (folder, fleet)
 }
 
@@ -47,10 +48,14 @@ fn a_manager_sends_robots_on_request() {
     let load = folder.path().join("load.yaml");
     std::fs::write(&load, "load: {seed: 5, endless: robots, dwell: 2}\n").expect("written");
     let mut command = regatta();
-    command.args(["plugin", "fleet-manager", "--fleet", &fleet.name.to_string(), "--load"]).arg(&load);
+    command
+        .args(["plugin", "fleet-manager", "--fleet", &fleet.name.to_string(), "--load"])
+        .arg(&load);
     let manager = Process::start(&mut command);
     let goal = node.to_string();
-    eventually("the manager takes it", || answer(&fleet, &["send", "3", &goal]).starts_with("accepted").then_some(()));
+    eventually("the manager takes it", || {
+        answer(&fleet, &["send", "3", &goal]).starts_with("accepted").then_some(())
+    });
     let mut frames = fleet.subscriber();
     eventually("robot 3 is there", || {
         let frame = frames.latest().expect("readable")?;
@@ -73,7 +78,13 @@ fn a_manager_sends_robots_on_request() {
     }
 
     // Also while the clock is paused, and undone before anything has moved.
-    assert!(regatta().args(["pause", "--fleet", &fleet.name.to_string()]).status().expect("it starts").success());
+    assert!(
+        regatta()
+            .args(["pause", "--fleet", &fleet.name.to_string()])
+            .status()
+            .expect("it starts")
+            .success()
+    );
     assert!(answer(&fleet, &["send", "5", &goal]).starts_with("accepted"));
     assert_eq!(answer(&fleet, &["recall", "5"]), "accepted");
     assert!(manager.interrupt().status.success() && fleet.engine.interrupt().status.success());

@@ -7,7 +7,8 @@ use rustix::process::Signal;
 fn a_reader_continues_when_the_engine_is_killed_and_restarted() {
     let fleet = Fleet::start("restart", "thirty.yaml", &[]);
     let mut reader = fleet.subscriber();
-    let first = eventually("a frame", || reader.latest().expect("readable").map(|frame| frame.run_id()));
+    let first =
+        eventually("a frame", || reader.latest().expect("readable").map(|frame| frame.run_id()));
     let plugin = fleet.plugin("hello");
 
     let name = fleet.name.clone();

@@ -3,19 +3,23 @@
 use regatta_plugin::event::EventKind;
 use regatta_plugin::order::RouteLeg;
 use regatta_plugin::route::{LegAhead, RouteResponse};
-use regatta_plugin::{EventReader, Orders, Participant, ReadError, RouteClient, RouteError, WorldReader};
+use regatta_plugin::{
+    EventReader, Orders, Participant, ReadError, RouteClient, RouteError, WorldReader,
+};
 use tempfile::TempDir;
 
 use crate::fleet::{Fleet, Process, eventually, regatta, unique};
 use crate::record::{file, record};
 
-/// Starts an engine with three robots on a square: the first stands on a node, the second drives around the square, and the
-/// third follows random routes.
+/// Starts an engine with three robots on a square: the first stands on a node, the second drives
+/// around the square, and the third follows random routes.
 fn square(test: &str, folder: &TempDir) -> Fleet {
     let graph = crate::fleet::graphs("square.yaml");
-    let robots = "- node: 1\n- route: [1, 11, 2, 12, 3, 13, 4, 14]\n  repeat: loop\n- routes: random\n";
+    let robots =
+        "- node: 1\n- route: [1, 11, 2, 12, 3, 13, 4, 14]\n  repeat: loop\n- routes: random\n";
     let path = folder.path().join("square.yaml");
-    std::fs::write(&path, format!("graph: {}\nrobots:\n{robots}", graph.display())).expect("written");
+    std::fs::write(&path, format!("graph: {}\nrobots:\n{robots}", graph.display()))
+        .expect("written");
     Fleet::restart(unique(test), path.to_str().expect("a path"), &[])
 }
 
@@ -30,7 +34,9 @@ fn edge_ids(participant: &Participant) -> Vec<u32> {
 
 fn client(participant: &Participant) -> RouteClient {
     let client = RouteClient::open_on(participant).expect("opened");
-    eventually("a process that serves routes", || client.has_routes().then_some(client.has_routes()));
+    eventually("a process that serves routes", || {
+        client.has_routes().then_some(client.has_routes())
+    });
     client
 }
 
@@ -48,7 +54,11 @@ fn a_route_is_returned_with_its_base_and_its_horizon() {
 
     let nothing = routes.route(0).expect("answered");
     assert!(nothing.is_found());
-    assert_eq!((nothing.legs, nothing.released, nothing.legs().len()), (0, 0, 0), "the robot has no route yet");
+    assert_eq!(
+        (nothing.legs, nothing.released, nothing.legs().len()),
+        (0, 0, 0),
+        "the robot has no route yet"
+    );
     let unknown = routes.route(4_000).expect("answered");
     assert!(!unknown.is_found());
     assert_eq!((unknown.robot, unknown.run_id), (4_000, nothing.run_id));
@@ -63,7 +73,11 @@ fn a_route_is_returned_with_its_base_and_its_horizon() {
     eventually("the order is taken", || {
         let mut answer = None;
         let taken = events.take(|events| {
-            answer = answer.or(events.records.iter().find(|event| event.token == token).map(|event| event.kind));
+            answer = answer.or(events
+                .records
+                .iter()
+                .find(|event| event.token == token)
+                .map(|event| event.kind));
             Ok::<_, ReadError>(())
         });
         taken.expect("readable");
@@ -74,12 +88,18 @@ fn a_route_is_returned_with_its_base_and_its_horizon() {
     assert_eq!(legs(&route, &edges), [(1, true), (11, true), (2, false), (12, false)]);
     assert!(route.legs().all(|leg: LegAhead| !leg.reverse) && route.tick > nothing.tick);
 
-    let [first, again, lap, random] = &routes.routes(&[0, 0, 1, 2], RouteClient::TIMEOUT).expect("answered")[..] else {
+    let [first, again, lap, random] =
+        &routes.routes(&[0, 0, 1, 2], RouteClient::TIMEOUT).expect("answered")[..]
+    else {
         panic!("expected as many responses as robots")
     };
     assert_eq!((first.listed, again.listed), (route.listed, route.listed));
     assert_eq!((lap.legs, lap.drives_on()), (8, true), "a loop is returned as one lap");
-    assert_eq!((random.legs, random.released), (17, 17), "a random route is returned as far as it is drawn");
+    assert_eq!(
+        (random.legs, random.released),
+        (17, 17),
+        "a random route is returned as far as it is drawn"
+    );
     assert!(random.drives_on() && !first.drives_on());
 
     // At the end of its base the robot waits for a release of the horizon.

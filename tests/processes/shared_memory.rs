@@ -7,7 +7,8 @@ use std::process::{Command, Output};
 use std::time::Duration;
 
 use regatta_plugin::{
-    Control, OpenError, Orders, Participant, RUNTIME_DIR_VARIABLE, RouteClient, Subscriber, health, services,
+    Control, OpenError, Orders, Participant, RUNTIME_DIR_VARIABLE, RouteClient, Subscriber, health,
+    services,
 };
 use tempfile::TempDir;
 
@@ -16,24 +17,37 @@ use crate::fleet::{Fleet, Process, eventually, graphs, regatta, unique};
 /// The environment variable by which a test starts itself with a `/dev/shm` of its own.
 const ROLE: &str = "REGATTA_TEST_SMALL_MEMORY";
 
-/// Runs a test of this program with another `/dev/shm`, of this size, and a directory of its own. Returns `None` where this
-/// user may not mount.
+/// Runs a test of this program with another `/dev/shm`, of this size, and a directory of its own.
+/// Returns `None` where this user may not mount.
 fn with_small_memory(test: &str, size: &str) -> Option<Output> {
     let directory = TempDir::new().expect("a folder");
-    let script = format!("mount -t tmpfs -o size={size} tmpfs /dev/shm && exec \"$0\" --exact {test} --nocapture");
-    let allowed = Command::new("unshare").args(["--mount", "mount", "-t", "tmpfs", "tmpfs", "/dev/shm"]).output();
+    let script = format!(
+        "mount -t tmpfs -o size={size} tmpfs /dev/shm && exec \"$0\" --exact {test} --nocapture"
+    );
+    let allowed = Command::new("unshare")
+        .args(["--mount", "mount", "-t", "tmpfs", "tmpfs", "/dev/shm"])
+        .output();
     if !allowed.is_ok_and(|output| output.status.success()) {
         eprintln!("skipped: this user may not mount a /dev/shm of its own");
         return None;
     }
     let mut command = Command::new("unshare");
-    command.args(["--mount", "sh", "-c", &script]).arg(std::env::current_exe().expect("this program"));
-    Some(command.env(ROLE, size).env(RUNTIME_DIR_VARIABLE, directory.path()).output().expect("unshare starts"))
+    command
+        .args(["--mount", "sh", "-c", &script])
+        .arg(std::env::current_exe().expect("this program"));
+    Some(
+        command
+            .env(ROLE, size)
+            .env(RUNTIME_DIR_VARIABLE, directory.path())
+            .output()
+            .expect("unshare starts"),
+    )
 }
 
 fn assert_passed(output: Option<Output>) {
     let Some(output) = output else { return };
-    let [printed, messages] = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
+    let [printed, messages] =
+        [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes).into_owned());
     assert!(output.status.success() && printed.contains("1 passed"), "{printed}\n{messages}");
 }
 
@@ -55,18 +69,22 @@ fn full_memory_leaves_frames_out_and_the_engine_goes_on() {
         ));
     }
     // Frames of 1.5 MB.
-    let fleet = Fleet::start("full-memory", "warehouse-1000.yaml", &["--robots", "60000", "--rate", "50"]);
+    let fleet =
+        Fleet::start("full-memory", "warehouse-1000.yaml", &["--robots", "60000", "--rate", "50"]);
     let mut readers: Vec<_> = (0..4).map(|_| fleet.subscriber()).collect();
     eventually("a frame", || readers[0].latest().expect("readable").map(drop));
     // Opened before: there will be no memory for another process.
     let mut control = Control::open(&fleet.name).expect("opened");
     let mut let_ticks_pass = |ticks: u64| {
         let from = control.status().expect("answered").tick;
-        eventually("more ticks", || (control.status().expect("answered").tick >= from + ticks).then_some(()));
+        eventually("more ticks", || {
+            (control.status().expect("answered").tick >= from + ticks).then_some(())
+        });
     };
     let_ticks_pass(1);
     let filler = fill();
-    // Each reader holds a frame of its own from here on: the engine needs chunks that it hasn't used yet.
+    // Each reader holds a frame of its own from here on: the engine needs chunks that it hasn't
+    // used yet.
     for reader in &mut readers[1..] {
         let_ticks_pass(3);
         let _ = reader.latest().expect("readable");
@@ -77,7 +95,8 @@ fn full_memory_leaves_frames_out_and_the_engine_goes_on() {
     drop(readers);
     fs::remove_file(filler).expect("removed");
     let mut reader = fleet.subscriber();
-    let tick = eventually("frames again", || reader.latest().expect("readable").map(|frame| frame.tick()));
+    let tick =
+        eventually("frames again", || reader.latest().expect("readable").map(|frame| frame.tick()));
     assert!(stuck.is_none_or(|stuck| tick > stuck + 15), "{stuck:?}, {tick}");
     let output = fleet.engine.interrupt();
     let messages = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -106,7 +125,8 @@ fn answers_and_growing_columns_in_full_memory_do_not_end_an_engine() {
     orders.send().expect("sent");
 
     let filler = fill();
-    // Answers need chunks that haven't been used yet, and the engine's column `type` one for more robots.
+    // Answers need chunks that haven't been used yet, and the engine's column `type` one for more
+    // robots.
     for _ in 0..4 {
         let _ = routes.routes(&(0..30).collect::<Vec<_>>(), Duration::from_millis(200));
     }
@@ -114,7 +134,9 @@ fn answers_and_growing_columns_in_full_memory_do_not_end_an_engine() {
         orders.spawn_at_node(0, 1);
     }
     let _ = orders.send();
-    eventually("more ticks", || (control.status().expect("answered").tick >= from + 100).then_some(()));
+    eventually("more ticks", || {
+        (control.status().expect("answered").tick >= from + 100).then_some(())
+    });
     fs::remove_file(filler).expect("removed");
 
     // All works again.
@@ -131,7 +153,10 @@ fn an_engine_that_memory_is_too_small_for_says_how_much_it_needs() {
         return assert_passed(with_small_memory(test, "16m"));
     }
     let mut command = regatta();
-    command.arg("engine").arg(graphs("warehouse-1000.yaml")).args(["--robots", "1000000", "--fleet", "small"]);
+    command
+        .arg("engine")
+        .arg(graphs("warehouse-1000.yaml"))
+        .args(["--robots", "1000000", "--fleet", "small"]);
     let output = Process::start(&mut command).finish();
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(!output.status.success() && message.lines().count() == 1, "{message}");
@@ -146,9 +171,14 @@ fn joining_with_full_memory_is_an_error_in_one_line() {
     }
     let filler = fill();
     for arguments in [&["engine", "graphs/thirty.yaml"][..], &["plugin", "hello"], &["status"]] {
-        let output = Process::start(regatta().current_dir(crate::fleet::root()).args(arguments)).finish();
+        let output =
+            Process::start(regatta().current_dir(crate::fleet::root()).args(arguments)).finish();
         let message = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(output.status.code().is_some_and(|code| code != 0), "{arguments:?}: {:?} {message}", output.status);
+        assert!(
+            output.status.code().is_some_and(|code| code != 0),
+            "{arguments:?}: {:?} {message}",
+            output.status
+        );
         assert_eq!(message.lines().count(), 1, "{arguments:?}: {message}");
     }
     fs::remove_file(filler).expect("removed");
@@ -168,16 +198,24 @@ fn a_damaged_management_segment_is_reported_and_repaired() {
     let segment = management_segment(directory.path());
     fs::write(&segment, "rubbish").expect("written");
     let (healthy, printed) = doctor(&[]);
-    assert!(!healthy && printed.contains(&format!("{} is damaged", segment.display())), "{printed}");
+    assert!(
+        !healthy && printed.contains(&format!("{} is damaged", segment.display())),
+        "{printed}"
+    );
     let mut status = regatta();
-    let output = Process::start(status.arg("status").env(RUNTIME_DIR_VARIABLE, directory.path())).finish();
+    let output =
+        Process::start(status.arg("status").env(RUNTIME_DIR_VARIABLE, directory.path())).finish();
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(message.contains("is damaged; `regatta doctor --clean` repairs it"), "{message}");
     let (healthy, printed) = doctor(&["--clean"]);
     assert!(healthy && printed.contains("removed the damaged management segment"), "{printed}");
     let (healthy, printed) = doctor(&["--json"]);
-    let mut results = printed.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).expect("JSON"));
-    assert!(healthy && results.any(|result| result["result"] == "ok" && result["message"].is_string()), "{printed}");
+    let mut results =
+        printed.lines().map(|line| serde_json::from_str::<serde_json::Value>(line).expect("JSON"));
+    assert!(
+        healthy && results.any(|result| result["result"] == "ok" && result["message"].is_string()),
+        "{printed}"
+    );
     remove_segments(directory.path());
 }
 
@@ -187,7 +225,10 @@ fn segments(directory: &Path) -> Vec<PathBuf> {
     let metadata = directory.metadata().expect("a folder");
     let prefix = format!("regatta_{:x}-{:x}_", metadata.dev(), metadata.ino());
     let entries = fs::read_dir(health::SHARED_MEMORY).expect("listed").flatten();
-    entries.filter(|entry| entry.file_name().to_string_lossy().starts_with(&prefix)).map(|entry| entry.path()).collect()
+    entries
+        .filter(|entry| entry.file_name().to_string_lossy().starts_with(&prefix))
+        .map(|entry| entry.path())
+        .collect()
 }
 
 fn remove_segments(directory: &Path) {
@@ -197,7 +238,8 @@ fn remove_segments(directory: &Path) {
 /// Returns the management segment of a directory, which only this user may use.
 fn management_segment(directory: &Path) -> PathBuf {
     use std::os::unix::fs::PermissionsExt;
-    let is_it = |path: &PathBuf| path.extension().is_some_and(|extension| extension == "global_mgmt");
+    let is_it =
+        |path: &PathBuf| path.extension().is_some_and(|extension| extension == "global_mgmt");
     let segment = segments(directory).into_iter().find(is_it).expect("the management segment");
     assert_eq!(segment.metadata().expect("it exists").permissions().mode() & 0o777, 0o600);
     segment
@@ -220,19 +262,26 @@ fn all_places_can_be_taken_and_the_error_says_by_whom() {
     let message = error.to_string();
     assert!(message.contains("crowd") && message.contains("engine"), "{message}");
     for reader in &mut readers {
-        assert!(reader.wait(Duration::from_secs(10)).expect("readable").is_some(), "each of them has frames");
+        assert!(
+            reader.wait(Duration::from_secs(10)).expect("readable").is_some(),
+            "each of them has frames"
+        );
     }
     let name = unique("other");
     assert!(Subscriber::open(&name).is_ok(), "another fleet has places of its own");
 }
 
-/// A process that was killed while it created a segment leaves it without a length. iceoryx2 waits for its creator for ever.
+/// A process that was killed while it created a segment leaves it without a length. iceoryx2 waits
+/// for its creator for ever.
 #[test]
 fn a_segment_that_was_never_finished_holds_nobody_up() {
     let directory = TempDir::new().expect("a folder");
     let doctor = || {
         let mut command = regatta();
-        Process::start(command.args(["doctor", "--clean"]).env(RUNTIME_DIR_VARIABLE, directory.path())).finish()
+        Process::start(
+            command.args(["doctor", "--clean"]).env(RUNTIME_DIR_VARIABLE, directory.path()),
+        )
+        .finish()
     };
     assert!(doctor().status.success());
     let unfinished = management_segment(directory.path());
@@ -256,7 +305,8 @@ fn what_processes_killed_at_their_start_leave_is_cleaned_up() {
         command(&["status", "--fleet", "killed-readers"]).finish().status.success().then_some(())
     });
     for round in 0..12 {
-        let readers: Vec<_> = (0..5).map(|_| command(&["plugin", "hello", "--fleet", "killed-readers"])).collect();
+        let readers: Vec<_> =
+            (0..5).map(|_| command(&["plugin", "hello", "--fleet", "killed-readers"])).collect();
         std::thread::sleep(Duration::from_millis(3 * round));
         drop(readers);
     }

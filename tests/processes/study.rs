@@ -1,4 +1,5 @@
-//! `regatta study`: the same answer every time, nothing done twice, nothing lost, and one clear line for what can't be.
+//! `regatta study`: the same answer every time, nothing done twice, nothing lost, and one clear
+//! line for what can't be.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -14,7 +15,14 @@ use crate::fleet::{Process, eventually, graphs, regatta};
 /// A study of seconds: a small layout, few robots, short runs.
 fn study(folder: &Path, args: &[&str]) -> Command {
     let mut command = regatta();
-    command.arg("study").arg(graphs("thirty.yaml")).args(["--duration", "2min", "--seeds", "2..3", "--reliefs", "1"]);
+    command.arg("study").arg(graphs("thirty.yaml")).args([
+        "--duration",
+        "2min",
+        "--seeds",
+        "2..3",
+        "--reliefs",
+        "1",
+    ]);
     command.args(args).arg("--output").arg(folder);
     command
 }
@@ -29,9 +37,11 @@ fn answer(folder: &Path) -> Value {
 
 /// Returns the files in a folder with the times when they were written.
 fn files(folder: &Path) -> BTreeMap<PathBuf, SystemTime> {
-    let entries = fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path());
-    let times =
-        entries.map(|path| (path.clone(), fs::metadata(&path).and_then(|file| file.modified()).expect("a time")));
+    let entries =
+        fs::read_dir(folder).expect("a folder").map(|entry| entry.expect("an entry").path());
+    let times = entries.map(|path| {
+        (path.clone(), fs::metadata(&path).and_then(|file| file.modified()).expect("a time"))
+    });
     times.collect()
 }
 
@@ -54,7 +64,9 @@ fn a_study_that_is_killed_goes_on_and_gives_the_same_answer() {
     let before = files(&results);
     assert!(!killed.join("study.json").exists());
     success(&study(&killed, &["--robots", "2,4"]).output().expect("regatta starts"));
-    for (file, time) in before.iter().filter(|(file, _)| file.extension().is_some_and(|ending| ending == "json")) {
+    for (file, time) in
+        before.iter().filter(|(file, _)| file.extension().is_some_and(|ending| ending == "json"))
+    {
         assert_eq!(
             fs::metadata(file).and_then(|file| file.modified()).ok(),
             Some(*time),
@@ -62,7 +74,8 @@ fn a_study_that_is_killed_goes_on_and_gives_the_same_answer() {
             file.display()
         );
     }
-    let bytes = [whole, killed].map(|folder| fs::read(folder.join("study.json")).expect("study.json"));
+    let bytes =
+        [whole, killed].map(|folder| fs::read(folder.join("study.json")).expect("study.json"));
     assert!(bytes[0] == bytes[1], "{}", text(&bytes[1]));
 }
 
@@ -79,9 +92,15 @@ fn an_answer_has_its_figures_pictures_and_runs() {
         "{}",
         text(&output.stdout)
     );
-    for name in
-        ["index.html", "study.md", "throughput.svg", "throughput.png", "service.svg", "effort.svg", "study.sqlite"]
-    {
+    for name in [
+        "index.html",
+        "study.md",
+        "throughput.svg",
+        "throughput.png",
+        "service.svg",
+        "effort.svg",
+        "study.sqlite",
+    ] {
         assert!(fs::metadata(folder.join(name)).is_ok_and(|file| file.len() > 500), "{name}");
     }
     let answer = answer(&folder);
@@ -97,11 +116,19 @@ fn an_answer_has_its_figures_pictures_and_runs() {
     assert!(orders(1, 2) < orders(0, 2), "slow robots carry less");
     assert_eq!(variants[0]["contacts"], 0);
     let differences = &answer["comparisons"][0]["differences"];
-    assert!(differences[0]["more_orders_per_hour"]["mean"].as_f64().expect("a difference") < 0.0, "{differences}");
+    assert!(
+        differences[0]["more_orders_per_hour"]["mean"].as_f64().expect("a difference") < 0.0,
+        "{differences}"
+    );
     let recording = fs::read_dir(&folder).expect("a folder").filter_map(Result::ok);
-    let recording =
-        recording.map(|entry| entry.path()).find(|path| path.extension().is_some_and(|ending| ending == "mcap"));
-    let info = regatta().arg("info").arg(recording.expect("a recording")).output().expect("regatta starts");
+    let recording = recording
+        .map(|entry| entry.path())
+        .find(|path| path.extension().is_some_and(|ending| ending == "mcap"));
+    let info = regatta()
+        .arg("info")
+        .arg(recording.expect("a recording"))
+        .output()
+        .expect("regatta starts");
     assert!(text(&info.stdout).contains("1200"), "120 s at 10 ticks: {}", text(&info.stdout));
     let page = fs::read_to_string(folder.join("index.html")).expect("a page");
     assert!(page.contains("<svg") && !page.contains("src="), "its pictures are in it");
@@ -115,9 +142,18 @@ fn a_run_can_be_repeated_by_its_command() {
     let result = files(&folder.join("results")).into_keys().next().expect("a result");
     let job = folder.join("jobs").join(result.file_name().expect("a name"));
     let again = folder.join("again.json");
-    success(&regatta().arg("study-run").arg(&job).arg("--output").arg(&again).output().expect("regatta starts"));
+    success(
+        &regatta()
+            .arg("study-run")
+            .arg(&job)
+            .arg("--output")
+            .arg(&again)
+            .output()
+            .expect("regatta starts"),
+    );
     let digest = |file: &Path| {
-        let outcome: Value = serde_json::from_slice(&fs::read(file).expect("a result")).expect("JSON");
+        let outcome: Value =
+            serde_json::from_slice(&fs::read(file).expect("a result")).expect("JSON");
         (outcome["digest"].clone(), outcome["figures"].clone())
     };
     assert_eq!(digest(&result), digest(&again));
@@ -127,14 +163,26 @@ fn a_run_can_be_repeated_by_its_command() {
 fn a_manager_of_ones_own_is_compared_with_ours_and_the_bound() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path().join("s");
-    // Ours under another planner stands for any program: it gets nothing but the fleet's name and the load.
-    let manager = format!("{} plugin fleet-manager --in-turn --planner pibt", env!("CARGO_BIN_EXE_regatta"));
-    success(&study(&folder, &["--robots", "4", "--manager", &manager]).output().expect("regatta starts"));
+    // Ours under another planner stands for any program: it gets nothing but the fleet's name and
+    // the load.
+    let manager =
+        format!("{} plugin fleet-manager --in-turn --planner pibt", env!("CARGO_BIN_EXE_regatta"));
+    success(
+        &study(&folder, &["--robots", "4", "--manager", &manager])
+            .output()
+            .expect("regatta starts"),
+    );
     let answer = answer(&folder);
-    let names: Vec<&str> =
-        answer["variants"].as_array().expect("variants").iter().filter_map(|v| v["name"].as_str()).collect();
+    let names: Vec<&str> = answer["variants"]
+        .as_array()
+        .expect("variants")
+        .iter()
+        .filter_map(|v| v["name"].as_str())
+        .collect();
     assert_eq!(names, ["ours", "fleet-manager", "bound"]);
-    let orders = |variant: usize| answer["variants"][variant]["points"][0]["orders_per_hour"]["mean"].as_f64();
+    let orders = |variant: usize| {
+        answer["variants"][variant]["points"][0]["orders_per_hour"]["mean"].as_f64()
+    };
     assert!(orders(1) > Some(0.0) && orders(2) >= orders(0), "{answer:#}");
 }
 
@@ -173,9 +221,16 @@ fn a_large_job_array_fits_slurms_limit() {
     let folder = tempfile::tempdir().expect("a folder");
     let array = folder.path().join("array");
     let robots: Vec<String> = (1..=410).map(|robots| robots.to_string()).collect();
-    let args = ["--robots", &robots.join(","), "--seeds", "3", "--duration", "2min", "--export-jobs"];
+    let args =
+        ["--robots", &robots.join(","), "--seeds", "3", "--duration", "2min", "--export-jobs"];
     success(
-        &regatta().arg("study").arg(graphs("thirty.yaml")).args(args).arg(&array).output().expect("regatta starts"),
+        &regatta()
+            .arg("study")
+            .arg(graphs("thirty.yaml"))
+            .args(args)
+            .arg(&array)
+            .output()
+            .expect("regatta starts"),
     );
     let script = fs::read_to_string(array.join("run.sh")).expect("a script");
     assert!(script.contains("--array=1-1000\n"), "{script}");
@@ -192,7 +247,8 @@ fn a_large_job_array_fits_slurms_limit() {
     let list = fs::read_to_string(array.join("jobs.txt")).expect("jobs");
     let list: Vec<&str> = list.lines().collect();
     assert_eq!(list.len(), 1230);
-    let expected = [1, 1001, 230, 1230, 231, 1000].map(|number| format!("jobs/{}.json", list[number - 1]));
+    let expected =
+        [1, 1001, 230, 1230, 231, 1000].map(|number| format!("jobs/{}.json", list[number - 1]));
     let done = fs::read_to_string(array.join("done.txt")).expect("what was done");
     assert_eq!(done.lines().collect::<Vec<_>>(), expected);
 }
@@ -208,7 +264,10 @@ fn what_cannot_be_studied_is_told_in_one_line() {
     let nodes = "A,0,0,pick\nB,10,0,\nC,10,10,drop\n";
     let ring = file("ring.csv", &format!("id,x,y,role\n{nodes}\nfrom,to\nA,B\nB,C\nC,A\n"));
     let ring = ring.to_str().expect("a path");
-    let apart = file("apart.csv", &format!("id,x,y,role\n{nodes}D,0,30,drop\n\nfrom,to\nA,B\nB,C\nC,A\nD,A\n"));
+    let apart = file(
+        "apart.csv",
+        &format!("id,x,y,role\n{nodes}D,0,30,drop\n\nfrom,to\nA,B\nB,C\nC,A\nD,A\n"),
+    );
     let study_file = file("s.yaml", "plant: none.yaml\nrobots: 1..4\n");
     let misspelt = file("t.yaml", "plant: none.yaml\nrobot: 1..4\n");
     for (args, expected) in [
@@ -229,7 +288,12 @@ fn what_cannot_be_studied_is_told_in_one_line() {
         (vec![ring, "--vary", "speed_factor=100"], "50 m/s"),
         (vec![ring, "--vary", "layout=nowhere.csv"], "nowhere.csv"),
     ] {
-        let output = regatta().arg("study").args(&args).current_dir(folder.path()).output().expect("regatta starts");
+        let output = regatta()
+            .arg("study")
+            .args(&args)
+            .current_dir(folder.path())
+            .output()
+            .expect("regatta starts");
         let message = text(&output.stderr);
         assert!(!output.status.success() && message.contains(expected), "{args:?}: {message}");
         assert_eq!(message.lines().count(), 1, "{args:?}: {message}");
@@ -253,15 +317,24 @@ fn too_many_robots_end_the_range_and_do_not_end_the_study() {
 fn a_manager_that_fails_is_told_and_the_others_are_answered() {
     let folder = tempfile::tempdir().expect("a folder");
     let folder = folder.path().join("s");
-    let output = study(&folder, &["--robots", "2", "--manager", "false"]).output().expect("regatta starts");
+    let output =
+        study(&folder, &["--robots", "2", "--manager", "false"]).output().expect("regatta starts");
     let message = text(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{message}");
     assert!(
-        message.contains("false: no run has succeeded: fleet-manager failed (exit status: 1): it said nothing"),
+        message.contains(
+            "false: no run has succeeded: fleet-manager failed (exit status: 1): it said nothing"
+        ),
         "{message}"
     );
-    assert_eq!(message.matches(" seed ").count(), 1, "what is wrong with all runs is told once: {message}");
-    assert!(answer(&folder)["variants"][0]["knee"]["robots"] == 2 && folder.join("index.html").exists());
+    assert_eq!(
+        message.matches(" seed ").count(),
+        1,
+        "what is wrong with all runs is told once: {message}"
+    );
+    assert!(
+        answer(&folder)["variants"][0]["knee"]["robots"] == 2 && folder.join("index.html").exists()
+    );
 }
 
 #[test]
@@ -272,7 +345,10 @@ fn dwell_times_and_layouts_can_be_compared() {
         fs::write(&path, text).expect("written");
         path.display().to_string()
     };
-    let stations = file("stations.csv", "id,x,y,role\nA,0,0,pick\nB,10,0,\nC,10,10,drop\n\nfrom,to\nA,B\nB,C\nC,A\n");
+    let stations = file(
+        "stations.csv",
+        "id,x,y,role\nA,0,0,pick\nB,10,0,\nC,10,10,drop\n\nfrom,to\nA,B\nB,C\nC,A\n",
+    );
     let plain = file("plain.csv", "id,x,y\nA,0,0\nB,10,0\nC,10,10\n\nfrom,to\nA,B\nB,C\nC,A\n");
     let study = |name: &str, vary: &str| {
         let folder = folder.path().join(name);
@@ -289,7 +365,9 @@ fn dwell_times_and_layouts_can_be_compared() {
         ]);
         success(&command.arg("--output").arg(&folder).output().expect("regatta starts"));
         let answer = answer(&folder);
-        let orders = |variant: usize| answer["variants"][variant]["points"][0]["orders_per_hour"]["mean"].as_f64();
+        let orders = |variant: usize| {
+            answer["variants"][variant]["points"][0]["orders_per_hour"]["mean"].as_f64()
+        };
         [0, 1].map(|variant| orders(variant).expect("a figure"))
     };
     let [short, long] = study("dwell", "dwell=0,{\"min\": 20, \"max\": 30}");
@@ -306,12 +384,26 @@ fn ring_with_a_slow_edge() -> String {
         20..35 => (6 * (35 - index), 30),
         _ => (0, 6 * (40 - index)),
     };
-    let role = |index| ["pick", "drop"].iter().zip([0, 20]).find(|(_, at)| *at == index).map_or("", |(role, _)| *role);
-    let node = |index| format!("{},{},{},{}\n", index + 1, place(index).0, place(index).1, role(index));
-    let edge = |index| {
-        format!("{},{},{},{}\n", index + 1, index + 1, (index + 1) % 40 + 1, if index == 9 { 0.05 } else { 1.5 })
+    let role = |index| {
+        ["pick", "drop"]
+            .iter()
+            .zip([0, 20])
+            .find(|(_, at)| *at == index)
+            .map_or("", |(role, _)| *role)
     };
-    let (nodes, edges): (String, String) = ((0..40).map(node).collect(), (0..40).map(edge).collect());
+    let node =
+        |index| format!("{},{},{},{}\n", index + 1, place(index).0, place(index).1, role(index));
+    let edge = |index| {
+        format!(
+            "{},{},{},{}\n",
+            index + 1,
+            index + 1,
+            (index + 1) % 40 + 1,
+            if index == 9 { 0.05 } else { 1.5 }
+        )
+    };
+    let (nodes, edges): (String, String) =
+        ((0..40).map(node).collect(), (0..40).map(edge).collect());
     format!("id,x,y,role\n{nodes}\nid,from,to,speed\n{edges}")
 }
 
@@ -321,7 +413,16 @@ fn a_bottleneck_is_named_by_what_robots_wait_for_and_its_relief_brings_more() {
     let plant = folder.path().join("ring.csv");
     fs::write(&plant, ring_with_a_slow_edge()).expect("written");
     let mut command = regatta();
-    command.arg("study").arg(&plant).args(["--robots", "28", "--seeds", "3", "--duration", "20min", "--reliefs", "1"]);
+    command.arg("study").arg(&plant).args([
+        "--robots",
+        "28",
+        "--seeds",
+        "3",
+        "--duration",
+        "20min",
+        "--reliefs",
+        "1",
+    ]);
     let folder = folder.path().join("s");
     success(&command.arg("--output").arg(&folder).output().expect("regatta starts"));
     let answer = answer(&folder);
@@ -330,13 +431,19 @@ fn a_bottleneck_is_named_by_what_robots_wait_for_and_its_relief_brings_more() {
     assert!(worst["share"].as_f64() > Some(0.8), "most waiting is for the slow edge: {worst:#}");
     let edges = answer["edges"].as_array().expect("edges");
     let standing = |edge: &Value| edge["waiting_secs"].as_f64();
-    let most = edges.iter().max_by(|a, b| standing(a).partial_cmp(&standing(b)).expect("numbers")).expect("an edge");
+    let most = edges
+        .iter()
+        .max_by(|a, b| standing(a).partial_cmp(&standing(b)).expect("numbers"))
+        .expect("an edge");
     assert_ne!(most["edge"], 10, "robots stand before it, not on it");
     let difference = &worst["relief"]["difference"];
     let more = &difference["more_orders_per_hour"];
-    let [base, mean, half_width] =
-        [&difference["base"], &more["mean"], &more["half_width"]].map(|figure| figure.as_f64().expect("a figure"));
-    assert!(mean - half_width > 0.2 * base, "half as fast again carries half as much again: {difference:#}");
+    let [base, mean, half_width] = [&difference["base"], &more["mean"], &more["half_width"]]
+        .map(|figure| figure.as_f64().expect("a figure"));
+    assert!(
+        mean - half_width > 0.2 * base,
+        "half as fast again carries half as much again: {difference:#}"
+    );
 }
 
 /// A full disk: needs a user who may mount one.
@@ -347,7 +454,8 @@ fn a_full_disk_is_told_and_nothing_finished_is_lost() {
     let disk = folder.path().join("disk");
     fs::create_dir(&disk).expect("a folder");
     let mount = |options: &str| {
-        let mounted = Command::new("mount").args(["-t", "tmpfs", "-o", options, "tmpfs"]).arg(&disk).output();
+        let mounted =
+            Command::new("mount").args(["-t", "tmpfs", "-o", options, "tmpfs"]).arg(&disk).output();
         mounted.is_ok_and(|output| output.status.success())
     };
     if !mount("size=64k") {
@@ -362,14 +470,18 @@ fn a_full_disk_is_told_and_nothing_finished_is_lost() {
     let after = files(&on_disk.join("results"));
     let _ = fs::remove_dir_all(&on_disk);
     let is_small = mount("remount,size=16k");
-    let temporary = study(&folder.path().join("t"), &["--robots", "2"]).env("TMPDIR", &disk).output();
+    let temporary =
+        study(&folder.path().join("t"), &["--robots", "2"]).env("TMPDIR", &disk).output();
     let unmounted = Command::new("umount").arg(&disk).status();
     assert!(is_larger && is_small && unmounted.is_ok_and(|status| status.success()));
     for output in [full, temporary.expect("regatta starts")] {
         let message = text(&output.stderr);
         let last = message.lines().last().unwrap_or_default();
         assert!(!output.status.success() && !message.contains("panicked"), "{message}");
-        assert!(["disk is full", "No space left"].iter().any(|reason| last.contains(reason)), "{message}");
+        assert!(
+            ["disk is full", "No space left"].iter().any(|reason| last.contains(reason)),
+            "{message}"
+        );
         assert!(last.contains("the same command goes on"), "{message}");
     }
     success(&goes_on);

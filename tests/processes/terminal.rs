@@ -29,7 +29,8 @@ impl Terminal {
         let (pty, pts) = open().expect("a pseudo-terminal");
         pty.resize(Size::new(rows, columns)).expect("resized");
         let modes = tcgetattr(&pty).expect("the modes");
-        let command = Command::new(env!("CARGO_BIN_EXE_regatta")).args(args).env("TERM", "xterm-256color");
+        let command =
+            Command::new(env!("CARGO_BIN_EXE_regatta")).args(args).env("TERM", "xterm-256color");
         let program = Process(command.env_remove("NO_COLOR").spawn(pts).expect("regatta starts"));
         let size = |length| NonZeroU16::new(length).expect("a size");
         let terminal = Self {
@@ -86,17 +87,29 @@ impl Terminal {
         self.program.signal(signal);
     }
 
-    /// Waits for the end of the program, asserts that the terminal has its former modes, and returns the exit status.
+    /// Waits for the end of the program, asserts that the terminal has its former modes, and
+    /// returns the exit status.
     pub fn finish(mut self) -> ExitStatus {
-        let status = eventually("the program ends", || self.program.0.try_wait().expect("a status"));
+        let status =
+            eventually("the program ends", || self.program.0.try_wait().expect("a status"));
         eventually("the terminal is restored", || {
             let parser = self.parser.lock();
             (!parser.screen().alternate_screen() && !parser.screen().hide_cursor()).then_some(())
         });
         let modes = tcgetattr(&*self.pty).expect("the modes");
-        assert!(modes.local_modes.contains(LocalModes::ICANON | LocalModes::ECHO), "{:?}", modes.local_modes);
-        assert_eq!((modes.local_modes, modes.input_modes), (self.modes.local_modes, self.modes.input_modes));
-        assert_eq!((modes.output_modes, modes.control_modes), (self.modes.output_modes, self.modes.control_modes));
+        assert!(
+            modes.local_modes.contains(LocalModes::ICANON | LocalModes::ECHO),
+            "{:?}",
+            modes.local_modes
+        );
+        assert_eq!(
+            (modes.local_modes, modes.input_modes),
+            (self.modes.local_modes, self.modes.input_modes)
+        );
+        assert_eq!(
+            (modes.output_modes, modes.control_modes),
+            (self.modes.output_modes, self.modes.control_modes)
+        );
         status
     }
 }

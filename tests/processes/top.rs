@@ -16,7 +16,17 @@ fn top(fleet: &FleetName) -> Terminal {
 fn a_fleet_is_shown_and_controlled_by_keys() {
     let fleet = Fleet::start("top", "thirty.yaml", &[]);
     let top = top(&fleet.name);
-    for text in ["running", "×1", "tick cost", "real time", "frame age", "robots", "driving", "engine", "q quit"] {
+    for text in [
+        "running",
+        "×1",
+        "tick cost",
+        "real time",
+        "frame age",
+        "robots",
+        "driving",
+        "engine",
+        "q quit",
+    ] {
         top.shows(text);
     }
     top.shows_that("all 30 robots", |screen| {
@@ -95,22 +105,32 @@ fn sigterm_restores_the_terminal() {
 fn a_missing_terminal_is_reported_in_one_line() {
     let output = Process::start(regatta().arg("top")).finish();
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(!output.status.success() && message.lines().count() == 1 && message.contains("terminal"), "{message}");
+    assert!(
+        !output.status.success() && message.lines().count() == 1 && message.contains("terminal"),
+        "{message}"
+    );
 }
 
 #[test]
 fn collisions_are_listed_and_scroll() {
     let fleet = Fleet::start("top-collisions", "thirty.yaml", &[]);
     let mut checker =
-        ContactPublisher::open_on(&Participant::join(&fleet.name, "checker").expect("joined")).expect("contacts");
+        ContactPublisher::open_on(&Participant::join(&fleet.name, "checker").expect("joined"))
+            .expect("contacts");
     let mut frames = fleet.subscriber();
-    let (run_id, tick) = eventually("a frame", || frames.latest().ok()?.map(|frame| (frame.run_id(), frame.tick())));
-    let pair =
-        |k: u32| ContactRecord { robots: [100 + k, 200 + k], level: if k < 3 { 2 } else { 1 }, ..Default::default() };
+    let (run_id, tick) =
+        eventually("a frame", || frames.latest().ok()?.map(|frame| (frame.run_id(), frame.tick())));
+    let pair = |k: u32| ContactRecord {
+        robots: [100 + k, 200 + k],
+        level: if k < 3 { 2 } else { 1 },
+        ..Default::default()
+    };
     let pairs: Vec<_> = (0..40).map(pair).collect();
-    let header = ContactHeader { run_id, tick, touching: 3, possible: 37, ..ContactHeader::default() };
+    let header =
+        ContactHeader { run_id, tick, touching: 3, possible: 37, ..ContactHeader::default() };
     let top = top(&fleet.name);
-    // The contacts are published again and again, as a checker does, because old ones are not shown.
+    // The contacts are published again and again, as a checker does, because old ones are not
+    // shown.
     let mut shows = |text: &str| {
         top.shows_that(text, |screen| {
             checker.publish(&header, &pairs).expect("published");

@@ -1,5 +1,5 @@
-//! The dissertation's UDP protocol: an engine's fleet out of one socket and into a second fleet, answers, and other
-//! programs at either end, here plain sockets of this test.
+//! The dissertation's UDP protocol: an engine's fleet out of one socket and into a second fleet,
+//! answers, and other programs at either end, here plain sockets of this test.
 
 use std::io::{BufRead, BufReader, Read};
 use std::net::{SocketAddr, UdpSocket};
@@ -31,7 +31,8 @@ impl Listener {
             line.clear();
             assert_ne!(stderr.read_line(&mut line).expect("readable"), 0, "{args:?} ended");
         }
-        let address = line.split(' ').find_map(|word| word.trim_end().parse().ok()).expect("an address");
+        let address =
+            line.split(' ').find_map(|word| word.trim_end().parse().ok()).expect("an address");
         Self { process, address, stderr }
     }
 
@@ -61,7 +62,8 @@ impl Second {
     }
 
     fn interrupt(self) -> (Value, String) {
-        Listener { process: self.fleet.engine, address: self.address, stderr: self.stderr }.interrupt()
+        Listener { process: self.fleet.engine, address: self.address, stderr: self.stderr }
+            .interrupt()
     }
 }
 
@@ -91,7 +93,8 @@ fn next_text(socket: &UdpSocket) -> String {
 
 /// As another program would take a line apart.
 fn fields(line: &str, separator: char) -> [f64; 4] {
-    let fields: Vec<f64> = line.split(separator).map(|field| field.parse().expect("a number")).collect();
+    let fields: Vec<f64> =
+        line.split(separator).map(|field| field.parse().expect("a number")).collect();
     fields.try_into().unwrap_or_else(|_| panic!("four fields: {line}"))
 }
 
@@ -113,7 +116,9 @@ fn a_collision_checker_waits_for_the_robots_of_a_source_without_a_word() {
     let checker = second.fleet.plugin("collision");
     let participant = Participant::join(&second.fleet.name, "test").expect("joined");
     let mut column = ColumnReader::open_on(&participant, "collision").expect("opened");
-    let robots = eventually("a column", || column.latest().expect("readable").map(|column| column.values.len()));
+    let robots = eventually("a column", || {
+        column.latest().expect("readable").map(|column| column.values.len())
+    });
     assert_eq!(robots, 0);
     let output = checker.interrupt();
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -132,9 +137,17 @@ fn options_that_make_no_sense_are_refused_in_one_line() {
         (&["record", "--every", "-1"], "--every"),
     ] {
         let fleet = unique("udp-options").to_string();
-        let output = regatta().arg("plugin").args(args).args(["--fleet", &fleet]).output().expect("regatta starts");
+        let output = regatta()
+            .arg("plugin")
+            .args(args)
+            .args(["--fleet", &fleet])
+            .output()
+            .expect("regatta starts");
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
-        assert!(!output.status.success() && said.contains(wanted) && said.lines().count() == 1, "{args:?}: {said}");
+        assert!(
+            !output.status.success() && said.contains(wanted) && said.lines().count() == 1,
+            "{args:?}: {said}"
+        );
     }
 }
 
@@ -150,18 +163,24 @@ fn a_second_fleet_has_the_poses_of_the_first() {
     eventually("the poses agree", || {
         first.control(&["step"]);
         std::thread::sleep(Duration::from_millis(100));
-        let (ours, theirs) = (ours.latest().expect("readable")?, theirs.latest().expect("readable")?);
+        let (ours, theirs) =
+            (ours.latest().expect("readable")?, theirs.latest().expect("readable")?);
         agree(&ours, &theirs).then_some(())
     });
     let frame = theirs.current().expect("readable").expect("a frame");
     assert!(frame.edge().iter().all(|&edge| edge == NO_EDGE));
     let mut worlds = WorldReader::open(&second.fleet.name).expect("opened");
     let (edges, kind) = eventually("its world", || {
-        worlds.latest().expect("readable").map(|world| (world.edges().len(), world.robot_types()[0]))
+        worlds
+            .latest()
+            .expect("readable")
+            .map(|world| (world.edges().len(), world.robot_types()[0]))
     });
     assert_eq!((edges, kind.length, kind.width), (0, 1.2, 0.8));
     let mut types = ColumnReader::open_on(theirs.participant(), "type").expect("a name");
-    let types = eventually("types", || types.latest().expect("readable").map(|column| column.values.to_vec()));
+    let types = eventually("types", || {
+        types.latest().expect("readable").map(|column| column.values.to_vec())
+    });
     assert_eq!(types, [0.0; 30]);
 }
 
@@ -185,13 +204,18 @@ fn answers_with_the_offset_agree_and_without_it_differ() {
     let first = Fleet::start("udp-echo", "thirty.yaml", &[]);
     for (offset, agrees) in [("10,-5.25", true), ("0,0", false)] {
         let port = free_port();
-        let second = Second::start("udp-echo-of", &["--echo-to", &format!("127.0.0.1:{port}"), "--offset=10,-5.25"]);
+        let second = Second::start(
+            "udp-echo-of",
+            &["--echo-to", &format!("127.0.0.1:{port}"), "--offset=10,-5.25"],
+        );
         let to = second.address.to_string();
         // A busy machine may take its time: that is not what this test looks at.
         let echo = ["--listen", &port, "--echo-offset", offset, "--echo-deadline", "60"];
         let sender = udp(&first, &to, &echo);
         let mut theirs = second.fleet.subscriber();
-        eventually("poses", || theirs.latest().expect("readable").filter(|frame| frame.len() == 30).map(|_| ()));
+        eventually("poses", || {
+            theirs.latest().expect("readable").filter(|frame| frame.len() == 30).map(|_| ())
+        });
         first.let_ticks_pass(50);
         let output = sender.interrupt();
         let figures: Value = serde_json::from_slice(&output.stdout).expect("figures");
@@ -234,7 +258,8 @@ fn a_visualiser_of_somebody_else_is_served_and_checked() {
 #[test]
 fn a_program_of_somebody_else_makes_a_fleet_and_gets_answers() {
     let (program, program_address) = socket();
-    let second = Second::start("udp-program", &["--echo-to", &program_address, "--offset", "1.5,-0.25"]);
+    let second =
+        Second::start("udp-program", &["--echo-to", &program_address, "--offset", "1.5,-0.25"]);
     program.send_to(b"2,1.0,2,90\r\n0,-7.125,1e1,-180\n", second.address).expect("sent");
     assert_eq!(next_text(&program), "2 2.500 1.750 90.000\n0 -5.625 9.750 -180.000\n");
     let mut frames = second.fleet.subscriber();
@@ -270,7 +295,14 @@ fn what_is_wrong_is_counted_and_ignored() {
         Some(())
     });
     let (figures, said) = second.interrupt();
-    let counts = ["malformed", "negative_ids", "ids_too_large", "not_finite", "oversized_datagrams", "lines"];
+    let counts = [
+        "malformed",
+        "negative_ids",
+        "ids_too_large",
+        "not_finite",
+        "oversized_datagrams",
+        "lines",
+    ];
     let counts = counts.map(|what| figures[what].as_u64().expect("a count"));
     assert_eq!(counts, [205, 1, 2, 3, 1, 1], "{said}");
     assert!(said.contains("205 malformed lines"), "{said}");
@@ -289,14 +321,20 @@ fn it_pauses_and_resumes_and_refuses_what_it_cannot_do() {
     assert_eq!(second.fleet.status()["tick"], status["tick"], "no tick while paused");
     let name = second.fleet.name.as_str();
     for refused in [["step", "3"], ["speed", "2"], ["robots", "5"]] {
-        let output = regatta().args(refused).args(["--fleet", name]).output().expect("regatta starts");
+        let output =
+            regatta().args(refused).args(["--fleet", name]).output().expect("regatta starts");
         let message = String::from_utf8_lossy(&output.stderr);
-        assert!(!output.status.success() && message.contains("the sender of the poses"), "{message}");
+        assert!(
+            !output.status.success() && message.contains("the sender of the poses"),
+            "{message}"
+        );
     }
     second.fleet.control(&["resume"]);
     second.fleet.let_ticks_pass(5);
 
-    let output = Process::start(regatta().args(["plugin", "udp-source", "--listen", "0", "--fleet", name])).finish();
+    let output =
+        Process::start(regatta().args(["plugin", "udp-source", "--listen", "0", "--fleet", name]))
+            .finish();
     let message = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(!output.status.success() && message.contains("already running"), "{message}");
 }
@@ -337,14 +375,18 @@ fn mistakes_of_the_command_line_are_one_line() {
         (&["udp", "--to", "127.0.0.1:9", "--mtu", "100"], "200 to 65507"),
         (&["udp", "--to", "127.0.0.1:9", "--robots", "5"], "A..B"),
         (&["udp", "--to", "127.0.0.1:9", "--decimals", "0"], "1 to 9"),
-        (&["udp", "--to", "127.0.0.1:9", "--listen", "no.such.host.invalid:1"], "no.such.host.invalid"),
+        (
+            &["udp", "--to", "127.0.0.1:9", "--listen", "no.such.host.invalid:1"],
+            "no.such.host.invalid",
+        ),
         (&["udp-source"], "--listen"),
         (&["udp-source", "--listen", "nonsense"], "'nonsense'"),
         (&["udp-source", "--listen", "0", "--rate", "0"], "0.1 to 1000"),
         (&["udp-source", "--listen", "0", "--robot-length", "1"], "--robot-width"),
         (&["udp-source", "--listen", "0", "--max-robots", "0"], "--max-robots"),
     ] {
-        let output = Process::start(regatta().arg("plugin").args(args).args(["--fleet", &name])).finish();
+        let output =
+            Process::start(regatta().arg("plugin").args(args).args(["--fleet", &name])).finish();
         let message = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(!output.status.success() && message.contains(wanted), "{args:?}: {message}");
         assert_eq!(message.lines().count(), 1, "{message}");

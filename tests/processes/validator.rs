@@ -7,9 +7,13 @@ use crate::fleet::{Process, graphs, regatta, unique};
 /// Runs a shipped scenario for some ticks under the validator, and returns what that says.
 fn validated(test: &str, scenario: &str, ticks: &str, args: &[&str]) -> Output {
     let fleet = unique(test).to_string();
-    let validator = Process::start(regatta().args(["plugin", "validator", "--fleet", &fleet]).args(args));
+    let validator =
+        Process::start(regatta().args(["plugin", "validator", "--fleet", &fleet]).args(args));
     let mut engine = regatta();
-    engine.arg("engine").arg(graphs(scenario)).args(["--fleet", &fleet, "--ticks", ticks, "--speed", "max"]);
+    engine
+        .arg("engine")
+        .arg(graphs(scenario))
+        .args(["--fleet", &fleet, "--ticks", ticks, "--speed", "max"]);
     let output = Process::start(engine.args(["--lockstep", "validator"])).finish();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     validator.interrupt()
@@ -24,7 +28,11 @@ fn robots_of_shipped_scenarios_move_as_they_should() {
     for (scenario, ticks) in [("square.yaml", "6000"), ("thirty.yaml", "6000")] {
         let output = validated("validator-clean", scenario, ticks, &["--allow", "contact"]);
         assert!(output.status.success(), "{scenario}: {}", text(&output));
-        assert!(text(&output).contains("validator: ") && !text(&output).contains("missed"), "{}", text(&output));
+        assert!(
+            text(&output).contains("validator: ") && !text(&output).contains("missed"),
+            "{}",
+            text(&output)
+        );
     }
 }
 
@@ -36,7 +44,8 @@ fn the_demo_without_a_manager_has_contacts_and_no_other_fault() {
     let files = ["--json", json.to_str().unwrap(), "--markdown", markdown.to_str().unwrap()];
     let output = validated("validator-demo", "warehouse-1000.yaml", "500", &files);
     assert!(!output.status.success(), "contacts are findings: {}", text(&output));
-    let report: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(json).unwrap()).expect("JSON");
+    let report: serde_json::Value =
+        serde_json::from_str(&std::fs::read_to_string(json).unwrap()).expect("JSON");
     for kind in report["kinds"].as_array().expect("kinds") {
         let is_contact = kind["kind"] == "contact";
         assert_eq!(kind["count"].as_u64().unwrap() > 100, is_contact, "{kind}");
@@ -52,10 +61,14 @@ fn a_recording_is_judged_as_its_fleet_was() {
     let fleet = unique("validator-recording").to_string();
     let recorder = Process::start(regatta().args(["record", "--fleet", &fleet, "-o"]).arg(&file));
     let mut engine = regatta();
-    engine.arg("engine").arg(graphs("thirty.yaml")).args(["--fleet", &fleet, "--ticks", "1000", "--speed", "max"]);
+    engine
+        .arg("engine")
+        .arg(graphs("thirty.yaml"))
+        .args(["--fleet", &fleet, "--ticks", "1000", "--speed", "max"]);
     assert!(Process::start(engine.args(["--lockstep", "record"])).finish().status.success());
     assert!(recorder.interrupt().status.success());
-    let validate = |args: &[&str]| Process::start(regatta().arg("validate").arg(&file).args(args)).finish();
+    let validate =
+        |args: &[&str]| Process::start(regatta().arg("validate").arg(&file).args(args)).finish();
     let output = validate(&["--allow", "contact"]);
     assert!(output.status.success(), "{}", text(&output));
     assert!(text(&output).contains("1001 frames of 30 robots in 10.00 s"), "{}", text(&output));

@@ -1,4 +1,5 @@
-//! What the window shows besides robots: the heat map, panels in a narrow window, and levels side by side.
+//! What the window shows besides robots: the heat map, panels in a narrow window, and levels side
+//! by side.
 
 use regatta_viewer::palette::{Rgb, Theme, heat_ramp};
 
@@ -42,7 +43,14 @@ pub fn a_recording_has_a_heat_map_without_another_program() {
     let picture = |name: &str, args: &[&str]| {
         let path = folder.path().join(name);
         let mut command = regatta();
-        command.arg("viewer").arg(&file).args(["--headless", "--no-legend", "--at", "3s", "--size", "640x360"]);
+        command.arg("viewer").arg(&file).args([
+            "--headless",
+            "--no-legend",
+            "--at",
+            "3s",
+            "--size",
+            "640x360",
+        ]);
         let output = command.args(args).arg("--screenshot").arg(&path).output().expect("it starts");
         let messages = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.success() && !messages.contains("nobody publishes"), "{messages}");
@@ -74,13 +82,19 @@ pub fn a_narrow_window_has_one_panel() {
     screen.xdotool(&["windowsize", &window, "640", "400"]);
     screen.stable_screenshot();
     let panel = [[0x10, 0x15, 0x1b]];
-    let is_covered = |[from, to]: [usize; 2]| screen.screenshot().like(&panel, from..to, 60..280) > 100 * (to - from);
+    let is_covered = |[from, to]: [usize; 2]| {
+        screen.screenshot().like(&panel, from..to, 60..280) > 100 * (to - from)
+    };
     let (left, right) = ([10, 200], [440, 630]);
     assert!(!is_covered(left) && !is_covered(right), "no panel is open");
     screen.xdotool(&["key", "1"]);
-    eventually("a panel opens on the left", || (is_covered(left) && !is_covered(right)).then_some(()));
+    eventually("a panel opens on the left", || {
+        (is_covered(left) && !is_covered(right)).then_some(())
+    });
     screen.xdotool(&["key", "4"]);
-    eventually("one on the right takes its place", || (!is_covered(left) && is_covered(right)).then_some(()));
+    eventually("one on the right takes its place", || {
+        (!is_covered(left) && is_covered(right)).then_some(())
+    });
     close(&screen, viewer);
     let settings = screen.settings().expect("settings are stored");
     assert_eq!((&settings["left"], &settings["right"]), (&serde_json::Value::Null, &"view".into()));
@@ -91,7 +105,8 @@ const LEGEND: usize = 210;
 
 pub fn a_click_goes_on_in_another_level() {
     let screen = Screen::start();
-    let fleet = Fleet::start("levels-window", "imported/open-rmf/hotel.building.yaml", &["--robots", "20"]);
+    let fleet =
+        Fleet::start("levels-window", "imported/open-rmf/hotel.building.yaml", &["--robots", "20"]);
     let viewer = viewer(&screen, &fleet.name, &["--levels"]);
     screen.window(&format!("Regatta: {}", fleet.name));
     // The frame of the level that is the current one, of three beside the legend.
@@ -101,7 +116,9 @@ pub fn a_click_goes_on_in_another_level() {
         let start = LEGEND + level * width;
         screen.screenshot().like(&accent, start - 2..start + 4, 100..600) > 400
     };
-    eventually("the first level is the current one", || (is_current(0) && !is_current(2)).then_some(()));
+    eventually("the first level is the current one", || {
+        (is_current(0) && !is_current(2)).then_some(())
+    });
     let at = (LEGEND + 2 * width + width / 2).to_string();
     screen.xdotool(&["mousemove", &at, "300", "click", "1"]);
     eventually("the third one is", || (is_current(2) && !is_current(0)).then_some(()));

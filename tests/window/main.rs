@@ -1,5 +1,5 @@
-//! The viewer's real window on a virtual display: Xvfb shows it, and xdotool sends the input. Where these programs or a
-//! graphics driver are missing, each test is reported as ignored.
+//! The viewer's real window on a virtual display: Xvfb shows it, and xdotool sends the input. Where
+//! these programs or a graphics driver are missing, each test is reported as ignored.
 
 #[path = "../processes/fleet.rs"]
 #[expect(dead_code, reason = "shared with other tests, which use more of it")]
@@ -22,9 +22,18 @@ use screen::{Screen, Screenshot};
 const TESTS: &[(&str, fn())] = &[
     ("a_window_is_turned_zoomed_resized_and_closed", a_window_is_turned_zoomed_resized_and_closed),
     ("a_click_selects_the_robot_under_the_pointer", a_click_selects_the_robot_under_the_pointer),
-    ("a_second_robot_is_added_and_measured_after_a_panel_has_opened", a_second_robot_is_added_and_measured),
-    ("a_viewer_survives_its_engine_and_finds_the_next", a_viewer_survives_its_engine_and_finds_the_next),
-    ("a_file_that_cannot_be_loaded_is_reported_and_forgotten", a_file_that_cannot_be_loaded_is_reported_and_forgotten),
+    (
+        "a_second_robot_is_added_and_measured_after_a_panel_has_opened",
+        a_second_robot_is_added_and_measured,
+    ),
+    (
+        "a_viewer_survives_its_engine_and_finds_the_next",
+        a_viewer_survives_its_engine_and_finds_the_next,
+    ),
+    (
+        "a_file_that_cannot_be_loaded_is_reported_and_forgotten",
+        a_file_that_cannot_be_loaded_is_reported_and_forgotten,
+    ),
     (
         "a_film_shows_every_step_once_and_has_the_same_bytes_each_time",
         recording::a_film_shows_every_step_once_and_has_the_same_bytes_each_time,
@@ -43,19 +52,36 @@ const TESTS: &[(&str, fn())] = &[
         steering::an_edge_is_closed_and_a_robot_sent_broken_and_held_by_the_menu,
     ),
     ("a_heat_map_is_shown_and_hidden", layers::a_heat_map_is_shown_and_hidden),
-    ("a_recording_has_a_heat_map_without_another_program", layers::a_recording_has_a_heat_map_without_another_program),
+    (
+        "a_recording_has_a_heat_map_without_another_program",
+        layers::a_recording_has_a_heat_map_without_another_program,
+    ),
     ("a_narrow_window_has_one_panel", layers::a_narrow_window_has_one_panel),
     ("a_click_goes_on_in_another_level", layers::a_click_goes_on_in_another_level),
-    ("the_past_of_a_run_is_looked_at_while_it_goes_on", recording::the_past_of_a_run_is_looked_at_while_it_goes_on),
+    (
+        "the_past_of_a_run_is_looked_at_while_it_goes_on",
+        recording::the_past_of_a_run_is_looked_at_while_it_goes_on,
+    ),
     ("the_end_of_the_display_is_one_line", the_end_of_the_display_is_one_line),
-    ("a_run_opens_a_viewer_and_continues_without_it", a_run_opens_a_viewer_and_continues_without_it),
-    ("a_run_that_requires_a_viewer_fails_without_a_display", a_run_that_requires_a_viewer_fails_without_a_display),
+    (
+        "a_run_opens_a_viewer_and_continues_without_it",
+        a_run_opens_a_viewer_and_continues_without_it,
+    ),
+    (
+        "a_run_that_requires_a_viewer_fails_without_a_display",
+        a_run_that_requires_a_viewer_fails_without_a_display,
+    ),
 ];
 
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
     let is_installed = |program: &str| {
-        Command::new(program).arg("-version").stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok()
+        Command::new(program)
+            .arg("-version")
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .status()
+            .is_ok()
     };
     let can_run = is_installed("Xvfb") && is_installed("xdotool") && Gpu::offscreen().is_ok();
     let trial = |(name, test): &(&str, fn())| {
@@ -64,7 +90,9 @@ fn main() -> ExitCode {
             test();
             Ok(())
         };
-        Trial::test(*name, run).with_ignored_flag(!can_run).with_kind("needs Xvfb, xdotool and a graphics driver")
+        Trial::test(*name, run)
+            .with_ignored_flag(!can_run)
+            .with_kind("needs Xvfb, xdotool and a graphics driver")
     };
     libtest_mimic::run(&arguments, TESTS.iter().map(trial).collect()).exit_code()
 }
@@ -76,7 +104,8 @@ fn viewer(screen: &Screen, fleet: &regatta_plugin::FleetName, args: &[&str]) -> 
     Process::start(&mut command)
 }
 
-/// Closes the window by its shortcut. The program must end successfully and without a panic. Returns its messages.
+/// Closes the window by its shortcut. The program must end successfully and without a panic.
+/// Returns its messages.
 fn close(screen: &Screen, viewer: Process) -> String {
     screen.xdotool(&["key", "ctrl+q"]);
     let output = viewer.finish();
@@ -126,13 +155,17 @@ fn a_window_is_turned_zoomed_resized_and_closed() {
     });
     close(&screen, viewer);
     let settings = screen.settings().expect("settings are stored");
-    assert_eq!((settings["window"][0].as_f64(), settings["window"][1].as_f64()), (Some(900.0), Some(560.0)));
+    assert_eq!(
+        (settings["window"][0].as_f64(), settings["window"][1].as_f64()),
+        (Some(900.0), Some(560.0))
+    );
     assert_eq!(settings["light"], true);
 }
 
 fn a_click_selects_the_robot_under_the_pointer() {
     let screen = Screen::start();
-    std::fs::create_dir_all(screen.settings_path().parent().expect("a folder")).expect("it is made");
+    std::fs::create_dir_all(screen.settings_path().parent().expect("a folder"))
+        .expect("it is made");
     std::fs::write(screen.settings_path(), "{ no settings").expect("it is written");
     let fleet = Fleet::start("pick", "thirty.yaml", &[]);
     fleet.control(&["pause"]);
@@ -141,7 +174,8 @@ fn a_click_selects_the_robot_under_the_pointer() {
         let frame = subscriber.latest().ok()??;
         Some(Vec2::new(frame.x()[11], frame.y()[11]))
     });
-    // Seen from the south, twelve metres up. The settings file is broken, so that the defaults hold: no panel is open.
+    // Seen from the south, twelve metres up. The settings file is broken, so that the defaults
+    // hold: no panel is open.
     let eye = (pose - Vec2::new(0.0, 9.0)).extend(12.0);
     let (yaw, pitch) = (core::f32::consts::FRAC_PI_2, 0.9);
     let camera = Camera::from_eye(eye, yaw, pitch);
@@ -152,16 +186,25 @@ fn a_click_selects_the_robot_under_the_pointer() {
     screen.stable_screenshot();
     let (top, bottom) = (42.0, 48.0);
     let size = Vec2::new(screen::SIZE.0 as f32, screen::SIZE.1 as f32 - top - bottom);
-    let at = camera.project(Vec3::new(pose.x, pose.y, 0.15), size).expect("it is in sight") + Vec2::new(0.0, top);
-    screen.xdotool(&["mousemove", &(at.x.round() as i32).to_string(), &(at.y.round() as i32).to_string()]);
+    let at = camera.project(Vec3::new(pose.x, pose.y, 0.15), size).expect("it is in sight")
+        + Vec2::new(0.0, top);
+    screen.xdotool(&[
+        "mousemove",
+        &(at.x.round() as i32).to_string(),
+        &(at.y.round() as i32).to_string(),
+    ]);
     screen.xdotool(&["click", "1"]);
     let title = format!("{}, robot 11", fleet.name);
     eventually("the title names the robot", || screen.try_xdotool(&["search", "--name", &title]));
     close(&screen, viewer);
-    assert_eq!(screen.settings().expect("valid settings replace the broken ones")["right"], "selection");
+    assert_eq!(
+        screen.settings().expect("valid settings replace the broken ones")["right"],
+        "selection"
+    );
 }
 
-/// The panel that the first click opens doesn't move the picture, so that a Ctrl-click on another robot hits it.
+/// The panel that the first click opens doesn't move the picture, so that a Ctrl-click on another
+/// robot hits it.
 fn a_second_robot_is_added_and_measured() {
     let screen = Screen::start();
     let fleet = Fleet::start("measure", "thirty.yaml", &[]);
@@ -173,9 +216,11 @@ fn a_second_robot_is_added_and_measured() {
     });
     let first = places[11];
     let others = (0..places.len()).filter(|robot| *robot != 11);
-    let second = others.min_by(|a, b| places[*a].distance(first).total_cmp(&places[*b].distance(first)));
+    let second =
+        others.min_by(|a, b| places[*a].distance(first).total_cmp(&places[*b].distance(first)));
     let second = second.expect("another robot");
-    let (middle, height) = ((first + places[second]) / 2.0, (places[second].distance(first) * 3.0).max(10.0));
+    let (middle, height) =
+        ((first + places[second]) / 2.0, (places[second].distance(first) * 3.0).max(10.0));
     let view = format!("{},{},{height}", middle.x, middle.y);
     let viewer = viewer(&screen, &fleet.name, &["--camera", &view]);
     screen.window(&format!("Regatta: {}", fleet.name));
@@ -183,14 +228,18 @@ fn a_second_robot_is_added_and_measured() {
     screen.stable_screenshot();
     let size = Vec2::new(screen::SIZE.0 as f32, screen::SIZE.1 as f32 - 42.0 - 48.0);
     let camera = Camera::plan_around(middle, height);
-    let pixel = |place: Vec2| camera.project(place.extend(0.0), size).expect("in sight") + Vec2::new(0.0, 42.0);
+    let pixel = |place: Vec2| {
+        camera.project(place.extend(0.0), size).expect("in sight") + Vec2::new(0.0, 42.0)
+    };
     let move_to = |place: Vec2| {
         let at = pixel(place).round().as_ivec2();
         screen.xdotool(&["mousemove", &at.x.to_string(), &at.y.to_string()]);
     };
     let titled = |robot: usize| {
         let title = format!("{}, robot {robot}$", fleet.name);
-        eventually("the title names the robot", || screen.try_xdotool(&["search", "--name", &title]));
+        eventually("the title names the robot", || {
+            screen.try_xdotool(&["search", "--name", &title])
+        });
     };
     move_to(first);
     screen.xdotool(&["click", "1"]);
@@ -234,11 +283,18 @@ fn the_end_of_the_display_is_one_line() {
         let messages = String::from_utf8_lossy(&output.stderr).into_owned();
         let told: Vec<_> = messages.lines().filter(|line| line.starts_with("regatta: ")).collect();
         assert_eq!(output.status.code(), Some(1), "{messages}");
-        assert_eq!(told, ["regatta: the display has gone; --headless draws pictures without one"], "{messages}");
+        assert_eq!(
+            told,
+            ["regatta: the display has gone; --headless draws pictures without one"],
+            "{messages}"
+        );
         assert!(!messages.contains("panicked"), "{messages}");
         let doctor = regatta().arg("doctor").output().expect("it starts");
         let doctor = String::from_utf8_lossy(&doctor.stdout).into_owned();
-        assert!(!doctor.contains(&format!("(regatta {process},")), "it leaves nothing behind: {doctor}");
+        assert!(
+            !doctor.contains(&format!("(regatta {process},")),
+            "it leaves nothing behind: {doctor}"
+        );
     }
 }
 
@@ -314,7 +370,9 @@ fn a_run_opens_a_viewer_and_continues_without_it() {
     let run = Process::start(&mut command);
     let window = screen.window(&format!("Regatta: {name}"));
     screen.xdotool(&["key", "ctrl+q"]);
-    eventually("the window closes", || screen.try_xdotool(&["getwindowname", &window]).is_none().then_some(()));
+    eventually("the window closes", || {
+        screen.try_xdotool(&["getwindowname", &window]).is_none().then_some(())
+    });
     let engine_answers = || {
         let output = regatta().args(["status", "--fleet", &name.to_string()]).output().ok()?;
         output.status.success().then_some(())
@@ -327,11 +385,18 @@ fn a_run_opens_a_viewer_and_continues_without_it() {
 fn a_run_that_requires_a_viewer_fails_without_a_display() {
     let folder = tempfile::tempdir().expect("a folder");
     let scenario = folder.path().join("requires.yaml");
-    let text =
-        format!("graph: {}\nrobots: [{{count: 1, routes: random}}]\nviewer: on\n", graphs("square.yaml").display());
+    let text = format!(
+        "graph: {}\nrobots: [{{count: 1, routes: random}}]\nviewer: on\n",
+        graphs("square.yaml").display()
+    );
     std::fs::write(&scenario, text).expect("it is written");
     let name = unique("requires");
-    let output = regatta().arg("run").arg(&scenario).args(["--fleet", &name.to_string()]).output().expect("it starts");
+    let output = regatta()
+        .arg("run")
+        .arg(&scenario)
+        .args(["--fleet", &name.to_string()])
+        .output()
+        .expect("it starts");
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert!(!output.status.success() && stderr.contains("no display"), "{stderr}");
 }

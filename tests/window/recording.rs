@@ -33,7 +33,8 @@ fn film(recording: &Path, folder: &Path) -> Vec<Vec<u8>> {
     command.args(["--plans", "--waits", "--title", "Thirty", "--clock", "--scale"]);
     let output = command.output().expect("it starts");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let mut files: Vec<_> = folder.read_dir().expect("a folder").map(|entry| entry.expect("a file").path()).collect();
+    let mut files: Vec<_> =
+        folder.read_dir().expect("a folder").map(|entry| entry.expect("a file").path()).collect();
     files.sort();
     files.into_iter().map(|file| std::fs::read(file).expect("readable")).collect()
 }
@@ -86,7 +87,8 @@ pub fn a_plan_of_a_late_time_is_there_at_once() {
 pub fn a_recording_is_scrubbed_stepped_and_greyed_after_its_replay() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = record("scrubbed", &folder, 1000);
-    std::fs::write(folder.path().join("run.mcap.notes"), "2.5 half way\nnonsense\n").expect("written");
+    std::fs::write(folder.path().join("run.mcap.notes"), "2.5 half way\nnonsense\n")
+        .expect("written");
     let screen = Screen::start();
     let mut command = regatta();
     command.arg("viewer").arg(&file);
@@ -122,7 +124,9 @@ pub fn a_recording_is_scrubbed_stepped_and_greyed_after_its_replay() {
     screen.xdotool(&["key", "period"]);
     eventually("one on", || control.status().ok().filter(|status| status.tick == tick));
     screen.xdotool(&["key", "z"]);
-    eventually("the note", || control.status().ok().filter(|status| status.sim_time_nanos == 2_500_000_000));
+    eventually("the note", || {
+        control.status().ok().filter(|status| status.sim_time_nanos == 2_500_000_000)
+    });
     // A note at the shown time, which is a mark from then on.
     screen.xdotool(&["key", "period", "sleep", "0.3"]);
     let noted = control.status().expect("it answers").sim_time_nanos;
@@ -134,9 +138,13 @@ pub fn a_recording_is_scrubbed_stepped_and_greyed_after_its_replay() {
     });
     assert!(text.starts_with("2.5 half way\n") && text.ends_with(" jam here\n"), "{text}");
     screen.xdotool(&["sleep", "1", "key", "z"]);
-    eventually("the mark before", || control.status().ok().filter(|status| status.sim_time_nanos == 2_500_000_000));
+    eventually("the mark before", || {
+        control.status().ok().filter(|status| status.sim_time_nanos == 2_500_000_000)
+    });
     screen.xdotool(&["key", "x"]);
-    eventually("the new mark", || control.status().ok().filter(|status| status.sim_time_nanos == noted));
+    eventually("the new mark", || {
+        control.status().ok().filter(|status| status.sim_time_nanos == noted)
+    });
     let before = screen.stable_screenshot();
     let replay = control.status().expect("it answers").pid;
     let replay = rustix::process::Pid::from_raw(replay as i32).expect("an id");
@@ -162,7 +170,8 @@ pub fn the_past_of_a_run_is_looked_at_while_it_goes_on() {
     };
     assert!(moves(), "the robots move");
     screen.xdotool(&["key", "u"]);
-    // Labels and the hint at the pointer may need some pictures; then the past stands, and the run doesn't.
+    // Labels and the hint at the pointer may need some pictures; then the past stands, and the run
+    // doesn't.
     eventually("the past stands", || {
         screen.xdotool(&["mousemove", "200", "655", "click", "1", "sleep", "0.3"]);
         (!moves()).then_some(())

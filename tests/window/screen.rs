@@ -26,9 +26,20 @@ impl Screen {
     pub fn start() -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         let geometry = format!("{}x{}x24", SIZE.0, SIZE.1);
-        // Without -noreset the server resets after its last client, and meanwhile rejects new clients.
+        // Without -noreset the server resets after its last client, and meanwhile rejects new
+        // clients.
         let mut server = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", &geometry, "-nolisten", "tcp", "-noreset", "-fbdir"])
+            .args([
+                "-displayfd",
+                "1",
+                "-screen",
+                "0",
+                &geometry,
+                "-nolisten",
+                "tcp",
+                "-noreset",
+                "-fbdir",
+            ])
             .arg(folder.path())
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
@@ -48,7 +59,10 @@ impl Screen {
 
     /// Makes a program show its windows on this display and store its settings in this folder.
     pub fn configure(&self, command: &mut Command) {
-        command.env("DISPLAY", &self.display).env_remove("WAYLAND_DISPLAY").env("XDG_CONFIG_HOME", self.folder.path());
+        command
+            .env("DISPLAY", &self.display)
+            .env_remove("WAYLAND_DISPLAY")
+            .env("XDG_CONFIG_HOME", self.folder.path());
     }
 
     /// Returns the settings that the viewer has stored.
@@ -62,7 +76,11 @@ impl Screen {
 
     /// Runs xdotool, and returns its output if it succeeds.
     pub fn try_xdotool(&self, args: &[&str]) -> Option<String> {
-        let output = Command::new("xdotool").args(args).env("DISPLAY", &self.display).output().expect("xdotool starts");
+        let output = Command::new("xdotool")
+            .args(args)
+            .env("DISPLAY", &self.display)
+            .output()
+            .expect("xdotool starts");
         output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
     }
 
@@ -84,7 +102,8 @@ impl Screen {
     /// Moves the pointer from one place to another with a button down, in steps as a user does.
     pub fn drag(&self, button: &str, from: (i32, i32), to: (i32, i32)) {
         let move_to = |part: i32| {
-            let at = [(from.0, to.0), (from.1, to.1)].map(|(from, to)| (from + (to - from) * part / 10).to_string());
+            let at = [(from.0, to.0), (from.1, to.1)]
+                .map(|(from, to)| (from + (to - from) * part / 10).to_string());
             self.xdotool(&["mousemove", &at[0], &at[1]]);
         };
         move_to(0);
@@ -95,12 +114,20 @@ impl Screen {
 
     /// Takes a screenshot. Xvfb keeps the pixels in a file in the format of xwd.
     pub fn screenshot(&self) -> Screenshot {
-        let bytes = std::fs::read(self.folder.path().join("Xvfb_screen0")).expect("the screen's file");
-        let word = |i: usize| u32::from_be_bytes(bytes[i * 4..][..4].try_into().expect("a word")) as usize;
+        let bytes =
+            std::fs::read(self.folder.path().join("Xvfb_screen0")).expect("the screen's file");
+        let word =
+            |i: usize| u32::from_be_bytes(bytes[i * 4..][..4].try_into().expect("a word")) as usize;
         let (header, width, height, row, colours) = (word(0), word(4), word(5), word(12), word(19));
         let pixels = &bytes[header + colours * 12..];
-        let pixel = |x: usize, y: usize| pixels[y * row + x * 4..][..3].try_into().expect("a pixel");
-        Screenshot((0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| pixel(x, y)).collect())
+        let pixel =
+            |x: usize, y: usize| pixels[y * row + x * 4..][..3].try_into().expect("a pixel");
+        Screenshot(
+            (0..height)
+                .flat_map(|y| (0..width).map(move |x| (x, y)))
+                .map(|(x, y)| pixel(x, y))
+                .collect(),
+        )
     }
 
     /// Waits until the screen does not change any more, and returns a screenshot.
@@ -118,17 +145,29 @@ impl Screen {
 
 impl Screenshot {
     /// Returns the number of pixels within a rectangle that differ.
-    pub fn differing(&self, other: &Self, x: std::ops::Range<usize>, y: std::ops::Range<usize>) -> usize {
+    pub fn differing(
+        &self,
+        other: &Self,
+        x: std::ops::Range<usize>,
+        y: std::ops::Range<usize>,
+    ) -> usize {
         let places = y.flat_map(|y| x.clone().map(move |x| y * SIZE.0 + x));
         places.filter(|place| self.0[*place] != other.0[*place]).count()
     }
 
-    /// Returns the number of pixels within a rectangle that are like one of some colours, each red, green and blue.
-    pub fn like(&self, colours: &[[u8; 3]], x: std::ops::Range<usize>, y: std::ops::Range<usize>) -> usize {
+    /// Returns the number of pixels within a rectangle that are like one of some colours, each red,
+    /// green and blue.
+    pub fn like(
+        &self,
+        colours: &[[u8; 3]],
+        x: std::ops::Range<usize>,
+        y: std::ops::Range<usize>,
+    ) -> usize {
         let is_near = |[b, g, r]: [u8; 3], colour: &[u8; 3]| {
             [r, g, b].into_iter().zip(colour).all(|(found, wanted)| found.abs_diff(*wanted) <= 3)
         };
-        let pixels = y.flat_map(|y| x.clone().map(move |x| y * SIZE.0 + x)).map(|place| self.0[place]);
+        let pixels =
+            y.flat_map(|y| x.clone().map(move |x| y * SIZE.0 + x)).map(|place| self.0[place]);
         pixels.filter(|pixel| colours.iter().any(|colour| is_near(*pixel, colour))).count()
     }
 

@@ -20,7 +20,8 @@ Edges:
 - {Id: 12, Origin_ID: 3, Destination_ID: 2, CurveType: Linear, VelocityForward: 2.0}
 ";
 
-/// The picture from above, 24 m high: no menu comes near the panel on the right, which would push it aside.
+/// The picture from above, 24 m high: no menu comes near the panel on the right, which would push
+/// it aside.
 const MIDDLE: Vec2 = Vec2::new(18.0, 4.0);
 const HEIGHT: f32 = 24.0;
 
@@ -31,7 +32,8 @@ fn entry(number: i32) -> [i32; 2] {
 
 fn pixel(place: Vec2) -> [i32; 2] {
     let size = Vec2::new(screen::SIZE.0 as f32, screen::SIZE.1 as f32 - 42.0 - 48.0);
-    let at = Camera::plan_around(MIDDLE, HEIGHT).project(place.extend(0.0), size).expect("in sight");
+    let at =
+        Camera::plan_around(MIDDLE, HEIGHT).project(place.extend(0.0), size).expect("in sight");
     (at + Vec2::new(0.0, 42.0)).round().as_ivec2().to_array()
 }
 
@@ -44,7 +46,8 @@ fn click(screen: &Screen, [x, y]: [i32; 2], button: &str) {
 fn choose(screen: &Screen, place: Vec2, number: i32) {
     let [x, y] = pixel(place);
     let (left, top) = (x as usize + 5, y as usize + 5);
-    let changes = |before: &Screenshot| screen.screenshot().differing(before, left..left + 60, top..top + 60);
+    let changes =
+        |before: &Screenshot| screen.screenshot().differing(before, left..left + 60, top..top + 60);
     // On a busy machine, the menu before may still be there, at the same place.
     let before = eventually("nothing changes there", || {
         let before = screen.screenshot();
@@ -67,7 +70,8 @@ pub fn an_edge_is_closed_and_a_robot_sent_broken_and_held_by_the_menu() {
     let participant = Participant::join(&fleet.name, "test").expect("joined");
     let mut closures = ClosureReader::open_on(&participant).expect("a reader");
     let mut frames = Subscriber::open_on(&participant).expect("a reader");
-    let run = eventually("a frame", || frames.latest().expect("readable").map(|frame| frame.run_id()));
+    let run =
+        eventually("a frame", || frames.latest().expect("readable").map(|frame| frame.run_id()));
     let mut worlds = WorldReader::open_on(&participant).expect("a reader");
     let direct = eventually("a world", || {
         let world = worlds.latest().ok()??;
@@ -104,7 +108,9 @@ pub fn an_edge_is_closed_and_a_robot_sent_broken_and_held_by_the_menu() {
         });
     };
     state("it drives", &|state, _| state == RobotState::Driving);
-    state("it arrives", &|state, at| state == RobotState::Idle && at.distance(Vec2::new(20.0, 0.0)) < 0.1);
+    state("it arrives", &|state, at| {
+        state == RobotState::Idle && at.distance(Vec2::new(20.0, 0.0)) < 0.1
+    });
 
     // Each order is undone by the same menu.
     let at = Vec2::new(20.0, 0.0);
@@ -124,7 +130,9 @@ pub fn an_edge_is_closed_and_a_robot_sent_broken_and_held_by_the_menu() {
     // The breakdown is in the log, as an alarm.
     let before = screen.screenshot();
     screen.xdotool(&["key", "9"]);
-    eventually("the log opens", || (screen.screenshot().differing(&before, 10..260, 60..300) > 500).then_some(()));
+    eventually("the log opens", || {
+        (screen.screenshot().differing(&before, 10..260, 60..300) > 500).then_some(())
+    });
     close(&screen, viewer);
     assert_eq!(screen.settings().expect("stored")["left"], "log");
 }

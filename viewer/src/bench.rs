@@ -26,8 +26,8 @@ const TIME: Duration = Duration::from_secs(5);
 const PICTURES: (usize, usize) = (10, 600);
 /// The number of heat maps that are worked out to measure it.
 const HEAT_MAPS: usize = 15;
-/// The angle by which the camera of the view `turn` turns with each picture, in radians: what a picture costs while the user moves
-/// the camera, and the ground has to be drawn.
+/// The angle by which the camera of the view `turn` turns with each picture, in radians: what a
+/// picture costs while the user moves the camera, and the ground has to be drawn.
 const TURN: f32 = 1e-3;
 /// Unmeasured pictures at the start, while shaders are compiled and buffers are created.
 const WARM_UP: usize = 3;
@@ -53,8 +53,13 @@ pub fn run(options: &Options) -> Result {
     let gpu = Gpu::offscreen()?;
     let samples = options.look.samples.unwrap_or(if gpu.is_software() { 1 } else { 4 });
     let target = TargetConfig::new(&gpu, FORMAT, samples);
-    let bench =
-        Bench { options, offscreen: Offscreen::new(&gpu, options.picture_size(), target)?, gpu, target, termination };
+    let bench = Bench {
+        options,
+        offscreen: Offscreen::new(&gpu, options.picture_size(), target)?,
+        gpu,
+        target,
+        termination,
+    };
     let (info, size) = (&bench.gpu.info, options.picture_size());
     println!(
         "adapter: {} ({}, {:?}), {}, {}x{}",
@@ -65,7 +70,9 @@ pub fn run(options: &Options) -> Result {
         size.x,
         size.y
     );
-    println!("medians in ms; whole: from reading to the finished picture; busy: CPU time of all threads (mean)");
+    println!(
+        "medians in ms; whole: from reading to the finished picture; busy: CPU time of all threads (mean)"
+    );
     println!(
         "   robots  fleet      view   read  upload  encode |    CPU |     GPU |   whole |    busy | frames/s | resident MB"
     );
@@ -109,7 +116,10 @@ impl Bench<'_> {
         let aspect = self.options.picture_size().x as f32 / self.options.picture_size().y as f32;
         match view {
             "fit" | "turn" => self.options.camera.camera(bounds, Window::whole(aspect)),
-            _ => Camera::fit(Bounds { low: bounds.centre() - 12.0, high: bounds.centre() + 12.0 }, aspect),
+            _ => Camera::fit(
+                Bounds { low: bounds.centre() - 12.0, high: bounds.centre() + 12.0 },
+                aspect,
+            ),
         }
     }
 
@@ -137,9 +147,11 @@ impl Bench<'_> {
             renderer.push_frame(&frame);
             renderer.set_values(Some(frame.speed()));
             times.upload = start.elapsed().as_secs_f64();
-            let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let mut encoder =
+                self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let camera = &Self::turned(camera, view, number as u64);
-            let picture = Picture { camera, scene: &scene, legend: &legend, size, within: None, alpha: 0.5 };
+            let picture =
+                Picture { camera, scene: &scene, legend: &legend, size, within: None, alpha: 0.5 };
             renderer.draw(&mut encoder, &self.offscreen.view, &picture);
             self.gpu.queue.submit([encoder.finish()]);
             times.encode = start.elapsed().as_secs_f64() - times.upload;
@@ -189,10 +201,17 @@ impl Bench<'_> {
             }
             let uploaded = start.elapsed().as_secs_f64();
             times.upload = uploaded - times.read;
-            let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let mut encoder =
+                self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let (size, alpha) = (self.offscreen.size(), stage.alpha(start));
             number += 1;
-            stage.draw(&mut encoder, &self.offscreen.view, &Self::turned(camera, view, number), size, alpha);
+            stage.draw(
+                &mut encoder,
+                &self.offscreen.view,
+                &Self::turned(camera, view, number),
+                size,
+                alpha,
+            );
             self.gpu.queue.submit([encoder.finish()]);
             times.encode = start.elapsed().as_secs_f64() - uploaded;
             times.gpu = stage.renderer.gpu_seconds();
@@ -225,7 +244,8 @@ impl Bench<'_> {
     }
 }
 
-/// Works a heat map out and uploads it. Returns the number of its edges, and the median times in milliseconds of either.
+/// Works a heat map out and uploads it. Returns the number of its edges, and the median times in
+/// milliseconds of either.
 fn heat_map(heat: Heat, world: &World<'_>, renderer: &mut Renderer) -> (u32, [f64; 2]) {
     let traffic = synthetic::traffic(world);
     let (mut edges, mut times) = (0, [(); 2].map(|()| Vec::new()));
@@ -273,11 +293,14 @@ fn resident_megabytes() -> Option<f64> {
     Some(line.split_whitespace().nth(1)?.parse::<f64>().ok()? / 1024.0)
 }
 
-/// Returns the CPU time of this process in seconds, with a resolution of 10 ms; NaN where the system doesn't report it.
+/// Returns the CPU time of this process in seconds, with a resolution of 10 ms; NaN where the
+/// system doesn't report it.
 fn busy_seconds() -> f64 {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     // The process name, in parentheses, may contain spaces.
     let fields = stat.rsplit(')').next().unwrap_or_default().split_whitespace().skip(11).take(2);
-    let ticks = fields.map(|field| field.parse::<f64>().unwrap_or(f64::NAN)).reduce(|user, system| user + system);
+    let ticks = fields
+        .map(|field| field.parse::<f64>().unwrap_or(f64::NAN))
+        .reduce(|user, system| user + system);
     ticks.map_or(f64::NAN, |ticks| ticks / 100.0)
 }

@@ -1,7 +1,8 @@
 //! The orbit camera: its pose and its projections.
 //!
-//! World coordinates are metres, x east, y north, z up. The camera orbits a target at a distance; its view direction is
-//! given by `yaw` (counter-clockwise from east) and `pitch` (downwards from the horizon).
+//! World coordinates are metres, x east, y north, z up. The camera orbits a target at a distance;
+//! its view direction is given by `yaw` (counter-clockwise from east) and `pitch` (downwards from
+//! the horizon).
 
 mod bounds;
 
@@ -19,8 +20,8 @@ const NEAR: f32 = 0.05;
 const DISTANCES: (f32, f32) = (0.3, 100_000.0);
 /// The range of the pitch, in radians below the horizon.
 const PITCHES: (f32, f32) = (-1.2, FRAC_PI_2);
-/// The vertical field of view of a plan's camera, in radians. Half a metre of height is seen from 500 times the height of the
-/// picture on the ground, or farther.
+/// The vertical field of view of a plan's camera, in radians. Half a metre of height is seen from
+/// 500 times the height of the picture on the ground, or farther.
 const PLAN_FOV: f32 = 0.002;
 /// The share of the picture that stays free around a rectangle that is fitted into it.
 const MARGIN: f32 = 0.06;
@@ -52,21 +53,30 @@ impl Camera {
         Self { pitch: 0.95, ..Self::default() }.fitted(bounds, aspect)
     }
 
-    /// Returns a camera that looks straight down at a rectangle of the ground, north up, and shows all of it.
+    /// Returns a camera that looks straight down at a rectangle of the ground, north up, and shows
+    /// all of it.
     pub fn top(bounds: Bounds, aspect: f32) -> Self {
         Self { pitch: FRAC_PI_2, ..Self::default() }.fitted(bounds, aspect)
     }
 
-    /// Returns the camera of a plan: straight down, north up, and from so far away that it is orthographic in effect. What is
-    /// half a metre high is shifted by less than one part in ten thousand of the picture's height.
+    /// Returns the camera of a plan: straight down, north up, and from so far away that it is
+    /// orthographic in effect. What is half a metre high is shifted by less than one part in ten
+    /// thousand of the picture's height.
     pub fn plan(bounds: Bounds, window: Window) -> Self {
         Self { pitch: FRAC_PI_2, fov_y: PLAN_FOV, ..Self::default() }.fitted_within(bounds, window)
     }
 
-    /// Returns the camera of a plan around a place, with the height of the ground in the picture in metres.
+    /// Returns the camera of a plan around a place, with the height of the ground in the picture in
+    /// metres.
     pub fn plan_around(place: Vec2, height: f32) -> Self {
         let distance = height / (2.0 * (PLAN_FOV / 2.0).tan());
-        let camera = Self { target: place.extend(0.0), pitch: FRAC_PI_2, fov_y: PLAN_FOV, distance, ..Self::default() };
+        let camera = Self {
+            target: place.extend(0.0),
+            pitch: FRAC_PI_2,
+            fov_y: PLAN_FOV,
+            distance,
+            ..Self::default()
+        };
         camera.clamped()
     }
 
@@ -80,18 +90,23 @@ impl Camera {
         self.distance / self.pixels_per_radian(height)
     }
 
-    /// Returns this camera as that of a plan, or as one in perspective that shows about the same from an angle.
+    /// Returns this camera as that of a plan, or as one in perspective that shows about the same
+    /// from an angle.
     #[must_use]
     pub fn toggled_plan(self) -> Self {
         let usual = Self::default();
         let scale = (self.fov_y / 2.0).tan();
-        let (fov_y, pitch, yaw) =
-            if self.is_plan() { (usual.fov_y, usual.pitch, self.yaw) } else { (PLAN_FOV, FRAC_PI_2, FRAC_PI_2) };
+        let (fov_y, pitch, yaw) = if self.is_plan() {
+            (usual.fov_y, usual.pitch, self.yaw)
+        } else {
+            (PLAN_FOV, FRAC_PI_2, FRAC_PI_2)
+        };
         let distance = self.distance * scale / (fov_y / 2.0).tan();
         Self { target: self.target.with_z(0.0), yaw, pitch, distance, fov_y }.clamped()
     }
 
-    /// The range of the distance to the target, in metres: the height of the ground in the picture decides.
+    /// The range of the distance to the target, in metres: the height of the ground in the picture
+    /// decides.
     fn distances(&self) -> (f32, f32) {
         let scale = (Self::default().fov_y / 2.0).tan() / (self.fov_y / 2.0).tan();
         if self.is_plan() { (DISTANCES.0 * scale, DISTANCES.1 * scale) } else { DISTANCES }
@@ -112,7 +127,8 @@ impl Camera {
         self.fitted_within(bounds, Window::whole(aspect))
     }
 
-    /// Moves the camera, without a turn, so that it shows all of a rectangle of the ground in a part of the picture.
+    /// Moves the camera, without a turn, so that it shows all of a rectangle of the ground in a
+    /// part of the picture.
     #[must_use]
     pub fn fitted_within(self, bounds: Bounds, window: Window) -> Self {
         let aspect = window.aspect;
@@ -120,21 +136,31 @@ impl Camera {
         // How far the middle of the part is from that of the picture.
         let aside = ((window.low + window.high) / 2.0 - 0.5) * Vec2::new(aspect, 1.0);
         let size = (bounds.high - bounds.low).max(Vec2::splat(1.0));
-        let corners = [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE].map(|corner| bounds.low + corner * size);
+        let corners =
+            [Vec2::ZERO, Vec2::X, Vec2::Y, Vec2::ONE].map(|corner| bounds.low + corner * size);
         let mut camera = Self { target: bounds.centre().extend(0.0), ..self };
-        // In perspective, the rectangle's centre is not in the middle of its projection, so the target is found iteratively.
+        // In perspective, the rectangle's centre is not in the middle of its projection, so the
+        // target is found iteratively.
         for _ in 0..if is_whole { 4 } else { 8 } {
             camera = camera.at_least_distance(&corners, window);
-            let projected = Bounds::from_points(
-                corners.iter().filter_map(|corner| camera.project(corner.extend(0.0), Vec2::new(aspect, 1.0))),
-            );
-            let middle = projected.and_then(|bounds| camera.unproject(bounds.centre() - aside, Vec2::new(aspect, 1.0)));
+            let projected =
+                Bounds::from_points(corners.iter().filter_map(|corner| {
+                    camera.project(corner.extend(0.0), Vec2::new(aspect, 1.0))
+                }));
+            let middle = projected.and_then(|bounds| {
+                camera.unproject(bounds.centre() - aside, Vec2::new(aspect, 1.0))
+            });
             camera.target = middle.unwrap_or(camera.target.truncate()).extend(0.0);
         }
-        if is_whole { camera.at_least_distance(&corners, window).clamped() } else { camera.clamped() }
+        if is_whole {
+            camera.at_least_distance(&corners, window).clamped()
+        } else {
+            camera.clamped()
+        }
     }
 
-    /// Moves the camera, without a turn and along the ground, so that a point is in the middle of a part of the picture.
+    /// Moves the camera, without a turn and along the ground, so that a point is in the middle of a
+    /// part of the picture.
     #[must_use]
     pub fn aimed_at(self, point: Vec3, window: Window) -> Self {
         let aside = ((window.low + window.high) / 2.0 - 0.5) * Vec2::new(window.aspect, 1.0);
@@ -151,8 +177,8 @@ impl Camera {
         Self { target: (point - shift).with_z(point.z), ..self }
     }
 
-    /// Sets the least distance at which all of the points are in the picture, or are no farther apart than a part of it is
-    /// wide and high.
+    /// Sets the least distance at which all of the points are in the picture, or are no farther
+    /// apart than a part of it is wide and high.
     fn at_least_distance(mut self, points: &[Vec2], window: Window) -> Self {
         let room = (window.high - window.low) * (1.0 - MARGIN);
         let is_whole = window == Window::whole(window.aspect);
@@ -163,7 +189,8 @@ impl Camera {
                 (at.w > 0.0).then(|| at.truncate().truncate() / at.w)
             };
             let Some(all) = points.iter().map(at).collect::<Option<Vec<_>>>() else { return false };
-            let extent = Bounds::from_points(all.iter().copied()).map_or(Vec2::ZERO, |all| all.high - all.low);
+            let extent = Bounds::from_points(all.iter().copied())
+                .map_or(Vec2::ZERO, |all| all.high - all.low);
             match is_whole {
                 true => all.iter().all(|at| at.abs().cmplt(room).all()),
                 false => extent.cmplt(room * 2.0).all(),
@@ -177,7 +204,8 @@ impl Camera {
         Self { distance: far, ..self }
     }
 
-    /// Wraps the yaw to (-π, π], clamps pitch and distance to their ranges, and keeps the eye above the ground.
+    /// Wraps the yaw to (-π, π], clamps pitch and distance to their ranges, and keeps the eye above
+    /// the ground.
     #[must_use]
     pub fn clamped(mut self) -> Self {
         self.yaw = PI - (PI - self.yaw).rem_euclid(2.0 * PI);
@@ -222,10 +250,11 @@ impl Camera {
         self.view_from(Vec3::ZERO)
     }
 
-    /// The transform to view coordinates from coordinates relative to `origin`, which stay precise far from the world's
-    /// origin.
+    /// The transform to view coordinates from coordinates relative to `origin`, which stay precise
+    /// far from the world's origin.
     pub fn view_from(&self, origin: Vec3) -> Mat4 {
-        let (right, up, back, eye) = (self.right(), self.up(), -self.forward(), self.eye() - origin);
+        let (right, up, back, eye) =
+            (self.right(), self.up(), -self.forward(), self.eye() - origin);
         Mat4::from_cols(
             Vec4::new(right.x, up.x, back.x, 0.0),
             Vec4::new(right.y, up.y, back.y, 0.0),
@@ -234,7 +263,8 @@ impl Camera {
         )
     }
 
-    /// The transform from world coordinates to clip space. Depth is reversed: 1 at the near plane, 0 at infinity.
+    /// The transform from world coordinates to clip space. Depth is reversed: 1 at the near plane,
+    /// 0 at infinity.
     pub fn clip_from_world(&self, aspect: f32) -> Mat4 {
         self.clip_from(Vec3::ZERO, aspect)
     }
@@ -251,12 +281,14 @@ impl Camera {
         projection * self.view_from(origin)
     }
 
-    /// The number of pixels that a metre covers at a distance of one metre, in a picture of `height` pixels.
+    /// The number of pixels that a metre covers at a distance of one metre, in a picture of
+    /// `height` pixels.
     pub fn pixels_per_radian(&self, height: f32) -> f32 {
         height / (2.0 * (self.fov_y / 2.0).tan())
     }
 
-    /// Projects a point of the world into a picture of `size` pixels, counted from its top left; `None` behind the camera.
+    /// Projects a point of the world into a picture of `size` pixels, counted from its top left;
+    /// `None` behind the camera.
     pub fn project(&self, point: Vec3, size: Vec2) -> Option<Vec2> {
         let clip = self.clip_from_world(size.x / size.y) * point.extend(1.0);
         let ndc = Vec2::new(clip.x, -clip.y) / clip.w;

@@ -1,4 +1,5 @@
-//! Text over pictures that are rendered without a window: the legend, and the ids of nodes, edges and robots.
+//! Text over pictures that are rendered without a window: the legend, and the ids of nodes, edges
+//! and robots.
 
 use egui::{Context, FullOutput, RawInput, Rect, pos2, vec2};
 use glam::{UVec2, Vec2};
@@ -21,7 +22,8 @@ use crate::picture::OVERLAY_FORMAT;
 use crate::plans::PlanFacts;
 use crate::scene::Scene;
 
-/// The height in pixels up to which pictures have text of the default size; text grows with larger pictures.
+/// The height in pixels up to which pictures have text of the default size; text grows with larger
+/// pictures.
 const DEFAULT_HEIGHT: f32 = 1080.0;
 
 /// Draws text over pictures.
@@ -55,7 +57,8 @@ pub struct Annotations<'a> {
     pub heat: Option<HeatFacts>,
     /// Number of closed edges.
     pub closed: u32,
-    /// The density of half the strength in robots per hectare, if robots are drawn as their density.
+    /// The density of half the strength in robots per hectare, if robots are drawn as their
+    /// density.
     pub density: Option<f32>,
     /// Robots whose ids are shown, with their positions in metres.
     pub robots: Vec<(u32, Vec2)>,
@@ -79,7 +82,8 @@ impl Caption {
         }
     }
 
-    /// Draws the annotations over the picture in `target`. Returns the names of those that the picture has no room for.
+    /// Draws the annotations over the picture in `target`. Returns the names of those that the
+    /// picture has no room for.
     pub fn draw(
         &mut self,
         gpu: &Gpu,
@@ -109,7 +113,12 @@ impl Caption {
     }
 
     /// Returns what is to be drawn, and the names of what is left out.
-    fn lay_out(&self, size: UVec2, scale: f32, annotations: &Annotations<'_>) -> (FullOutput, Vec<&'static str>) {
+    fn lay_out(
+        &self,
+        size: UVec2,
+        scale: f32,
+        annotations: &Annotations<'_>,
+    ) -> (FullOutput, Vec<&'static str>) {
         let Annotations {
             camera,
             scene,
@@ -125,19 +134,23 @@ impl Caption {
             robots,
             banner,
         } = annotations;
-        let picture = Rect::from_min_size(pos2(0.0, 0.0), vec2(size.x as f32, size.y as f32) / scale);
+        let picture =
+            Rect::from_min_size(pos2(0.0, 0.0), vec2(size.x as f32, size.y as f32) / scale);
         let mut input = RawInput { screen_rect: Some(picture), ..RawInput::default() };
-        input.viewports.entry(egui::ViewportId::ROOT).or_default().native_pixels_per_point = Some(scale);
+        input.viewports.entry(egui::ViewportId::ROOT).or_default().native_pixels_per_point =
+            Some(scale);
         let mut left_out = Vec::new();
         let output = self.context.run_ui(input, |ui| {
             let mut placement = Placement::new(picture);
-            let (layers, theme, size) = (scene.layers, scene.theme, Vec2::new(picture.width(), picture.height()));
+            let (layers, theme, size) =
+                (scene.layers, scene.theme, Vec2::new(picture.width(), picture.height()));
             let near = frame.filter(|_| layers.ids || layers.robot_ids);
             let level = scene.level.as_deref();
             let find = |frame| robot_spots::find(&frame, world, level, camera, scene.offset, size);
             let spots = near.map(find).unwrap_or_default();
             if layers.ids {
-                let view = LabelView { picture, camera, offset: scene.offset, theme, robots: &spots };
+                let view =
+                    LabelView { picture, camera, offset: scene.offset, theme, robots: &spots };
                 self.labels.draw(ui.ctx(), picture, &view);
             }
             if layers.robot_ids {
@@ -148,8 +161,10 @@ impl Caption {
             if let Some(legend) = legend {
                 let heat = scene.heat.map(|wanted| HeatLegend { heat: wanted, facts: *heat });
                 let closed = if layers.edges { *closed } else { 0 };
-                let symbols = Symbols { heat, density: *density, closed, ..Symbols::new(layers, *plans) };
-                let is_shown = overlay::legend(ui.ctx(), &mut placement, theme, legend, &symbols, Some(title));
+                let symbols =
+                    Symbols { heat, density: *density, closed, ..Symbols::new(layers, *plans) };
+                let is_shown =
+                    overlay::legend(ui.ctx(), &mut placement, theme, legend, &symbols, Some(title));
                 left_out.extend((!is_shown).then_some(overlay::LEGEND));
             }
             if *plan && camera.is_plan() {

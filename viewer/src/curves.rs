@@ -19,10 +19,15 @@ pub fn curve_length(curve: &CurveRecord) -> f32 {
     chords(curve).map(|chord| chord.length).sum()
 }
 
-/// Returns the place on an edge's curves that is `s` metres from its origin, given the edge's length in metres: the number of
-/// the curve and the curve's parameter.
+/// Returns the place on an edge's curves that is `s` metres from its origin, given the edge's
+/// length in metres: the number of the curve and the curve's parameter.
 pub fn place_at(curves: &[CurveRecord], length: f32, s: f32) -> (usize, f32) {
-    let all = || curves.iter().enumerate().flat_map(|(number, curve)| chords(curve).map(move |chord| (number, chord)));
+    let all = || {
+        curves
+            .iter()
+            .enumerate()
+            .flat_map(|(number, curve)| chords(curve).map(move |chord| (number, chord)))
+    };
     // The chords together are a little shorter than the curves, so `s` is scaled to their length.
     let total: f32 = all().map(|(_, chord)| chord.length).sum();
     let mut rest = s / length.max(1e-6) * total;
@@ -36,8 +41,8 @@ pub fn place_at(curves: &[CurveRecord], length: f32, s: f32) -> (usize, f32) {
     (curves.len().saturating_sub(1), 1.0)
 }
 
-/// Returns the middle of an edge's curves: the number of the curve and its parameter. Of a single curve, that is the parameter
-/// 0.5, whatever the lengths of both parts.
+/// Returns the middle of an edge's curves: the number of the curve and its parameter. Of a single
+/// curve, that is the parameter 0.5, whatever the lengths of both parts.
 pub fn middle(curves: &[CurveRecord]) -> (usize, f32) {
     if let [_] = curves { (0, 0.5) } else { place_at(curves, 1.0, 0.5) }
 }
@@ -73,9 +78,14 @@ mod tests {
     fn places_are_found_on_all_curves() {
         let line = CurveRecord::straight;
         let curves = [line([0.0, 0.0], [2.0, 0.0]), line([2.0, 0.0], [2.0, 6.0])];
-        for (s, number, parameter) in [(-1.0, 0, 0.0), (1.0, 0, 0.5), (2.0, 1, 0.0), (5.0, 1, 0.5), (9.0, 1, 1.0)] {
+        for (s, number, parameter) in
+            [(-1.0, 0, 0.0), (1.0, 0, 0.5), (2.0, 1, 0.0), (5.0, 1, 0.5), (9.0, 1, 1.0)]
+        {
             let (found, at) = place_at(&curves, 8.0, s);
-            assert!(found == number && (at - parameter).abs() < 1e-4, "{s} m: curve {found} at {at}");
+            assert!(
+                found == number && (at - parameter).abs() < 1e-4,
+                "{s} m: curve {found} at {at}"
+            );
         }
         assert_eq!(place_at(&[], 8.0, 1.0), (0, 1.0));
         assert!((curve_length(&curves[1]) - 6.0).abs() < 1e-4);
@@ -85,7 +95,10 @@ mod tests {
     fn the_middle_of_an_edge_is_half_way_along_its_curves() {
         let line = CurveRecord::straight;
         let mut world = WorldData::default();
-        world.add_edge(EdgeRecord::default(), [line([0.0, 0.0], [2.0, 0.0]), line([2.0, 0.0], [2.0, 6.0])]);
+        world.add_edge(
+            EdgeRecord::default(),
+            [line([0.0, 0.0], [2.0, 0.0]), line([2.0, 0.0], [2.0, 6.0])],
+        );
         world.add_edge(EdgeRecord::default(), []);
         let world = world.view(1, 1);
         let found = midpoint(&world, &world.edges()[0]).expect("curves");

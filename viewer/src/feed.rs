@@ -1,11 +1,12 @@
-//! The fleet's data in shared memory: the newest frame, world, columns and contacts. Nothing here iterates over robots.
+//! The fleet's data in shared memory: the newest frame, world, columns and contacts. Nothing here
+//! iterates over robots.
 
 use std::time::{Duration, Instant};
 
 use regatta_plugin::closure::ClosedEdge;
 use regatta_plugin::{
-    ClosureReader, ColumnName, ColumnReader, ContactReader, Contacts, Frame, Participant, ReadError, RecordingReader,
-    ReplayedRecording, Result, Subscriber, World, WorldReader,
+    ClosureReader, ColumnName, ColumnReader, ContactReader, Contacts, Frame, Participant,
+    ReadError, RecordingReader, ReplayedRecording, Result, Subscriber, World, WorldReader,
 };
 
 /// The number of polls between two checks whether a column still has a publisher.
@@ -13,8 +14,8 @@ const CHECK_EVERY: u32 = 32;
 /// A publisher that stays silent this long while frames arrive is considered gone.
 const LIVELINESS_TIMEOUT: Duration = Duration::from_secs(2);
 
-/// The number of frames after which a recording that they don't belong to is forgotten: more than can arrive while the run
-/// changes.
+/// The number of frames after which a recording that they don't belong to is forgotten: more than
+/// can arrive while the run changes.
 const MAX_STRANGE_FRAMES: u32 = 16;
 
 /// The readers of a fleet's data.
@@ -100,7 +101,10 @@ impl Feed {
         self.value = None;
         self.is_value_published = false;
         if let Some(name) = column {
-            self.value = Some((name.clone(), ColumnReader::open_on(self.frames.participant(), name.as_str())?));
+            self.value = Some((
+                name.clone(),
+                ColumnReader::open_on(self.frames.participant(), name.as_str())?,
+            ));
         }
         Ok(())
     }
@@ -125,7 +129,10 @@ impl Feed {
             && let Some(frame) = self.frames.current()?
         {
             let now = (frame.run_id(), frame.tick());
-            self.counts = Counts { read: self.counts.read + 1, skipped: self.counts.skipped + frame.missed() };
+            self.counts = Counts {
+                read: self.counts.read + 1,
+                skipped: self.counts.skipped + frame.missed(),
+            };
             self.last = Some(now);
             self.forget_recording(now.0);
         }
@@ -135,7 +142,8 @@ impl Feed {
 
     /// Forgets the recording of a replay after which another producer has come.
     fn forget_recording(&mut self, run: u64) {
-        let is_strange = self.recording.current().is_some_and(|recording| recording.header.run_id != run);
+        let is_strange =
+            self.recording.current().is_some_and(|recording| recording.header.run_id != run);
         self.strange_frames = if is_strange { self.strange_frames + 1 } else { 0 };
         if self.strange_frames > MAX_STRANGE_FRAMES {
             self.recording.forget();
@@ -146,9 +154,11 @@ impl Feed {
     fn update_liveliness(&mut self, news: &News) {
         let now = Instant::now();
         let last = &mut self.liveliness;
-        for (is_new, at) in
-            [(news.frame, &mut last.frame), (news.contacts, &mut last.contacts), (news.value, &mut last.value)]
-        {
+        for (is_new, at) in [
+            (news.frame, &mut last.frame),
+            (news.contacts, &mut last.contacts),
+            (news.value, &mut last.value),
+        ] {
             if is_new {
                 *at = Some(now);
             }
@@ -157,8 +167,11 @@ impl Feed {
             last.has_checker = self.contacts.has_publisher();
         }
         // A killed process counts as a publisher until it is cleaned up.
-        let is_silent = [last.contacts, last.value].into_iter().flatten().any(|at| last.is_silent(at));
-        if is_silent && last.cleaned.is_none_or(|cleaned| now.duration_since(cleaned) > LIVELINESS_TIMEOUT) {
+        let is_silent =
+            [last.contacts, last.value].into_iter().flatten().any(|at| last.is_silent(at));
+        if is_silent
+            && last.cleaned.is_none_or(|cleaned| now.duration_since(cleaned) > LIVELINESS_TIMEOUT)
+        {
             last.cleaned = Some(now);
             self.frames.forget_dead();
         }
@@ -217,15 +230,18 @@ impl Feed {
         self.recording.current()
     }
 
-    /// The recording's clock minus the simulated time of its shown run, in seconds; zero of a live run.
+    /// The recording's clock minus the simulated time of its shown run, in seconds; zero of a live
+    /// run.
     pub fn ahead_secs(&self) -> f64 {
         self.recording().map_or(0.0, |recording| recording.header.ahead_nanos as i64 as f64 * 1e-9)
     }
 
-    /// The time of a frame in seconds: on the clock of the recording, if it is of one, else simulated.
+    /// The time of a frame in seconds: on the clock of the recording, if it is of one, else
+    /// simulated.
     pub fn clock_secs(&self, frame: &Frame<'_>) -> f64 {
         let simulated = frame.header().sim_time_nanos;
-        let recording = self.recording().filter(|recording| recording.header.run_id == frame.run_id());
+        let recording =
+            self.recording().filter(|recording| recording.header.run_id == frame.run_id());
         recording.map_or(simulated, |recording| recording.header.time_of(simulated)) as f64 * 1e-9
     }
 
@@ -266,7 +282,8 @@ struct Liveliness {
 }
 
 impl Liveliness {
-    /// Whether a publisher that last sent `at` this time has been silent for too long while frames arrived.
+    /// Whether a publisher that last sent `at` this time has been silent for too long while frames
+    /// arrived.
     fn is_silent(&self, at: Instant) -> bool {
         self.frame.is_some_and(|frame| frame.saturating_duration_since(at) > LIVELINESS_TIMEOUT)
     }

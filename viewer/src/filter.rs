@@ -1,5 +1,6 @@
-//! Which robots match a filter: by state, type, task and zone. The others are dimmed in the picture, and those of other levels
-//! than the filter's are hidden. It is computed on another thread than the one that draws.
+//! Which robots match a filter: by state, type, task and zone. The others are dimmed in the
+//! picture, and those of other levels than the filter's are hidden. It is computed on another
+//! thread than the one that draws.
 
 use std::sync::Arc;
 
@@ -37,15 +38,16 @@ pub enum TaskFilter {
     Number(u64),
 }
 
-/// A set of robots: a bit per robot, 32 to a word, the lowest one first. Each picture clones and compares sets, which costs nothing as
-/// long as they are one set in memory.
+/// A set of robots: a bit per robot, 32 to a word, the lowest one first. Each picture clones and
+/// compares sets, which costs nothing as long as they are one set in memory.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct RobotSet(Arc<Vec<u32>>);
 
 /// The robots that match a filter.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Matches {
-    /// The robots that meet all conditions but that of the level; `None` if there is no other condition.
+    /// The robots that meet all conditions but that of the level; `None` if there is no other
+    /// condition.
     pub matching: Option<RobotSet>,
     /// The robots on the filter's level; `None` if it has none.
     pub on_level: Option<RobotSet>,
@@ -77,7 +79,10 @@ impl RobotSet {
 
     /// Adds a robot. One beyond the room of the set is left out.
     pub fn insert(&mut self, robot: u32) {
-        Arc::make_mut(&mut self.0).get_mut(robot as usize / 32).into_iter().for_each(|word| *word |= 1 << (robot % 32));
+        Arc::make_mut(&mut self.0)
+            .get_mut(robot as usize / 32)
+            .into_iter()
+            .for_each(|word| *word |= 1 << (robot % 32));
     }
 
     /// The bits, 32 robots to a word.
@@ -112,18 +117,28 @@ impl Filter {
         self.of_level(other.level.as_deref()) == *other
     }
 
-    /// Computes which robots of a frame match. `types` holds each robot's index into the robot types; a robot without one has
-    /// the first type.
-    pub fn matches(&self, frame: &Frame<'_>, world: &World<'_>, types: Option<&[f32]>, tasks: &TaskBook) -> Matches {
-        let in_zone: Option<Vec<bool>> =
-            self.zone.as_ref().map(|zone| world.edges().iter().map(|edge| world.text(edge.zone) == zone).collect());
-        let on_level: Option<Vec<bool>> =
-            self.level.as_ref().map(|level| world.edges().iter().map(|edge| world.text(edge.level) == level).collect());
+    /// Computes which robots of a frame match. `types` holds each robot's index into the robot
+    /// types; a robot without one has the first type.
+    pub fn matches(
+        &self,
+        frame: &Frame<'_>,
+        world: &World<'_>,
+        types: Option<&[f32]>,
+        tasks: &TaskBook,
+    ) -> Matches {
+        let in_zone: Option<Vec<bool>> = self
+            .zone
+            .as_ref()
+            .map(|zone| world.edges().iter().map(|edge| world.text(edge.zone) == zone).collect());
+        let on_level: Option<Vec<bool>> = self.level.as_ref().map(|level| {
+            world.edges().iter().map(|edge| world.text(edge.level) == level).collect()
+        });
         // A robot on no edge is in no zone and on no level: no edge has its number.
         let holds = |edges: &Option<Vec<bool>>, edge: u32| {
             edges.as_ref().is_none_or(|edges| edges.get(edge as usize).is_some_and(|holds| *holds))
         };
-        let type_of = |row: usize| types.and_then(|types| types.get(row)).map_or(0, |index| *index as u32);
+        let type_of =
+            |row: usize| types.and_then(|types| types.get(row)).map_or(0, |index| *index as u32);
         let (mut matching, mut of_level) = (RobotSet::new(frame.len()), RobotSet::new(frame.len()));
         let mut counts = MatchCounts::default();
         for row in 0..frame.len() {
@@ -168,7 +183,9 @@ impl TaskFilter {
 
 #[cfg(test)]
 mod tests {
-    use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, NO_EDGE, frame_lines, stride_lines};
+    use regatta_plugin::frame::{
+        ColumnsMut, FrameHeader, Line, NO_EDGE, frame_lines, stride_lines,
+    };
     use regatta_plugin::task::{TaskKind, TaskRecord};
     use regatta_plugin::world::{CurveRecord, EdgeRecord, WorldData};
 
@@ -181,23 +198,32 @@ mod tests {
         let upstairs = world.texts.add("upstairs");
         for (zone, level) in [(zone, 0), (0, upstairs)] {
             let line = CurveRecord::straight([0.0, 0.0], [1.0, 0.0]);
-            world.add_edge(EdgeRecord { length: 1.0, zone, level, ..EdgeRecord::default() }, [line]);
+            world
+                .add_edge(EdgeRecord { length: 1.0, zone, level, ..EdgeRecord::default() }, [line]);
         }
-        let header =
-            FrameHeader { run_id: 1, robots: 40, stride_lines: stride_lines(40) as u32, ..FrameHeader::default() };
+        let header = FrameHeader {
+            run_id: 1,
+            robots: 40,
+            stride_lines: stride_lines(40) as u32,
+            ..FrameHeader::default()
+        };
         let mut lines = vec![Line::default(); frame_lines(40)];
         let columns = ColumnsMut::split(&mut lines, 40);
         for row in 0..40 {
             columns.edge[row] = [0, 1, NO_EDGE][row % 3];
-            columns.state[row] = if row == 0 { RobotState::Absent as u8 } else { RobotState::Driving as u8 };
+            columns.state[row] =
+                if row == 0 { RobotState::Absent as u8 } else { RobotState::Driving as u8 };
         }
         columns.state[33] = RobotState::Held as u8;
         let frame = Frame::new(&header, &lines).expect("a frame");
         let mut tasks = TaskBook::default();
         tasks.take(1, &[TaskRecord::new(7, TaskKind::Assigned).of_robot(36)]);
         let types: Vec<f32> = (0..40).map(|row| (row % 2) as f32).collect();
-        let found = |filter: Filter| filter.matches(&frame, &world.view(1, 1), Some(&types), &tasks);
-        let ids_in = |robots: &RobotSet| -> Vec<usize> { (0..40).filter(|row| robots.contains(*row as u32)).collect() };
+        let found =
+            |filter: Filter| filter.matches(&frame, &world.view(1, 1), Some(&types), &tasks);
+        let ids_in = |robots: &RobotSet| -> Vec<usize> {
+            (0..40).filter(|row| robots.contains(*row as u32)).collect()
+        };
         let ids = |filter| {
             let found = found(filter);
             assert_eq!(found.on_level, None);
@@ -219,8 +245,13 @@ mod tests {
         assert_eq!(upstairs.on_level.as_ref().map(ids_in), Some(on_edge_1));
         assert_eq!(upstairs.matching, None);
         assert_eq!(upstairs.counts, MatchCounts { matching: 39, on_level: 13, all: 39 });
-        let held_elsewhere = found(Filter { state: Some(RobotState::Held), ..all.of_level(Some("upstairs")) });
-        assert_eq!(held_elsewhere.matching.as_ref().map(ids_in), Some(vec![33]), "the level is no condition");
+        let held_elsewhere =
+            found(Filter { state: Some(RobotState::Held), ..all.of_level(Some("upstairs")) });
+        assert_eq!(
+            held_elsewhere.matching.as_ref().map(ids_in),
+            Some(vec![33]),
+            "the level is no condition"
+        );
         assert_eq!(held_elsewhere.on_level, upstairs.on_level);
         assert_eq!(held_elsewhere.counts, MatchCounts { matching: 1, on_level: 0, all: 39 });
         let north = Filter { zone: Some("north".into()), robot_type: Some(1), ..all };

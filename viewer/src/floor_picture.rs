@@ -40,15 +40,22 @@ pub struct FloorPicture {
 }
 
 impl FloorPicture {
-    /// Reads a ROS map if the name ends in `.yaml` or `.yml`, else an image that is stretched over `bounds`. A picture with
-    /// more than `limit` pixels in either direction is scaled down. `placed` overrides the placement: x and y of the lower left
-    /// corner in metres, metres per pixel, and the yaw in degrees.
+    /// Reads a ROS map if the name ends in `.yaml` or `.yml`, else an image that is stretched over
+    /// `bounds`. A picture with more than `limit` pixels in either direction is scaled down.
+    /// `placed` overrides the placement: x and y of the lower left corner in metres, metres per
+    /// pixel, and the yaw in degrees.
     ///
     /// # Errors
     /// [`FloorPictureError`] if a file can't be read or is malformed.
-    pub fn load(path: &Path, bounds: Bounds, limit: u32, placed: Option<[f32; 4]>) -> Result<Self, FloorPictureError> {
+    pub fn load(
+        path: &Path,
+        bounds: Bounds,
+        limit: u32,
+        placed: Option<[f32; 4]>,
+    ) -> Result<Self, FloorPictureError> {
         let failed = |reason: String| FloorPictureError { path: path.to_owned(), reason };
-        let is_map = path.extension().is_some_and(|extension| extension == "yaml" || extension == "yml");
+        let is_map =
+            path.extension().is_some_and(|extension| extension == "yaml" || extension == "yml");
         let picture = if is_map {
             load_map(path)?
         } else {
@@ -60,7 +67,8 @@ impl FloorPicture {
             Some([x, y, resolution, yaw]) => Self {
                 corner: Vec2::new(x, y),
                 turn: yaw.to_radians(),
-                size: Vec2::new(picture.pixels.width() as f32, picture.pixels.height() as f32) * resolution,
+                size: Vec2::new(picture.pixels.width() as f32, picture.pixels.height() as f32)
+                    * resolution,
                 ..picture
             },
         };
@@ -76,21 +84,30 @@ impl FloorPicture {
         tracing::warn!(
             "the floor picture of {width}x{height} pixels exceeds the adapter's limit of {limit} and is scaled down"
         );
-        let scaled = |side: u32| (u64::from(side) * u64::from(limit) / u64::from(longest)).max(1) as u32;
-        Self { pixels: image::imageops::thumbnail(&self.pixels, scaled(width), scaled(height)), ..self }
+        let scaled =
+            |side: u32| (u64::from(side) * u64::from(limit) / u64::from(longest)).max(1) as u32;
+        Self {
+            pixels: image::imageops::thumbnail(&self.pixels, scaled(width), scaled(height)),
+            ..self
+        }
     }
 }
 
 fn read(path: &Path) -> Result<RgbaImage, String> {
     files::check_regular(path)?;
-    let mut reader =
-        ImageReader::open(path).and_then(ImageReader::with_guessed_format).map_err(|error| error.to_string())?;
+    let mut reader = ImageReader::open(path)
+        .and_then(ImageReader::with_guessed_format)
+        .map_err(|error| error.to_string())?;
     let mut limits = image::Limits::default();
     limits.max_alloc = Some(MAX_BYTES);
     reader.limits(limits);
     let picture = reader.decode().map_err(|error| error.to_string())?;
     if u64::from(picture.width()) * u64::from(picture.height()) * 4 > MAX_BYTES {
-        return Err(format!("the image of {}x{} pixels is too large", picture.width(), picture.height()));
+        return Err(format!(
+            "the image of {}x{} pixels is too large",
+            picture.width(),
+            picture.height()
+        ));
     }
     Ok(picture.into_rgba8())
 }
@@ -130,12 +147,16 @@ fn load_map(path: &Path) -> Result<FloorPicture, FloorPictureError> {
 }
 
 fn parse_map(text: &str) -> Result<Map, String> {
-    let documents = Yaml::load_from_str(text).map_err(|error| error.to_string().replace('\n', " "))?;
+    let documents =
+        Yaml::load_from_str(text).map_err(|error| error.to_string().replace('\n', " "))?;
     let map = documents.first().ok_or("the file is empty")?;
-    let number = |value: &Yaml<'_>| value.as_floating_point().or(value.as_integer().map(|whole| whole as f64));
+    let number = |value: &Yaml<'_>| {
+        value.as_floating_point().or(value.as_integer().map(|whole| whole as f64))
+    };
     let get = |key: &str| map.as_mapping_get(key);
-    let optional =
-        |key: &str, default: f64| get(key).map_or(Some(default), number).ok_or(format!("{key} is not a number"));
+    let optional = |key: &str, default: f64| {
+        get(key).map_or(Some(default), number).ok_or(format!("{key} is not a number"))
+    };
     let origin = get("origin").and_then(|list| {
         let parts = list.as_sequence()?.iter().map(number).collect::<Option<Vec<_>>>()?;
         <[f64; 3]>::try_from(parts).ok().filter(|parts| parts.iter().all(|part| part.is_finite()))
@@ -161,15 +182,23 @@ mod tests {
     fn a_map_file_is_read() {
         let text = "image: hall.pgm\nresolution: 0.05\norigin: [-10, -5.5, 0.0]\nnegate: 0\noccupied_thresh: 0.65\nfree_thresh: 0.196\n";
         let map = parse_map(text).unwrap();
-        assert_eq!((map.image.as_str(), map.resolution, map.origin), ("hall.pgm", 0.05, [-10.0, -5.5, 0.0]));
+        assert_eq!(
+            (map.image.as_str(), map.resolution, map.origin),
+            ("hall.pgm", 0.05, [-10.0, -5.5, 0.0])
+        );
         assert!(!map.negate && map.free_thresh == 0.196);
     }
 
     #[test]
     fn a_malformed_map_is_reported_in_one_line() {
-        let good = [("image", "image: a.pgm"), ("resolution", "resolution: 0.1"), ("origin", "origin: [0, 0, 0]")];
+        let good = [
+            ("image", "image: a.pgm"),
+            ("resolution", "resolution: 0.1"),
+            ("origin", "origin: [0, 0, 0]"),
+        ];
         for (missing, _) in good {
-            let text: Vec<_> = good.iter().filter(|(key, _)| *key != missing).map(|(_, line)| *line).collect();
+            let text: Vec<_> =
+                good.iter().filter(|(key, _)| *key != missing).map(|(_, line)| *line).collect();
             let error = parse_map(&text.join("\n")).unwrap_err();
             assert!(error.contains(missing) && !error.contains('\n'), "{error}");
         }
@@ -188,11 +217,17 @@ mod tests {
     fn a_map_is_placed_at_its_origin() {
         let folder = std::env::temp_dir().join(format!("regatta-map-{}", std::process::id()));
         std::fs::create_dir_all(&folder).expect("made");
-        std::fs::write(folder.join("m.pgm"), b"P5\n3 2\n255\n\x00\xff\xcd\xff\xff\xff").expect("written");
-        std::fs::write(folder.join("m.yaml"), "image: m.pgm\nresolution: 0.5\norigin: [-1, 2, 0]\n").expect("written");
+        std::fs::write(folder.join("m.pgm"), b"P5\n3 2\n255\n\x00\xff\xcd\xff\xff\xff")
+            .expect("written");
+        std::fs::write(
+            folder.join("m.yaml"),
+            "image: m.pgm\nresolution: 0.5\norigin: [-1, 2, 0]\n",
+        )
+        .expect("written");
         let picture = FloorPicture::load(&folder.join("m.yaml"), Bounds::default(), 4096, None);
         let placed = Some([7.0, -8.0, 0.1, 90.0]);
-        let moved = FloorPicture::load(&folder.join("m.yaml"), Bounds::default(), 4096, placed).unwrap();
+        let moved =
+            FloorPicture::load(&folder.join("m.yaml"), Bounds::default(), 4096, placed).unwrap();
         assert_eq!((moved.corner, moved.size), (Vec2::new(7.0, -8.0), Vec2::new(0.3, 0.2)));
         assert!((moved.turn - core::f32::consts::FRAC_PI_2).abs() < 1e-6);
         std::fs::remove_dir_all(&folder).expect("removed");
@@ -205,7 +240,8 @@ mod tests {
     #[test]
     fn large_pictures_are_scaled_down() {
         let pixels = RgbaImage::new(300, 20);
-        let picture = FloorPicture { pixels, corner: Vec2::ZERO, turn: 0.0, size: Vec2::ONE }.limited(100);
+        let picture =
+            FloorPicture { pixels, corner: Vec2::ZERO, turn: 0.0, size: Vec2::ONE }.limited(100);
         assert_eq!(picture.pixels.dimensions(), (100, 6));
     }
 }

@@ -23,14 +23,20 @@ impl Footprint {
         if robot_type.shape() == Shape::Circle {
             return Self::Circle { centre: place, radius: robot_type.length / 2.0 };
         }
-        let (ahead, aside) = (Vec2::from_angle(heading) * 0.5, Vec2::from_angle(heading).perp() * 0.5);
+        let (ahead, aside) =
+            (Vec2::from_angle(heading) * 0.5, Vec2::from_angle(heading).perp() * 0.5);
         let (ahead, aside) = (ahead * robot_type.length, aside * robot_type.width);
-        Self::Rectangle([-ahead - aside, ahead - aside, ahead + aside, aside - ahead].map(|corner| place + corner))
+        Self::Rectangle(
+            [-ahead - aside, ahead - aside, ahead + aside, aside - ahead]
+                .map(|corner| place + corner),
+        )
     }
 
-    /// Returns the least distance to another outline, and the points where it is; 0 and the same point twice if they overlap.
+    /// Returns the least distance to another outline, and the points where it is; 0 and the same
+    /// point twice if they overlap.
     pub fn clearance(self, other: Self) -> (f32, [Vec2; 2]) {
-        let ([a, b], [reach_a, reach_b]) = ([self.core(), other.core()], [self.radius(), other.radius()]);
+        let ([a, b], [reach_a, reach_b]) =
+            ([self.core(), other.core()], [self.radius(), other.radius()]);
         let (distance, [from, to]) = nearest(&a, &b);
         let rest = distance - reach_a - reach_b;
         if rest <= 0.0 {
@@ -54,9 +60,12 @@ impl Footprint {
     }
 }
 
-/// Returns the nearest points of two convex outlines and their distance; 0 if one contains a point of the other, or they cross.
+/// Returns the nearest points of two convex outlines and their distance; 0 if one contains a point
+/// of the other, or they cross.
 fn nearest(a: &[Vec2], b: &[Vec2]) -> (f32, [Vec2; 2]) {
-    let inside = |outline: &[Vec2], points: &[Vec2]| points.iter().copied().find(|point| contains(outline, *point));
+    let inside = |outline: &[Vec2], points: &[Vec2]| {
+        points.iter().copied().find(|point| contains(outline, *point))
+    };
     if let Some(point) = inside(a, b).or_else(|| inside(b, a)) {
         return (0.0, [point; 2]);
     }
@@ -88,9 +97,17 @@ fn nearest_of_sides(a: [Vec2; 2], b: [Vec2; 2]) -> (f32, [Vec2; 2]) {
         let part = turn(b, a[0]) / (turn(b, a[0]) - turn(b, a[1]));
         return (0.0, [a[0].lerp(a[1], part); 2]);
     }
-    let ends = [[a[0], on_side(b, a[0])], [a[1], on_side(b, a[1])], [on_side(a, b[0]), b[0]], [on_side(a, b[1]), b[1]]];
+    let ends = [
+        [a[0], on_side(b, a[0])],
+        [a[1], on_side(b, a[1])],
+        [on_side(a, b[0]), b[0]],
+        [on_side(a, b[1]), b[1]],
+    ];
     let found = ends.map(|[from, to]| (from.distance(to), [from, to]));
-    found.into_iter().reduce(|best, next| if next.0 < best.0 { next } else { best }).unwrap_or_default()
+    found
+        .into_iter()
+        .reduce(|best, next| if next.0 < best.0 { next } else { best })
+        .unwrap_or_default()
 }
 
 /// The point of a side that is nearest to a point.

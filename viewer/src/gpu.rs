@@ -1,4 +1,5 @@
-//! GPU rendering: uploads of the fleet's columns, and the compute and render passes that draw a picture.
+//! GPU rendering: uploads of the fleet's columns, and the compute and render passes that draw a
+//! picture.
 
 pub(crate) mod attachments;
 mod bindings;

@@ -85,7 +85,10 @@ pub fn run(options: &Options) -> Result {
     options.look.load_meshes(&mut renderer);
     let stage = Stage::new(&participant, renderer, options.look.scene())?;
     let mut routes = RoutePoller::default();
-    routes.watch(options.follow.iter().chain(&options.look.select).copied().collect(), Instant::now());
+    routes.watch(
+        options.follow.iter().chain(&options.look.select).copied().collect(),
+        Instant::now(),
+    );
     let followed = options.follow.iter().chain(&options.look.select).copied().collect();
     // A film reads them with each frame, so that they don't depend on when a thread wakes.
     let watch = Watch { selected: followed, ..stage.plan_watch() };
@@ -118,9 +121,13 @@ pub fn run(options: &Options) -> Result {
         (Some(path), ..) => viewer.film(path),
         (None, Some(path), _) => viewer.screenshot(path),
         (None, None, Some(path)) => viewer.record(path),
-        (None, None, None) if options.svg.is_some() => viewer.svg(options.svg.as_deref().unwrap_or(Path::new(""))),
+        (None, None, None) if options.svg.is_some() => {
+            viewer.svg(options.svg.as_deref().unwrap_or(Path::new("")))
+        }
         (None, None, None) if !options.bench.is_empty() => viewer.scrub(),
-        (None, None, None) => Err(Error::new("--headless needs --screenshot FILE, --record FOLDER or --bench N")),
+        (None, None, None) => {
+            Err(Error::new("--headless needs --screenshot FILE, --record FOLDER or --bench N"))
+        }
     }
 }
 
@@ -134,7 +141,11 @@ impl HeadlessViewer<'_> {
         self.check_options()?;
         self.wait_for_plans()?;
         self.wait_for_heat()?;
-        let picture = if self.options.levels { self.render_levels(self.samples)? } else { self.render(alpha)? };
+        let picture = if self.options.levels {
+            self.render_levels(self.samples)?
+        } else {
+            self.render(alpha)?
+        };
         write_png(&picture, path)?;
         Ok(())
     }
@@ -148,7 +159,8 @@ impl HeadlessViewer<'_> {
         self.check_options()?;
         let theme = self.options.look.theme.unwrap_or(Theme::Light);
         let text = self.stage.svg(&self.options.name(), theme, self.options.svg_scale)?;
-        std::fs::write(path, text).map_err(|error| Error::new(format!("{}: {error}", path.display())))
+        std::fs::write(path, text)
+            .map_err(|error| Error::new(format!("{}: {error}", path.display())))
     }
 
     /// Records pictures at regular steps of wall time.
@@ -161,14 +173,16 @@ impl HeadlessViewer<'_> {
         self.check_options()?;
         let started = Instant::now();
         let step = Duration::from_secs(1) / self.options.fps;
-        let total = (self.options.record_for().as_secs_f64() * f64::from(self.options.fps)).ceil() as u32;
+        let total =
+            (self.options.record_for().as_secs_f64() * f64::from(self.options.fps)).ceil() as u32;
         let mut repeats = 0;
         while video.pictures() < total && !self.termination.requested() {
             let due = started + step * video.pictures();
             self.update_until(due)?;
             let picture = self.render(self.stage.alpha(Instant::now()))?;
             video.add(&picture)?;
-            // If rendering takes longer than a step, the picture is repeated for the steps that were missed.
+            // If rendering takes longer than a step, the picture is repeated for the steps that
+            // were missed.
             let passed = (started.elapsed().as_secs_f64() * f64::from(self.options.fps)) as u32;
             while video.pictures() < passed.min(total) {
                 video.add(&picture)?;
@@ -177,7 +191,8 @@ impl HeadlessViewer<'_> {
         }
         let pictures = video.finish()?;
         if repeats > 0 {
-            let (fps, verb) = (self.options.fps, if repeats == 1 { "is a repeat" } else { "are repeats" });
+            let (fps, verb) =
+                (self.options.fps, if repeats == 1 { "is a repeat" } else { "are repeats" });
             eprintln!(
                 "{repeats} of {} {verb}: this machine renders fewer than {fps} per second; \
                  `regatta record`, then `regatta viewer FILE --film`, repeats none",
@@ -218,19 +233,27 @@ impl HeadlessViewer<'_> {
 
     /// Takes the newest plans. Returns what is known if there are new ones.
     fn update_plans(&mut self) -> Result<Option<PlanFacts>> {
-        let Some(found) = self.plans.as_ref().map(Inbox::newest).transpose()?.flatten() else { return Ok(None) };
+        let Some(found) = self.plans.as_ref().map(Inbox::newest).transpose()?.flatten() else {
+            return Ok(None);
+        };
         self.stage.set_plans(found);
         Ok(Some(self.stage.plan_facts()))
     }
 
-    /// The lines that say what a picture shows: the fleet, the simulated time and the number of robots.
+    /// The lines that say what a picture shows: the fleet, the simulated time and the number of
+    /// robots.
     fn title(&self) -> Vec<String> {
         let frame = self.stage.feed.frame();
         let robots = frame.map_or(0, |frame| {
             frame.columns().state.iter().filter(|state| **state != RobotState::Absent as u8).count()
         });
-        let time = self.clock.unwrap_or_else(|| frame.map_or(0.0, |frame| self.stage.feed.clock_secs(&frame)));
-        vec![self.options.name(), format!("{}, {}", clock_text(time), with_plural(robots as u64, "robot"))]
+        let time = self
+            .clock
+            .unwrap_or_else(|| frame.map_or(0.0, |frame| self.stage.feed.clock_secs(&frame)));
+        vec![
+            self.options.name(),
+            format!("{}, {}", clock_text(time), with_plural(robots as u64, "robot")),
+        ]
     }
 
     /// The robots of --follow and --select.
@@ -256,27 +279,42 @@ impl HeadlessViewer<'_> {
             )));
         }
         let levels = self.stage.feed.world().map(|world| levels(&world)).unwrap_or_default();
-        if let Some(level) = self.options.look.level.as_ref().filter(|level| !levels.contains(*level)) {
+        if let Some(level) =
+            self.options.look.level.as_ref().filter(|level| !levels.contains(*level))
+        {
             let known = if levels.is_empty() { "none".to_owned() } else { levels.join(", ") };
-            return Err(Error::new(format!("there is no level '{level}'; the levels of this world: {known}")));
+            return Err(Error::new(format!(
+                "there is no level '{level}'; the levels of this world: {known}"
+            )));
         }
-        if let (Some(Colouring::Column(name)), None) = (&self.options.look.colour, self.stage.feed.value()) {
+        if let (Some(Colouring::Column(name)), None) =
+            (&self.options.look.colour, self.stage.feed.value())
+        {
             return Err(Error::new(format!(
                 "nobody publishes the column '{name}' of fleet '{}': start its plugin, or give another --colour",
                 self.options.fleet
             )));
         }
-        if self.stage.scene.trails.points > 0 && self.options.screenshot.is_some() && self.options.at.is_none() {
-            tracing::warn!("trails start with this program; use --at with a later time to let them grow");
+        if self.stage.scene.trails.points > 0
+            && self.options.screenshot.is_some()
+            && self.options.at.is_none()
+        {
+            tracing::warn!(
+                "trails start with this program; use --at with a later time to let them grow"
+            );
         }
         Ok(())
     }
 
     fn camera(&self) -> Camera {
         match self.options.follow.and_then(|robot| self.pose(robot)) {
-            Some((position, theta)) => {
-                Camera { target: position.extend(0.2), yaw: theta, pitch: 0.42, distance: 6.0, ..Camera::default() }
-            }
+            Some((position, theta)) => Camera {
+                target: position.extend(0.2),
+                yaw: theta,
+                pitch: 0.42,
+                distance: 6.0,
+                ..Camera::default()
+            },
             None => self.view.camera(self.stage.bounds(), self.window()),
         }
     }
@@ -313,7 +351,8 @@ impl HeadlessViewer<'_> {
         if self.leave_out(&left_out) { Ok(self.draw(alpha)?.0) } else { Ok(picture) }
     }
 
-    /// Says once what the picture has no room for. Returns whether the legend is hidden from now on.
+    /// Says once what the picture has no room for. Returns whether the legend is hidden from now
+    /// on.
     fn leave_out(&mut self, left_out: &[&str]) -> bool {
         if !left_out.is_empty() && !std::mem::replace(&mut self.has_warned, true) {
             tracing::warn!("{}", no_room(self.options.picture_size(), left_out));
@@ -326,23 +365,27 @@ impl HeadlessViewer<'_> {
     /// Draws a picture. Returns the names of the annotations that it has no room for, too.
     fn draw(&mut self, alpha: f32) -> Result<(RgbaImage, Vec<&'static str>)> {
         let camera = self.camera();
-        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut encoder =
+            self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let size = self.size();
         self.stage.draw(&mut encoder, &self.offscreen.view, &camera, size, alpha);
         let (target, legend) = ((&self.offscreen.overlay, size), self.stage.legend());
         let legend = Some(&legend).filter(|_| self.part.is_none() && !self.no_legend);
-        let plan = self.part.as_ref().is_none_or(|part| part.has_scale) && !self.options.look.no_legend;
+        let plan =
+            self.part.as_ref().is_none_or(|part| part.has_scale) && !self.options.look.no_legend;
         let selected = self.selected().filter(|_| !self.options.look.no_ids);
         let robots = selected.filter_map(|robot| Some((robot, self.pose(robot)?.0))).collect();
         let plans = self.stage.plan_facts();
-        let time = self.clock.or_else(|| Some(self.stage.feed.clock_secs(&self.stage.feed.frame()?)));
+        let time =
+            self.clock.or_else(|| Some(self.stage.feed.clock_secs(&self.stage.feed.frame()?)));
         let look = &self.options.look;
         let level = self.part.as_ref().map(|part| part.level.clone());
         let heading = match (&look.title, level) {
             (Some(title), Some(level)) => Some(format!("{title}: {level}")),
             (title, level) => title.clone().or(level),
         };
-        let banner = Banner { title: heading, clock: time.filter(|_| look.clock), scale: look.scale };
+        let banner =
+            Banner { title: heading, clock: time.filter(|_| look.clock), scale: look.scale };
         let frame = self.stage.feed.frame();
         let world = self.stage.feed.world().unwrap_or_default();
         let heat = self.stage.jam_facts().heat;
@@ -368,7 +411,8 @@ impl HeadlessViewer<'_> {
     }
 }
 
-/// Returns the width of the strip on the left of a picture that its legend takes, in pixels; 0 if the picture has no room to spare.
+/// Returns the width of the strip on the left of a picture that its legend takes, in pixels; 0 if
+/// the picture has no room to spare.
 fn legend_width(size: UVec2) -> u32 {
     let beside = overlay::beside_legend(size.as_vec2() / pixels_per_point(size));
     (beside.low.x * size.x as f32).ceil() as u32
@@ -376,9 +420,16 @@ fn legend_width(size: UVec2) -> u32 {
 
 /// Says what a picture of this size has no room for, and what to do.
 fn no_room(size: UVec2, left_out: &[&str]) -> String {
-    let advice = if left_out.contains(&overlay::LEGEND) { ", or hide the legend with --no-legend" } else { "" };
+    let advice = if left_out.contains(&overlay::LEGEND) {
+        ", or hide the legend with --no-legend"
+    } else {
+        ""
+    };
     let names = left_out.join(" and ");
-    format!("a picture of {}x{} has no room for its {names}; give a larger --size{advice}", size.x, size.y)
+    format!(
+        "a picture of {}x{} has no room for its {names}; give a larger --size{advice}",
+        size.x, size.y
+    )
 }
 
 #[cfg(test)]

@@ -1,8 +1,9 @@
-//! The user interface over the picture of the fleet: panels, keyboard and mouse. It shows a [`ViewModel`], holds the
-//! user's choices and returns [`Action`]s. It draws with egui and depends neither on windows nor on graphics cards, so
-//! that tests drive it as it is.
+//! The user interface over the picture of the fleet: panels, keyboard and mouse. It shows a
+//! [`ViewModel`], holds the user's choices and returns [`Action`]s. It draws with egui and depends
+//! neither on windows nor on graphics cards, so that tests drive it as it is.
 //!
-//! Each panel is a file with an `impl Interface` block; the fields of [`Interface`] are in `state.rs`.
+//! Each panel is a file with an `impl Interface` block; the fields of [`Interface`] are in
+//! `state.rs`.
 
 pub mod banner;
 pub mod camera_controller;
@@ -73,8 +74,8 @@ const LOWEST_PLOTS: f32 = 110.0;
 const LOWEST_PICTURE: f32 = 20.0;
 
 impl Interface {
-    /// Shows everything and handles keyboard and mouse. Returns where the picture of the fleet is, in points, and the
-    /// actions that the caller carries out.
+    /// Shows everything and handles keyboard and mouse. Returns where the picture of the fleet is,
+    /// in points, and the actions that the caller carries out.
     pub fn show(&mut self, ui: &mut Ui, model: &ViewModel<'_>) -> (Rect, Vec<Action>) {
         let (mut actions, level) = (Vec::new(), self.level().map(str::to_owned));
         self.apply_style(ui);
@@ -85,7 +86,11 @@ impl Interface {
             actions.push(Action::Filter(self.filter.clone()));
         }
         let frame = style::panel(self.settings.theme());
-        Panel::top("top").exact_size(42.0).resizable(false).frame(frame).show(ui, |ui| self.top_bar(ui, model));
+        Panel::top("top")
+            .exact_size(42.0)
+            .resizable(false)
+            .frame(frame)
+            .show(ui, |ui| self.top_bar(ui, model));
         Panel::bottom("bottom")
             .exact_size(48.0)
             .resizable(false)
@@ -122,7 +127,10 @@ impl Interface {
     /// In a low window, plots that open close the panels beside them, and the other way round.
     fn leave_room(&mut self, height: f32) {
         let open = &mut self.settings;
-        if height < LOWEST_PANEL + LOWEST_PLOTS && open.plots && (open.left.is_some() || open.right.is_some()) {
+        if height < LOWEST_PANEL + LOWEST_PLOTS
+            && open.plots
+            && (open.left.is_some() || open.right.is_some())
+        {
             match self.plots_before {
                 true => open.plots = false,
                 false => (open.left, open.right) = (None, None),
@@ -131,7 +139,8 @@ impl Interface {
         self.plots_before = self.settings.plots;
     }
 
-    /// Shows the open panels. In a narrow window, a panel that opens closes the one on the other side.
+    /// Shows the open panels. In a narrow window, a panel that opens closes the one on the other
+    /// side.
     fn panels(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
         let room = ui.available_width();
         let open = &mut self.settings;
@@ -155,7 +164,8 @@ impl Interface {
         }
     }
 
-    /// Advances flights and following, and fits everything into the picture until the user moves the camera.
+    /// Advances flights and following, and fits everything into the picture until the user moves
+    /// the camera.
     fn move_camera(&mut self, ui: &Ui, area: PictureArea, model: &ViewModel<'_>) {
         self.window = self.free_part(area).unwrap_or(self.window);
         let seconds = ui.input(|input| input.stable_dt).min(0.1);
@@ -178,9 +188,11 @@ impl Interface {
         let part = |at: egui::Pos2| glam::Vec2::new(at.x - picture.left(), at.y - picture.top());
         let size = glam::Vec2::new(picture.width(), picture.height());
         // Nothing of the fleet is to lie under the legend. Levels side by side lie beside it.
-        let beside = overlay::beside_legend(glam::Vec2::new(visible.width(), visible.height())).low.x;
+        let beside =
+            overlay::beside_legend(glam::Vec2::new(visible.width(), visible.height())).low.x;
         let legend = if self.parts().is_empty() { beside * visible.width() } else { 0.0 };
-        let (low, high) = (part(visible.min + egui::vec2(legend, 0.0)) / size, part(visible.max) / size);
+        let (low, high) =
+            (part(visible.min + egui::vec2(legend, 0.0)) / size, part(visible.max) / size);
         Some(Window { aspect: picture.aspect_ratio(), low, high })
     }
 
@@ -201,18 +213,27 @@ impl Interface {
             };
             let highest = (ui.available_height() - beside).clamp(0.0, 320.0);
             let sizes = LOWEST_PLOTS.min(highest)..=highest;
-            let panel = Panel::bottom("plots").default_size(150.0).size_range(sizes).resizable(true);
+            let panel =
+                Panel::bottom("plots").default_size(150.0).size_range(sizes).resizable(true);
             panel
                 .frame(style::panel(self.settings.theme()))
                 .show(ui, |ui| within(ui, |ui| self.plots(ui, model, actions)));
         }
     }
 
-    fn left_panel(&mut self, ui: &mut Ui, room: f32, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+    fn left_panel(
+        &mut self,
+        ui: &mut Ui,
+        room: f32,
+        model: &ViewModel<'_>,
+        actions: &mut Vec<Action>,
+    ) {
         let Some(open) = self.settings.left else { return };
         // The list of robots has all its columns where there is room.
         let size = if room >= ALL_COLUMNS { 470.0 } else { 290.0 };
-        let panel = Panel::left("left").default_size(size).size_range(270.0..=640.0_f32.min(room - 40.0).max(270.0));
+        let panel = Panel::left("left")
+            .default_size(size)
+            .size_range(270.0..=640.0_f32.min(room - 40.0).max(270.0));
         panel.frame(style::panel(self.settings.theme())).show(ui, |ui| {
             within(ui, |ui| match open {
                 LeftPanel::Fleet => self.fleet_list(ui, model, actions),
@@ -223,9 +244,17 @@ impl Interface {
         });
     }
 
-    fn right_panel(&mut self, ui: &mut Ui, room: f32, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+    fn right_panel(
+        &mut self,
+        ui: &mut Ui,
+        room: f32,
+        model: &ViewModel<'_>,
+        actions: &mut Vec<Action>,
+    ) {
         let Some(open) = self.settings.right else { return };
-        let panel = Panel::right("right").default_size(280.0).size_range(270.0..=460.0_f32.min(room - 40.0).max(270.0));
+        let panel = Panel::right("right")
+            .default_size(280.0)
+            .size_range(270.0..=460.0_f32.min(room - 40.0).max(270.0));
         panel.frame(style::panel(self.settings.theme())).show(ui, |ui| {
             within(ui, |ui| {
                 ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match open {

@@ -1,6 +1,6 @@
-//! Where it jams: the heat map of edges, hot spots, and the figures of the fleet over time. A background thread reads frames,
-//! contacts and what the traffic plugin publishes, and reduces them to lists to draw and figures to show, so that no picture waits
-//! for it.
+//! Where it jams: the heat map of edges, hot spots, and the figures of the fleet over time. A
+//! background thread reads frames, contacts and what the traffic plugin publishes, and reduces them
+//! to lists to draw and figures to show, so that no picture waits for it.
 
 pub mod heat;
 pub mod presence;
@@ -26,7 +26,8 @@ use crate::watching::Watched;
 pub struct Watch {
     /// The heat map to work out.
     pub heat: Option<Heat>,
-    /// The edges whose figures are wanted, by their indices in the world: the selected one, and the one under the pointer.
+    /// The edges whose figures are wanted, by their indices in the world: the selected one, and the
+    /// one under the pointer.
     pub edges: Vec<u32>,
     /// The node whose robots are wanted, by its index in the world.
     pub node: Option<u32>,
@@ -43,7 +44,11 @@ impl Watched for Watch {
         *self == Self::default()
     }
 
-    fn run(fleet: &FleetName, changed: &Receiver<Self>, report: &mut dyn FnMut(JamReport) -> bool) -> Result {
+    fn run(
+        fleet: &FleetName,
+        changed: &Receiver<Self>,
+        report: &mut dyn FnMut(JamReport) -> bool,
+    ) -> Result {
         watcher::run(fleet, changed, report)
     }
 }
@@ -100,7 +105,8 @@ pub struct JamFacts {
     pub edges: Vec<EdgeFacts>,
     /// The watched node.
     pub node: Option<NodeFacts>,
-    /// The hot spots, the worst first. Times of these and of the figures are those of the clock that is shown.
+    /// The hot spots, the worst first. Times of these and of the figures are those of the clock
+    /// that is shown.
     pub spots: Arc<[Spot]>,
     /// The figures over time, the oldest first.
     pub series: Arc<[FleetSample]>,
@@ -126,7 +132,8 @@ impl JamFacts {
     }
 }
 
-/// The hot spots, the worst one first, the figures over time, and the part of the run that they are about.
+/// The hot spots, the worst one first, the figures over time, and the part of the run that they are
+/// about.
 pub type History = (Arc<[Spot]>, Arc<[FleetSample]>, Known);
 
 /// Moves a history by some seconds: from simulated time to that of a recording's clock.

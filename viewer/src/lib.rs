@@ -1,8 +1,9 @@
-//! The 3D viewer: shows a fleet of any size live in a window, or renders it into pictures. It reads the fleet only
-//! through the contract.
+//! The 3D viewer: shows a fleet of any size live in a window, or renders it into pictures. It reads
+//! the fleet only through the contract.
 //!
-//! Data flows one way: [`feed`] reads shared memory, [`stage`] uploads new data to the [`gpu`], which draws it according to
-//! the [`scene`] and the [`camera`] into a window's surface or a [`picture`].
+//! Data flows one way: [`feed`] reads shared memory, [`stage`] uploads new data to the [`gpu`],
+//! which draws it according to the [`scene`] and the [`camera`] into a window's surface or a
+//! [`picture`].
 
 mod bench;
 pub mod camera;
@@ -45,10 +46,12 @@ use regatta_plugin::Result;
 
 pub use options::Options;
 
-/// Runs the viewer until its window is closed, it is interrupted by Ctrl-C, or all pictures are written.
+/// Runs the viewer until its window is closed, it is interrupted by Ctrl-C, or all pictures are
+/// written.
 ///
 /// # Errors
-/// A one-line message, for example if there is no graphics adapter, the fleet can't be read, or a file can't be written.
+/// A one-line message, for example if there is no graphics adapter, the fleet can't be read, or a
+/// file can't be written.
 pub fn run(options: &Options) -> Result {
     if !options.bench.is_empty() && options.recording.is_none() {
         return bench::run(options);

@@ -1,6 +1,6 @@
-//! Background threads for everything that takes time: requests to the engine, orders, the order of the fleet list, the names of
-//! columns, routes and plans. None of it delays a picture. An iceoryx2 port stays on the thread that created it, so each thread
-//! opens its own ports.
+//! Background threads for everything that takes time: requests to the engine, orders, the order of
+//! the fleet list, the names of columns, routes and plans. None of it delays a picture. An iceoryx2
+//! port stays on the thread that created it, so each thread opens its own ports.
 
 mod control;
 mod orders;
@@ -60,20 +60,26 @@ impl Link {
         })?;
         let plan_report = report.clone();
         let plans = Watching::start(fleet, move |found| {
-            let found =
-                found.map_or_else(|error| Report::Notice(error.to_string()), |found| Report::Plans(Box::new(found)));
+            let found = found.map_or_else(
+                |error| Report::Notice(error.to_string()),
+                |found| Report::Plans(Box::new(found)),
+            );
             plan_report.send(found).is_ok()
         })?;
         let jam_report = report.clone();
         let jams = Watching::start(fleet, move |found| {
-            let found =
-                found.map_or_else(|error| Report::Notice(error.to_string()), |found| Report::Jams(Box::new(found)));
+            let found = found.map_or_else(
+                |error| Report::Notice(error.to_string()),
+                |found| Report::Jams(Box::new(found)),
+            );
             jam_report.send(found).is_ok()
         })?;
         let log_report = report.clone();
         let log = LogWatch::start(fleet, move |found| {
-            let found =
-                found.map_or_else(|error| Report::Notice(error.to_string()), |found| Report::Log(Box::new(found)));
+            let found = found.map_or_else(
+                |error| Report::Notice(error.to_string()),
+                |found| Report::Log(Box::new(found)),
+            );
             log_report.send(found).is_ok()
         })?;
         let name = fleet.clone();

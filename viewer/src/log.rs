@@ -1,5 +1,6 @@
-//! The log of a fleet: what happened to robots, edges and the fleet manager, and the alarms that somebody has to acknowledge.
-//! A thread collects it from the events of the fleet ([`watch`]); it is bounded, however much happens.
+//! The log of a fleet: what happened to robots, edges and the fleet manager, and the alarms that
+//! somebody has to acknowledge. A thread collects it from the events of the fleet ([`watch`]); it
+//! is bounded, however much happens.
 
 mod entries;
 mod health;
@@ -12,7 +13,8 @@ pub use entries::{Kind, Place, Severity, of_mark};
 
 /// The most entries that are kept: some 2 MB. The oldest are forgotten.
 pub const MAX_ENTRIES: usize = 10_000;
-/// The most alarms that are kept. Further ones replace those that are over, or are only entries; they are counted.
+/// The most alarms that are kept. Further ones replace those that are over, or are only entries;
+/// they are counted.
 pub const MAX_ALARMS: usize = 1_000;
 
 /// Something that happened.
@@ -103,7 +105,8 @@ impl FleetLog {
     /// Takes what the thread has found.
     pub fn take(&mut self, report: LogReport) {
         if report.is_new_run {
-            *self = Self { revision: self.revision, is_replayed: self.is_replayed, ..Self::default() };
+            *self =
+                Self { revision: self.revision, is_replayed: self.is_replayed, ..Self::default() };
         }
         self.is_replayed = report.is_replayed.unwrap_or(self.is_replayed);
         self.is_managed = report.is_managed.unwrap_or(self.is_managed);
@@ -142,7 +145,9 @@ impl FleetLog {
             return true;
         }
         let over = self.alarms.iter().filter(|(_, alarm)| !alarm.is_active);
-        let Some(oldest) = over.min_by_key(|(_, alarm)| alarm.entry.time_nanos).map(|(key, _)| *key) else {
+        let Some(oldest) =
+            over.min_by_key(|(_, alarm)| alarm.entry.time_nanos).map(|(key, _)| *key)
+        else {
             return false;
         };
         self.left_out += 1;
@@ -152,7 +157,10 @@ impl FleetLog {
     /// Acknowledges an alarm, or with `None` all. Those that are over disappear.
     pub fn acknowledge(&mut self, key: Option<AlarmKey>) {
         let is_meant = |other: &AlarmKey| key.is_none_or(|key| key == *other);
-        self.alarms.iter_mut().filter(|(key, _)| is_meant(key)).for_each(|(_, alarm)| alarm.is_acknowledged = true);
+        self.alarms
+            .iter_mut()
+            .filter(|(key, _)| is_meant(key))
+            .for_each(|(_, alarm)| alarm.is_acknowledged = true);
         self.alarms.retain(|_, alarm| alarm.is_active || !alarm.is_acknowledged);
         self.revision += 1;
     }
@@ -162,10 +170,13 @@ impl FleetLog {
         &self.entries
     }
 
-    /// The alarms: first those that hold, then those that are over but not acknowledged; the newest of each first.
+    /// The alarms: first those that hold, then those that are over but not acknowledged; the newest
+    /// of each first.
     pub fn alarms(&self) -> Vec<(AlarmKey, &Alarm)> {
         let mut alarms: Vec<_> = self.alarms.iter().map(|(key, alarm)| (*key, alarm)).collect();
-        alarms.sort_by_key(|(_, alarm)| (!alarm.is_active, core::cmp::Reverse(alarm.entry.time_nanos)));
+        alarms.sort_by_key(|(_, alarm)| {
+            (!alarm.is_active, core::cmp::Reverse(alarm.entry.time_nanos))
+        });
         alarms
     }
 

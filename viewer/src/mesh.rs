@@ -14,7 +14,8 @@ pub struct Vertex {
     pub position: [f32; 3],
     /// Normal of length 127; the last component is padding.
     pub normal: [i8; 4],
-    /// Linear red, green and blue, and the share of the robot's own colour that replaces them; each from 0 to 255.
+    /// Linear red, green and blue, and the share of the robot's own colour that replaces them; each
+    /// from 0 to 255.
     pub paint: [u8; 4],
 }
 
@@ -34,7 +35,8 @@ const RUBBER: Paint = [6, 7, 8, 0];
 const SHELL: Paint = [150, 156, 162, 0];
 const TRIM: Paint = [16, 18, 21, 0];
 const OWN: Paint = [0, 0, 0, 255];
-/// The stripe in front of a block: a darker shade of its own colour, so that blocks keep the hue of the legend.
+/// The stripe in front of a block: a darker shade of its own colour, so that blocks keep the hue of
+/// the legend.
 const NOSE: Paint = [0, 0, 0, 110];
 const OWN_DEEP: Paint = [4, 5, 6, 190];
 const MARKER: Paint = [235, 240, 245, 0];
@@ -42,7 +44,8 @@ const MARKER: Paint = [235, 240, 245, 0];
 impl Mesh {
     /// Returns a mobile robot with a rectangular deck, in units of its length, width and height.
     pub fn amr() -> Self {
-        let outline = |inset: f32| rounded_rectangle(Vec2::new(0.5, 0.5) - inset, 0.16 - inset * 0.6);
+        let outline =
+            |inset: f32| rounded_rectangle(Vec2::new(0.5, 0.5) - inset, 0.16 - inset * 0.6);
         Self::deck(&outline)
     }
 
@@ -62,8 +65,16 @@ impl Mesh {
         mesh.loft(&[(outline(0.035), 0.90), (outline(0.06), 0.90)], TRIM);
         mesh.cap(&outline(0.06), 0.90, OWN);
         // A plate on the deck, and an arrow that points forward.
-        mesh.cap(&[(-0.36, -0.30), (0.02, -0.30), (0.02, 0.30), (-0.36, 0.30)].map(Vec2::from), 0.905, OWN_DEEP);
-        mesh.cap(&[(0.19, 0.0), (0.10, -0.26), (0.40, 0.0), (0.10, 0.26)].map(Vec2::from), 0.906, MARKER);
+        mesh.cap(
+            &[(-0.36, -0.30), (0.02, -0.30), (0.02, 0.30), (-0.36, 0.30)].map(Vec2::from),
+            0.905,
+            OWN_DEEP,
+        );
+        mesh.cap(
+            &[(0.19, 0.0), (0.10, -0.26), (0.40, 0.0), (0.10, 0.26)].map(Vec2::from),
+            0.906,
+            MARKER,
+        );
         let puck = |radius: f32| circle(Vec2::new(0.31, 0.0), radius);
         mesh.loft(&[(puck(0.05), 0.906), (puck(0.05), 1.0)], TRIM);
         mesh.cap(&puck(0.05), 1.0, TRIM);
@@ -86,12 +97,16 @@ impl Mesh {
         let mut mesh = Self::default();
         mesh.loft(&[(rim.clone(), 0.0), (rim.clone(), 0.9)], [30, 32, 35, 190]);
         mesh.cap(&rim, 0.9, OWN);
-        mesh.cap(&[(0.15, -0.4), (0.4, -0.2), (0.4, 0.2), (0.15, 0.4)].map(Vec2::from), 0.905, NOSE);
+        mesh.cap(
+            &[(0.15, -0.4), (0.4, -0.2), (0.4, 0.2), (0.15, 0.4)].map(Vec2::from),
+            0.905,
+            NOSE,
+        );
         mesh
     }
 
-    /// Adds walls between consecutive rings, which have the same number of points, each at its height. Normals are smooth
-    /// around the rings.
+    /// Adds walls between consecutive rings, which have the same number of points, each at its
+    /// height. Normals are smooth around the rings.
     fn loft(&mut self, rings: &[(Vec<Vec2>, f32)], paint: Paint) {
         for pair in rings.windows(2) {
             let [(low, z0), (high, z1)] = pair else { continue };
@@ -99,12 +114,22 @@ impl Mesh {
             // Vertices are not shared: a sharp corner needs a normal for each of its sides.
             for i in 0..count {
                 let j = (i + 1) % count;
-                let corners = [low[i].extend(*z0), low[j].extend(*z0), high[j].extend(*z1), high[i].extend(*z1)];
-                let flat = (corners[1] - corners[0]).cross(corners[3] - corners[0]).normalize_or(Vec3::Z);
+                let corners = [
+                    low[i].extend(*z0),
+                    low[j].extend(*z0),
+                    high[j].extend(*z1),
+                    high[i].extend(*z1),
+                ];
+                let flat =
+                    (corners[1] - corners[0]).cross(corners[3] - corners[0]).normalize_or(Vec3::Z);
                 let normals = [i, j, j, i].map(|at| smooth(low, at, flat));
                 let base = self.vertices.len() as u32;
-                self.vertices
-                    .extend(corners.into_iter().zip(normals).map(|(at, normal)| Vertex::new(at, normal, paint)));
+                self.vertices.extend(
+                    corners
+                        .into_iter()
+                        .zip(normals)
+                        .map(|(at, normal)| Vertex::new(at, normal, paint)),
+                );
                 self.indices.extend([0, 1, 2, 0, 2, 3].map(|corner| base + corner));
             }
         }
@@ -119,7 +144,8 @@ impl Mesh {
     }
 }
 
-/// Returns the normal at a ring's point: the mean of the adjacent walls' normals, or the flat one at a sharp corner.
+/// Returns the normal at a ring's point: the mean of the adjacent walls' normals, or the flat one
+/// at a sharp corner.
 fn smooth(ring: &[Vec2], at: usize, flat: Vec3) -> Vec3 {
     let count = ring.len();
     let (before, after) = (ring[(at + count - 1) % count], ring[(at + 1) % count]);
@@ -138,7 +164,8 @@ fn rounded_rectangle(half: Vec2, radius: f32) -> Vec<Vec2> {
     let corner = |quarter: usize| {
         let centre = centres[quarter] * (half - radius);
         (0..CORNER).map(move |i| {
-            let angle = (quarter as f32 - 1.0 + i as f32 / (CORNER - 1) as f32) * std::f32::consts::FRAC_PI_2;
+            let angle = (quarter as f32 - 1.0 + i as f32 / (CORNER - 1) as f32)
+                * std::f32::consts::FRAC_PI_2;
             centre + Vec2::from_angle(angle) * radius
         })
     };
@@ -146,7 +173,9 @@ fn rounded_rectangle(half: Vec2, radius: f32) -> Vec<Vec2> {
 }
 
 fn circle(centre: Vec2, radius: f32) -> Vec<Vec2> {
-    (0..12).map(|i| centre + Vec2::from_angle(i as f32 * std::f32::consts::TAU / 12.0) * radius).collect()
+    (0..12)
+        .map(|i| centre + Vec2::from_angle(i as f32 * std::f32::consts::TAU / 12.0) * radius)
+        .collect()
 }
 
 impl Vertex {
@@ -167,14 +196,24 @@ mod tests {
             assert!(mesh.indices.len().is_multiple_of(3));
             for vertex in &mesh.vertices {
                 let [x, y, z] = vertex.position;
-                assert!(x.abs() < 0.501 && y.abs() < 0.501 && (0.0..=1.0).contains(&z), "{vertex:?}");
+                assert!(
+                    x.abs() < 0.501 && y.abs() < 0.501 && (0.0..=1.0).contains(&z),
+                    "{vertex:?}"
+                );
             }
             for triangle in mesh.indices.chunks(3) {
                 let [a, b, c] = [0, 1, 2].map(|i| mesh.vertices[triangle[i] as usize]);
                 let [p, q, r] = [a, b, c].map(|vertex| Vec3::from(vertex.position));
                 let facing = (q - p).cross(r - p);
-                let normal = Vec3::new(f32::from(a.normal[0]), f32::from(a.normal[1]), f32::from(a.normal[2]));
-                assert!(facing.length() < 1e-6 || facing.dot(normal) > 0.0, "{p} {q} {r} faces {facing}, not {normal}");
+                let normal = Vec3::new(
+                    f32::from(a.normal[0]),
+                    f32::from(a.normal[1]),
+                    f32::from(a.normal[2]),
+                );
+                assert!(
+                    facing.length() < 1e-6 || facing.dot(normal) > 0.0,
+                    "{p} {q} {r} faces {facing}, not {normal}"
+                );
             }
         }
     }

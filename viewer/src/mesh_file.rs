@@ -1,4 +1,5 @@
-//! Robot meshes from STL, OBJ and glTF files. STL and OBJ files are read with x forward and z up; glTF defines its axes.
+//! Robot meshes from STL, OBJ and glTF files. STL and OBJ files are read with x forward and z up;
+//! glTF defines its axes.
 
 mod gltf;
 
@@ -69,7 +70,11 @@ pub struct Placement {
 /// # Errors
 /// [`MeshFileError`].
 pub fn load(path: &Path, placement: Placement) -> Result<Mesh, MeshFileError> {
-    let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default().to_lowercase();
+    let extension = path
+        .extension()
+        .and_then(|extension| extension.to_str())
+        .unwrap_or_default()
+        .to_lowercase();
     let malformed = |reason: String| MeshFileError::Malformed { path: path.to_owned(), reason };
     files::check_regular(path).map_err(malformed)?;
     let corners = match extension.as_str() {
@@ -86,7 +91,8 @@ pub fn load(path: &Path, placement: Placement) -> Result<Mesh, MeshFileError> {
         return Err(malformed("a vertex position is not a number".to_owned()));
     }
     if corners.iter().any(|corner| (corner.at * placement.scale).abs().max_element() > MAX_EXTENT) {
-        let reason = format!("a vertex is farther than {MAX_EXTENT} m from the origin; use a smaller scale");
+        let reason =
+            format!("a vertex is farther than {MAX_EXTENT} m from the origin; use a smaller scale");
         return Err(malformed(reason));
     }
     Ok(build(&corners, placement))
@@ -100,7 +106,11 @@ fn build(corners: &[Corner], Placement { scale, z, yaw }: Placement) -> Mesh {
         for corner in [a, b, c] {
             let normal = corner.normal.try_normalize().unwrap_or(flat);
             mesh.indices.push(mesh.vertices.len() as u32);
-            mesh.vertices.push(Vertex::new(turn * corner.at * scale + Vec3::Z * z, turn * normal, corner.paint));
+            mesh.vertices.push(Vertex::new(
+                turn * corner.at * scale + Vec3::Z * z,
+                turn * normal,
+                corner.paint,
+            ));
         }
     }
     mesh
@@ -113,12 +123,14 @@ fn stl(path: &Path) -> Result<Vec<Corner>, String> {
         let at = mesh.vertices.get(*index)?;
         Some(Corner { at: Vec3::new(at[0], at[1], at[2]), normal: Vec3::ZERO, paint: PLAIN })
     };
-    let corners = mesh.faces.iter().flat_map(|face| &face.vertices).map(corner).collect::<Option<_>>();
+    let corners =
+        mesh.faces.iter().flat_map(|face| &face.vertices).map(corner).collect::<Option<_>>();
     corners.ok_or_else(|| "a triangle refers to a missing vertex".to_owned())
 }
 
 fn obj(path: &Path) -> Result<Vec<Corner>, String> {
-    let options = tobj::LoadOptions { triangulate: true, single_index: true, ..tobj::LoadOptions::default() };
+    let options =
+        tobj::LoadOptions { triangulate: true, single_index: true, ..tobj::LoadOptions::default() };
     let mut file = BufReader::new(File::open(path).map_err(|error| error.to_string())?);
     let folder = path.parent().unwrap_or(Path::new(""));
     let loaded = tobj::load_obj_buf(&mut file, &options, |name| obj_materials(&folder.join(name)));
@@ -130,30 +142,41 @@ fn obj(path: &Path) -> Result<Vec<Corner>, String> {
         let colour = mesh.material_id.and_then(|id| materials.get(id)?.diffuse);
         let paint = colour.map_or(PLAIN, paint_of);
         let triple = |values: &[f32], index: u32| {
-            values.get(index as usize * 3..index as usize * 3 + 3).map(|three| Vec3::new(three[0], three[1], three[2]))
+            values
+                .get(index as usize * 3..index as usize * 3 + 3)
+                .map(|three| Vec3::new(three[0], three[1], three[2]))
         };
         for index in &mesh.indices {
-            let at = triple(&mesh.positions, *index).ok_or("a triangle refers to a missing vertex")?;
-            corners.push(Corner { at, normal: triple(&mesh.normals, *index).unwrap_or(Vec3::ZERO), paint });
+            let at =
+                triple(&mesh.positions, *index).ok_or("a triangle refers to a missing vertex")?;
+            corners.push(Corner {
+                at,
+                normal: triple(&mesh.normals, *index).unwrap_or(Vec3::ZERO),
+                paint,
+            });
         }
     }
     Ok(corners)
 }
 
-/// Reads the materials of an OBJ file, except for colours of fewer than three parts, at which the crate `tobj` panics.
+/// Reads the materials of an OBJ file, except for colours of fewer than three parts, at which the
+/// crate `tobj` panics.
 fn obj_materials(path: &Path) -> tobj::MTLLoadResult {
-    let text =
-        files::check_regular(path).and_then(|()| std::fs::read_to_string(path).map_err(|error| error.to_string()));
+    let text = files::check_regular(path)
+        .and_then(|()| std::fs::read_to_string(path).map_err(|error| error.to_string()));
     let text = text.map_err(|_| tobj::LoadError::OpenFileFailed)?;
-    let is_whole = |line: &&str| !line.trim_start().starts_with('K') || line.split_whitespace().count() > 3;
+    let is_whole =
+        |line: &&str| !line.trim_start().starts_with('K') || line.split_whitespace().count() > 3;
     let lines: Vec<_> = text.lines().filter(is_whole).collect();
     tobj::load_mtl_buf(&mut lines.join("\n").as_bytes())
 }
 
-/// Returns the paint of a material. The robot's colour tells its state, so that a mesh never mixes another hue into it: of the
-/// material only the lightness is kept, as a shade of the robot's colour.
+/// Returns the paint of a material. The robot's colour tells its state, so that a mesh never mixes
+/// another hue into it: of the material only the lightness is kept, as a shade of the robot's
+/// colour.
 fn paint_of(colour: [f32; 3]) -> [u8; 4] {
-    let [red, green, blue] = colour.map(|part| if part.is_finite() { part.clamp(0.0, 1.0) } else { 1.0 });
+    let [red, green, blue] =
+        colour.map(|part| if part.is_finite() { part.clamp(0.0, 1.0) } else { 1.0 });
     let lightness = (0.2126 * red + 0.7152 * green + 0.0722 * blue).sqrt();
     [0, 0, 0, (DARKEST + (255.0 - DARKEST) * lightness).round() as u8]
 }

@@ -1,4 +1,5 @@
-//! Notes of a recording: lines of a file beside it, each a time in seconds and a text. Replays show them as marks.
+//! Notes of a recording: lines of a file beside it, each a time in seconds and a text. Replays show
+//! them as marks.
 
 use std::fs::OpenOptions;
 use std::io::{self, Read as _, Seek as _, SeekFrom, Write as _};
@@ -11,12 +12,14 @@ pub fn file_of(recording: &Path) -> PathBuf {
     path.into()
 }
 
-/// Adds a note at a time on the recording's clock, in nanoseconds. What the file has already is left as it is.
+/// Adds a note at a time on the recording's clock, in nanoseconds. What the file has already is
+/// left as it is.
 ///
 /// # Errors
 /// If the file can't be written.
 pub fn append(recording: &Path, time_nanos: u64, text: &str) -> io::Result<()> {
-    let mut file = OpenOptions::new().read(true).append(true).create(true).open(file_of(recording))?;
+    let mut file =
+        OpenOptions::new().read(true).append(true).create(true).open(file_of(recording))?;
     let (seconds, nanos) = (time_nanos / 1_000_000_000, time_nanos % 1_000_000_000);
     let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
     let line_end = if ends_within_a_line(&mut file)? { "\n" } else { "" };

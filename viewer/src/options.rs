@@ -16,7 +16,9 @@ use crate::jams::heat::Heat;
 use crate::mesh_file;
 use crate::palette::{Colouring, Theme};
 use crate::scene::{MAX_LIGHTS, Scene, Trails};
-pub use values::{Bookmark, CameraOption, FloorAt, LightOption, MeshOption, OptionError, Pair, Size};
+pub use values::{
+    Bookmark, CameraOption, FloorAt, LightOption, MeshOption, OptionError, Pair, Size,
+};
 
 /// Options of `regatta viewer`.
 #[derive(Args, Clone, Debug)]
@@ -52,11 +54,12 @@ pub struct Options {
     /// Longest wait for the fleet, for example 10s or 1h
     #[arg(long, value_name = "TIME", default_value = "1min", requires = "unattended")]
     pub timeout: humantime::Duration,
-    /// Record PNG files into this folder, or a video into this file if it ends in .mp4 (requires the program ffmpeg)
+    /// Record PNG files into this folder, or a video into this file if it ends in .mp4 (requires
+    /// the program ffmpeg)
     #[arg(long, value_name = "PATH", requires = "headless", conflicts_with = "screenshot")]
     pub record: Option<PathBuf>,
-    /// Film the recording in simulated time, every picture one step after the other: an MP4 file (requires the program ffmpeg),
-    /// or a folder for PNG files
+    /// Film the recording in simulated time, every picture one step after the other: an MP4 file
+    /// (requires the program ffmpeg), or a folder for PNG files
     #[arg(long, value_name = "PATH", group = "unattended", requires = "recording",
         conflicts_with_all = ["screenshot", "record", "at", "svg"])]
     pub film: Option<PathBuf>,
@@ -80,12 +83,14 @@ pub struct Options {
     #[arg(long = "for", value_name = "TIME", default_value = "10s", requires = "record",
         value_parser = values::duration_above_zero)]
     pub for_: humantime::Duration,
-    /// Width and height of the picture or of the window in pixels [default: 1920x1080; a window opens with its last size]
+    /// Width and height of the picture or of the window in pixels [default: 1920x1080; a window
+    /// opens with its last size]
     #[arg(long, value_name = "WxH")]
     pub size: Option<Size>,
-    /// Camera: fit, top, plan (orthographic), the name of a --bookmark, x,y,z,yaw,pitch: the position in metres and the view
-    /// direction in radians (yaw counter-clockwise from east, pitch below the horizon); or x,y,height: a plan around x,y, with
-    /// the height of the ground in metres
+    /// Camera: fit, top, plan (orthographic), the name of a --bookmark, x,y,z,yaw,pitch: the
+    /// position in metres and the view direction in radians (yaw counter-clockwise from east, pitch
+    /// below the horizon); or x,y,height: a plan around x,y, with the height of the ground in
+    /// metres
     #[arg(long, value_name = "VIEW", default_value = "fit", allow_hyphen_values = true)]
     pub camera: CameraOption,
     /// A named camera, for --camera and the View panel; VIEW as above
@@ -97,8 +102,8 @@ pub struct Options {
     /// The content and the style of pictures
     #[command(flatten)]
     pub look: LookOptions,
-    /// Measure the rendering speed with this number of robots (0: the running fleet, or with a FILE the time of jumps in it); several numbers measure one after the
-    /// other
+    /// Measure the rendering speed with this number of robots (0: the running fleet, or with a FILE
+    /// the time of jumps in it); several numbers measure one after the other
     #[arg(long, value_name = "N", num_args = 1.., conflicts_with_all = ["screenshot", "record"])]
     pub bench: Vec<u32>,
 }
@@ -118,18 +123,25 @@ pub struct LookOptions {
     /// Width and height of the floor around the origin, in metres [default: up to the horizon]
     #[arg(long, value_name = "W,H")]
     pub floor: Option<Pair>,
-    /// Picture on the floor: an image (PNG, JPEG, BMP), stretched over --floor or else over the graph; or a ROS map
-    /// (map.yaml), placed at its own origin
+    /// Picture on the floor: an image (PNG, JPEG, BMP), stretched over --floor or else over the
+    /// graph; or a ROS map (map.yaml), placed at its own origin
     #[arg(long, value_name = "FILE")]
     pub floor_image: Option<PathBuf>,
-    /// Place of the floor picture, also of a map: x and y of its lower left corner in metres, metres per pixel, yaw in degrees
-    #[arg(long, value_name = "X,Y,RESOLUTION[,YAW]", requires = "floor_image", allow_hyphen_values = true)]
+    /// Place of the floor picture, also of a map: x and y of its lower left corner in metres,
+    /// metres per pixel, yaw in degrees
+    #[arg(
+        long,
+        value_name = "X,Y,RESOLUTION[,YAW]",
+        requires = "floor_image",
+        allow_hyphen_values = true
+    )]
     pub floor_at: Option<FloorAt>,
-    /// Draw robots of one type, or of all types, as this mesh (STL, OBJ, glTF), scaled, lifted by z metres and turned by
-    /// degrees counter-clockwise
+    /// Draw robots of one type, or of all types, as this mesh (STL, OBJ, glTF), scaled, lifted by z
+    /// metres and turned by degrees counter-clockwise
     #[arg(long, value_name = "[TYPE=]FILE[,SCALE[,Z[,YAW]]]")]
     pub mesh: Vec<MeshOption>,
-    /// Add a light at x,y,z in metres with the colour r,g,b (0 to 1 or above; default white); up to eight lights
+    /// Add a light at x,y,z in metres with the colour r,g,b (0 to 1 or above; default white); up to
+    /// eight lights
     #[arg(long, value_name = "X,Y,Z[,R,G,B]", allow_hyphen_values = true)]
     pub light: Vec<LightOption>,
     /// Number of points of the trail behind each robot [default: 0]
@@ -171,14 +183,15 @@ pub struct LookOptions {
     /// Hide the grid
     #[arg(long)]
     pub no_grid: bool,
-    /// Draw the routes and the goals of all robots: what they may drive now solid, what is only planned dashed
+    /// Draw the routes and the goals of all robots: what they may drive now solid, what is only
+    /// planned dashed
     #[arg(long)]
     pub plans: bool,
     /// Draw arrows from robots that wait to those that they wait for; rings of waiting are red
     #[arg(long)]
     pub waits: bool,
-    /// Colour and widen edges by a figure of the plugin traffic: occupancy, throughput, speed, waiting, contacts or routes, in a window:
-    /// minute, 10min or run [default window: 10min]
+    /// Colour and widen edges by a figure of the plugin traffic: occupancy, throughput, speed,
+    /// waiting, contacts or routes, in a window: minute, 10min or run [default window: 10min]
     #[arg(long, value_name = "FIGURE[:WINDOW]")]
     pub heat: Option<Heat>,
     /// Mark every robot, however small and many they are, rather than draw their density
@@ -190,26 +203,34 @@ pub struct LookOptions {
 }
 
 impl LookOptions {
-    /// Loads the meshes into a renderer. If a file can't be read, it logs a warning, and the built-in mesh is used.
+    /// Loads the meshes into a renderer. If a file can't be read, it logs a warning, and the
+    /// built-in mesh is used.
     pub fn load_meshes(&self, renderer: &mut Renderer) {
         for option in &self.mesh {
             match mesh_file::load(&option.path, option.placement) {
                 Ok(mesh) if renderer.set_mesh(option.robot_type.as_deref(), Some(&mesh)) => {}
-                Ok(_) => tracing::warn!("{}: too many meshes; this one is not used", option.path.display()),
+                Ok(_) => tracing::warn!(
+                    "{}: too many meshes; this one is not used",
+                    option.path.display()
+                ),
                 Err(error) => tracing::warn!("{error}; the built-in mesh is used instead"),
             }
         }
     }
 
-    /// Loads the floor picture into a renderer. An image is stretched over the floor, or without --floor over `bounds`. If
-    /// the file can't be read, it logs a warning, and the floor stays plain.
+    /// Loads the floor picture into a renderer. An image is stretched over the floor, or without
+    /// --floor over `bounds`. If the file can't be read, it logs a warning, and the floor stays
+    /// plain.
     pub fn load_floor_picture(&self, renderer: &mut Renderer, bounds: Bounds) {
         let Some(path) = &self.floor_image else { return };
         let bounds = self.scene().floor.bounds.unwrap_or(bounds);
         let placed = self.floor_at.map(|at| at.0);
         match FloorPicture::load(path, bounds, renderer.max_texture_size(), placed) {
             Ok(picture) if renderer.set_floor_picture(Some(&picture)) => {}
-            Ok(_) => tracing::warn!("{}: no room in the graphics memory; the floor stays plain", path.display()),
+            Ok(_) => tracing::warn!(
+                "{}: no room in the graphics memory; the floor stays plain",
+                path.display()
+            ),
             Err(error) => tracing::warn!("{error}; the floor stays plain"),
         }
     }
@@ -219,7 +240,8 @@ impl LookOptions {
         let mut scene = Scene { theme: self.theme.unwrap_or_default(), ..Scene::default() };
         scene.colouring = self.colour.clone().unwrap_or_default();
         scene.offset = self.offset.map_or(Vec2::ZERO, |Pair(metres)| metres);
-        scene.floor.bounds = self.floor.map(|Pair(size)| Bounds { low: -size.abs() / 2.0, high: size.abs() / 2.0 });
+        scene.floor.bounds =
+            self.floor.map(|Pair(size)| Bounds { low: -size.abs() / 2.0, high: size.abs() / 2.0 });
         scene.lights = self.light.iter().take(MAX_LIGHTS).map(|light| light.0).collect();
         scene.layers.grid = !self.no_grid;
         scene.layers.shadows = !self.no_shadows;
@@ -231,7 +253,10 @@ impl LookOptions {
         (scene.layers.plans, scene.layers.waits) = (self.plans, self.waits);
         scene.heat = self.heat;
         scene.layers.density = !self.no_density;
-        scene.trails = Trails { points: self.trails.unwrap_or_default(), only_selected: self.trails_of_selected };
+        scene.trails = Trails {
+            points: self.trails.unwrap_or_default(),
+            only_selected: self.trails_of_selected,
+        };
         scene.selected.clone_from(&self.select);
         scene.level.clone_from(&self.level);
         scene
@@ -250,8 +275,8 @@ impl Options {
         self.size.map_or(UVec2::new(1920, 1080), |Size(size)| size)
     }
 
-    /// The time at which a recording stands for a picture, a plan or a film, or [`Duration::MAX`] for its start; `None` if it plays.
-    /// What a heat map is about comes before the picture.
+    /// The time at which a recording stands for a picture, a plan or a film, or [`Duration::MAX`]
+    /// for its start; `None` if it plays. What a heat map is about comes before the picture.
     pub fn starts_at(&self) -> Option<Duration> {
         let stands = self.film.is_some() || self.screenshot.is_some() || self.svg.is_some();
         let time = if self.film.is_some() { self.from } else { self.at };
@@ -273,7 +298,8 @@ impl Options {
         self.look.heat.is_some() || self.has_window()
     }
 
-    /// Whether a recording is played frame by frame, so that the traffic on edges is counted for a heat map.
+    /// Whether a recording is played frame by frame, so that the traffic on edges is counted for a
+    /// heat map.
     pub fn counts_traffic(&self) -> bool {
         self.recording.is_some() && self.look.heat.is_some() && self.starts_at().is_some()
     }
@@ -286,9 +312,13 @@ impl Options {
         let CameraOption::Named(name) = &self.camera else { return Ok(self.camera.clone()) };
         let found = self.bookmark.iter().find(|bookmark| bookmark.name == *name);
         found.map(|bookmark| bookmark.view.clone()).ok_or_else(|| {
-            let names: Vec<_> = self.bookmark.iter().map(|bookmark| bookmark.name.as_str()).collect();
-            let known = if names.is_empty() { "no camera is named".to_owned() } else { names.join(", ") };
-            Error::new(format!("--camera {name}: unknown; give fit, top, plan, numbers, or one of: {known}"))
+            let names: Vec<_> =
+                self.bookmark.iter().map(|bookmark| bookmark.name.as_str()).collect();
+            let known =
+                if names.is_empty() { "no camera is named".to_owned() } else { names.join(", ") };
+            Error::new(format!(
+                "--camera {name}: unknown; give fit, top, plan, numbers, or one of: {known}"
+            ))
         })
     }
 

@@ -43,14 +43,17 @@ impl UserOrder {
     /// The robot that it is about.
     pub fn robot(self) -> Option<u32> {
         match self {
-            Self::Hold(robot) | Self::Resume(robot) | Self::Break(robot) | Self::Repair(robot) => Some(robot),
+            Self::Hold(robot) | Self::Resume(robot) | Self::Break(robot) | Self::Repair(robot) => {
+                Some(robot)
+            }
             Self::Cancel(robot) | Self::Recall(robot) => Some(robot),
             Self::Send { robot, .. } | Self::SendByManager { robot, .. } => Some(robot),
             Self::Close(_) | Self::Open(_) => None,
         }
     }
 
-    /// Collects the order, and returns its token; `None` for one that needs a way, or is for the fleet manager.
+    /// Collects the order, and returns its token; `None` for one that needs a way, or is for the
+    /// fleet manager.
     pub fn collect(self, orders: &mut Orders) -> Option<u64> {
         Some(match self {
             Self::Hold(robot) => orders.hold(robot),

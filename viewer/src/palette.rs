@@ -1,5 +1,5 @@
-//! Colours: the two themes, and the colouring of robots by their data. The hues are Okabe and Ito's, which are
-//! distinguishable with any colour vision; ramps also increase in lightness.
+//! Colours: the two themes, and the colouring of robots by their data. The hues are Okabe and
+//! Ito's, which are distinguishable with any colour vision; ramps also increase in lightness.
 
 mod heat;
 #[cfg(test)]
@@ -105,7 +105,10 @@ impl Legend {
     #[must_use]
     pub fn without_data(self, theme: Theme) -> Self {
         let reason = if self.title == "collision" { "not checked" } else { "not published" };
-        Self { scale: Scale::Categories(vec![(reason.to_owned(), theme.colours().unknown)]), ..self }
+        Self {
+            scale: Scale::Categories(vec![(reason.to_owned(), theme.colours().unknown)]),
+            ..self
+        }
     }
 }
 
@@ -119,8 +122,8 @@ const PURPLE: Rgb = Rgb(0xcc79a7);
 
 /// The colour map viridis in sixteen steps.
 const RAMP: [u32; COLOURS] = [
-    0x440154, 0x481a6c, 0x472f7d, 0x414487, 0x39568c, 0x31688e, 0x2a788e, 0x23888e, 0x1f988b, 0x22a884, 0x35b779,
-    0x54c568, 0x7ad151, 0xa5db36, 0xd2e21b, 0xfde725,
+    0x440154, 0x481a6c, 0x472f7d, 0x414487, 0x39568c, 0x31688e, 0x2a788e, 0x23888e, 0x1f988b,
+    0x22a884, 0x35b779, 0x54c568, 0x7ad151, 0xa5db36, 0xd2e21b, 0xfde725,
 ];
 
 impl Rgb {
@@ -211,13 +214,27 @@ impl Default for Colouring {
 }
 
 impl Colouring {
-    /// Returns the legend. `robot_types` are the names of the robot types, `range` the range of the values seen so far.
-    pub fn legend(&self, theme: Theme, robot_types: &[String], range: Option<(f32, f32)>) -> Legend {
+    /// Returns the legend. `robot_types` are the names of the robot types, `range` the range of the
+    /// values seen so far.
+    pub fn legend(
+        &self,
+        theme: Theme,
+        robot_types: &[String],
+        range: Option<(f32, f32)>,
+    ) -> Legend {
         let scale = match self {
             Self::State => states(theme),
             Self::Type => {
-                let hues = [SKY_BLUE, ORANGE, GREEN, PURPLE, BLUE, YELLOW, VERMILLION, Rgb(0x999999)];
-                Scale::Categories(robot_types.iter().cloned().zip(hues.into_iter().cycle()).take(COLOURS).collect())
+                let hues =
+                    [SKY_BLUE, ORANGE, GREEN, PURPLE, BLUE, YELLOW, VERMILLION, Rgb(0x999999)];
+                Scale::Categories(
+                    robot_types
+                        .iter()
+                        .cloned()
+                        .zip(hues.into_iter().cycle())
+                        .take(COLOURS)
+                        .collect(),
+                )
             }
             Self::Speed => {
                 let (low, high) = range.unwrap_or((0.0, 1.5));
@@ -234,8 +251,9 @@ impl Colouring {
     }
 }
 
-// The eight states and the eight activities are variants of Okabe and Ito's hues that differ in lightness too, because with
-// grey and brown beside them the hues alone are not told apart with every colour vision: see `vision.rs`.
+// The eight states and the eight activities are variants of Okabe and Ito's hues that differ in
+// lightness too, because with grey and brown beside them the hues alone are not told apart with
+// every colour vision: see `vision.rs`.
 
 fn states(theme: Theme) -> Scale {
     let states = [
@@ -248,7 +266,9 @@ fn states(theme: Theme) -> Scale {
         RobotState::Stalled,
         RobotState::Broken,
     ];
-    Scale::Categories(states.map(|state| (state.name().to_owned(), theme.state_colour(state))).to_vec())
+    Scale::Categories(
+        states.map(|state| (state.name().to_owned(), theme.state_colour(state))).to_vec(),
+    )
 }
 
 fn activities(theme: Theme) -> Scale {
@@ -270,11 +290,14 @@ fn activities(theme: Theme) -> Scale {
         (Activity::OutOfService, Theme::Dark) => 0xd35c00,
         (Activity::OutOfService, Theme::Light) => 0xc35100,
     };
-    Scale::Categories(Activity::ALL.map(|activity| (activity.name().to_owned(), Rgb(colour(activity)))).to_vec())
+    Scale::Categories(
+        Activity::ALL.map(|activity| (activity.name().to_owned(), Rgb(colour(activity)))).to_vec(),
+    )
 }
 
 fn collisions(theme: Theme) -> Scale {
-    let (clear, possible) = if theme == Theme::Dark { (SKY_BLUE, YELLOW) } else { (Rgb(0x3b7fb5), Rgb(0xf0ac00)) };
+    let (clear, possible) =
+        if theme == Theme::Dark { (SKY_BLUE, YELLOW) } else { (Rgb(0x3b7fb5), Rgb(0xf0ac00)) };
     let levels = [("clear", clear), ("possible", possible), ("touching", VERMILLION)];
     Scale::Categories(levels.map(|(name, colour)| (name.to_owned(), colour)).to_vec())
 }
@@ -288,7 +311,8 @@ impl Scale {
             }),
             // The end of the ramp that is close to the floor's colour is left out.
             Self::Ramp { .. } => std::array::from_fn(|i| {
-                let (first, last) = if theme == Theme::Dark { (4, COLOURS - 1) } else { (0, COLOURS - 3) };
+                let (first, last) =
+                    if theme == Theme::Dark { (4, COLOURS - 1) } else { (0, COLOURS - 3) };
                 Rgb(RAMP[first + i * (last - first) / (COLOURS - 1)])
             }),
         }
@@ -326,7 +350,9 @@ mod tests {
     #[test]
     fn ramps_increase_in_lightness() {
         let scale = Scale::Ramp { low: 0.0, high: 1.0, unit: "" };
-        let lightness = scale.colours(Theme::Dark).map(|colour| colour.linear().dot(Vec3::new(0.2126, 0.7152, 0.0722)));
+        let lightness = scale
+            .colours(Theme::Dark)
+            .map(|colour| colour.linear().dot(Vec3::new(0.2126, 0.7152, 0.0722)));
         assert!(lightness.is_sorted(), "{lightness:?}");
     }
 

@@ -1,7 +1,9 @@
-//! The last ten minutes of a live run, in bounded memory, so that they can be looked at while the run goes on.
+//! The last ten minutes of a live run, in bounded memory, so that they can be looked at while the
+//! run goes on.
 //!
-//! Frames are kept whole, as they were in shared memory, but not all of them: as many per simulated second as the memory allows for
-//! ten minutes, and at most ten. If even one each two seconds is too much, less than ten minutes are kept.
+//! Frames are kept whole, as they were in shared memory, but not all of them: as many per simulated
+//! second as the memory allows for ten minutes, and at most ten. If even one each two seconds is
+//! too much, less than ten minutes are kept.
 
 use std::collections::VecDeque;
 
@@ -62,7 +64,8 @@ impl Past {
         Self { frames: VecDeque::new(), bytes: 0, budget }
     }
 
-    /// Keeps a copy of a frame, if one is due, and drops those that are too old or have no room. Another run begins anew.
+    /// Keeps a copy of a frame, if one is due, and drops those that are too old or have no room.
+    /// Another run begins anew.
     pub fn take(&mut self, frame: &Frame<'_>) {
         let now = frame.header().sim_time_nanos;
         let last = self.frames.back().map(|last| (last.header.run_id, last.header.sim_time_nanos));
@@ -92,7 +95,10 @@ impl Past {
 
     /// The simulated times of the oldest and the newest kept frame, in nanoseconds.
     pub fn span(&self) -> Option<(u64, u64)> {
-        Some((self.frames.front()?.header.sim_time_nanos, self.frames.back()?.header.sim_time_nanos))
+        Some((
+            self.frames.front()?.header.sim_time_nanos,
+            self.frames.back()?.header.sim_time_nanos,
+        ))
     }
 
     /// The memory that is in use, in bytes.
@@ -160,7 +166,11 @@ mod tests {
         let frame = past.bytes() / past.frames.len();
         assert!((25_000..27_000).contains(&frame), "{frame} bytes for a thousand robots");
         let (start, end) = past.span().expect("frames");
-        assert_eq!((end - start) / (past.frames.len() as u64 - 1), INTERVALS.1, "and so less than ten minutes");
+        assert_eq!(
+            (end - start) / (past.frames.len() as u64 - 1),
+            INTERVALS.1,
+            "and so less than ten minutes"
+        );
         let mut tiny = Past::new(10);
         run(&mut tiny, 1, 1000, 0..100);
         assert_eq!(tiny.frames.len(), 1, "the newest one");

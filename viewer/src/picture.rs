@@ -17,7 +17,8 @@ use crate::text::with_plural;
 /// The format of offscreen pictures.
 pub const FORMAT: TextureFormat = TextureFormat::Rgba8UnormSrgb;
 
-/// The format in which text is drawn over offscreen pictures: it is blended in sRGB rather than in linear colours.
+/// The format in which text is drawn over offscreen pictures: it is blended in sRGB rather than in
+/// linear colours.
 pub const OVERLAY_FORMAT: TextureFormat = TextureFormat::Rgba8Unorm;
 
 /// The error of rendering or writing a picture.
@@ -66,7 +67,8 @@ pub struct Offscreen {
 }
 
 impl Offscreen {
-    /// Creates a texture of `size` pixels for a renderer with this target, for whose own textures there is room, too.
+    /// Creates a texture of `size` pixels for a renderer with this target, for whose own textures
+    /// there is room, too.
     ///
     /// # Errors
     /// [`PictureError::TooLarge`].
@@ -85,7 +87,8 @@ impl Offscreen {
         let is_within = size.min_element() > 0
             && size.max_element() <= limits.max_texture_dimension_2d
             && readback <= limits.max_buffer_size;
-        // A software adapter hands out more than the machine has, and the system then kills the process.
+        // A software adapter hands out more than the machine has, and the system then kills the
+        // process.
         let available = memory::available().filter(|_| gpu.is_software());
         if !is_within || available.is_some_and(|bytes| bytes_of(size, target.samples) > bytes) {
             return None;
@@ -109,7 +112,8 @@ impl Offscreen {
             usage,
             view_formats: &[OVERLAY_FORMAT],
         });
-        let overlay = wgpu::TextureViewDescriptor { format: Some(OVERLAY_FORMAT), ..Default::default() };
+        let overlay =
+            wgpu::TextureViewDescriptor { format: Some(OVERLAY_FORMAT), ..Default::default() };
         let readback = gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("readback"),
             size: u64::from(row_bytes(size)) * u64::from(size.y),
@@ -152,8 +156,11 @@ impl Offscreen {
     /// # Errors
     /// [`PictureError::Lost`] and [`PictureError::OutOfMemory`].
     pub fn read(&self, mut encoder: wgpu::CommandEncoder) -> Result<RgbaImage, PictureError> {
-        let layout =
-            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes(self.size)), rows_per_image: None };
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(row_bytes(self.size)),
+            rows_per_image: None,
+        };
         encoder.copy_texture_to_buffer(
             self.texture.as_image_copy(),
             wgpu::TexelCopyBufferInfo { buffer: &self.readback, layout },
@@ -174,8 +181,8 @@ impl Offscreen {
     }
 }
 
-/// Returns the memory that a picture takes: the texture, the buffer to read it, the picture, and the renderer's depth and
-/// samples, with four bytes for each.
+/// Returns the memory that a picture takes: the texture, the buffer to read it, the picture, and
+/// the renderer's depth and samples, with four bytes for each.
 fn bytes_of(size: UVec2, samples: u32) -> u64 {
     let layers = 3 + samples + if samples > 1 { samples } else { 0 };
     u64::from(size.x) * u64::from(size.y) * 4 * u64::from(layers)
@@ -184,11 +191,17 @@ fn bytes_of(size: UVec2, samples: u32) -> u64 {
 /// Returns the largest size of the same shape for which there is room.
 fn largest(gpu: &Gpu, size: UVec2, target: TargetConfig) -> UVec2 {
     const PARTS: u64 = 4096;
-    let scaled = |part: u64| UVec2::from(size.to_array().map(|side| (u64::from(side) * part / PARTS).max(1) as u32));
+    let scaled = |part: u64| {
+        UVec2::from(size.to_array().map(|side| (u64::from(side) * part / PARTS).max(1) as u32))
+    };
     let (mut low, mut high) = (0, PARTS);
     while high - low > 1 {
         let middle = low.midpoint(high);
-        if Offscreen::allocate(gpu, scaled(middle), target).is_some() { low = middle } else { high = middle }
+        if Offscreen::allocate(gpu, scaled(middle), target).is_some() {
+            low = middle
+        } else {
+            high = middle
+        }
     }
     scaled(low)
 }

@@ -1,5 +1,6 @@
-//! What a fleet manager plans, for all robots or those that match the filter: routes, goals, and who waits for whom. A background
-//! thread collects and reduces it to lists to draw, so that no picture waits for it.
+//! What a fleet manager plans, for all robots or those that match the filter: routes, goals, and
+//! who waits for whom. A background thread collects and reduces it to lists to draw, so that no
+//! picture waits for it.
 
 mod collector;
 pub mod goals;
@@ -9,7 +10,9 @@ pub mod waits;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
-use regatta_plugin::{ColumnReader, FleetName, Participant, ReadError, Result, RouteClient, Subscriber, WorldReader};
+use regatta_plugin::{
+    ColumnReader, FleetName, Participant, ReadError, Result, RouteClient, Subscriber, WorldReader,
+};
 
 use crate::filter::{RobotSet, is_in};
 use crate::route::RouteSegment;
@@ -19,7 +22,8 @@ pub use collector::Coverage;
 use goals::{GoalMark, Places};
 use waits::WaitArrow;
 
-/// The time between two reports, unless they take long, and between two rounds of requests for routes.
+/// The time between two reports, unless they take long, and between two rounds of requests for
+/// routes.
 const REPORT_EVERY: Duration = Duration::from_millis(100);
 /// The time for which routes are asked for between two looks at what is to be watched.
 const ASK_FOR: Duration = Duration::from_millis(40);
@@ -37,7 +41,8 @@ pub struct Watch {
     pub waits: bool,
     /// The robots whose plans and waits are watched; `None` for all.
     pub matching: Option<RobotSet>,
-    /// Robots that are watched even if they are not among those, and their goals even without those of others.
+    /// Robots that are watched even if they are not among those, and their goals even without those
+    /// of others.
     pub selected: Vec<u32>,
 }
 
@@ -49,7 +54,8 @@ impl Watch {
         Some(robots)
     }
 
-    /// Whether something else is to be watched than before, other than that some more or fewer robots match.
+    /// Whether something else is to be watched than before, other than that some more or fewer
+    /// robots match.
     fn differs(&self, before: &Self) -> bool {
         let wanted = |watch: &Self| (watch.plans, watch.waits, watch.matching.is_some());
         wanted(self) != wanted(before) || self.selected != before.selected
@@ -65,7 +71,11 @@ impl Watched for Watch {
         !self.plans && !self.waits && self.selected.is_empty()
     }
 
-    fn run(fleet: &FleetName, changed: &Receiver<Self>, report: &mut dyn FnMut(PlanReport) -> bool) -> Result {
+    fn run(
+        fleet: &FleetName,
+        changed: &Receiver<Self>,
+        report: &mut dyn FnMut(PlanReport) -> bool,
+    ) -> Result {
         run(fleet, changed, report)
     }
 }
@@ -92,14 +102,16 @@ pub struct PlanFacts {
     pub routes: Option<Coverage>,
     /// Whether a fleet manager says where robots go.
     pub has_goals: bool,
-    /// The number of robots that wait for others, and of those among them in rings; `None` if no fleet manager says so.
+    /// The number of robots that wait for others, and of those among them in rings; `None` if no
+    /// fleet manager says so.
     pub waiting: Option<[u32; 2]>,
 }
 
 impl PlanFacts {
     /// Whether the routes of a notable part of the robots under way are not known (yet).
     pub fn lacks_routes(&self) -> bool {
-        self.routes.is_some_and(|routes| f64::from(routes.known) < 0.95 * f64::from(routes.under_way))
+        self.routes
+            .is_some_and(|routes| f64::from(routes.known) < 0.95 * f64::from(routes.under_way))
     }
 }
 
@@ -124,7 +136,11 @@ impl PlanReader {
     }
 }
 
-fn run(fleet: &FleetName, changed: &Receiver<Watch>, report: &mut dyn FnMut(PlanReport) -> bool) -> Result {
+fn run(
+    fleet: &FleetName,
+    changed: &Receiver<Watch>,
+    report: &mut dyn FnMut(PlanReport) -> bool,
+) -> Result {
     let participant = Participant::join(fleet, "viewer-plans")?;
     let mut watch = Watch::default();
     let mut watcher: Option<Watcher> = None;
@@ -197,7 +213,8 @@ impl Watcher {
     fn poll(&mut self, watch: &Watch, at_once: bool) -> Result<Option<PlanReport>> {
         self.frames.latest()?;
         if self.worlds.latest()?.is_some() {
-            self.places = self.worlds.current()?.map(|world| Places::new(&world)).unwrap_or_default();
+            self.places =
+                self.worlds.current()?.map(|world| Places::new(&world)).unwrap_or_default();
         }
         if !watch.plans {
             self.ask_at = None;
@@ -220,7 +237,12 @@ impl Watcher {
             self.ask_at = Some(now + REPORT_EVERY);
             return Ok(());
         };
-        let asked = self.collector.advance(&mut self.client, &frame, watch.robots().as_ref(), now + ASK_FOR);
+        let asked = self.collector.advance(
+            &mut self.client,
+            &frame,
+            watch.robots().as_ref(),
+            now + ASK_FOR,
+        );
         let rest = match asked {
             Ok(false) => Duration::ZERO,
             Ok(true) => REPORT_EVERY,
@@ -235,7 +257,9 @@ impl Watcher {
 
     fn report(&mut self, watch: &Watch) -> Result<PlanReport, ReadError> {
         let mut found = PlanReport::default();
-        let (Some(frame), Some(world)) = (self.frames.current()?, self.worlds.current()?) else { return Ok(found) };
+        let (Some(frame), Some(world)) = (self.frames.current()?, self.worlds.current()?) else {
+            return Ok(found);
+        };
         let (matching, robots) = (watch.matching.as_ref(), watch.robots());
         let is_watched = |robot: u32| is_in(robots.as_ref(), robot);
         found.facts.is_filtered = matching.is_some();
@@ -246,7 +270,12 @@ impl Watcher {
         }
         if let Some(goals) = values(&mut self.goals, frame.run_id())? {
             found.facts.has_goals = true;
-            found.goals = goals::marks(goals, |robot| watch.plans && is_watched(robot), &watch.selected, &self.places);
+            found.goals = goals::marks(
+                goals,
+                |robot| watch.plans && is_watched(robot),
+                &watch.selected,
+                &self.places,
+            );
         }
         if let Some(waits_for) = values(&mut self.waits, frame.run_id())?.filter(|_| watch.waits) {
             found.arrows = waits::arrows(waits_for);
@@ -263,7 +292,10 @@ impl Watcher {
 fn values(reader: &mut ColumnReader, run: u64) -> Result<Option<&[f32]>, ReadError> {
     reader.latest()?;
     let has_publisher = reader.has_publisher();
-    Ok(reader.current()?.filter(|column| has_publisher && column.header.run_id == run).map(|column| column.values))
+    Ok(reader
+        .current()?
+        .filter(|column| has_publisher && column.header.run_id == run)
+        .map(|column| column.values))
 }
 
 #[cfg(test)]

@@ -6,8 +6,8 @@ use regatta_plugin::Frame;
 
 /// Chooses the moment between the two newest frames to show.
 ///
-/// The shown moment lags one frame period behind the producer, so that there is a frame on either side of it to
-/// interpolate between.
+/// The shown moment lags one frame period behind the producer, so that there is a frame on either
+/// side of it to interpolate between.
 #[derive(Debug)]
 pub struct Playhead {
     started: Instant,
@@ -52,7 +52,11 @@ impl Playhead {
         } else if ticks > 0 && passed > 0.0 {
             self.gap = self.gap.min(ticks);
             let period = passed * self.gap as f64 / ticks as f64;
-            self.period = if self.period == 0.0 { period } else { self.period + (period - self.period) * 0.1 };
+            self.period = if self.period == 0.0 {
+                period
+            } else {
+                self.period + (period - self.period) * 0.1
+            };
         }
         // A jump to a later time of a recording is no motion.
         let has_jumped = frame.run_id() == self.run && frame.jumps() != self.jumps;
@@ -67,7 +71,8 @@ impl Playhead {
 
     /// Returns the moment to show, from the previous frame (0) to the newest (1).
     pub fn alpha(&self, now: Instant) -> f32 {
-        let shown = now.duration_since(self.started).as_secs_f64() - self.lead - self.period.min(1.0);
+        let shown =
+            now.duration_since(self.started).as_secs_f64() - self.lead - self.period.min(1.0);
         let between = self.sent[1] - self.sent[0];
         if between <= 0.0 { 1.0 } else { ((shown - self.sent[0]) / between).clamp(0.0, 1.0) as f32 }
     }

@@ -14,7 +14,8 @@ use crate::curves::place_at;
 pub const MAX_ROBOTS: usize = 8;
 /// The time between two polls.
 const POLL_EVERY: Duration = Duration::from_millis(250);
-/// The number of legs among which a robot's current one is searched: robots pass fewer of them between two polls.
+/// The number of legs among which a robot's current one is searched: robots pass fewer of them
+/// between two polls.
 const NEXT_LEGS: usize = 8;
 
 /// The part of an edge's curve that belongs to a route: an instance of routes.wgsl.
@@ -23,7 +24,8 @@ const NEXT_LEGS: usize = 8;
 pub struct RouteSegment {
     /// Index of the curve in the world.
     pub curve: u32,
-    /// The curve parameters of the segment's start and end: 0 towards the edge's origin, 1 towards its destination.
+    /// The curve parameters of the segment's start and end: 0 towards the edge's origin, 1 towards
+    /// its destination.
     pub range: [f32; 2],
     /// 1 if the edge is released, 0 if it is only planned.
     pub released: u32,
@@ -43,15 +45,21 @@ pub struct Remaining {
 pub struct RouteLength {
     /// The number of edges.
     pub edges: u32,
-    /// Their length in metres. An answer lists only the first legs of a long route; the others are not included.
+    /// Their length in metres. An answer lists only the first legs of a long route; the others are
+    /// not included.
     pub metres: f32,
     /// Whether `metres` lacks some of the edges.
     pub is_partial: bool,
 }
 
-/// Returns the rest of a route, from the robot's position in a frame on: the segments to draw, and their length. There is
-/// nothing left if the robot is idle or absent, or frame and route belong to different runs.
-pub fn remaining_route(route: &RouteResponse, frame: &Frame<'_>, world: &World<'_>) -> (Vec<RouteSegment>, Remaining) {
+/// Returns the rest of a route, from the robot's position in a frame on: the segments to draw, and
+/// their length. There is nothing left if the robot is idle or absent, or frame and route belong to
+/// different runs.
+pub fn remaining_route(
+    route: &RouteResponse,
+    frame: &Frame<'_>,
+    world: &World<'_>,
+) -> (Vec<RouteSegment>, Remaining) {
     let row = route.robot as usize;
     let state = frame.state_of(row);
     let mut remaining = Remaining::default();
@@ -86,14 +94,15 @@ pub fn remaining_route(route: &RouteResponse, frame: &Frame<'_>, world: &World<'
     }
     let released = route.released.saturating_sub(driven as u32);
     let planned = route.legs.saturating_sub(route.released.max(driven as u32));
-    for (length, edges) in [(&mut remaining.released, released), (&mut remaining.planned, planned)] {
+    for (length, edges) in [(&mut remaining.released, released), (&mut remaining.planned, planned)]
+    {
         (length.is_partial, length.edges) = (length.edges < edges, edges);
     }
     (all, remaining)
 }
 
-/// Returns the segments of a part of a leg, in the order in which they are driven. The part is given in metres from where the
-/// leg is entered.
+/// Returns the segments of a part of a leg, in the order in which they are driven. The part is
+/// given in metres from where the leg is entered.
 fn segments(
     world: &World<'_>,
     edge: &EdgeRecord,
@@ -113,7 +122,10 @@ fn segments(
     let [start, end] = if reverse { [1.0, 0.0] } else { [0.0, 1.0] };
     (0..count).map(move |passed| {
         let number = if reverse { from.0 - passed } else { from.0 + passed };
-        let range = [if passed == 0 { from.1 } else { start }, if passed + 1 == count { to.1 } else { end }];
+        let range = [
+            if passed == 0 { from.1 } else { start },
+            if passed + 1 == count { to.1 } else { end },
+        ];
         RouteSegment { curve: first_curve + number as u32, range, released }
     })
 }
@@ -140,8 +152,8 @@ impl RoutePoller {
         self.due
     }
 
-    /// Requests the routes if a poll is due, and waits for the answers for `timeout` at most. Returns `None` if nothing is
-    /// new, and an empty list if no process answers.
+    /// Requests the routes if a poll is due, and waits for the answers for `timeout` at most.
+    /// Returns `None` if nothing is new, and an empty list if no process answers.
     ///
     /// # Errors
     /// As [`RouteClient::open_on`]. Polling stops then.
@@ -181,8 +193,8 @@ mod tests {
 
     use super::*;
 
-    /// Returns four consecutive edges of ten metres each: a straight one, a bend, a straight one, and one of two straight
-    /// curves of four and six metres.
+    /// Returns four consecutive edges of ten metres each: a straight one, a bend, a straight one,
+    /// and one of two straight curves of four and six metres.
     fn world() -> WorldData {
         let mut world = WorldData::default();
         for control_points in [
@@ -190,7 +202,10 @@ mod tests {
             [[10.0, 0.0], [14.0, 0.0], [16.37, 2.37], [16.37, 6.37]],
             [[16.37, 6.37], [16.37, 9.0], [16.37, 13.0], [16.37, 16.37]],
         ] {
-            world.add_edge(EdgeRecord { length: 10.0, ..EdgeRecord::default() }, [CurveRecord { control_points }]);
+            world.add_edge(
+                EdgeRecord { length: 10.0, ..EdgeRecord::default() },
+                [CurveRecord { control_points }],
+            );
         }
         let line = CurveRecord::straight;
         let corner = [line([16.37, 16.37], [12.37, 16.37]), line([12.37, 16.37], [12.37, 22.37])];
@@ -198,9 +213,18 @@ mod tests {
         world
     }
 
-    fn remaining(edge: u32, s: f32, state: RobotState, route: &RouteResponse) -> (Vec<RouteSegment>, Remaining) {
-        let header =
-            FrameHeader { run_id: 5, robots: 1, stride_lines: stride_lines(1) as u32, ..FrameHeader::default() };
+    fn remaining(
+        edge: u32,
+        s: f32,
+        state: RobotState,
+        route: &RouteResponse,
+    ) -> (Vec<RouteSegment>, Remaining) {
+        let header = FrameHeader {
+            run_id: 5,
+            robots: 1,
+            stride_lines: stride_lines(1) as u32,
+            ..FrameHeader::default()
+        };
         let mut lines = vec![Line::default(); frame_lines(1)];
         let columns = ColumnsMut::split(&mut lines, 1);
         (columns.edge[0], columns.s[0], columns.state[0]) = (edge, s, state as u8);
@@ -246,7 +270,8 @@ mod tests {
 
     #[test]
     fn a_reversing_robot_drives_towards_the_edges_origin() {
-        let (segments, left) = remaining(2, 4.0, RobotState::Driving, &route(2, &[(2, true), (1, true)]));
+        let (segments, left) =
+            remaining(2, 4.0, RobotState::Driving, &route(2, &[(2, true), (1, true)]));
         assert_eq!((left.released.edges, left.released.metres), (2, 14.0));
         assert_eq!((segments[0].range[1], segments[1].range), (0.0, [1.0, 0.0]));
     }
@@ -257,15 +282,24 @@ mod tests {
             let rounded = |range: [f32; 2]| range.map(|end| (end * 1000.0).round() / 1000.0);
             segments.into_iter().map(|segment| (segment.curve, rounded(segment.range))).collect()
         };
-        let (segments, left) = remaining(2, 10.0, RobotState::Driving, &route(2, &[(2, false), (3, false)]));
+        let (segments, left) =
+            remaining(2, 10.0, RobotState::Driving, &route(2, &[(2, false), (3, false)]));
         assert_eq!(left.released.metres, 10.0);
-        assert_eq!(curves(segments), [(3, [0.0, 1.0]), (4, [0.0, 1.0])], "nothing is left of the first leg");
-        let (segments, _) = remaining(0, 0.0, RobotState::Driving, &route(2, &[(0, false), (3, true)]));
+        assert_eq!(
+            curves(segments),
+            [(3, [0.0, 1.0]), (4, [0.0, 1.0])],
+            "nothing is left of the first leg"
+        );
+        let (segments, _) =
+            remaining(0, 0.0, RobotState::Driving, &route(2, &[(0, false), (3, true)]));
         assert_eq!(curves(segments)[1..], [(4, [1.0, 0.0]), (3, [1.0, 0.0])]);
         let (segments, left) = remaining(3, 7.0, RobotState::Driving, &route(1, &[(3, false)]));
         assert_eq!((curves(segments), left.released.metres), (vec![(4, [0.5, 1.0])], 3.0));
         let (segments, left) = remaining(3, 7.0, RobotState::Driving, &route(1, &[(3, true)]));
-        assert_eq!((curves(segments), left.released.metres), (vec![(4, [0.5, 0.0]), (3, [1.0, 0.0])], 7.0));
+        assert_eq!(
+            (curves(segments), left.released.metres),
+            (vec![(4, [0.5, 0.0]), (3, [1.0, 0.0])], 7.0)
+        );
     }
 
     #[test]
@@ -275,7 +309,8 @@ mod tests {
         assert_eq!(segments.len(), 256);
         assert_eq!(left.released, RouteLength { edges: 290, metres: 2560.0, is_partial: true });
         assert_eq!(left.planned, RouteLength { edges: 10, metres: 0.0, is_partial: true });
-        let (segments, left) = remaining(0, 0.0, RobotState::Driving, &route(2, &[(0, false), (77, false)]));
+        let (segments, left) =
+            remaining(0, 0.0, RobotState::Driving, &route(2, &[(0, false), (77, false)]));
         assert_eq!((segments.len(), left.released.edges, left.released.is_partial), (1, 2, true));
         let other = RouteResponse { run_id: 6, ..route(1, &[(0, false)]) };
         assert_eq!(remaining(0, 0.0, RobotState::Driving, &other).0, []);

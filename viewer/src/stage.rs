@@ -1,5 +1,5 @@
-//! The stage: passes new data from the feed to the renderer, and derives from it what the renderer needs beside it:
-//! bounds, legend and routes.
+//! The stage: passes new data from the feed to the renderer, and derives from it what the renderer
+//! needs beside it: bounds, legend and routes.
 
 mod beside;
 mod columns;
@@ -116,7 +116,8 @@ impl Stage {
     pub fn apply(&mut self, news: News, now: Instant) -> Result {
         let is_recoloured = self.watched.as_ref() != Some(&self.scene.colouring);
         if is_recoloured {
-            let column = if let Colouring::Column(name) = &self.scene.colouring { Some(name) } else { None };
+            let column =
+                if let Colouring::Column(name) = &self.scene.colouring { Some(name) } else { None };
             self.feed.watch(column)?;
             self.watched = Some(self.scene.colouring.clone());
             self.range = None;
@@ -128,8 +129,10 @@ impl Stage {
             && let Some(world) = self.feed.world()
         {
             self.graph_bounds = bounds_of_graph(&world, None);
-            self.robot_types = world.robot_types().iter().map(|robot_type| robot_type.name().to_owned()).collect();
-            all(&mut self.renderer, &mut self.beside).for_each(|renderer| renderer.set_world(&world));
+            self.robot_types =
+                world.robot_types().iter().map(|robot_type| robot_type.name().to_owned()).collect();
+            all(&mut self.renderer, &mut self.beside)
+                .for_each(|renderer| renderer.set_world(&world));
         }
         self.update_closed(news, !has_graph);
         if let Some(frame) = self.feed.frame().filter(|_| news.frame) {
@@ -139,11 +142,13 @@ impl Stage {
             }
             self.looking_back = self.looking_back.filter(|(run, _)| *run == frame.run_id());
             self.playhead.push(&frame, now);
-            if self.feed.recording().is_some() && frame.header().clock == ClockState::Paused as u32 {
+            if self.feed.recording().is_some() && frame.header().clock == ClockState::Paused as u32
+            {
                 self.playhead.arrive();
             }
             if self.looking_back.is_none() {
-                all(&mut self.renderer, &mut self.beside).for_each(|renderer| renderer.push_frame(&frame));
+                all(&mut self.renderer, &mut self.beside)
+                    .for_each(|renderer| renderer.push_frame(&frame));
             }
         }
         if news.world || (news.frame && !self.routes.is_empty()) {
@@ -166,8 +171,8 @@ impl Stage {
         self.looking_back.is_some()
     }
 
-    /// Shows the run as it was at a simulated time in nanoseconds, while it goes on, or again as it is. Of the past, only frames
-    /// are kept: robots have no values of columns then.
+    /// Shows the run as it was at a simulated time in nanoseconds, while it goes on, or again as it
+    /// is. Of the past, only frames are kept: robots have no values of columns then.
     pub fn look_back(&mut self, time: Option<u64>) {
         let run = self.feed.frame().map(|frame| frame.run_id());
         self.looking_back = run.zip(time);
@@ -178,7 +183,8 @@ impl Stage {
                 _ => self.feed.frame(),
             };
             if let Some(frame) = frame {
-                all(&mut self.renderer, &mut self.beside).for_each(|renderer| renderer.push_frame(&frame));
+                all(&mut self.renderer, &mut self.beside)
+                    .for_each(|renderer| renderer.push_frame(&frame));
             }
         }
         // The columns are those of the newest frame, and are uploaded again when it is shown.
@@ -200,13 +206,19 @@ impl Stage {
     /// What is to be watched for the scene, of all robots.
     pub fn plan_watch(&self) -> Watch {
         let Scene { layers, selected, .. } = &self.scene;
-        Watch { plans: layers.plans, waits: layers.waits, matching: None, selected: selected.clone() }
+        Watch {
+            plans: layers.plans,
+            waits: layers.waits,
+            matching: None,
+            selected: selected.clone(),
+        }
     }
 
     /// Replaces what is drawn of plans.
     pub fn set_plans(&mut self, report: PlanReport) {
         self.plans = report;
-        all(&mut self.renderer, &mut self.beside).for_each(|renderer| renderer.set_plans(&self.plans));
+        all(&mut self.renderer, &mut self.beside)
+            .for_each(|renderer| renderer.set_plans(&self.plans));
     }
 
     /// How much of the plans is known.
@@ -226,21 +238,26 @@ impl Stage {
         let is_new = report.heat.is_some() || report.history.is_some() || !is_same;
         if let Some(map) = report.heat {
             self.jam_facts.heat = map.as_ref().map(|map| map.facts);
-            all(&mut self.renderer, &mut self.beside).for_each(|renderer| renderer.set_heat(map.as_ref()));
+            all(&mut self.renderer, &mut self.beside)
+                .for_each(|renderer| renderer.set_heat(map.as_ref()));
             self.heat = map;
         }
         (self.jam_facts.edges, self.jam_facts.node) = (report.edges, report.node);
-        if let Some((spots, series, known)) = report.history.map(|history| jams::moved(history, self.feed.ahead_secs()))
+        if let Some((spots, series, known)) =
+            report.history.map(|history| jams::moved(history, self.feed.ahead_secs()))
         {
-            (self.jam_facts.spots, self.jam_facts.series, self.jam_facts.known) = (spots, series, known);
+            (self.jam_facts.spots, self.jam_facts.series, self.jam_facts.known) =
+                (spots, series, known);
         }
         is_new
     }
 
-    /// Returns the density of half the strength, in robots per hectare, if robots are drawn as their density.
+    /// Returns the density of half the strength, in robots per hectare, if robots are drawn as
+    /// their density.
     pub fn shown_density(&self, camera: &Camera, size: UVec2) -> Option<f32> {
         let legend = self.legend();
-        let picture = Picture { camera, scene: &self.scene, legend: &legend, size, within: None, alpha: 1.0 };
+        let picture =
+            Picture { camera, scene: &self.scene, legend: &legend, size, within: None, alpha: 1.0 };
         self.renderer.shown_density(&picture)
     }
 
@@ -262,10 +279,12 @@ impl Stage {
         let Some(world) = self.feed.world() else { return };
         let ids = self.feed.closed();
         let is_closed = |id: u32| ids.binary_search(&ClosedEdge { edge: id }).is_ok();
-        let edges = world.edges().iter().zip(0..).filter(|(edge, _)| !ids.is_empty() && is_closed(edge.id));
+        let edges =
+            world.edges().iter().zip(0..).filter(|(edge, _)| !ids.is_empty() && is_closed(edge.id));
         self.closed = (run, edges.map(|(_, index)| index).collect());
         let closed = &self.closed.1;
-        all(&mut self.renderer, &mut self.beside).for_each(|renderer| renderer.set_closed(&world, closed));
+        all(&mut self.renderer, &mut self.beside)
+            .for_each(|renderer| renderer.set_closed(&world, closed));
     }
 
     fn update_routes(&mut self) {
@@ -281,9 +300,12 @@ impl Stage {
         self.renderers().for_each(|renderer| renderer.set_routes(&segments));
     }
 
-    /// Hides the robots that are on another level than the scene's. A window has this done by its other thread.
+    /// Hides the robots that are on another level than the scene's. A window has this done by its
+    /// other thread.
     pub fn hide_other_levels(&mut self) {
-        let (Some(frame), Some(world), Some(_)) = (self.feed.frame(), self.feed.world(), &self.scene.level) else {
+        let (Some(frame), Some(world), Some(_)) =
+            (self.feed.frame(), self.feed.world(), &self.scene.level)
+        else {
             return;
         };
         let filter = Filter::default().of_level(self.scene.level.as_deref());
@@ -296,20 +318,23 @@ impl Stage {
         let (theme, colouring) = (self.scene.theme, &self.scene.colouring);
         let legend = colouring.legend(theme, &self.robot_types, self.range);
         match colouring {
-            Colouring::Column(_) if self.feed.value().is_none() || self.is_looking_back() => legend.without_data(theme),
+            Colouring::Column(_) if self.feed.value().is_none() || self.is_looking_back() => {
+                legend.without_data(theme)
+            }
             _ => legend,
         }
     }
 
-    /// Returns a plan of what is shown, or of the scene's level alone, as the text of an SVG file. `name` is that of the fleet or
-    /// the recording; `scale` is 200 for 1:200.
+    /// Returns a plan of what is shown, or of the scene's level alone, as the text of an SVG file.
+    /// `name` is that of the fleet or the recording; `scale` is 200 for 1:200.
     ///
     /// # Errors
     /// If there are too many robots.
     pub fn svg(&self, name: &str, theme: Theme, scale: Option<f32>) -> Result<String> {
         let (frame, world) = (self.frame(), self.feed.world().unwrap_or_default());
         let level = self.scene.level.as_deref();
-        let bounds = bounds_of_graph(&world, level).map_or(self.bounds(), |bounds| self.moved(bounds));
+        let bounds =
+            bounds_of_graph(&world, level).map_or(self.bounds(), |bounds| self.moved(bounds));
         let values = match &self.scene.colouring {
             Colouring::Speed => frame.map(|frame| frame.speed()),
             _ => self.feed.value().filter(|_| !self.is_looking_back()),
@@ -352,7 +377,8 @@ impl Stage {
     pub fn collect_trails(&mut self) {
         let legend = self.legend();
         let (camera, size) = (&Camera::default(), UVec2::ONE);
-        let picture = Picture { camera, scene: &self.scene, legend: &legend, size, within: None, alpha: 1.0 };
+        let picture =
+            Picture { camera, scene: &self.scene, legend: &legend, size, within: None, alpha: 1.0 };
         self.renderer.collect_trails(&picture);
     }
 
@@ -368,7 +394,8 @@ impl Stage {
         self.draw_within(encoder, target, None, camera, size, alpha);
     }
 
-    /// Draws the fleet into a part of a larger target: `within` is the part's top left corner and the target's size.
+    /// Draws the fleet into a part of a larger target: `within` is the part's top left corner and
+    /// the target's size.
     pub fn draw_within(
         &mut self,
         encoder: &mut CommandEncoder,

@@ -1,5 +1,6 @@
-//! A plan of a fleet as SVG: edges as their exact curves, nodes, and the outlines of robots at their true size, in millimetres
-//! at a scale, with a grid in metres, a scale bar and an arrow to the north.
+//! A plan of a fleet as SVG: edges as their exact curves, nodes, and the outlines of robots at
+//! their true size, in millimetres at a scale, with a grid in metres, a scale bar and an arrow to
+//! the north.
 
 use std::fmt::Write;
 
@@ -17,7 +18,8 @@ use crate::text::with_plural;
 
 /// The most robots in a file.
 const MAX_ROBOTS: usize = 200_000;
-/// The longest side of a drawing whose scale isn't given, in millimetres: that of A3, less a margin.
+/// The longest side of a drawing whose scale isn't given, in millimetres: that of A3, less a
+/// margin.
 const LONGEST_MM: f32 = 380.0;
 /// The colour of closed edges, as in closures.wgsl.
 const CLOSED: &str = "#d8232e";
@@ -78,13 +80,15 @@ impl<'a> Plan<'a> {
         edges.filter(|edge| self.shows(edge.level))
     }
 
-    /// The rows of the frame's robots. A robot is on the level of its edge; one that is on no edge is on no level.
+    /// The rows of the frame's robots. A robot is on the level of its edge; one that is on no edge
+    /// is on no level.
     fn rows(&self, frame: Frame<'a>) -> impl Iterator<Item = usize> {
         let is_shown = move |row: usize| {
             let edge = self.world.edges().get(frame.edge()[row] as usize);
             self.level.is_none() || edge.is_some_and(|edge| self.shows(edge.level))
         };
-        (0..frame.len()).filter(move |row| frame.state_of(*row) != RobotState::Absent && is_shown(*row))
+        (0..frame.len())
+            .filter(move |row| frame.state_of(*row) != RobotState::Absent && is_shown(*row))
     }
 
     /// The text below the drawing.
@@ -96,11 +100,16 @@ impl<'a> Plan<'a> {
     }
 }
 
-/// Returns the scale of a drawing whose longest side is so many metres, if none is given: 1, 2 or 5 times a power of ten.
+/// Returns the scale of a drawing whose longest side is so many metres, if none is given: 1, 2 or 5
+/// times a power of ten.
 fn fitting_scale(metres: f32) -> f32 {
     let least = (metres * 1000.0 / LONGEST_MM).max(1.0);
     let unit = 10_f32.powf(least.log10().floor());
-    [1.0, 2.0, 5.0].map(|factor| factor * unit).into_iter().find(|scale| *scale >= least * 0.999).unwrap_or(10.0 * unit)
+    [1.0, 2.0, 5.0]
+        .map(|factor| factor * unit)
+        .into_iter()
+        .find(|scale| *scale >= least * 0.999)
+        .unwrap_or(10.0 * unit)
 }
 
 /// Returns the text of the file.
@@ -131,7 +140,11 @@ pub fn draw(plan: &Plan<'_>) -> Result<String> {
     );
     let top = MARGIN + size.y * per_metre;
     let (east, north) = (MARGIN - low.x * per_metre, top + low.y * per_metre);
-    let _ = writeln!(text, "<g id=\"plan\" transform=\"matrix({per_metre} 0 0 {} {east:.4} {north:.4})\">", -per_metre);
+    let _ = writeln!(
+        text,
+        "<g id=\"plan\" transform=\"matrix({per_metre} 0 0 {} {east:.4} {north:.4})\">",
+        -per_metre
+    );
     grid(&mut text, plan, per_metre);
     graph(&mut text, plan, per_metre);
     draw_robots(&mut text, plan, per_metre);
@@ -154,7 +167,11 @@ fn grid(text: &mut String, plan: &Plan<'_>, per_metre: f32) {
     let Bounds { low, high } = plan.bounds;
     let step = round_step(38.0 / per_metre);
     let thin = 0.1 / per_metre;
-    let _ = writeln!(text, "<g id=\"grid\" stroke=\"{}\" stroke-width=\"{thin:.5}\">", hex(plan.theme.colours().grid));
+    let _ = writeln!(
+        text,
+        "<g id=\"grid\" stroke=\"{}\" stroke-width=\"{thin:.5}\">",
+        hex(plan.theme.colours().grid)
+    );
     let (first, last) = ((low / step).ceil().as_ivec2(), (high / step).floor().as_ivec2());
     let font = 2.4 / per_metre;
     let mut labels = String::new();
@@ -189,13 +206,15 @@ fn graph(text: &mut String, plan: &Plan<'_>, per_metre: f32) {
     for edge in plan.edges() {
         let colour = if edge.velocity_backwards > 0.0 { colours.two_way } else { colours.edge };
         let path = path_of(plan, edge);
-        let _ = writeln!(text, "<path id=\"e{}\" stroke=\"{}\" d=\"{path}\"/>", edge.id, hex(colour));
+        let _ =
+            writeln!(text, "<path id=\"e{}\" stroke=\"{}\" d=\"{path}\"/>", edge.id, hex(colour));
     }
     text.push_str("</g>\n");
     closures(text, plan, per_metre);
     let _ = writeln!(text, "<g id=\"nodes\" fill=\"{}\">", hex(colours.node));
     for node in plan.nodes() {
-        let (at, is_station) = (Vec2::new(node.x, node.y) + plan.offset, node.role() != NodeRole::None);
+        let (at, is_station) =
+            (Vec2::new(node.x, node.y) + plan.offset, node.role() != NodeRole::None);
         let radius = if is_station { 0.7 } else { 0.35 } / per_metre;
         let name = escaped(world.text(node.name));
         let (x, y, id) = (at.x, at.y, node.id);
@@ -225,7 +244,8 @@ fn closures(text: &mut String, plan: &Plan<'_>, per_metre: f32) {
     if plan.closed_edges().next().is_none() {
         return;
     }
-    let [line, dash, gap, radius, bar] = [0.7, 1.8, 1.2, 1.7, 0.7].map(|millimetres: f32| millimetres / per_metre);
+    let [line, dash, gap, radius, bar] =
+        [0.7, 1.8, 1.2, 1.7, 0.7].map(|millimetres: f32| millimetres / per_metre);
     let _ = writeln!(
         text,
         "<g id=\"closed\" fill=\"none\" stroke=\"{CLOSED}\" stroke-width=\"{line:.5}\" stroke-dasharray=\"{dash:.5} {gap:.5}\">"
@@ -259,7 +279,8 @@ fn draw_robots(text: &mut String, plan: &Plan<'_>, per_metre: f32) {
         if !place.is_finite() {
             continue;
         }
-        let index = plan.robot_type.and_then(|column| column.get(row)).map_or(0, |index| *index as usize);
+        let index =
+            plan.robot_type.and_then(|column| column.get(row)).map_or(0, |index| *index as usize);
         let robot_type = plan.world.robot_types().get(index).unwrap_or(&default_type);
         let heading = frame.theta()[row];
         let fill = hex(colour(plan, &palette, row, index));
@@ -272,12 +293,20 @@ fn draw_robots(text: &mut String, plan: &Plan<'_>, per_metre: f32) {
                 );
             }
             Footprint::Rectangle(corners) => {
-                let points = corners.map(|corner| format!("{:.4},{:.4}", corner.x, corner.y)).join(" ");
-                let _ = write!(text, "<polygon id=\"robot-{row}\" fill=\"{fill}\" points=\"{points}\"/>");
+                let points =
+                    corners.map(|corner| format!("{:.4},{:.4}", corner.x, corner.y)).join(" ");
+                let _ = write!(
+                    text,
+                    "<polygon id=\"robot-{row}\" fill=\"{fill}\" points=\"{points}\"/>"
+                );
             }
         }
         let tip = place + Vec2::from_angle(heading) * (robot_type.length / 2.0);
-        let _ = writeln!(text, "<path d=\"M{:.4} {:.4}L{:.4} {:.4}\"/>", place.x, place.y, tip.x, tip.y);
+        let _ = writeln!(
+            text,
+            "<path d=\"M{:.4} {:.4}L{:.4} {:.4}\"/>",
+            place.x, place.y, tip.x, tip.y
+        );
     }
     text.push_str("</g>\n");
 }
@@ -288,12 +317,18 @@ fn colour(plan: &Plan<'_>, palette: &[Rgb; COLOURS], row: usize, robot_type: usi
     let value = match plan.colouring {
         Colouring::State => Some(f32::from(state)),
         Colouring::Type => Some((robot_type % COLOURS) as f32),
-        Colouring::Speed | Colouring::Column(_) => plan.values.and_then(|values| values.get(row)).copied(),
+        Colouring::Speed | Colouring::Column(_) => {
+            plan.values.and_then(|values| values.get(row)).copied()
+        }
     };
-    let Some(value) = value.filter(|value| value.is_finite()) else { return plan.theme.colours().unknown };
+    let Some(value) = value.filter(|value| value.is_finite()) else {
+        return plan.theme.colours().unknown;
+    };
     let index = match &plan.legend.scale {
         Scale::Categories(_) => value,
-        Scale::Ramp { low, high, .. } => (value - low) / (high - low).max(1e-6) * (COLOURS - 1) as f32,
+        Scale::Ramp { low, high, .. } => {
+            (value - low) / (high - low).max(1e-6) * (COLOURS - 1) as f32
+        }
     };
     palette[index.round().clamp(0.0, (COLOURS - 1) as f32) as usize]
 }
@@ -311,7 +346,8 @@ fn footer(text: &mut String, plan: &Plan<'_>, [width, height]: [f32; 2], scale: 
         "<g id=\"legend\" fill=\"{ink}\" font-size=\"3.2\">\n<text x=\"{MARGIN}\" y=\"{below:.2}\">{title}   1:{scale}</text>\n"
     );
     for part in 0..4_u8 {
-        let (x, fill) = (left + bar * f32::from(part) / 4.0, if part % 2 == 0 { &ink } else { &paper });
+        let (x, fill) =
+            (left + bar * f32::from(part) / 4.0, if part % 2 == 0 { &ink } else { &paper });
         let (y, width) = (below - 1.6, bar / 4.0);
         let _ = writeln!(
             text,
@@ -331,16 +367,23 @@ fn footer(text: &mut String, plan: &Plan<'_>, [width, height]: [f32; 2], scale: 
 
 #[cfg(test)]
 mod tests {
-    use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, NO_EDGE, frame_lines, stride_lines};
+    use regatta_plugin::frame::{
+        ColumnsMut, FrameHeader, Line, NO_EDGE, frame_lines, stride_lines,
+    };
     use regatta_plugin::world::{CurveRecord, NodeRecord, WorldData};
 
     use super::*;
 
     #[test]
     fn scales_are_round_and_the_drawing_fits() {
-        for (metres, scale) in
-            [(3.8, 10.0), (20.0, 100.0), (70.0, 200.0), (76.0, 200.0), (100.0, 500.0), (900.0, 5000.0)]
-        {
+        for (metres, scale) in [
+            (3.8, 10.0),
+            (20.0, 100.0),
+            (70.0, 200.0),
+            (76.0, 200.0),
+            (100.0, 500.0),
+            (900.0, 5000.0),
+        ] {
             assert_eq!(fitting_scale(metres), scale, "{metres} m");
             assert!(metres * 1000.0 / scale <= LONGEST_MM * 1.01);
         }
@@ -348,12 +391,19 @@ mod tests {
 
     #[test]
     fn a_plan_has_curves_and_outlines_at_their_true_size() {
-        let mut world =
-            WorldData { robot_types: vec![RobotTypeRecord::new("a <b>", 1.0, 0.5)], ..WorldData::default() };
+        let mut world = WorldData {
+            robot_types: vec![RobotTypeRecord::new("a <b>", 1.0, 0.5)],
+            ..WorldData::default()
+        };
         world.nodes = vec![NodeRecord { id: 3, x: 1.0, y: 2.0, ..NodeRecord::default() }];
-        let curve = CurveRecord { control_points: [[0.0, 0.0], [1.0, 0.0], [1.0, 2.0], [4.0, 2.0]] };
+        let curve =
+            CurveRecord { control_points: [[0.0, 0.0], [1.0, 0.0], [1.0, 2.0], [4.0, 2.0]] };
         world.add_edge(EdgeRecord { id: 9, ..EdgeRecord::default() }, [curve]);
-        let header = FrameHeader { robots: 2, stride_lines: stride_lines(2) as u32, ..FrameHeader::default() };
+        let header = FrameHeader {
+            robots: 2,
+            stride_lines: stride_lines(2) as u32,
+            ..FrameHeader::default()
+        };
         let mut lines = vec![Line::default(); frame_lines(2)];
         let columns = ColumnsMut::split(&mut lines, 2);
         (columns.x[0], columns.y[0], columns.state[0]) = (2.0, 1.0, RobotState::Driving as u8);
@@ -379,8 +429,14 @@ mod tests {
         let text = draw(&plan).expect("a drawing");
         // 4 m and 2 m at 1:50 are 80 mm and 40 mm; margins and the line below come on top.
         assert!(text.contains("width=\"100.00mm\" height=\"74.00mm\""), "{text}");
-        assert!(text.contains("d=\"M0.0000 0.0000C1.0000 0.0000 1.0000 2.0000 4.0000 2.0000\""), "{text}");
-        assert!(text.contains("points=\"1.5000,0.7500 2.5000,0.7500 2.5000,1.2500 1.5000,1.2500\""), "{text}");
+        assert!(
+            text.contains("d=\"M0.0000 0.0000C1.0000 0.0000 1.0000 2.0000 4.0000 2.0000\""),
+            "{text}"
+        );
+        assert!(
+            text.contains("points=\"1.5000,0.7500 2.5000,0.7500 2.5000,1.2500 1.5000,1.2500\""),
+            "{text}"
+        );
         assert!(
             text.contains("id=\"n3\"")
                 && !text.contains("robot-1\"")
@@ -393,7 +449,11 @@ mod tests {
         let text = draw(&Plan { closed: &[0, 7], ..plan }).expect("a drawing");
         let path = "<path id=\"closed-e9\" d=\"M0.0000 0.0000C1.0000 0.0000 1.0000 2.0000 4.0000 2.0000\"/>";
         assert!(text.contains(path) && text.contains("stroke-dasharray"), "{text}");
-        assert_eq!(text.matches("fill=\"#d8232e\"").count(), 1, "a sign for each closed edge that the world has");
+        assert_eq!(
+            text.matches("fill=\"#d8232e\"").count(),
+            1,
+            "a sign for each closed edge that the world has"
+        );
         assert_eq!(text.matches("<g").count(), text.matches("</g>").count());
     }
 
@@ -413,7 +473,11 @@ mod tests {
             world.add_edge(EdgeRecord { id: 10 + id, level, ..EdgeRecord::default() }, [line]);
         }
         // A robot on each level, and one on no edge.
-        let header = FrameHeader { robots: 3, stride_lines: stride_lines(3) as u32, ..FrameHeader::default() };
+        let header = FrameHeader {
+            robots: 3,
+            stride_lines: stride_lines(3) as u32,
+            ..FrameHeader::default()
+        };
         let mut lines = vec![Line::default(); frame_lines(3)];
         let columns = ColumnsMut::split(&mut lines, 3);
         columns.edge[..3].copy_from_slice(&[0, 1, NO_EDGE]);
@@ -445,7 +509,8 @@ mod tests {
         assert!(cellar.contains("<title>fleet, cellar, 0.00 s, 1 robot</title>"), "{cellar}");
         assert_eq!(ids(&drawn(Some("ground"))), ["e11", "closed-e11", "n1", "robot-1"]);
         let all = drawn(None);
-        let shown = ["e10", "e11", "closed-e10", "closed-e11", "n0", "n1", "robot-0", "robot-1", "robot-2"];
+        let shown =
+            ["e10", "e11", "closed-e10", "closed-e11", "n0", "n1", "robot-0", "robot-1", "robot-2"];
         assert_eq!(ids(&all), shown);
     }
 }

@@ -39,7 +39,8 @@ pub struct Stop {
 pub struct RobotTask {
     /// The number of the task.
     pub task: u64,
-    /// The number of the stop that comes next, from 1, and the number of stops; 0 if that is not known.
+    /// The number of the stop that comes next, from 1, and the number of stops; 0 if that is not
+    /// known.
     pub stop: [u32; 2],
     /// The stop, if it is known.
     pub next: Option<Stop>,
@@ -82,7 +83,8 @@ impl TaskBook {
         }
     }
 
-    /// Returns what is known of a robot's task; `None` if it has none, or the log has not named it since this book began.
+    /// Returns what is known of a robot's task; `None` if it has none, or the log has not named it
+    /// since this book began.
     pub fn of_robot(&self, robot: u32) -> Option<RobotTask> {
         let number = *self.by_robot.get(&robot)?;
         let task = self.tasks.get(&number)?;
@@ -101,7 +103,8 @@ mod tests {
     use super::*;
 
     fn created() -> [TaskRecord; 3] {
-        let stop = |index, node, action| TaskRecord::new(7, TaskKind::Stop).at_stop(index, node, action);
+        let stop =
+            |index, node, action| TaskRecord::new(7, TaskKind::Stop).at_stop(index, node, action);
         let first = TaskRecord { detail: 2, ..TaskRecord::new(7, TaskKind::Created) };
         [first, stop(0, 30, StopAction::Pick), stop(1, 40, StopAction::Drop)]
     }
@@ -113,7 +116,12 @@ mod tests {
         assert_eq!(book.of_robot(3), None, "nobody has the task");
         let of = |kind| TaskRecord::new(7, kind).of_robot(3);
         let task = |stop, node, action, is_handling| {
-            Some(RobotTask { task: 7, stop: [stop, 2], next: Some(Stop { node, action }), is_handling })
+            Some(RobotTask {
+                task: 7,
+                stop: [stop, 2],
+                next: Some(Stop { node, action }),
+                is_handling,
+            })
         };
         book.take(1, &[of(TaskKind::Assigned)]);
         assert_eq!(book.of_robot(3), task(1, 30, StopAction::Pick, false));
@@ -121,7 +129,13 @@ mod tests {
         assert_eq!(book.of_robot(3), task(1, 30, StopAction::Pick, true));
         book.take(1, &[of(TaskKind::Handled).at_stop(0, 30, StopAction::Pick)]);
         assert_eq!(book.of_robot(3), task(2, 40, StopAction::Drop, false));
-        book.take(1, &[of(TaskKind::Handled).at_stop(1, 40, StopAction::Drop), TaskRecord::new(7, TaskKind::Finished)]);
+        book.take(
+            1,
+            &[
+                of(TaskKind::Handled).at_stop(1, 40, StopAction::Drop),
+                TaskRecord::new(7, TaskKind::Finished),
+            ],
+        );
         assert_eq!(book.of_robot(3), None);
     }
 
@@ -130,7 +144,10 @@ mod tests {
         let mut book = TaskBook::default();
         let of = |kind, robot| TaskRecord::new(7, kind).of_robot(robot);
         book.take(1, &created());
-        book.take(1, &[of(TaskKind::Assigned, 3), of(TaskKind::Withdrawn, 3), of(TaskKind::Assigned, 4)]);
+        book.take(
+            1,
+            &[of(TaskKind::Assigned, 3), of(TaskKind::Withdrawn, 3), of(TaskKind::Assigned, 4)],
+        );
         assert_eq!(book.of_robot(3), None);
         assert_eq!(book.of_robot(4).map(|task| task.stop), Some([1, 2]));
         book.take(2, &[]);
@@ -140,8 +157,14 @@ mod tests {
     #[test]
     fn a_task_that_began_before_the_book_has_no_stops() {
         let mut book = TaskBook::default();
-        book.take(1, &[TaskRecord::new(9, TaskKind::Handled).of_robot(5).at_stop(3, 30, StopAction::Pick)]);
-        assert_eq!(book.of_robot(5), Some(RobotTask { task: 9, stop: [0, 0], next: None, is_handling: false }));
+        book.take(
+            1,
+            &[TaskRecord::new(9, TaskKind::Handled).of_robot(5).at_stop(3, 30, StopAction::Pick)],
+        );
+        assert_eq!(
+            book.of_robot(5),
+            Some(RobotTask { task: 9, stop: [0, 0], next: None, is_handling: false })
+        );
         book.take(1, &[TaskRecord { kind: 99, ..TaskRecord::new(9, TaskKind::Stop) }]);
         book.take(1, &[TaskRecord::new(9, TaskKind::Stop).at_stop(5, 1, StopAction::None)]);
         assert_eq!(book.of_robot(5).map(|task| task.stop), Some([0, 0]));

@@ -20,7 +20,11 @@ pub trait Watched: Send + Sized + 'static {
     ///
     /// # Errors
     /// If the fleet can't be read.
-    fn run(fleet: &FleetName, changed: &Receiver<Self>, report: &mut dyn FnMut(Self::Report) -> bool) -> Result;
+    fn run(
+        fleet: &FleetName,
+        changed: &Receiver<Self>,
+        report: &mut dyn FnMut(Self::Report) -> bool,
+    ) -> Result;
 }
 
 /// A running thread that watches a fleet. Dropping it ends the thread.
@@ -31,7 +35,8 @@ pub struct Watching<W> {
 }
 
 impl<W: Watched> Watching<W> {
-    /// Starts the thread, which watches nothing at first. `report` gets what it finds, and returns whether it wants more.
+    /// Starts the thread, which watches nothing at first. `report` gets what it finds, and returns
+    /// whether it wants more.
     ///
     /// # Errors
     /// If the system can't start a thread.

@@ -1,5 +1,5 @@
-//! The viewer's window: the picture of the fleet and the interface on a screen, with input from the user and a link to the
-//! engine.
+//! The viewer's window: the picture of the fleet and the interface on a screen, with input from the
+//! user and a link to the engine.
 
 mod app;
 mod assets;
@@ -34,6 +34,8 @@ pub fn run(options: &Options) -> Result {
         display::run_on_x11(events, &mut app)?;
         return app.finish();
     }
-    events.run_app(&mut app).map_err(|error| Error::new(format!("lost the connection to the display: {error}")))?;
+    events
+        .run_app(&mut app)
+        .map_err(|error| Error::new(format!("lost the connection to the display: {error}")))?;
     app.finish()
 }

@@ -1,5 +1,5 @@
-//! The baselines: established spatial indexes, each rebuilt and queried in every frame. They find the pairs that may
-//! touch; parry2d tests whether their rectangles do for all three.
+//! The baselines: established spatial indexes, each rebuilt and queried in every frame. They find
+//! the pairs that may touch; parry2d tests whether their rectangles do for all three.
 
 use kiddo::{ImmutableKdTree, SquaredEuclidean};
 use parry2d::bounding_volume::Aabb;
@@ -40,7 +40,9 @@ fn touch(a: &Body, b: &Body) -> bool {
 /// Counts the touching pairs with an R*-tree of all boxes, bulk-loaded and queried for each robot.
 pub fn rstar(columns: Columns) -> usize {
     let bodies = bodies(&columns);
-    let leaf = |(robot, body): (usize, &Body)| GeomWithData::new(Rectangle::from_corners(body.low, body.high), robot);
+    let leaf = |(robot, body): (usize, &Body)| {
+        GeomWithData::new(Rectangle::from_corners(body.low, body.high), robot)
+    };
     let tree = RTree::bulk_load(bodies.iter().enumerate().map(leaf).collect());
     let touching = |(robot, body): (usize, &Body)| {
         let near = tree.locate_in_envelope_intersecting(&AABB::from_corners(body.low, body.high));
@@ -49,7 +51,8 @@ pub fn rstar(columns: Columns) -> usize {
     bodies.iter().enumerate().map(touching).sum()
 }
 
-/// Counts the touching pairs with parry2d's tree of bounding volumes, which reports the overlapping pairs itself.
+/// Counts the touching pairs with parry2d's tree of bounding volumes, which reports the overlapping
+/// pairs itself.
 pub fn parry(columns: Columns) -> usize {
     let bodies = bodies(&columns);
     let aabb = |body: &Body| Aabb::new(Vector::from(body.low), Vector::from(body.high));
@@ -64,14 +67,16 @@ pub fn parry(columns: Columns) -> usize {
     touching
 }
 
-/// Counts the touching pairs with a k-d tree of the robots' positions, queried for those within two radii.
+/// Counts the touching pairs with a k-d tree of the robots' positions, queried for those within two
+/// radii.
 pub fn kiddo(columns: Columns) -> usize {
     let bodies = bodies(&columns);
     let points: Vec<_> = columns.x.iter().zip(columns.y).map(|(x, y)| [*x, *y]).collect();
     let tree: ImmutableKdTree<f32, 2> = ImmutableKdTree::new_from_slice(&points).expect("a tree");
     let reach = LENGTH * LENGTH + WIDTH * WIDTH;
     let touching = |robot: usize| {
-        let near = tree.query(&points[robot]).within::<SquaredEuclidean<f32>>(reach).unsorted().execute();
+        let near =
+            tree.query(&points[robot]).within::<SquaredEuclidean<f32>>(reach).unsorted().execute();
         let others = near.iter().map(|found| found.item as usize);
         others.filter(|other| *other > robot && touch(&bodies[robot], &bodies[*other])).count()
     };

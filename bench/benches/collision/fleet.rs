@@ -26,8 +26,8 @@ const TYPES: [(Shape, f32, f32); 4] = [
 pub const LENGTH: f32 = 0.9;
 pub const WIDTH: f32 = 0.6;
 
-/// Robots at random positions in a square, three in five on straight edges, the others on curves of 1 to 6 m radius.
-/// One robot in ten stands, the others drive at 0.5 to 1.5 m/s.
+/// Robots at random positions in a square, three in five on straight edges, the others on curves of
+/// 1 to 6 m radius. One robot in ten stands, the others drive at 0.5 to 1.5 m/s.
 pub struct Fleet {
     pub world: WorldData,
     robot_type_column: Vec<f32>,
@@ -70,7 +70,11 @@ impl Arc {
     fn record(&self) -> CurveRecord {
         let (end_heading, end) = self.at(self.length);
         let turn = self.curvature * self.length;
-        let handle = if turn == 0.0 { self.length / 3.0 } else { 4.0 / 3.0 * (turn / 4.0).tan() / self.curvature };
+        let handle = if turn == 0.0 {
+            self.length / 3.0
+        } else {
+            4.0 / 3.0 * (turn / 4.0).tan() / self.curvature
+        };
         let first = [handle * self.heading.cos(), handle * self.heading.sin()];
         let second = [end[0] - handle * end_heading.cos(), end[1] - handle * end_heading.sin()];
         CurveRecord { control_points: [[0.0; 2], first, second, end] }
@@ -97,7 +101,10 @@ impl Fleet {
         let robot_types = TYPES[..types].iter().map(robot_type).collect();
         let mut world = WorldData { robot_types, ..WorldData::default() };
         for (id, arc) in (0..).zip(&arcs) {
-            world.add_edge(EdgeRecord { id, length: arc.length, ..EdgeRecord::default() }, [arc.record()]);
+            world.add_edge(
+                EdgeRecord { id, length: arc.length, ..EdgeRecord::default() },
+                [arc.record()],
+            );
         }
         let side = (robots as f32 * AREA).sqrt();
         let mut frames: Vec<Frame> = Vec::new();
@@ -108,7 +115,12 @@ impl Fleet {
             let speed = if random.unit() < 0.1 { 0.0 } else { 0.5 + random.unit() };
             let start = random.unit() * arcs[edge].length;
             for (number, frame) in frames.iter_mut().enumerate() {
-                frame.push(origin, (edge, arcs[edge]), start + speed * SECONDS * number as f32, speed);
+                frame.push(
+                    origin,
+                    (edge, arcs[edge]),
+                    start + speed * SECONDS * number as f32,
+                    speed,
+                );
             }
         }
         let robot_type_column = (0..robots).map(|robot| (robot % types) as f32).collect();

@@ -1,6 +1,7 @@
 //! Measures collision detection of whole frames, at one robot per 4 m², on one thread.
 //!
-//! Targets: for 100,000 robots, touching only 6 ms and with prediction 40 ms; for a million, 90 ms and 600 ms.
+//! Targets: for 100,000 robots, touching only 6 ms and with prediction 40 ms; for a million, 90 ms
+//! and 600 ms.
 
 mod baseline;
 mod fleet;
@@ -41,8 +42,8 @@ fn frames(criterion: &mut Criterion) {
 
 type Baseline = fn(Columns) -> usize;
 
-/// Measures spatial indexes on the touching level. They only count the pairs, whereas the detector above also follows
-/// pairs from frame to frame and marks the robots.
+/// Measures spatial indexes on the touching level. They only count the pairs, whereas the detector
+/// above also follows pairs from frame to frame and marks the robots.
 fn baselines(criterion: &mut Criterion) {
     let baselines: [(_, Baseline); 3] =
         [("rstar", baseline::rstar), ("parry2d", baseline::parry), ("kiddo", baseline::kiddo)];
@@ -60,7 +61,8 @@ fn baselines(criterion: &mut Criterion) {
     }
 }
 
-/// Returns the number of pairs that the detector finds. Without a world, robots are of the first type.
+/// Returns the number of pairs that the detector finds. Without a world, robots are of the first
+/// type.
 fn touching(input: &FrameInput) -> usize {
     let mut detector = Detector::new(Settings::new(0.0, 0.0).expect("valid settings"));
     detector.update(input);

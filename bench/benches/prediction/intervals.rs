@@ -24,7 +24,8 @@ struct Levels {
 pub struct Score {
     /// Pair-ticks that were predicted, that came true, and both.
     ticks: [u64; 3],
-    /// Warnings that began, and those of them that came true within the horizon or while they lasted.
+    /// Warnings that began, and those of them that came true within the horizon or while they
+    /// lasted.
     warnings: [u64; 2],
     /// Contacts that began, and those of them that were predicted half a second ahead.
     contacts: [u64; 2],
@@ -42,17 +43,21 @@ impl Pairs {
         }
     }
 
-    /// Judges the predictions of a run of that many ticks. The first and the last `horizon` ticks don't count: robots
-    /// start inside each other, and what the last predictions came to is not known.
+    /// Judges the predictions of a run of that many ticks. The first and the last `horizon` ticks
+    /// don't count: robots start inside each other, and what the last predictions came to is not
+    /// known.
     pub fn score(&self, ticks: u64, horizon: u64) -> Score {
         let mut score = Score::default();
         let counted = horizon..ticks.saturating_sub(horizon);
         for levels in self.0.values() {
             let touches = |tick| holds(&levels.touching, tick);
             let ends = levels.possible.iter().chain(&levels.touching);
-            let first = ends.clone().map(|(from, _)| from.saturating_sub(horizon)).min().unwrap_or(0);
+            let first =
+                ends.clone().map(|(from, _)| from.saturating_sub(horizon)).min().unwrap_or(0);
             let last = ends.map(|(_, to)| *to).max().unwrap_or(0);
-            for tick in (counted.start.max(first)..counted.end.min(last)).filter(|tick| !touches(*tick)) {
+            for tick in
+                (counted.start.max(first)..counted.end.min(last)).filter(|tick| !touches(*tick))
+            {
                 let predicted = holds(&levels.possible, tick);
                 let true_soon = begins(&levels.touching, tick + 1..=tick + horizon);
                 let both = predicted && true_soon;
@@ -60,7 +65,9 @@ impl Pairs {
                     *count += u64::from(holds);
                 }
             }
-            for (from, to) in levels.possible.iter().filter(|(from, _)| counted.contains(from) && !touches(*from)) {
+            for (from, to) in
+                levels.possible.iter().filter(|(from, _)| counted.contains(from) && !touches(*from))
+            {
                 let came_true = begins(&levels.touching, from + 1..=(from + horizon).max(*to));
                 score.warnings = [score.warnings[0] + 1, score.warnings[1] + u64::from(came_true)];
             }
@@ -91,6 +98,10 @@ impl fmt::Display for Score {
         let [warnings, came_true] = self.warnings;
         writeln!(f, "{warnings} warnings, of which {:.3} came true", part(came_true, warnings))?;
         let [contacts, ahead] = self.contacts;
-        write!(f, "{contacts} contacts, of which {:.3} were predicted half a second ahead", part(ahead, contacts))
+        write!(
+            f,
+            "{contacts} contacts, of which {:.3} were predicted half a second ahead",
+            part(ahead, contacts)
+        )
     }
 }

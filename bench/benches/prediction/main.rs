@@ -1,10 +1,12 @@
-//! Measures how good the collision checker's predictions are: against what happened then, on a real engine.
+//! Measures how good the collision checker's predictions are: against what happened then, on a real
+//! engine.
 //!
 //!     cargo bench -p regatta-bench --bench prediction -- [--scenario FILE] [--seconds N] [--checker OPTION]...
 //!
-//! An engine and a checker run in lockstep, each in a process of its own. A pair of robots is *predicted* at a tick if the
-//! checker considers it possible and it doesn't touch yet; a prediction *comes true* if the pair begins to touch within the
-//! horizon. Precision is the part of the predictions that came true, recall the part of what came true that was predicted.
+//! An engine and a checker run in lockstep, each in a process of its own. A pair of robots is
+//! *predicted* at a tick if the checker considers it possible and it doesn't touch yet; a
+//! prediction *comes true* if the pair begins to touch within the horizon. Precision is the part of
+//! the predictions that came true, recall the part of what came true that was predicted.
 
 mod intervals;
 
@@ -37,7 +39,9 @@ fn main() -> Result {
     let seconds: f64 = value("--seconds").map_or(Ok(60.0), |seconds| seconds.parse())?;
     match (std::env::var(ROLE), value("--fleet")) {
         (Ok(role), Some(fleet)) if role == "engine" => engine(&scenario, &fleet.parse()?, seconds),
-        (Ok(_), Some(_)) => regatta_collision::run_from(std::iter::once(CHECKER.to_owned()).chain(args)),
+        (Ok(_), Some(_)) => {
+            regatta_collision::run_from(std::iter::once(CHECKER.to_owned()).chain(args))
+        }
         _ => judge(&scenario, seconds, &args),
     }
 }
@@ -45,7 +49,8 @@ fn main() -> Result {
 fn engine(scenario: &Path, fleet: &FleetName, seconds: f64) -> Result {
     let scenario = Scenario::read(scenario, &Overrides::default()).map_err(Error::new)?;
     let ticks = (seconds / scenario.tick_period.as_secs_f64()) as u64;
-    let lockstep = LockstepOptions { names: vec![CHECKER.to_owned()], timeout: Duration::from_secs(60) };
+    let lockstep =
+        LockstepOptions { names: vec![CHECKER.to_owned()], timeout: Duration::from_secs(60) };
     let options = Options {
         fleet: fleet.clone(),
         robots: None,
@@ -57,22 +62,32 @@ fn engine(scenario: &Path, fleet: &FleetName, seconds: f64) -> Result {
         lockstep,
     };
     let termination = Termination::watch()?;
-    Engine::new(scenario, options).and_then(|mut engine| engine.run(&termination)).map_err(Error::new)?;
+    Engine::new(scenario, options)
+        .and_then(|mut engine| engine.run(&termination))
+        .map_err(Error::new)?;
     Ok(())
 }
 
 /// Starts the two others, collects the checker's events, and prints what they show.
 fn judge(scenario: &Path, seconds: f64, args: &[String]) -> Result {
-    let tick_secs = Scenario::read(scenario, &Overrides::default()).map_err(Error::new)?.tick_period.as_secs_f64();
+    let tick_secs = Scenario::read(scenario, &Overrides::default())
+        .map_err(Error::new)?
+        .tick_period
+        .as_secs_f64();
     let fleet: FleetName = format!("bench-prediction-{}", std::process::id()).parse()?;
     let participant = Participant::join(&fleet, "judge")?;
     let mut events = ContactEventReader::open_on(&participant)?;
-    let mut checker_args = vec!["--margin".to_owned(), "0".to_owned(), "--horizon".to_owned(), HORIZON.to_string()];
+    let mut checker_args =
+        vec!["--margin".to_owned(), "0".to_owned(), "--horizon".to_owned(), HORIZON.to_string()];
     let extra = args.windows(2).filter(|pair| pair[0] == "--checker").map(|pair| pair[1].clone());
     checker_args.extend(extra);
     let mut checker = start("checker", &fleet, &checker_args)?;
     let path = scenario.display().to_string();
-    let mut engine = start("engine", &fleet, &["--scenario".into(), path, "--seconds".into(), seconds.to_string()])?;
+    let mut engine = start(
+        "engine",
+        &fleet,
+        &["--scenario".into(), path, "--seconds".into(), seconds.to_string()],
+    )?;
     let mut pairs = Pairs::default();
     loop {
         let ended = engine.try_wait()?;

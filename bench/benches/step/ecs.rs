@@ -1,8 +1,8 @@
-//! A simulation with an entity-component system, for comparison: an entity per robot in bevy_ecs, one system over a
-//! query, and libm's atan2.
+//! A simulation with an entity-component system, for comparison: an entity per robot in bevy_ecs,
+//! one system over a query, and libm's atan2.
 //!
-//! It drives along the same pieces of the same graph, but publishes no frames and has no events, no orders and no
-//! fixed-point distances.
+//! It drives along the same pieces of the same graph, but publishes no frames and has no events, no
+//! orders and no fixed-point distances.
 
 use std::sync::Arc;
 
@@ -51,7 +51,8 @@ impl EcsSimulation {
     pub fn new(bench: &regatta_bench::World, robots: usize) -> Self {
         let (graph, tracks) = (bench.graph.clone(), bench.tracks.clone());
         let exits = |edge: &regatta_engine::graph::Edge| {
-            let forward = graph.departures(edge.destination).iter().filter(|leg| leg.gear == Gear::Forward);
+            let forward =
+                graph.departures(edge.destination).iter().filter(|leg| leg.gear == Gear::Forward);
             forward.map(|leg| leg.edge.0).collect()
         };
         let next_edges = graph.edges().iter().map(exits).collect();
@@ -91,7 +92,8 @@ impl CompiledGraph {
 
     fn advance_to_next_piece(&self, location: &mut Location, random: &mut Random) {
         let leg = Leg { edge: EdgeIndex(location.edge), gear: Gear::Forward };
-        if location.piece < self.tracks.track(leg).expect("forward is always allowed").last_piece() {
+        if location.piece < self.tracks.track(leg).expect("forward is always allowed").last_piece()
+        {
             location.piece += 1;
             location.w -= self.length(location.piece);
             return;

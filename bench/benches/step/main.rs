@@ -1,8 +1,9 @@
-//! Measures a tick of the whole fleet, which steps all robots and writes their poses into a loaned frame, in robot
-//! updates per second.
+//! Measures a tick of the whole fleet, which steps all robots and writes their poses into a loaned
+//! frame, in robot updates per second.
 //!
-//! The robots are on random walks in a generated warehouse at 60 Hz, and frames are written in turn as by a publisher.
-//! The same run measures the machine's memory bandwidth, and an entity-component-system simulation for comparison.
+//! The robots are on random walks in a generated warehouse at 60 Hz, and frames are written in turn
+//! as by a publisher. The same run measures the machine's memory bandwidth, and an
+//! entity-component-system simulation for comparison.
 
 mod ecs;
 
@@ -10,7 +11,9 @@ use std::hint::black_box;
 use std::time::Duration;
 
 use criterion::measurement::WallTime;
-use criterion::{BenchmarkGroup, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use criterion::{
+    BenchmarkGroup, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main,
+};
 use regatta_bench::{FrameRing, World, unread_events};
 use regatta_engine::motion::Isa;
 use regatta_plugin::frame::{Line, frame_lines};
@@ -39,26 +42,38 @@ impl Case {
         let mut fleet = world.fleet(self.robots, self.isa, self.threads, self.max_acceleration);
         let (mut ring, mut events) = (FrameRing::new(self.robots), unread_events());
         group.throughput(Throughput::Elements(self.robots as u64));
-        group.bench_function(id, |bencher| bencher.iter(|| fleet.step(Some(ring.loan()), &mut events)));
+        group.bench_function(id, |bencher| {
+            bencher.iter(|| fleet.step(Some(ring.loan()), &mut events))
+        });
     }
 }
 
 fn instruction_sets(criterion: &mut Criterion) {
-    let (world, mut group) = (World::new(), criterion.benchmark_group("one thread, a million robots"));
+    let (world, mut group) =
+        (World::new(), criterion.benchmark_group("one thread, a million robots"));
     for isa in isas() {
-        Case::without_limits(MILLION, isa, 1).bench(&mut group, &world, BenchmarkId::from_parameter(isa));
+        Case::without_limits(MILLION, isa, 1).bench(
+            &mut group,
+            &world,
+            BenchmarkId::from_parameter(isa),
+        );
     }
 }
 
 fn sizes(criterion: &mut Criterion) {
     let (world, mut group) = (World::new(), criterion.benchmark_group("one thread, by robots"));
     for robots in [1000, 10_000, 100_000, MILLION] {
-        Case::without_limits(robots, Isa::detect(), 1).bench(&mut group, &world, BenchmarkId::from_parameter(robots));
+        Case::without_limits(robots, Isa::detect(), 1).bench(
+            &mut group,
+            &world,
+            BenchmarkId::from_parameter(robots),
+        );
     }
 }
 
 fn threads(criterion: &mut Criterion) {
-    let (world, mut group) = (World::new(), criterion.benchmark_group("a million robots, by threads"));
+    let (world, mut group) =
+        (World::new(), criterion.benchmark_group("a million robots, by threads"));
     for isa in [Isa::Baseline, Isa::detect()] {
         for threads in [1, 2] {
             Case::without_limits(MILLION, isa, threads).bench(
@@ -71,7 +86,8 @@ fn threads(criterion: &mut Criterion) {
 }
 
 fn acceleration_limits(criterion: &mut Criterion) {
-    let (world, mut group) = (World::new(), criterion.benchmark_group("with acceleration limits, a million robots"));
+    let (world, mut group) =
+        (World::new(), criterion.benchmark_group("with acceleration limits, a million robots"));
     for isa in isas() {
         let case = Case { max_acceleration: 1.0, ..Case::without_limits(MILLION, isa, 1) };
         case.bench(&mut group, &world, BenchmarkId::from_parameter(isa));
@@ -79,11 +95,14 @@ fn acceleration_limits(criterion: &mut Criterion) {
 }
 
 fn entity_component_system(criterion: &mut Criterion) {
-    let (world, mut group) = (World::new(), criterion.benchmark_group("entity per robot, bevy_ecs and libm"));
+    let (world, mut group) =
+        (World::new(), criterion.benchmark_group("entity per robot, bevy_ecs and libm"));
     for robots in [1000, MILLION] {
         let mut simulation = ecs::EcsSimulation::new(&world, robots);
         group.throughput(Throughput::Elements(robots as u64));
-        group.bench_function(BenchmarkId::from_parameter(robots), |bencher| bencher.iter(|| simulation.step()));
+        group.bench_function(BenchmarkId::from_parameter(robots), |bencher| {
+            bencher.iter(|| simulation.step())
+        });
     }
 }
 

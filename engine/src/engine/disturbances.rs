@@ -1,7 +1,7 @@
 //! Disturbances of a scenario: robots that stall, and robots that break down.
 //!
-//! Each robot has a sequence of its own, drawn from the seed, the robot and a count. So it depends on nothing that
-//! happens to the fleet, and a tick costs only what is due in it.
+//! Each robot has a sequence of its own, drawn from the seed, the robot and a count. So it depends
+//! on nothing that happens to the fleet, and a tick costs only what is due in it.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -93,7 +93,9 @@ impl Schedule {
             }
             Incident::Recovery => self.next_stall(tick, robot, number + 1),
             Incident::Breakdown => match self.breakdowns?.repair_secs {
-                Some(seconds) => Some((tick + self.ticks(seconds), robot, Incident::Repair, number)),
+                Some(seconds) => {
+                    Some((tick + self.ticks(seconds), robot, Incident::Repair, number))
+                }
                 None => self.next_breakdown(tick, robot, number + 1),
             },
             Incident::Repair => self.next_breakdown(tick, robot, number + 1),
@@ -101,7 +103,9 @@ impl Schedule {
     }
 
     fn next_stall(&self, tick: u64, robot: u32, number: u32) -> Option<Due> {
-        let stalls = self.stalls.filter(|stalls| self.random(robot, Incident::Stall, u32::MAX) < stalls.share)?;
+        let stalls = self
+            .stalls
+            .filter(|stalls| self.random(robot, Incident::Stall, u32::MAX) < stalls.share)?;
         self.next(tick, robot, Incident::Stall, number, stalls.per_hour)
     }
 
@@ -109,7 +113,14 @@ impl Schedule {
         self.next(tick, robot, Incident::Breakdown, number, self.breakdowns?.per_hour)
     }
 
-    fn next(&self, tick: u64, robot: u32, incident: Incident, number: u32, per_hour: f64) -> Option<Due> {
+    fn next(
+        &self,
+        tick: u64,
+        robot: u32,
+        incident: Incident,
+        number: u32,
+        per_hour: f64,
+    ) -> Option<Due> {
         let gap = self.exponential(robot, incident, number | 1 << 31, 3600.0 / per_hour);
         // Never, if it is that far away.
         let due = tick.checked_add(self.ticks(gap)).filter(|_| gap.is_finite())?;
@@ -141,7 +152,11 @@ mod tests {
     fn schedule(seed: u64) -> Schedule {
         let stalls = Stalls { per_hour: 12.0, mean_secs: 8.0, share: 0.25 };
         let breakdowns = Breakdowns { per_hour: 1.0, repair_secs: Some(600.0) };
-        let disturbances = Disturbances { stalls: Some(stalls), breakdowns: Some(breakdowns), speed_variation: 0.0 };
+        let disturbances = Disturbances {
+            stalls: Some(stalls),
+            breakdowns: Some(breakdowns),
+            speed_variation: 0.0,
+        };
         Schedule::new(&disturbances, seed, SECOND)
     }
 
@@ -163,7 +178,8 @@ mod tests {
     #[test]
     fn incidents_have_the_wanted_rates() {
         let all = incidents(1);
-        let count = |wanted| all.iter().filter(|(_, _, incident)| *incident == wanted).count() as f64;
+        let count =
+            |wanted| all.iter().filter(|(_, _, incident)| *incident == wanted).count() as f64;
         // A stall lasts 8 s, so that 3608 s are between two pairs of twelve; a repair takes 600 s.
         let stalls = 250.0 * 36_000.0 / (300.0 + 8.0);
         assert!(
@@ -172,9 +188,16 @@ mod tests {
             count(Incident::Stall)
         );
         let breakdowns = 1000.0 * 36_000.0 / 4200.0;
-        assert!((count(Incident::Breakdown) / breakdowns - 1.0).abs() < 0.05, "{}", count(Incident::Breakdown));
-        let mut stalled: Vec<_> =
-            all.iter().filter(|(_, _, i)| *i == Incident::Stall).map(|(_, robot, _)| robot).collect();
+        assert!(
+            (count(Incident::Breakdown) / breakdowns - 1.0).abs() < 0.05,
+            "{}",
+            count(Incident::Breakdown)
+        );
+        let mut stalled: Vec<_> = all
+            .iter()
+            .filter(|(_, _, i)| *i == Incident::Stall)
+            .map(|(_, robot, _)| robot)
+            .collect();
         stalled.sort_unstable();
         stalled.dedup();
         assert!((200..300).contains(&stalled.len()), "a quarter of the robots: {}", stalled.len());

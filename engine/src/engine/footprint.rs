@@ -5,7 +5,8 @@ use regatta_plugin::world::Shape;
 
 use crate::fleet::RobotType;
 
-/// A convex polygon, enlarged by a radius all around: a rectangle without one, or a point with that of a circle.
+/// A convex polygon, enlarged by a radius all around: a rectangle without one, or a point with that
+/// of a circle.
 #[derive(Clone, Debug)]
 pub(super) struct Footprint {
     corners: Vec<DVec2>,
@@ -39,17 +40,23 @@ impl Footprint {
             return a != b;
         }
         // The corners are counter-clockwise.
-        self.sides().any(|[from, to]| other.corners.iter().all(|corner| (to - from).perp_dot(corner - from) < 0.0))
+        self.sides().any(|[from, to]| {
+            other.corners.iter().all(|corner| (to - from).perp_dot(corner - from) < 0.0)
+        })
     }
 
     /// Returns the shortest distance from another polygon's corners to this one's sides.
     fn corner_distance(&self, other: &Self) -> f64 {
         let to_side = |corner: &DVec2, [from, to]: [DVec2; 2]| {
             let side = to - from;
-            let part = ((corner - from).dot(side) / side.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+            let part = ((corner - from).dot(side) / side.length_squared().max(f64::MIN_POSITIVE))
+                .clamp(0.0, 1.0);
             corner.distance(from + part * side)
         };
-        let all = other.corners.iter().flat_map(|corner| self.sides().map(move |side| to_side(corner, side)));
+        let all = other
+            .corners
+            .iter()
+            .flat_map(|corner| self.sides().map(move |side| to_side(corner, side)));
         all.fold(f64::INFINITY, f64::min)
     }
 

@@ -1,4 +1,5 @@
-//! The natural logarithm with the same bits on every machine: the one of the standard library is that of the system.
+//! The natural logarithm with the same bits on every machine: the one of the standard library is
+//! that of the system.
 
 use std::f64::consts::LN_2;
 
@@ -23,7 +24,10 @@ mod tests {
     fn it_is_the_logarithm() {
         for x in [1.0, 0.5, 1e-9, 2.0, 3.7, 1.999_999, 1e17, 0.999_999_9] {
             let (found, exact) = (ln(x), f64::ln(x));
-            assert!((found - exact).abs() <= 1e-14 * exact.abs().max(1.0), "ln {x}: {found}, not {exact}");
+            assert!(
+                (found - exact).abs() <= 1e-14 * exact.abs().max(1.0),
+                "ln {x}: {found}, not {exact}"
+            );
         }
     }
 }

@@ -3,7 +3,9 @@
 use glam::DVec2;
 use regatta_plugin::PublishError;
 use regatta_plugin::producer::Session;
-use regatta_plugin::world::{self, CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Texts, WorldData};
+use regatta_plugin::world::{
+    self, CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Texts, WorldData,
+};
 
 use super::standing::StandingPlaces;
 use super::{EngineError, Scenario, Simulation};
@@ -21,7 +23,8 @@ pub(super) struct NoRoom {
 }
 
 impl Simulation {
-    /// Spawns robots as the scenario defines them, or removes those with the highest ids, until there are `wanted`.
+    /// Spawns robots as the scenario defines them, or removes those with the highest ids, until
+    /// there are `wanted`.
     ///
     /// # Errors
     /// If no place is left for a robot that stands; those before it are there then.
@@ -46,7 +49,10 @@ impl Simulation {
                 Start::Node(node) => (Placement::Node(*node), RouteSource::None),
                 Start::Standing => {
                     let places = standing.get_or_insert_with(|| self.standing_places());
-                    let robot_type = (group.robot_type, &self.scenario.robot_types[usize::from(group.robot_type)]);
+                    let robot_type = (
+                        group.robot_type,
+                        &self.scenario.robot_types[usize::from(group.robot_type)],
+                    );
                     let place = places.take((&self.scenario.graph, &self.tracks), robot_type);
                     (place.ok_or(NoRoom { wanted: number, fit: robot })?, RouteSource::None)
                 }
@@ -63,8 +69,13 @@ impl Simulation {
         let mut places = StandingPlaces::new(graph, robot_types, *seed);
         for robot in 0..self.fleet.robots() as u32 {
             if let Some([x, y, theta]) = self.fleet.pose(robot) {
-                let robot_type = &robot_types[usize::from(self.fleet.robot_types()[robot as usize])];
-                places.occupy(robot_type, DVec2::new(x.into(), y.into()), DVec2::from_angle(theta.into()));
+                let robot_type =
+                    &robot_types[usize::from(self.fleet.robot_types()[robot as usize])];
+                places.occupy(
+                    robot_type,
+                    DVec2::new(x.into(), y.into()),
+                    DVec2::from_angle(theta.into()),
+                );
             }
         }
         places
@@ -92,7 +103,8 @@ impl Simulation {
     pub(super) fn publish_types(&mut self, session: &mut Session) -> Result<(), EngineError> {
         self.robot_types.clear();
         self.robot_types.extend_from_slice(self.fleet.robot_types());
-        let types: Vec<f32> = self.robot_types.iter().map(|&robot_type| f32::from(robot_type)).collect();
+        let types: Vec<f32> =
+            self.robot_types.iter().map(|&robot_type| f32::from(robot_type)).collect();
         let tick = session.tick();
         let published = session.ports().publish_column("type", tick, &types);
         if matches!(published, Err(PublishError::MemoryFull { .. })) {
@@ -102,7 +114,8 @@ impl Simulation {
         Ok(session.unless_full(published)?)
     }
 
-    /// Publishes the charge of each robot's battery as a column, from time to time, if robots have batteries.
+    /// Publishes the charge of each robot's battery as a column, from time to time, if robots have
+    /// batteries.
     pub(super) fn publish_batteries(&mut self, session: &mut Session) -> Result<(), EngineError> {
         let Some(charges) = self.fleet.battery_charges() else { return Ok(()) };
         let tick = session.tick();
@@ -116,7 +129,8 @@ impl Simulation {
     }
 }
 
-/// SplitMix64's finaliser (Steele, Lea, Flood: Fast splittable pseudorandom number generators, 2014).
+/// SplitMix64's finaliser (Steele, Lea, Flood: Fast splittable pseudorandom number generators,
+/// 2014).
 pub(super) fn mix(value: u64) -> u64 {
     let z = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -138,7 +152,16 @@ fn world_of(graph: &RouteGraph, lengths: impl Iterator<Item = f32>) -> WorldData
 fn node_record(node: &Node, texts: &mut Texts) -> NodeRecord {
     let [x, y] = node.position.as_vec2().to_array();
     let [name, level, zone] = text_offsets(node.tags.as_deref(), texts);
-    NodeRecord { id: node.id, x, y, theta: node.theta as f32, name, level, zone, role: node.role as u32 }
+    NodeRecord {
+        id: node.id,
+        x,
+        y,
+        theta: node.theta as f32,
+        name,
+        level,
+        zone,
+        role: node.role as u32,
+    }
 }
 
 /// Returns the offsets of the name, the level and the zone.
@@ -214,14 +237,19 @@ mod tests {
     #[test]
     fn a_world_has_the_curves_texts_and_origin_of_its_graph() {
         let corners = [DVec2::ZERO, DVec2::X * 2.0, DVec2::new(2.0, 3.0)];
-        let tags = |name: &str| Tags { level: Some("ground floor".into()), ..Tags::named(name) }.boxed();
+        let tags =
+            |name: &str| Tags { level: Some("ground floor".into()), ..Tags::named(name) }.boxed();
         let node = |id: u32, place, name| Node { tags: tags(name), ..Node::new(id, place, 0.0) };
-        let nodes = vec![Node { role: Role::Charge, ..node(1, corners[0], "dock") }, node(2, corners[2], "gate")];
+        let nodes = vec![
+            Node { role: Role::Charge, ..node(1, corners[0], "dock") },
+            node(2, corners[2], "gate"),
+        ];
         let cubics = [0, 1].map(|part| CubicBezier::straight(corners[part], corners[part + 1]));
         let path = Path::from_cubics(&cubics).expect("two cubics");
         let mut edge = Edge::new(7, [NodeIndex(0), NodeIndex(1)], path, (1.5, Some(0.5)));
         edge.orientation = Orientation::Fixed(1.0);
-        let graph = RouteGraph::from_valid_parts(nodes, vec![edge]).with_origin(DVec2::new(3.5e6, -1.0));
+        let graph =
+            RouteGraph::from_valid_parts(nodes, vec![edge]).with_origin(DVec2::new(3.5e6, -1.0));
 
         let data = world_of(&graph, [5.0].into_iter());
         let world = data.view(1, 1);
@@ -229,7 +257,10 @@ mod tests {
         assert_eq!((world.origin(), first.role().name()), ([3.5e6, -1.0], "charge"));
         assert_eq!((world.text(first.name), world.text(first.level)), ("dock", "ground floor"));
         assert_eq!(first.level, world.nodes()[1].level, "equal texts are stored once");
-        assert_eq!((edge.length, edge.orientation(), edge.name), (5.0, world::Orientation::Fixed(1.0), 0));
+        assert_eq!(
+            (edge.length, edge.orientation(), edge.name),
+            (5.0, world::Orientation::Fixed(1.0), 0)
+        );
         let ends: Vec<_> = world.curves(edge).iter().map(|curve| curve.control_points[3]).collect();
         assert_eq!(ends, [[2.0, 0.0], [2.0, 3.0]]);
     }

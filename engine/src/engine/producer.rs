@@ -1,4 +1,5 @@
-//! The engine as a [`Producer`]: its clock, control service and lockstep are those of every producer.
+//! The engine as a [`Producer`]: its clock, control service and lockstep are those of every
+//! producer.
 
 use regatta_plugin::control::ControlKind;
 use regatta_plugin::frame::RobotState;
@@ -57,13 +58,22 @@ impl Producer for Simulation {
     }
 
     fn refuses(&self, kind: ControlKind) -> Option<RefusalReason> {
-        (kind == ControlKind::Seek).then(|| "an engine can't go to another time; a replay can".to_owned())
+        (kind == ControlKind::Seek)
+            .then(|| "an engine can't go to another time; a replay can".to_owned())
     }
 
-    fn set_robots(&mut self, session: &mut Session, robots: u64) -> Result<Result<(), RefusalReason>, EngineError> {
+    fn set_robots(
+        &mut self,
+        session: &mut Session,
+        robots: u64,
+    ) -> Result<Result<(), RefusalReason>, EngineError> {
         let robots = match u32::try_from(robots) {
             Ok(robots) if robots <= MAX_ROBOTS => robots,
-            _ => return Ok(Err(format!("{robots} robots are too many: a fleet holds at most {MAX_ROBOTS}"))),
+            _ => {
+                return Ok(Err(format!(
+                    "{robots} robots are too many: a fleet holds at most {MAX_ROBOTS}"
+                )));
+            }
         };
         if let Err(error) = session.ports().check_room(robots as usize) {
             return Ok(Err(error.to_string()));

@@ -9,7 +9,8 @@ use crate::graph::Gear;
 /// The number of legs of a random walk that are reported after the one that the robot is on.
 const WALK_LEGS: usize = 16;
 
-/// The largest number of routes that are reported between two ticks. More requests wait for the next.
+/// The largest number of routes that are reported between two ticks. More requests wait for the
+/// next.
 const MAX_ROUTES: usize = 16;
 
 impl Simulation {

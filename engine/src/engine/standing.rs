@@ -1,4 +1,5 @@
-//! Places for robots that stand and wait for orders: seeded random ends of edges, where no two footprints touch.
+//! Places for robots that stand and wait for orders: seeded random ends of edges, where no two
+//! footprints touch.
 
 use std::collections::BTreeMap;
 
@@ -15,9 +16,11 @@ const MARGIN: f64 = 0.1;
 
 /// Ends of edges in random order, and what stands already.
 pub(super) struct StandingPlaces {
-    /// Ends at nodes with one edge in and one edge out come first: there, a robot is in nobody's way.
+    /// Ends at nodes with one edge in and one edge out come first: there, a robot is in nobody's
+    /// way.
     ends: Vec<EdgeIndex>,
-    /// By robot type: the number of ends that were tried. Those are taken, or too near to another robot.
+    /// By robot type: the number of ends that were tried. Those are taken, or too near to another
+    /// robot.
     tried: Vec<usize>,
     cells: BTreeMap<[i64; 2], Vec<Footprint>>,
     /// Metres: two robots in cells that aren't neighbours are far enough from each other.
@@ -32,12 +35,16 @@ impl StandingPlaces {
             ends.swap(place, ((random * (place as u64 + 1)) >> 32) as usize);
         }
         let arrivals = arrivals(graph);
-        let exits = |node: NodeIndex| graph.departures(node).iter().filter(|leg| leg.gear == Gear::Forward).count();
+        let exits = |node: NodeIndex| {
+            graph.departures(node).iter().filter(|leg| leg.gear == Gear::Forward).count()
+        };
         ends.sort_by_key(|edge| {
             let node = graph.edge(*edge).destination;
             (arrivals[node.0 as usize], exits(node)) != (1, 1)
         });
-        let diameter = |robot_type: &RobotType| f64::from(robot_type.length).hypot(f64::from(robot_type.width));
+        let diameter = |robot_type: &RobotType| {
+            f64::from(robot_type.length).hypot(f64::from(robot_type.width))
+        };
         let cell_size = robot_types.iter().map(diameter).fold(0.0, f64::max) + MARGIN;
         Self { ends, tried: vec![0; robot_types.len()], cells: BTreeMap::new(), cell_size }
     }
@@ -87,7 +94,8 @@ fn arrivals(graph: &RouteGraph) -> Vec<u32> {
 
 /// Returns where a robot stands at the end of an edge, and its heading as a unit vector.
 fn end_pose(graph: &RouteGraph, tracks: &Tracks, edge: EdgeIndex) -> (DVec2, DVec2) {
-    let track = tracks.track(Leg { edge, gear: Gear::Forward }).expect("every edge is driven forward");
+    let track =
+        tracks.track(Leg { edge, gear: Gear::Forward }).expect("every edge is driven forward");
     let piece = &tracks.pieces()[track.last_piece() as usize];
     let tangent = piece.derivative(0.0).as_dvec2().normalize_or(DVec2::X);
     let heading = match graph.edge(edge).orientation {
@@ -146,15 +154,23 @@ mod tests {
         };
         let footprints: Vec<_> = places.iter().map(footprint).collect();
         for (number, one) in footprints.iter().enumerate() {
-            assert!(footprints[..number].iter().all(|other| one.distance(other) >= MARGIN), "robot {number}");
+            assert!(
+                footprints[..number].iter().all(|other| one.distance(other) >= MARGIN),
+                "robot {number}"
+            );
         }
-        let untaken = (0..graph.edges().len() as u32).map(EdgeIndex).filter(|edge| !places.contains(edge));
+        let untaken =
+            (0..graph.edges().len() as u32).map(EdgeIndex).filter(|edge| !places.contains(edge));
         for edge in untaken {
-            assert!(footprints.iter().any(|other| footprint(&edge).distance(other) < MARGIN), "{edge:?} is free");
+            assert!(
+                footprints.iter().any(|other| footprint(&edge).distance(other) < MARGIN),
+                "{edge:?} is free"
+            );
         }
         assert_eq!(places, fill(&graph, 1));
         assert_ne!(places, fill(&graph, 2));
-        let is_simple = |edge: &EdgeIndex| arrivals(&graph)[graph.edge(*edge).destination.0 as usize] == 1;
+        let is_simple =
+            |edge: &EdgeIndex| arrivals(&graph)[graph.edge(*edge).destination.0 as usize] == 1;
         assert!(is_simple(&places[0]) && !places.iter().all(is_simple));
     }
 }

@@ -9,19 +9,21 @@ use crate::motion::{RouteCursor, leg_of};
 /// The legs that a robot has still to drive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ahead<'fleet> {
-    /// The leg that it is on; `None` at its end, on a node, without a route, or if it has driven it.
+    /// The leg that it is on; `None` at its end, on a node, without a route, or if it has driven
+    /// it.
     pub on: Option<Leg>,
     /// The legs after that which it may drive now.
     pub base: &'fleet [Leg],
-    /// Metres of the last released leg that are released, from where it is entered; infinity for all of it.
+    /// Metres of the last released leg that are released, from where it is entered; infinity for
+    /// all of it.
     pub released_metres: f32,
     /// The legs after those: planned, not released. Of a loop, the rest of one lap.
     pub horizon: &'fleet [Leg],
 }
 
 impl Fleet {
-    /// Returns the legs that a robot has still to drive; `None` if there is no such robot. Reads one row and copies no
-    /// route.
+    /// Returns the legs that a robot has still to drive; `None` if there is no such robot. Reads
+    /// one row and copies no route.
     pub fn ahead(&self, robot: u32) -> Option<Ahead<'_>> {
         let row = self.row(robot).ok()?;
         let (piece, route) = (self.columns.piece.get(row), self.columns.route[row]);
@@ -36,8 +38,8 @@ impl Fleet {
         Some(Ahead { on, base, released_metres, horizon: plans.horizon(route) })
     }
 
-    /// Returns the legs that a random walk takes after the one that the robot is on: they are drawn from the seed. Any
-    /// other route has none.
+    /// Returns the legs that a random walk takes after the one that the robot is on: they are drawn
+    /// from the seed. Any other route has none.
     pub fn walk_ahead(&self, robot: u32) -> impl Iterator<Item = Leg> + Clone {
         let row = self.row(robot).ok().filter(|row| self.columns.route[*row].is_walk());
         let mut cursor = row.map(|row| RouteCursor {
@@ -49,7 +51,8 @@ impl Fleet {
         std::iter::from_fn(move || self.motion.next_leg(cursor.as_mut()?).ok())
     }
 
-    /// Whether a robot drives on without another order when it has driven all legs [ahead](Self::ahead).
+    /// Whether a robot drives on without another order when it has driven all legs
+    /// [ahead](Self::ahead).
     pub fn drives_on(&self, robot: u32) -> bool {
         self.row(robot).is_ok_and(|row| self.motion.plans.is_endless(self.columns.route[row]))
     }

@@ -1,7 +1,8 @@
 //! Batteries: what robots take from them, and what chargers give.
 //!
-//! Charges are whole microjoules, so that their sums are exact. They change once in a period of about a tenth of a second, by
-//! what a robot is doing then: a large fleet must not pay for them in every tick.
+//! Charges are whole microjoules, so that their sums are exact. They change once in a period of
+//! about a tenth of a second, by what a robot is doing then: a large fleet must not pay for them in
+//! every tick.
 
 use std::time::Duration;
 
@@ -62,7 +63,8 @@ impl Amounts {
     fn new(battery: &Battery, period_secs: f64) -> Self {
         let in_a_period = |watts: f32| (f64::from(watts) * period_secs * 1e6).round() as u64;
         Self {
-            capacity: (f64::from(battery.capacity) * MICROJOULES_PER_WATT_HOUR).round().max(1.0) as u64,
+            capacity: (f64::from(battery.capacity) * MICROJOULES_PER_WATT_HOUR).round().max(1.0)
+                as u64,
             moving: in_a_period(battery.drain_moving),
             standing: in_a_period(battery.drain_standing),
             charging: in_a_period(battery.charge_rate),
@@ -73,13 +75,21 @@ impl Amounts {
 
 impl Batteries {
     /// Returns the batteries of a fleet without robots; `None` if no type has one.
-    pub fn new(types: &[RobotType], graph: &RouteGraph, (tick_period, seed): (Duration, u64)) -> Option<Self> {
+    pub fn new(
+        types: &[RobotType],
+        graph: &RouteGraph,
+        (tick_period, seed): (Duration, u64),
+    ) -> Option<Self> {
         types.iter().find(|robot_type| robot_type.battery.is_some())?;
         let tick_secs = tick_period.as_secs_f64();
         let ticks_per_period = (PERIOD.as_secs_f64() / tick_secs).round().max(1.0) as u64;
-        let amounts = |battery: &Battery| Amounts::new(battery, tick_secs * ticks_per_period as f64);
+        let amounts =
+            |battery: &Battery| Amounts::new(battery, tick_secs * ticks_per_period as f64);
         Some(Self {
-            types: types.iter().map(|robot_type| robot_type.battery.as_ref().map(amounts)).collect(),
+            types: types
+                .iter()
+                .map(|robot_type| robot_type.battery.as_ref().map(amounts))
+                .collect(),
             charges: Vec::new(),
             is_charger: graph.nodes().iter().map(|node| node.role == Role::Charge).collect(),
             ticks_per_period,
@@ -99,10 +109,15 @@ impl Batteries {
 }
 
 impl Fleet {
-    /// Lets robots take energy from their batteries, and chargers give it, if a period ends with this tick. Robots without
-    /// energy stop; they are broken until an order repairs them, or until they have been charged.
+    /// Lets robots take energy from their batteries, and chargers give it, if a period ends with
+    /// this tick. Robots without energy stop; they are broken until an order repairs them, or until
+    /// they have been charged.
     pub fn drain_batteries(&mut self, tick: u64, events: &mut EventBuffer) {
-        if self.batteries.as_ref().is_none_or(|batteries| !tick.is_multiple_of(batteries.ticks_per_period)) {
+        if self
+            .batteries
+            .as_ref()
+            .is_none_or(|batteries| !tick.is_multiple_of(batteries.ticks_per_period))
+        {
             return;
         }
         for robot in 0..self.robots {
@@ -115,7 +130,8 @@ impl Fleet {
         }
     }
 
-    /// Changes the charge of a robot by what happens in a period. Returns it and the capacity; `None` without a battery.
+    /// Changes the charge of a robot by what happens in a period. Returns it and the capacity;
+    /// `None` without a battery.
     fn drain_battery(&mut self, robot: u32) -> Option<[u64; 2]> {
         let row = robot as usize;
         let state = RobotState::from_number(self.columns.state[row]);
@@ -126,18 +142,25 @@ impl Fleet {
         let charge = &mut batteries.charges[row];
         *charge = match is_charging {
             true => (*charge + amounts.charging).min(amounts.capacity),
-            false => charge.saturating_sub(if is_moving { amounts.moving } else { amounts.standing }),
+            false => {
+                charge.saturating_sub(if is_moving { amounts.moving } else { amounts.standing })
+            }
         };
         Some([*charge, amounts.capacity])
     }
 
-    /// Whether a robot that stands is at a node with the role `charge`, and has nothing else to do there.
+    /// Whether a robot that stands is at a node with the role `charge`, and has nothing else to do
+    /// there.
     fn is_at_charger(&self, row: usize, state: RobotState) -> bool {
-        let is_free = state == RobotState::Idle || (state == RobotState::Broken && self.is_flat(row as u32));
+        let is_free =
+            state == RobotState::Idle || (state == RobotState::Broken && self.is_flat(row as u32));
         let (piece, w) = (self.columns.piece.get(row), self.columns.w[row]);
         is_free
             && self.motion.legs.is_leg_end(piece, w)
-            && self.batteries.as_ref().is_some_and(|all| all.is_charger[self.node_ahead(row).0 as usize])
+            && self
+                .batteries
+                .as_ref()
+                .is_some_and(|all| all.is_charger[self.node_ahead(row).0 as usize])
     }
 
     /// Puts a full battery into a robot that is flat, and lets it go on.
@@ -151,12 +174,15 @@ impl Fleet {
         }
     }
 
-    /// Returns the charge of every row in per cent, 0 to 100, and NaN for robots without a battery; `None` if no type has one.
+    /// Returns the charge of every row in per cent, 0 to 100, and NaN for robots without a battery;
+    /// `None` if no type has one.
     pub fn battery_charges(&self) -> Option<Vec<f32>> {
         let batteries = self.batteries.as_ref()?;
         let percent = |(charge, robot_type): (&u64, &u16)| {
             let amounts = batteries.types[usize::from(*robot_type)];
-            amounts.map_or(f32::NAN, |amounts| (*charge as f64 / amounts.capacity as f64 * 100.0) as f32)
+            amounts.map_or(f32::NAN, |amounts| {
+                (*charge as f64 / amounts.capacity as f64 * 100.0) as f32
+            })
         };
         Some(batteries.charges.iter().zip(self.robot_types()).map(percent).collect())
     }

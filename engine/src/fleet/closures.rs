@@ -23,7 +23,9 @@ impl Fleet {
         }
         self.note_closure(EventKind::EdgeOpened, edge, events);
         for row in 0..self.robots() {
-            if self.is(row, RobotState::Waiting) && self.motion.may_leave(&self.columns.all_rows(), row) {
+            if self.is(row, RobotState::Waiting)
+                && self.motion.may_leave(&self.columns.all_rows(), row)
+            {
                 self.motion.start_driving(&mut self.columns.all_rows(), row, events);
             }
         }
@@ -46,7 +48,12 @@ impl Fleet {
     fn note_closure(&mut self, kind: EventKind, edge: EdgeIndex, events: &mut EventBuffer) {
         self.closure_changes += 1;
         let id = self.motion.legs.graph().edge(edge).id;
-        events.push_record(EventRecord { kind: kind as u32, robot: NO_ROBOT, id, ..EventRecord::default() });
+        events.push_record(EventRecord {
+            kind: kind as u32,
+            robot: NO_ROBOT,
+            id,
+            ..EventRecord::default()
+        });
         for row in 0..self.robots() {
             if !self.is(row, RobotState::Absent) {
                 self.motion.update_base(&mut self.columns.all_rows(), row);

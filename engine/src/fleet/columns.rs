@@ -3,9 +3,12 @@
 use regatta_plugin::frame::{NO_EDGE, RobotState};
 
 use super::Route;
-use crate::motion::{AlignedVec, HeadingRows, HeadingRule, LimitRows, PieceColumn, ROW_GROUP, Rows, UNLIMITED};
+use crate::motion::{
+    AlignedVec, HeadingRows, HeadingRule, LimitRows, PieceColumn, ROW_GROUP, Rows, UNLIMITED,
+};
 
-/// All columns. Rows that hold no robot are inert: they are on the first piece and [`RobotState::Absent`].
+/// All columns. Rows that hold no robot are inert: they are on the first piece and
+/// [`RobotState::Absent`].
 #[derive(Debug)]
 pub(super) struct FleetColumns {
     pub piece: PieceColumn,
@@ -47,10 +50,14 @@ impl Limits {
 }
 
 impl FleetColumns {
-    /// Makes columns without rows. `pieces` is the length of the table of pieces; `limited` if a robot type limits its
-    /// acceleration, `oriented` if headings aren't simply those of the edges.
+    /// Makes columns without rows. `pieces` is the length of the table of pieces; `limited` if a
+    /// robot type limits its acceleration, `oriented` if headings aren't simply those of the edges.
     pub fn new(pieces: usize, limited: bool, oriented: bool) -> Self {
-        let headings = || Headings { gain: AlignedVec::new(), offset: AlignedVec::new(), rate: AlignedVec::new() };
+        let headings = || Headings {
+            gain: AlignedVec::new(),
+            offset: AlignedVec::new(),
+            rate: AlignedVec::new(),
+        };
         Self {
             piece: PieceColumn::new(pieces),
             w: AlignedVec::new(),
@@ -65,7 +72,8 @@ impl FleetColumns {
         }
     }
 
-    /// Resizes to that many rows, in whole groups. Existing rows stay as they are; new ones are inert.
+    /// Resizes to that many rows, in whole groups. Existing rows stay as they are; new ones are
+    /// inert.
     pub fn resize(&mut self, rows: usize) {
         let groups = rows.div_ceil(ROW_GROUP);
         self.piece.resize(groups);
@@ -86,7 +94,8 @@ impl FleetColumns {
         }
     }
 
-    /// Adds the columns of limits, which bases need that end within a leg. Returns whether they weren't there.
+    /// Adds the columns of limits, which bases need that end within a leg. Returns whether they
+    /// weren't there.
     pub fn add_limits(&mut self) -> bool {
         let is_new = self.limits.is_none();
         let groups = self.capacity() / ROW_GROUP;
@@ -189,7 +198,10 @@ impl FleetColumns {
 
     /// Returns what the heading of a row is made of.
     pub fn heading_rule(&self, row: usize) -> HeadingRule {
-        let rule = |columns: &Headings| HeadingRule { gain: columns.gain[row], offset: columns.offset[row] };
+        let rule = |columns: &Headings| HeadingRule {
+            gain: columns.gain[row],
+            offset: columns.offset[row],
+        };
         self.headings.as_ref().map_or(HeadingRule::TANGENT, rule)
     }
 

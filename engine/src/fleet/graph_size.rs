@@ -13,13 +13,18 @@ pub fn check_size(graph: &RouteGraph) -> Result<(), FleetError> {
     let pieces = Tracks::least_pieces(graph);
     let max = MAX_PIECES;
     if pieces > max as u64 {
-        return Err(FleetError::TooManyPieces { pieces: usize::try_from(pieces).unwrap_or(usize::MAX), max });
+        return Err(FleetError::TooManyPieces {
+            pieces: usize::try_from(pieces).unwrap_or(usize::MAX),
+            max,
+        });
     }
     let needed = pieces * Tracks::BYTES_PER_PIECE;
     match available_memory() {
-        Some(available) if needed > available => {
-            Err(FleetError::GraphTooLarge { pieces, needed_mb: needed >> 20, available_mb: available >> 20 })
-        }
+        Some(available) if needed > available => Err(FleetError::GraphTooLarge {
+            pieces,
+            needed_mb: needed >> 20,
+            available_mb: available >> 20,
+        }),
         _ => Ok(()),
     }
 }
@@ -40,15 +45,24 @@ mod tests {
     fn graphs_that_no_memory_holds_are_refused_before_they_are_compiled() {
         assert!(check_size(&chain(&[(1e6, 1.0)])).is_ok());
         // A hundred million kilometres; in both gears.
-        let error = check_size(&chain(&[(1.0, 1.0), (1e11, 1.0)])).expect_err("too long").to_string();
-        assert!(error.starts_with("the route graph compiles to 24999999") && error.contains("in metres?"), "{error}");
-        assert!(matches!(check_size(&chain(&[(1e300, 1.0)])), Err(FleetError::TooManyPieces { .. })));
+        let error =
+            check_size(&chain(&[(1.0, 1.0), (1e11, 1.0)])).expect_err("too long").to_string();
+        assert!(
+            error.starts_with("the route graph compiles to 24999999")
+                && error.contains("in metres?"),
+            "{error}"
+        );
+        assert!(matches!(
+            check_size(&chain(&[(1e300, 1.0)])),
+            Err(FleetError::TooManyPieces { .. })
+        ));
     }
 
     #[test]
     fn the_least_number_of_pieces_is_at_most_the_number_and_of_its_size() {
         for graph in [chain(&[(100.0, 1.0), (8.0, 1.0), (0.5, 1.0), (1e4, 1.0)]), town(12, 30.0)] {
-            let (least, compiled) = (Tracks::least_pieces(&graph), Tracks::compile(&graph).pieces().len() as u64);
+            let (least, compiled) =
+                (Tracks::least_pieces(&graph), Tracks::compile(&graph).pieces().len() as u64);
             assert!(least <= compiled && compiled <= 4 * least, "{least}, {compiled}");
         }
     }

@@ -1,4 +1,5 @@
-//! Robots that stall, are broken or have a flat battery: they stop as for a hold, keep their routes, and go on afterwards.
+//! Robots that stall, are broken or have a flat battery: they stop as for a hold, keep their
+//! routes, and go on afterwards.
 
 use regatta_plugin::event::{BreakdownCause, EventKind, EventRecord};
 use regatta_plugin::frame::RobotState;
@@ -16,9 +17,12 @@ pub(super) struct Impairment {
 }
 
 impl Fleet {
-    /// Makes a robot stall until it [recovers](Self::recover). Nothing happens to a robot that isn't there.
+    /// Makes a robot stall until it [recovers](Self::recover). Nothing happens to a robot that
+    /// isn't there.
     pub fn stall(&mut self, robot: u32, events: &mut EventBuffer) {
-        self.impair(robot, event(EventKind::Stalled, robot), events, |impairment| &mut impairment.is_stalled);
+        self.impair(robot, event(EventKind::Stalled, robot), events, |impairment| {
+            &mut impairment.is_stalled
+        });
     }
 
     /// Ends a stall.
@@ -26,9 +30,12 @@ impl Fleet {
         self.restore(robot, EventKind::Recovered, events, |impairment| &mut impairment.is_stalled);
     }
 
-    /// Makes a robot break down until it is [repaired](Self::repair). Nothing happens to a robot that isn't there.
+    /// Makes a robot break down until it is [repaired](Self::repair). Nothing happens to a robot
+    /// that isn't there.
     pub fn break_down(&mut self, robot: u32, events: &mut EventBuffer) {
-        self.impair(robot, event(EventKind::BrokenDown, robot), events, |impairment| &mut impairment.is_broken);
+        self.impair(robot, event(EventKind::BrokenDown, robot), events, |impairment| {
+            &mut impairment.is_broken
+        });
     }
 
     /// Repairs a robot that is broken.
@@ -36,7 +43,8 @@ impl Fleet {
         self.restore(robot, EventKind::Repaired, events, |impairment| &mut impairment.is_broken);
     }
 
-    /// Stops a robot because its battery is flat. It is broken until it has [energy](Self::end_flat) again.
+    /// Stops a robot because its battery is flat. It is broken until it has
+    /// [energy](Self::end_flat) again.
     pub(super) fn run_flat(&mut self, robot: u32, events: &mut EventBuffer) {
         let detail = BreakdownCause::FlatBattery as u32;
         let event = EventRecord { detail, ..event(EventKind::BrokenDown, robot) };
@@ -62,7 +70,10 @@ impl Fleet {
     ) {
         let Ok(row) = self.row(robot) else { return };
         let is_held = self.is(row, RobotState::Held);
-        let impairment = self.impairments.entry(robot).or_insert(Impairment { is_held, ..Impairment::default() });
+        let impairment = self
+            .impairments
+            .entry(robot)
+            .or_insert(Impairment { is_held, ..Impairment::default() });
         if std::mem::replace(flag(impairment), true) {
             return;
         }
@@ -79,7 +90,10 @@ impl Fleet {
         events: &mut EventBuffer,
         flag: fn(&mut Impairment) -> &mut bool,
     ) {
-        let (Ok(row), Some(impairment)) = (self.row(robot), self.impairments.get_mut(&robot)) else { return };
+        let (Ok(row), Some(impairment)) = (self.row(robot), self.impairments.get_mut(&robot))
+        else {
+            return;
+        };
         if !std::mem::replace(flag(impairment), false) {
             return;
         }

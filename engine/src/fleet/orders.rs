@@ -11,8 +11,8 @@ use crate::motion::leg_of;
 
 /// A checked order, ready to be carried out.
 pub(super) enum Action {
-    /// Drive these legs from the end of the current one; the first `released` of them now, the last of those (without
-    /// any, the current leg) up to `limit` metres.
+    /// Drive these legs from the end of the current one; the first `released` of them now, the last
+    /// of those (without any, the current leg) up to `limit` metres.
     Drive {
         row: usize,
         legs: Vec<Leg>,
@@ -64,15 +64,17 @@ pub(super) struct Rejection {
 }
 
 impl Fleet {
-    /// Carries out a sample of orders, one after the other. Each is answered by an event, `Accepted` or `Refused`; a
-    /// refused order changes nothing.
+    /// Carries out a sample of orders, one after the other. Each is answered by an event,
+    /// `Accepted` or `Refused`; a refused order changes nothing.
     ///
-    /// If an order ends the base of a robot with limited acceleration nearer than it can brake, the robot brakes harder:
-    /// it never leaves its released base. A loop's base ends with its lap, a random walk's with its leg.
+    /// If an order ends the base of a robot with limited acceleration nearer than it can brake, the
+    /// robot brakes harder: it never leaves its released base. A loop's base ends with its lap, a
+    /// random walk's with its leg.
     pub fn apply(&mut self, records: &[OrderRecord], events: &mut EventBuffer) {
         let mut rest = records;
         while let [order, after @ ..] = rest {
-            let legs = after.iter().take_while(|record| record.kind == OrderKind::Leg as u32).count();
+            let legs =
+                after.iter().take_while(|record| record.kind == OrderKind::Leg as u32).count();
             let consumed = if is_route(order) { legs.min(order.legs as usize) } else { 0 };
             match self.prepare(order, &after[..consumed]) {
                 Ok(action) => self.carry_out(order, action, events),
@@ -92,7 +94,12 @@ impl Fleet {
             Some(OrderKind::Assign) => self.prepare_route(order, row()?, legs, Vec::new()),
             Some(OrderKind::Extend) => {
                 let row = row()?;
-                self.prepare_route(order, row, legs, self.motion.plans.base(self.columns.route[row]).to_vec())
+                self.prepare_route(
+                    order,
+                    row,
+                    legs,
+                    self.motion.plans.base(self.columns.route[row]).to_vec(),
+                )
             }
             Some(OrderKind::Release) => self.prepare_release(order, row()?),
             Some(OrderKind::Cancel) => Ok(Action::Cancel { row: row()? }),
@@ -108,7 +115,8 @@ impl Fleet {
         }
     }
 
-    /// Prepares a route of `base`, the base that the robot keeps, followed by the legs of the order.
+    /// Prepares a route of `base`, the base that the robot keeps, followed by the legs of the
+    /// order.
     fn prepare_route(
         &self,
         order: &OrderRecord,
@@ -124,7 +132,9 @@ impl Fleet {
         if records.is_empty() || records[released..].iter().any(|record| record.released != 0) {
             return Err(about_robot(Refusal::MalformedRoute));
         }
-        let mut node = base.last().map_or_else(|| self.node_ahead(row), |&leg| self.motion.legs.graph().leg_end(leg));
+        let mut node = base
+            .last()
+            .map_or_else(|| self.node_ahead(row), |&leg| self.motion.legs.graph().leg_end(leg));
         let limit = match (released, base.is_empty()) {
             (0, true) => self.limit_on_leg(row),
             (0, false) => self.motion.plans.limit(self.columns.route[row]),
@@ -133,7 +143,8 @@ impl Fleet {
         let released = base.len() + released;
         let mut legs = base;
         for record in records {
-            let leg = self.leg(record, node).map_err(|reason| Rejection { reason, id: record.id })?;
+            let leg =
+                self.leg(record, node).map_err(|reason| Rejection { reason, id: record.id })?;
             node = self.motion.legs.graph().leg_end(leg);
             legs.push(leg);
         }
@@ -150,7 +161,11 @@ impl Fleet {
     }
 
     fn edge(&self, id: u32) -> Result<EdgeIndex, Rejection> {
-        self.motion.legs.graph().edge_by_id(id).ok_or(Rejection { reason: Refusal::UnknownEdge, id })
+        self.motion
+            .legs
+            .graph()
+            .edge_by_id(id)
+            .ok_or(Rejection { reason: Refusal::UnknownEdge, id })
     }
 
     fn prepare_spawn(&self, order: &OrderRecord) -> Result<Action, Rejection> {
@@ -159,7 +174,10 @@ impl Fleet {
         let placement = if order.kind == OrderKind::SpawnAtNode as u32 {
             graph.node_by_id(order.id).map(Placement::Node).ok_or(Refusal::UnknownNode)
         } else {
-            graph.edge_by_id(order.id).map(|edge| Placement::Edge(edge, order.s)).ok_or(Refusal::UnknownEdge)
+            graph
+                .edge_by_id(order.id)
+                .map(|edge| Placement::Edge(edge, order.s))
+                .ok_or(Refusal::UnknownEdge)
         };
         let placement = placement.map_err(about(order.id))?;
         let unknown_type = |_| about(order.robot_type)(Refusal::UnknownRobotType);
@@ -187,7 +205,9 @@ impl Fleet {
         }
         events.push_record(accepted(order.robot));
         match action {
-            Action::Drive { row, legs, released, limit } => self.drive(row, legs, released, limit, events),
+            Action::Drive { row, legs, released, limit } => {
+                self.drive(row, legs, released, limit, events)
+            }
             Action::Release { row, released, limit } => self.release(row, released, limit, events),
             Action::Cancel { row } => self.cancel(row, events),
             Action::Hold { row } => self.hold(row, events),
@@ -204,7 +224,14 @@ impl Fleet {
         }
     }
 
-    fn drive(&mut self, row: usize, legs: Vec<Leg>, released: usize, limit: f64, events: &mut EventBuffer) {
+    fn drive(
+        &mut self,
+        row: usize,
+        legs: Vec<Leg>,
+        released: usize,
+        limit: f64,
+        events: &mut EventBuffer,
+    ) {
         self.set_ordered_route(row, legs, released, limit);
         if !self.is_stopped(row) {
             self.motion.start_driving(&mut self.columns.all_rows(), row, events);
@@ -252,7 +279,8 @@ impl Fleet {
         self.go_on(row, events);
     }
 
-    /// Gives a robot another route and updates the end of its base and the speed from which it can brake on it.
+    /// Gives a robot another route and updates the end of its base and the speed from which it can
+    /// brake on it.
     pub(super) fn set_route(&mut self, row: usize, route: impl FnOnce(&mut Plans) -> Route) {
         self.motion.plans.discard(self.columns.route[row]);
         self.columns.route[row] = route(&mut self.motion.plans);
@@ -277,8 +305,8 @@ fn is_route(order: &OrderRecord) -> bool {
 
 fn kind(order: &OrderRecord) -> Option<OrderKind> {
     use OrderKind::{
-        Assign, Break, Cancel, CloseEdge, Extend, Hold, Leg, OpenEdge, Release, Remove, Repair, Resume, SpawnAtNode,
-        SpawnOnEdge,
+        Assign, Break, Cancel, CloseEdge, Extend, Hold, Leg, OpenEdge, Release, Remove, Repair,
+        Resume, SpawnAtNode, SpawnOnEdge,
     };
     [
         Leg,

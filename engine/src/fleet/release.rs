@@ -11,16 +11,26 @@ use crate::graph::{Gear, Leg};
 use crate::motion::leg_of;
 
 impl Fleet {
-    /// Prepares the release of the metres `s` of the order's leg: the first such leg at or after the end of the base.
-    pub(super) fn prepare_release(&self, order: &OrderRecord, row: usize) -> Result<Action, Rejection> {
+    /// Prepares the release of the metres `s` of the order's leg: the first such leg at or after
+    /// the end of the base.
+    pub(super) fn prepare_release(
+        &self,
+        order: &OrderRecord,
+        row: usize,
+    ) -> Result<Action, Rejection> {
         let about_edge = |reason| Rejection { reason, id: order.id };
         let graph = self.motion.legs.graph();
         let edge = graph.edge_by_id(order.id).ok_or_else(|| about_edge(Refusal::UnknownEdge))?;
-        let leg = Leg { edge, gear: if order.reverse == 0 { Gear::Forward } else { Gear::Reverse } };
+        let leg =
+            Leg { edge, gear: if order.reverse == 0 { Gear::Forward } else { Gear::Reverse } };
         if order.s.is_nan() || order.s < 0.0 {
             return Err(about_edge(Refusal::DistanceOutOfRange));
         }
-        let metres = if order.s >= self.motion.legs.leg(leg).length { f64::INFINITY } else { f64::from(order.s) };
+        let metres = if order.s >= self.motion.legs.leg(leg).length {
+            f64::INFINITY
+        } else {
+            f64::from(order.s)
+        };
         self.release_on(row, leg, metres).ok_or_else(|| about_edge(Refusal::NotAhead))
     }
 
@@ -48,7 +58,13 @@ impl Fleet {
     }
 
     /// Ends a robot's base on its route there.
-    pub(super) fn release(&mut self, row: usize, released: usize, limit: f64, events: &mut EventBuffer) {
+    pub(super) fn release(
+        &mut self,
+        row: usize,
+        released: usize,
+        limit: f64,
+        events: &mut EventBuffer,
+    ) {
         if self.columns.route[row] == Route::PARKED {
             self.set_ordered_route(row, Vec::new(), released, limit);
         } else {
@@ -61,20 +77,30 @@ impl Fleet {
         }
     }
 
-    /// Gives a robot a route of legs. The last released one (without any, its current leg) is released up to `limit`
-    /// metres.
-    pub(super) fn set_ordered_route(&mut self, row: usize, legs: Vec<Leg>, released: usize, limit: f64) {
+    /// Gives a robot a route of legs. The last released one (without any, its current leg) is
+    /// released up to `limit` metres.
+    pub(super) fn set_ordered_route(
+        &mut self,
+        row: usize,
+        legs: Vec<Leg>,
+        released: usize,
+        limit: f64,
+    ) {
         self.allow_limit(limit);
         self.set_route(row, |plans| plans.order(legs, released, limit));
     }
 
-    /// Returns the metres of a robot's current leg at which its base ends; infinity if it ends at the leg's end or later.
-    /// Without a route, it ends where the robot stands.
+    /// Returns the metres of a robot's current leg at which its base ends; infinity if it ends at
+    /// the leg's end or later. Without a route, it ends where the robot stands.
     pub(super) fn limit_on_leg(&self, row: usize) -> f64 {
         let columns = &self.columns;
         match columns.route[row] {
             Route::PARKED => {
-                let driven = self.motion.driven_on_leg(columns.piece.get(row), columns.edge[row], columns.w[row]);
+                let driven = self.motion.driven_on_leg(
+                    columns.piece.get(row),
+                    columns.edge[row],
+                    columns.w[row],
+                );
                 driven.unwrap_or(f64::INFINITY)
             }
             route => self.motion.plans.limit_on_leg(route),

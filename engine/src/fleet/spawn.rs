@@ -17,8 +17,9 @@ pub enum RouteSource {
     None,
     /// These legs. Robots with the same route share it.
     Listed(Arc<[Leg]>, Repeat),
-    /// A random walk along edges in forward gear, which ends only at a dead end. At each node all edges that start
-    /// there are equally likely, except for the one that leads straight back: it is chosen only if there is no other.
+    /// A random walk along edges in forward gear, which ends only at a dead end. At each node all
+    /// edges that start there are equally likely, except for the one that leads straight back: it
+    /// is chosen only if there is no other.
     Random,
 }
 
@@ -32,15 +33,16 @@ pub enum Placement {
 }
 
 impl Fleet {
-    /// Adds a robot of a type (an index into [`Fleet::types`]) and returns its id: the lowest that is free. It
-    /// stands still until the next step; on an edge it first drives to that edge's end.
+    /// Adds a robot of a type (an index into [`Fleet::types`]) and returns its id: the lowest that
+    /// is free. It stands still until the next step; on an edge it first drives to that edge's end.
     ///
     /// The event `Spawned` carries `token`; 0 for none.
     ///
     /// # Errors
-    /// `UnknownRobotType`, `UnknownNode`, `UnknownEdge`; `DistanceOutOfRange` for a place that is not on the edge;
-    /// `MalformedRoute` for a listed route without legs; `NoReverse`, `NotConnected` for one that can't be driven from
-    /// there, or a loop that doesn't close; `FleetFull`. The fleet is then unchanged.
+    /// `UnknownRobotType`, `UnknownNode`, `UnknownEdge`; `DistanceOutOfRange` for a place that is
+    /// not on the edge; `MalformedRoute` for a listed route without legs; `NoReverse`,
+    /// `NotConnected` for one that can't be driven from there, or a loop that doesn't close;
+    /// `FleetFull`. The fleet is then unchanged.
     pub fn spawn(
         &mut self,
         placement: Placement,
@@ -55,13 +57,22 @@ impl Fleet {
         }
         let robot = self.allocate_row()?;
         let row = robot as usize;
-        self.columns.set_robot_type(row, robot_type, self.types[usize::from(robot_type)].max_acceleration);
+        self.columns.set_robot_type(
+            row,
+            robot_type,
+            self.types[usize::from(robot_type)].max_acceleration,
+        );
         self.columns.route[row] = self.route(source);
         if let Some(batteries) = &mut self.batteries {
             batteries.begin(robot, robot_type);
         }
         self.motion.place(&mut self.columns.all_rows(), row, start.piece, start.edge, start.w);
-        events.push_record(EventRecord { token, kind: EventKind::Spawned as u32, robot, ..EventRecord::default() });
+        events.push_record(EventRecord {
+            token,
+            kind: EventKind::Spawned as u32,
+            robot,
+            ..EventRecord::default()
+        });
         if self.columns.route[row] != Route::PARKED {
             self.motion.start_driving(&mut self.columns.all_rows(), row, events);
         }
@@ -88,11 +99,20 @@ impl Fleet {
         while self.robots > 0 && self.free.remove(&(self.robots - 1)) {
             self.robots -= 1;
         }
-        events.push_record(EventRecord { token, kind: EventKind::Removed as u32, robot, ..EventRecord::default() });
+        events.push_record(EventRecord {
+            token,
+            kind: EventKind::Removed as u32,
+            robot,
+            ..EventRecord::default()
+        });
     }
 
     /// Checks whether a robot of a type can be put there, and returns where exactly that is.
-    pub(super) fn check_spawn(&self, placement: Placement, robot_type: u16) -> Result<SpawnPoint, Refusal> {
+    pub(super) fn check_spawn(
+        &self,
+        placement: Placement,
+        robot_type: u16,
+    ) -> Result<SpawnPoint, Refusal> {
         self.types.get(usize::from(robot_type)).ok_or(Refusal::UnknownRobotType)?;
         self.spawn_point(placement)
     }
@@ -132,18 +152,25 @@ impl Fleet {
         match placement {
             Placement::Node(node) => {
                 graph.nodes().get(node.0 as usize).ok_or(Refusal::UnknownNode)?;
-                Ok(SpawnPoint { piece: self.motion.legs.node_piece(node), edge: None, w: 0, ahead: node })
+                Ok(SpawnPoint {
+                    piece: self.motion.legs.node_piece(node),
+                    edge: None,
+                    w: 0,
+                    ahead: node,
+                })
             }
             Placement::Edge(edge, s) => {
-                let ahead = graph.edges().get(edge.0 as usize).ok_or(Refusal::UnknownEdge)?.destination;
-                let (piece, w) = self.piece_at(edge, f64::from(s)).ok_or(Refusal::DistanceOutOfRange)?;
+                let ahead =
+                    graph.edges().get(edge.0 as usize).ok_or(Refusal::UnknownEdge)?.destination;
+                let (piece, w) =
+                    self.piece_at(edge, f64::from(s)).ok_or(Refusal::DistanceOutOfRange)?;
                 Ok(SpawnPoint { piece, edge: Some(edge.0), w, ahead })
             }
         }
     }
 
-    /// Returns the piece of an edge at `s` metres from its origin, and the distance from the piece's end; `None` if that
-    /// is not on the edge.
+    /// Returns the piece of an edge at `s` metres from its origin, and the distance from the
+    /// piece's end; `None` if that is not on the edge.
     fn piece_at(&self, edge: EdgeIndex, s: f64) -> Option<(PieceIndex, i32)> {
         let track = self.motion.legs.tracks().track(Leg { edge, gear: Gear::Forward })?;
         // The published length is an f32, so that much beyond the end is still on the edge.
@@ -174,7 +201,12 @@ pub(super) struct SpawnPoint {
 }
 
 /// Checks that a listed route can be driven from a node.
-fn check_list(graph: &RouteGraph, start: NodeIndex, legs: &[Leg], repeat: Repeat) -> Result<(), Refusal> {
+fn check_list(
+    graph: &RouteGraph,
+    start: NodeIndex,
+    legs: &[Leg],
+    repeat: Repeat,
+) -> Result<(), Refusal> {
     let (first, last) = legs.first().zip(legs.last()).ok_or(Refusal::MalformedRoute)?;
     if legs.iter().any(|leg| leg.edge.0 as usize >= graph.edges().len()) {
         return Err(Refusal::UnknownEdge);
@@ -187,7 +219,11 @@ fn check_list(graph: &RouteGraph, start: NodeIndex, legs: &[Leg], repeat: Repeat
 }
 
 /// Checks that legs of the graph start at a node and each continues where the one before it ends.
-pub(super) fn check_connected(graph: &RouteGraph, start: NodeIndex, legs: &[Leg]) -> Result<(), Refusal> {
+pub(super) fn check_connected(
+    graph: &RouteGraph,
+    start: NodeIndex,
+    legs: &[Leg],
+) -> Result<(), Refusal> {
     let mut node = start;
     for &leg in legs {
         graph.leg_velocity(leg).ok_or(Refusal::NoReverse)?;

@@ -23,8 +23,15 @@ impl StepPool {
         Some(Self { pool, events: vec![EventBuffer::new(0); threads] })
     }
 
-    /// Does what [`Motion::step`] does, on all threads. EventBuffer are in the order of rows, as from one thread.
-    pub fn step(&mut self, motion: &Motion, rows: Rows, columns: Option<ColumnsMut>, events: &mut EventBuffer) {
+    /// Does what [`Motion::step`] does, on all threads. EventBuffer are in the order of rows, as
+    /// from one thread.
+    pub fn step(
+        &mut self,
+        motion: &Motion,
+        rows: Rows,
+        columns: Option<ColumnsMut>,
+        events: &mut EventBuffer,
+    ) {
         self.events.iter_mut().for_each(|part| part.reset_like(events));
         self.pool.install(|| step_parts(motion, rows, columns, &mut self.events));
         self.events.iter_mut().for_each(|part| events.append(part));
@@ -32,7 +39,12 @@ impl StepPool {
 }
 
 /// Steps one part of the rows for each buffer of events.
-fn step_parts(motion: &Motion, rows: Rows, columns: Option<ColumnsMut>, events: &mut [EventBuffer]) {
+fn step_parts(
+    motion: &Motion,
+    rows: Rows,
+    columns: Option<ColumnsMut>,
+    events: &mut [EventBuffer],
+) {
     if let [events] = events {
         return motion.step(rows, columns, events);
     }
@@ -41,5 +53,8 @@ fn step_parts(motion: &Motion, rows: Rows, columns: Option<ColumnsMut>, events: 
     let middle = BLOCK * (blocks * first.len() / (first.len() + second.len()));
     let (rows, more_rows) = rows.split_at(middle);
     let (columns, more_columns) = columns.map(|columns| split_frame(columns, middle)).unzip();
-    rayon::join(|| step_parts(motion, rows, columns, first), || step_parts(motion, more_rows, more_columns, second));
+    rayon::join(
+        || step_parts(motion, rows, columns, first),
+        || step_parts(motion, more_rows, more_columns, second),
+    );
 }

@@ -2,16 +2,18 @@
 
 use glam::DVec2;
 
-/// The fraction of the curve's extent below which the length of a derivative is a rounding error and counts as zero.
+/// The fraction of the curve's extent below which the length of a derivative is a rounding error
+/// and counts as zero.
 const NEGLIGIBLE: f64 = 1e-12;
 
-/// The three-point Gauss-Legendre rule on [-1, 1]: the distance √(3/5) of the outer points from the middle, and the
-/// weights of an outer point and of the middle.
+/// The three-point Gauss-Legendre rule on [-1, 1]: the distance √(3/5) of the outer points from the
+/// middle, and the weights of an outer point and of the middle.
 const OUTER: f64 = 0.774_596_669_241_483_4;
 const OUTER_WEIGHT: f64 = 5.0 / 9.0;
 const MIDDLE_WEIGHT: f64 = 8.0 / 9.0;
 
-/// The number of halvings after which [`CubicBezier::length_between`] accepts the result: 2⁻⁴⁰ of the curve.
+/// The number of halvings after which [`CubicBezier::length_between`] accepts the result: 2⁻⁴⁰ of
+/// the curve.
 const MAX_DEPTH: u32 = 40;
 
 /// A cubic Bézier curve in metres.
@@ -43,17 +45,21 @@ impl CubicBezier {
         Self { control_points: [p3, p2, p1, p0] }
     }
 
-    /// Returns the length in metres of the line through `intervals + 1` points of the curve, which is at most the curve's own.
+    /// Returns the length in metres of the line through `intervals + 1` points of the curve, which
+    /// is at most the curve's own.
     pub fn polyline_length(&self, intervals: u32) -> f64 {
         let point = |i: u32| self.position(f64::from(i) / f64::from(intervals));
         (0..intervals).map(|i| point(i).distance(point(i + 1))).sum()
     }
 
-    /// Returns the point at `lambda` in [0, 1] (equation 3.7), in metres. The ends are exactly P0 and P3.
+    /// Returns the point at `lambda` in [0, 1] (equation 3.7), in metres. The ends are exactly P0
+    /// and P3.
     pub fn position(&self, lambda: f64) -> DVec2 {
         let [p0, p1, p2, p3] = self.control_points;
         let mu = 1.0 - lambda;
-        p0 * (mu * mu * mu) + (p1 * mu + p2 * lambda) * (3.0 * mu * lambda) + p3 * (lambda * lambda * lambda)
+        p0 * (mu * mu * mu)
+            + (p1 * mu + p2 * lambda) * (3.0 * mu * lambda)
+            + p3 * (lambda * lambda * lambda)
     }
 
     /// Returns p'(λ) in metres.
@@ -75,16 +81,18 @@ impl CubicBezier {
         (a - b * 2.0 + c) * 2.0
     }
 
-    /// Returns the parameter, in [0, 1], that one step of Newton's method makes of `lambda` on the way to the point of the
-    /// curve that is nearest to another; the same where the distance has no minimum nearby.
+    /// Returns the parameter, in [0, 1], that one step of Newton's method makes of `lambda` on the
+    /// way to the point of the curve that is nearest to another; the same where the distance has no
+    /// minimum nearby.
     pub(super) fn nearer(&self, lambda: f64, to: DVec2) -> f64 {
         let (offset, velocity) = (self.position(lambda) - to, self.derivative(lambda));
         let slope = velocity.length_squared() + offset.dot(self.second_derivative(lambda));
         if slope > 0.0 { (lambda - offset.dot(velocity) / slope).clamp(0.0, 1.0) } else { lambda }
     }
 
-    /// Returns the unit tangent at `lambda` in [0, 1]. Where p' = 0 (a handle of length zero, a cusp) it is the limit
-    /// from `side`, or from inside the curve at its ends; (1, 0) if all control points coincide.
+    /// Returns the unit tangent at `lambda` in [0, 1]. Where p' = 0 (a handle of length zero, a
+    /// cusp) it is the limit from `side`, or from inside the curve at its ends; (1, 0) if all
+    /// control points coincide.
     pub fn tangent(&self, lambda: f64, side: Side) -> DVec2 {
         let after = lambda <= 0.0 || (side == Side::After && lambda < 1.0);
         let towards = if after { 1.0 } else { -1.0 };
@@ -97,10 +105,14 @@ impl CubicBezier {
 
     /// Returns the arc length in metres, accurate to about a nanometre.
     pub fn length(&self) -> f64 {
-        self.slow_points().chain([1.0]).fold((0.0, 0.0), |(sum, from), to| (sum + self.length_between(from, to), to)).0
+        self.slow_points()
+            .chain([1.0])
+            .fold((0.0, 0.0), |(sum, from), to| (sum + self.length_between(from, to), to))
+            .0
     }
 
-    /// Returns the arc length between two parameters in metres, by adaptive Gauss-Legendre quadrature of |p'|.
+    /// Returns the arc length between two parameters in metres, by adaptive Gauss-Legendre
+    /// quadrature of |p'|.
     pub fn length_between(&self, from: f64, to: f64) -> f64 {
         let velocity = self.velocity();
         velocity.refine(from, to, velocity.quadrature(from, to), MAX_DEPTH)
@@ -112,8 +124,8 @@ impl CubicBezier {
         Velocity([a, (b - a) * 2.0, a - b * 2.0 + c])
     }
 
-    /// Returns the slow points: the parameters strictly inside (0, 1), ascending, where |p'| has a local minimum that
-    /// is small compared with the rest of the curve (cusps and near cusps).
+    /// Returns the slow points: the parameters strictly inside (0, 1), ascending, where |p'| has a
+    /// local minimum that is small compared with the rest of the curve (cusps and near cusps).
     pub(crate) fn slow_points(&self) -> impl Iterator<Item = f64> + use<> {
         let hodograph = self.hodograph();
         let points = if is_clearly_regular(hodograph) { [None; 3] } else { slow_points(hodograph) };
@@ -138,7 +150,8 @@ impl CubicBezier {
 pub(super) struct Velocity([DVec2; 3]);
 
 impl Velocity {
-    /// Returns p'(λ). Where it is small, its rounding error is larger than that of [`CubicBezier::derivative`].
+    /// Returns p'(λ). Where it is small, its rounding error is larger than that of
+    /// [`CubicBezier::derivative`].
     pub(super) fn at(&self, lambda: f64) -> DVec2 {
         self.0[0] + (self.0[1] + self.0[2] * lambda) * lambda
     }
@@ -162,28 +175,32 @@ impl Velocity {
     }
 }
 
-/// Whether p' stays well away from zero, judged by its convex hull only: true for nearly every real edge.
+/// Whether p' stays well away from zero, judged by its convex hull only: true for nearly every real
+/// edge.
 fn is_clearly_regular(hodograph: [DVec2; 3]) -> bool {
     let axis = hodograph[0] + hodograph[1] + hodograph[2];
     let fastest = hodograph.map(DVec2::length).into_iter().fold(0.0, f64::max);
     hodograph.into_iter().all(|point| point.dot(axis) > 0.1 * fastest * axis.length())
 }
 
-/// Returns the minima of |p'|² in (0, 1) where |p'| is below a tenth of the longest hodograph control point. At least
-/// one is `None`: a quartic has at most two minima.
+/// Returns the minima of |p'|² in (0, 1) where |p'| is below a tenth of the longest hodograph
+/// control point. At least one is `None`: a quartic has at most two minima.
 fn slow_points([p, q, r]: [DVec2; 3]) -> [Option<f64>; 3] {
     let (a, b, c) = (p - q * 2.0 + r, (q - p) * 2.0, p);
     // p' = aλ² + bλ + c, so p'·p'', half the derivative of |p'|², is a cubic.
-    let slope = [b.dot(c), b.length_squared() + 2.0 * a.dot(c), 3.0 * a.dot(b), 2.0 * a.length_squared()];
+    let slope =
+        [b.dot(c), b.length_squared() + 2.0 * a.dot(c), 3.0 * a.dot(b), 2.0 * a.length_squared()];
     let fastest = [p, q, r].map(DVec2::length).into_iter().fold(0.0, f64::max);
-    rising_roots(slope).map(|root| root.filter(|&at| ((a * at + b) * at + c).length() < 0.1 * fastest))
+    rising_roots(slope)
+        .map(|root| root.filter(|&at| ((a * at + b) * at + c).length() < 0.1 * fastest))
 }
 
-/// Returns the roots in (0, 1) at which c₀ + c₁λ + c₂λ² + c₃λ³ changes from negative to positive, at most one for each
-/// monotone interval.
+/// Returns the roots in (0, 1) at which c₀ + c₁λ + c₂λ² + c₃λ³ changes from negative to positive,
+/// at most one for each monotone interval.
 fn rising_roots(c: [f64; 4]) -> [Option<f64>; 3] {
     let value = |at: f64| c[0] + at * (c[1] + at * (c[2] + at * c[3]));
-    let [first, second] = quadratic_roots(c[1], 2.0 * c[2], 3.0 * c[3]).map(|root| root.clamp(0.0, 1.0));
+    let [first, second] =
+        quadratic_roots(c[1], 2.0 * c[2], 3.0 * c[3]).map(|root| root.clamp(0.0, 1.0));
     [(0.0, first), (first, second), (second, 1.0)].map(|(low, high)| {
         let rises = value(low) < 0.0 && value(high) > 0.0;
         rises.then(|| bisect(low, high, value)).filter(|root| (1e-9..=1.0 - 1e-9).contains(root))
@@ -199,7 +216,8 @@ fn bisect(mut low: f64, mut high: f64, value: impl Fn(f64) -> f64) -> f64 {
     (low + high) / 2.0
 }
 
-/// Returns the real roots of c₀ + c₁λ + c₂λ², ascending; arbitrary finite numbers in place of roots that don't exist.
+/// Returns the real roots of c₀ + c₁λ + c₂λ², ascending; arbitrary finite numbers in place of roots
+/// that don't exist.
 fn quadratic_roots(c0: f64, c1: f64, c2: f64) -> [f64; 2] {
     let discriminant = c1 * c1 - 4.0 * c2 * c0;
     if discriminant < 0.0 {
@@ -225,7 +243,10 @@ mod tests {
         assert!((straight.length() - 5.0).abs() < 1e-12);
         assert!(straight.position(0.3).distance(DVec2::new(-0.1, 3.2)) < 1e-12);
         assert!((straight.derivative(0.9).length() - 5.0).abs() < 1e-12);
-        assert!(straight.second_derivative(0.5).length() < 1e-12 && straight.third_derivative().length() < 1e-12);
+        assert!(
+            straight.second_derivative(0.5).length() < 1e-12
+                && straight.third_derivative().length() < 1e-12
+        );
     }
 
     #[test]
@@ -234,8 +255,15 @@ mod tests {
         let difference = |at: f64, f: &dyn Fn(f64) -> DVec2| (f(at + 1e-6) - f(at - 1e-6)) / 2e-6;
         for at in [0.1, 0.5, 0.8] {
             assert!(difference(at, &|at| curve.position(at)).distance(curve.derivative(at)) < 1e-6);
-            assert!(difference(at, &|at| curve.derivative(at)).distance(curve.second_derivative(at)) < 1e-6);
-            assert!(difference(at, &|at| curve.second_derivative(at)).distance(curve.third_derivative()) < 1e-6);
+            assert!(
+                difference(at, &|at| curve.derivative(at)).distance(curve.second_derivative(at))
+                    < 1e-6
+            );
+            assert!(
+                difference(at, &|at| curve.second_derivative(at))
+                    .distance(curve.third_derivative())
+                    < 1e-6
+            );
         }
     }
 
@@ -266,7 +294,10 @@ mod tests {
         let no_handles = curve([(0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (3.0, 4.0)]);
         assert!(close(no_handles.tangent(0.0, Side::After), DVec2::new(0.6, 0.8)));
         let cusp = curve([(0.0, 0.0), (1.0, 1.0), (0.0, 1.0), (1.0, 0.0)]);
-        assert!(close(cusp.tangent(0.5, Side::Before), DVec2::Y) && close(cusp.tangent(0.5, Side::After), -DVec2::Y));
+        assert!(
+            close(cusp.tangent(0.5, Side::Before), DVec2::Y)
+                && close(cusp.tangent(0.5, Side::After), -DVec2::Y)
+        );
         assert_eq!(curve([(2.0, 2.0); 4]).tangent(0.5, Side::After), DVec2::X);
     }
 }

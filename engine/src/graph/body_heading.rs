@@ -1,4 +1,5 @@
-//! The key `ThetaHolonomic`: the heading of a robot's body at a node, where `Theta` is that of the curve.
+//! The key `ThetaHolonomic`: the heading of a robot's body at a node, where `Theta` is that of the
+//! curve.
 
 use super::finding::Report;
 use super::route_graph::Edge;
@@ -10,12 +11,14 @@ use super::yaml::RawGraph;
 /// Angles in radians that differ by at most this much count as equal: files round them.
 const TOLERANCE: f64 = 0.01;
 
-/// Gives edges without an orientation of their own the one that the body headings at their ends make together. `edges` are in
-/// the order of `raw`.
+/// Gives edges without an orientation of their own the one that the body headings at their ends
+/// make together. `edges` are in the order of `raw`.
 pub(super) fn orient(raw: &RawGraph, edges: &mut [Option<Edge>], report: &mut Report<'_>) {
     let mut unsupported = [Unsupported::default(), Unsupported::default()];
     for (index, edge) in edges.iter_mut().enumerate() {
-        let Some(edge) = edge.as_mut().filter(|_| raw.edges[index].orientation == Orientation::Tangential) else {
+        let Some(edge) =
+            edge.as_mut().filter(|_| raw.edges[index].orientation == Orientation::Tangential)
+        else {
             continue;
         };
         let body = [edge.origin, edge.destination].map(|node| body_heading(raw, node.0 as usize));
@@ -78,7 +81,11 @@ fn orientation(edge: &Edge, [start, end]: [f64; 2]) -> Option<Orientation> {
     let offset = normalize_angle(start - edge.path.start_tangent().to_angle());
     let end_offset = normalize_angle(end - edge.path.end_tangent().to_angle());
     if let Some(offset) = mean_if_equal(offset, end_offset) {
-        return Some(if offset.abs() <= TOLERANCE { Orientation::Tangential } else { Orientation::Offset(offset) });
+        return Some(if offset.abs() <= TOLERANCE {
+            Orientation::Tangential
+        } else {
+            Orientation::Offset(offset)
+        });
     }
     mean_if_equal(start, end).map(Orientation::Fixed)
 }
@@ -98,7 +105,8 @@ mod tests {
     const QUARTER: &str = "CurveType: Spline, ParamF: 2.761, ParamB: 2.761, VelocityForward: 1";
     const STRAIGHT: &str = "CurveType: Linear, VelocityForward: 1";
 
-    /// A curve from (0, 0) heading east to (5, 5) heading north, or a straight edge; with more keys of the nodes.
+    /// A curve from (0, 0) heading east to (5, 5) heading north, or a straight edge; with more keys
+    /// of the nodes.
     fn read(edge: &str, first: &str, second: &str) -> (RouteGraph, Findings) {
         let text = format!(
             "Vertices:\n- {{Id: 1, X: 0, Y: 0, Theta: 0{first}}}\n- {{Id: 2, X: 5, Y: 5, Theta: {FRAC_PI_2}{second}}}\n\
@@ -121,20 +129,32 @@ mod tests {
     #[test]
     fn equal_angles_to_the_tangent_are_an_offset() {
         let found = orientation(QUARTER, 1.0, 1.0 + FRAC_PI_2);
-        assert!(matches!(found, Orientation::Offset(angle) if (angle - 1.0).abs() < 1e-9), "{found:?}");
+        assert!(
+            matches!(found, Orientation::Offset(angle) if (angle - 1.0).abs() < 1e-9),
+            "{found:?}"
+        );
         // Across the cut at π, and rounded.
         let found = orientation(QUARTER, PI - 0.002, -FRAC_PI_2 - 0.002);
-        assert!(matches!(found, Orientation::Offset(angle) if (angle - PI).abs() < 0.01), "{found:?}");
+        assert!(
+            matches!(found, Orientation::Offset(angle) if (angle - PI).abs() < 0.01),
+            "{found:?}"
+        );
         assert_eq!(orientation(QUARTER, 0.001, FRAC_PI_2), Orientation::Tangential);
     }
 
     #[test]
     fn equal_headings_on_the_map_are_a_fixed_heading() {
         let found = orientation(QUARTER, 1.0, 1.004);
-        assert!(matches!(found, Orientation::Fixed(heading) if (heading - 1.002).abs() < 1e-9), "{found:?}");
+        assert!(
+            matches!(found, Orientation::Fixed(heading) if (heading - 1.002).abs() < 1e-9),
+            "{found:?}"
+        );
         // On a straight edge both are the same; the offset is what is left if the edge is moved.
         let found = orientation(STRAIGHT, 1.0, 1.0);
-        assert!(matches!(found, Orientation::Offset(angle) if (angle - (1.0 - PI / 4.0)).abs() < 1e-9), "{found:?}");
+        assert!(
+            matches!(found, Orientation::Offset(angle) if (angle - (1.0 - PI / 4.0)).abs() < 1e-9),
+            "{found:?}"
+        );
     }
 
     #[test]
@@ -155,8 +175,14 @@ mod tests {
         let (graph, findings) = read(QUARTER, ", ThetaHolonomic: 0.5", ", ThetaHolomonic: 1.5");
         assert_eq!(graph.edges()[0].orientation, Orientation::Tangential);
         let [warning] = warnings(&findings).try_into().expect("one warning");
-        assert!(warning.starts_with("g:5: warning: edge 7: ThetaHolonomic at its ends makes"), "{warning}");
-        assert!(warning.contains("isn't supported: robots head along the tangent there; give"), "{warning}");
+        assert!(
+            warning.starts_with("g:5: warning: edge 7: ThetaHolonomic at its ends makes"),
+            "{warning}"
+        );
+        assert!(
+            warning.contains("isn't supported: robots head along the tangent there; give"),
+            "{warning}"
+        );
     }
 
     #[test]
@@ -165,9 +191,16 @@ mod tests {
             let (graph, findings) = read(QUARTER, keys[0], keys[1]);
             assert_eq!(graph.edges()[0].orientation, Orientation::Tangential);
             let [warning] = warnings(&findings).try_into().expect("one warning");
-            assert!(warning.contains("only one of its nodes has a ThetaHolonomic: robots head"), "{warning}");
+            assert!(
+                warning.contains("only one of its nodes has a ThetaHolonomic: robots head"),
+                "{warning}"
+            );
         }
-        assert_eq!(warnings(&read(QUARTER, ", ThetaHolonomic: ~", "").1), Vec::<String>::new(), "an empty one is none");
+        assert_eq!(
+            warnings(&read(QUARTER, ", ThetaHolonomic: ~", "").1),
+            Vec::<String>::new(),
+            "an empty one is none"
+        );
     }
 
     #[test]
@@ -181,19 +214,26 @@ mod tests {
         };
         let (graph, _) = parse(&text("90"), "g", &ReadOptions::default()).expect("a graph");
         assert_eq!(graph.edges()[0].orientation, Orientation::Offset(FRAC_PI_2));
-        for (angle, problem) in
-            [("left", "ThetaHolonomic is `left`: it must be"), ("1e9", "ThetaHolonomic is 1000000000:")]
-        {
-            let error = parse(&text(angle), "g", &ReadOptions::default()).expect_err("no angle").to_string();
-            assert!(error.starts_with("g:3: error: node 1: ") && error.contains(problem), "{error}");
+        for (angle, problem) in [
+            ("left", "ThetaHolonomic is `left`: it must be"),
+            ("1e9", "ThetaHolonomic is 1000000000:"),
+        ] {
+            let error = parse(&text(angle), "g", &ReadOptions::default())
+                .expect_err("no angle")
+                .to_string();
+            assert!(
+                error.starts_with("g:3: error: node 1: ") && error.contains(problem),
+                "{error}"
+            );
         }
     }
 
     #[test]
     fn the_key_is_kept_and_our_writer_keeps_the_orientation() {
         let (graph, _) = read(QUARTER, ", ThetaHolonomic: 1", ", ThetaHolonomic: 1");
-        let property =
-            |graph: &RouteGraph| graph.nodes()[0].tags.as_ref().expect("tags").properties["ThetaHolonomic"].clone();
+        let property = |graph: &RouteGraph| {
+            graph.nodes()[0].tags.as_ref().expect("tags").properties["ThetaHolonomic"].clone()
+        };
         let text = super::super::format::regatta_yaml::write(&graph).text;
         let (again, _) = parse(&text, "g", &ReadOptions::default()).expect("a graph");
         assert_eq!((&*property(&graph), &*property(&again)), ("1", "1"));

@@ -4,7 +4,8 @@ use super::bezier::CubicBezier;
 use super::path::Path;
 use super::route_graph::{Edge, RouteGraph};
 
-/// The part of the distance between handles and chord that a cubic reaches in its middle: 2 · 3 · ¼ · ½.
+/// The part of the distance between handles and chord that a cubic reaches in its middle: 2 · 3 · ¼
+/// · ½.
 const REACH_OF_HANDLES: f64 = 0.75;
 
 /// A change of an edge.
@@ -14,7 +15,8 @@ pub enum EdgeChange {
     Close,
     /// Its speeds are multiplied by this factor, above 0.
     Speed(f64),
-    /// There is a second edge with the same nodes and speeds beside it, so many metres to the right in its middle.
+    /// There is a second edge with the same nodes and speeds beside it, so many metres to the right
+    /// in its middle.
     Double(f64),
 }
 
@@ -33,7 +35,8 @@ pub enum ChangeError {
 }
 
 impl RouteGraph {
-    /// Returns a copy in which some edges are changed, by their ids. Added edges have ids above all others.
+    /// Returns a copy in which some edges are changed, by their ids. Added edges have ids above all
+    /// others.
     ///
     /// # Errors
     /// [`ChangeError`] if an edge doesn't exist or can't be doubled, or if none is left.
@@ -49,7 +52,8 @@ impl RouteGraph {
                 EdgeChange::Close => *slot = None,
                 EdgeChange::Speed(factor) => {
                     edge.velocity_forward *= factor;
-                    edge.velocity_backwards = edge.velocity_backwards.map(|velocity| velocity * factor);
+                    edge.velocity_backwards =
+                        edge.velocity_backwards.map(|velocity| velocity * factor);
                 }
                 EdgeChange::Double(metres) => {
                     next_id += 1;
@@ -69,11 +73,15 @@ impl RouteGraph {
     }
 }
 
-/// Returns a curve with the same ends whose middle is so many metres to the right; `None` for a path of several curves.
+/// Returns a curve with the same ends whose middle is so many metres to the right; `None` for a
+/// path of several curves.
 fn beside(path: &Path, metres: f64) -> Option<Path> {
     let [start, first_handle, last_handle, end] = path.single()?.control_points;
     let right = -(end - start).normalize_or_zero().perp() * (metres / REACH_OF_HANDLES);
-    Some(CubicBezier { control_points: [start, first_handle + right, last_handle + right, end] }.into())
+    Some(
+        CubicBezier { control_points: [start, first_handle + right, last_handle + right, end] }
+            .into(),
+    )
 }
 
 #[cfg(test)]
@@ -90,13 +98,23 @@ mod tests {
     fn edges_are_closed_made_faster_and_doubled() {
         let graph = graph();
         let ids: Vec<u32> = graph.edges().iter().map(|edge| edge.id).collect();
-        let changed = graph.with_changes(&[(ids[0], EdgeChange::Speed(2.0)), (ids[0], EdgeChange::Double(1.2))]);
+        let changed = graph
+            .with_changes(&[(ids[0], EdgeChange::Speed(2.0)), (ids[0], EdgeChange::Double(1.2))]);
         let changed = changed.expect("a graph");
         let [first, second, third] = changed.edges() else { panic!("{:?}", changed.edges()) };
-        assert_eq!((first.velocity_forward, second.velocity_forward, third.velocity_forward), (3.0, 1.0, 3.0));
-        assert_eq!((third.id, third.origin, third.destination), (ids[1] + 1, first.origin, first.destination));
+        assert_eq!(
+            (first.velocity_forward, second.velocity_forward, third.velocity_forward),
+            (3.0, 1.0, 3.0)
+        );
+        assert_eq!(
+            (third.id, third.origin, third.destination),
+            (ids[1] + 1, first.origin, first.destination)
+        );
         let middle = third.path.at(0.5).0;
-        assert!((middle.x - 5.0).abs() < 1e-9 && (middle.y + 1.2).abs() < 1e-9, "to the right of it: {middle}");
+        assert!(
+            (middle.x - 5.0).abs() < 1e-9 && (middle.y + 1.2).abs() < 1e-9,
+            "to the right of it: {middle}"
+        );
         let closed = graph.with_changes(&[(ids[1], EdgeChange::Close)]).expect("a graph");
         assert_eq!(closed.edges().len(), 1);
         assert_eq!(closed.departures(closed.edges()[0].destination), []);
@@ -106,7 +124,10 @@ mod tests {
     fn what_cannot_be_changed_is_refused() {
         let graph = graph();
         let ids: Vec<u32> = graph.edges().iter().map(|edge| edge.id).collect();
-        assert_eq!(graph.with_changes(&[(99, EdgeChange::Close)]).map(drop), Err(ChangeError::Unknown(99)));
+        assert_eq!(
+            graph.with_changes(&[(99, EdgeChange::Close)]).map(drop),
+            Err(ChangeError::Unknown(99))
+        );
         let all: Vec<_> = ids.iter().map(|id| (*id, EdgeChange::Close)).collect();
         assert_eq!(graph.with_changes(&all).map(drop), Err(ChangeError::NothingLeft));
     }

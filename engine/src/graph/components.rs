@@ -19,12 +19,13 @@ impl Components {
             let (a, b) = (root(&mut parent, edge.origin.0), root(&mut parent, edge.destination.0));
             parent[a.max(b) as usize] = a.min(b);
         }
-        let roots: Vec<u32> = (0..parent.len() as u32).map(|node| root(&mut parent, node)).collect();
+        let roots: Vec<u32> =
+            (0..parent.len() as u32).map(|node| root(&mut parent, node)).collect();
         Self::numbered(&roots)
     }
 
-    /// Returns the strongly connected components: all nodes of a component can reach each other along legs, reverse
-    /// gear included.
+    /// Returns the strongly connected components: all nodes of a component can reach each other
+    /// along legs, reverse gear included.
     pub fn strong(graph: &RouteGraph) -> Self {
         Tarjan::new(graph).run()
     }
@@ -35,7 +36,8 @@ impl Components {
         self.sizes.iter().position(|&size| size == largest).unwrap_or(0) as u32
     }
 
-    /// Numbers components in the order of their first nodes, given a representative node of each node's component.
+    /// Numbers components in the order of their first nodes, given a representative node of each
+    /// node's component.
     fn numbered(representatives: &[u32]) -> Self {
         let mut number = vec![u32::MAX; representatives.len()];
         let mut sizes = Vec::new();
@@ -64,7 +66,8 @@ fn root(parent: &mut [u32], mut node: u32) -> u32 {
     node
 }
 
-/// Tarjan's algorithm with an explicit stack: recursion would overflow the call stack on a long chain of nodes.
+/// Tarjan's algorithm with an explicit stack: recursion would overflow the call stack on a long
+/// chain of nodes.
 struct Tarjan<'g> {
     graph: &'g RouteGraph,
     /// For each node: the order in which it was discovered, from 1; 0 if it isn't discovered yet.
@@ -76,7 +79,8 @@ struct Tarjan<'g> {
     discovered: u32,
     /// The discovered nodes whose components aren't complete.
     open: Vec<u32>,
-    /// The path of the depth-first search: nodes, and the number of their departures that have been followed.
+    /// The path of the depth-first search: nodes, and the number of their departures that have been
+    /// followed.
     path: Vec<(u32, usize)>,
 }
 
@@ -153,7 +157,8 @@ mod tests {
     use crate::graph::{CubicBezier, Edge, Node};
 
     fn graph(nodes: u32, edges: &[(u32, u32, bool)]) -> RouteGraph {
-        let nodes = (0..nodes).map(|id| Node::new(id, DVec2::new(f64::from(id), 0.0), 0.0)).collect();
+        let nodes =
+            (0..nodes).map(|id| Node::new(id, DVec2::new(f64::from(id), 0.0), 0.0)).collect();
         let curve = CubicBezier::straight(DVec2::ZERO, DVec2::X);
         let edge = |(id, &(from, to, reverse)): (u32, &(u32, u32, bool))| {
             Edge::new(id, [NodeIndex(from), NodeIndex(to)], curve, (1.0, reverse.then_some(1.0)))
@@ -167,7 +172,9 @@ mod tests {
         let mut open = vec![from];
         while let Some(node) = open.pop() {
             if !std::mem::replace(&mut reached[node as usize], true) {
-                open.extend(graph.departures(NodeIndex(node)).iter().map(|&leg| graph.leg_end(leg).0));
+                open.extend(
+                    graph.departures(NodeIndex(node)).iter().map(|&leg| graph.leg_end(leg).0),
+                );
             }
         }
         reached

@@ -1,4 +1,5 @@
-//! The differences between two route graphs, by the names or ids of their nodes, edges and stations.
+//! The differences between two route graphs, by the names or ids of their nodes, edges and
+//! stations.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -48,13 +49,19 @@ impl fmt::Display for Difference {
     }
 }
 
-/// Returns what differs from the first graph to the second: nodes, then edges, then stations, each by name or id.
+/// Returns what differs from the first graph to the second: nodes, then edges, then stations, each
+/// by name or id.
 pub fn diff(first: &RouteGraph, second: &RouteGraph) -> Vec<Difference> {
     let sides = Sides { first, second };
-    let mut found = compare("node", first.nodes(), second.nodes(), node_key, |a, b| sides.node_changes(a, b));
-    found.extend(compare("edge", first.edges(), second.edges(), edge_key, |a, b| sides.edge_changes(a, b)));
+    let mut found =
+        compare("node", first.nodes(), second.nodes(), node_key, |a, b| sides.node_changes(a, b));
+    found.extend(compare("edge", first.edges(), second.edges(), edge_key, |a, b| {
+        sides.edge_changes(a, b)
+    }));
     let name = |station: &Station| station.name.clone();
-    found.extend(compare("station", first.stations(), second.stations(), name, |a, b| sides.station_changes(a, b)));
+    found.extend(compare("station", first.stations(), second.stations(), name, |a, b| {
+        sides.station_changes(a, b)
+    }));
     found
 }
 
@@ -65,18 +72,28 @@ fn compare<T>(
     key: impl Fn(&T) -> String,
     changes: impl Fn(&T, &T) -> Vec<String>,
 ) -> Vec<Difference> {
-    let index = |items| -> BTreeMap<String, &T> { <[T]>::iter(items).map(|item| (key(item), item)).collect() };
+    let index = |items| -> BTreeMap<String, &T> {
+        <[T]>::iter(items).map(|item| (key(item), item)).collect()
+    };
     let (first, second) = (index(first), index(second));
     let subject = |name: &str| format!("{kind} {name}");
     let mut found = Vec::new();
     for (name, item) in &first {
         let Some(other) = second.get(name) else {
-            found.push(Difference { kind: DifferenceKind::Removed, subject: subject(name), changes: Vec::new() });
+            found.push(Difference {
+                kind: DifferenceKind::Removed,
+                subject: subject(name),
+                changes: Vec::new(),
+            });
             continue;
         };
         let changes = changes(item, other);
         if !changes.is_empty() {
-            found.push(Difference { kind: DifferenceKind::Changed, subject: subject(name), changes });
+            found.push(Difference {
+                kind: DifferenceKind::Changed,
+                subject: subject(name),
+                changes,
+            });
         }
     }
     let added = second.keys().filter(|name| !first.contains_key(*name));
@@ -103,7 +120,8 @@ struct Sides<'g> {
 
 impl Sides<'_> {
     fn node_changes(&self, a: &Node, b: &Node) -> Vec<String> {
-        let distance = (a.position + self.first.origin()).distance(b.position + self.second.origin());
+        let distance =
+            (a.position + self.first.origin()).distance(b.position + self.second.origin());
         let turn = super::spline::normalize_angle(b.theta - a.theta).abs();
         let mut changes = Vec::new();
         if distance > TOLERANCE {
@@ -121,8 +139,9 @@ impl Sides<'_> {
 
     fn edge_changes(&self, a: &Edge, b: &Edge) -> Vec<String> {
         let mut changes = Vec::new();
-        let ends =
-            |graph: &RouteGraph, edge: &Edge| [edge.origin, edge.destination].map(|node| node_key(graph.node(node)));
+        let ends = |graph: &RouteGraph, edge: &Edge| {
+            [edge.origin, edge.destination].map(|node| node_key(graph.node(node)))
+        };
         let (from, to) = (ends(self.first, a), ends(self.second, b));
         if from != to {
             changes.push(format!("{} to {} → {} to {}", from[0], from[1], to[0], to[1]));
@@ -135,12 +154,18 @@ impl Sides<'_> {
             changes.push(format!("speed {} → {} m/s", a.velocity_forward, b.velocity_forward));
         }
         if a.velocity_backwards != b.velocity_backwards {
-            let speed = |speed: Option<f64>| speed.map_or("none".to_owned(), |speed| format!("{speed} m/s"));
+            let speed = |speed: Option<f64>| {
+                speed.map_or("none".to_owned(), |speed| format!("{speed} m/s"))
+            };
             let (from, to) = (speed(a.velocity_backwards), speed(b.velocity_backwards));
             changes.push(format!("reverse speed {from} → {to}"));
         }
         if a.orientation != b.orientation {
-            changes.push(format!("orientation {} → {}", described(a.orientation), described(b.orientation)));
+            changes.push(format!(
+                "orientation {} → {}",
+                described(a.orientation),
+                described(b.orientation)
+            ));
         }
         changes.extend(tag_changes(a.tags.as_deref(), b.tags.as_deref()));
         changes
@@ -157,7 +182,8 @@ impl Sides<'_> {
         if nodes(self.first, a) != nodes(self.second, b) {
             changes.push("other nodes".to_owned());
         }
-        let position = |graph: &RouteGraph, station: &Station| station.position.map(|at| at + graph.origin());
+        let position =
+            |graph: &RouteGraph, station: &Station| station.position.map(|at| at + graph.origin());
         match (position(self.first, a), position(self.second, b)) {
             (Some(from), Some(to)) if from.distance(to) <= TOLERANCE => {}
             (None, None) => {}
@@ -166,7 +192,8 @@ impl Sides<'_> {
         changes
     }
 
-    /// Returns the largest distance of a point of one of two paths from the other path, or of their starts or ends.
+    /// Returns the largest distance of a point of one of two paths from the other path, or of their
+    /// starts or ends.
     fn path_distance(&self, a: &Edge, b: &Edge) -> f64 {
         let shift = self.second.origin() - self.first.origin();
         let b = b.path.map(|point| point + shift);
@@ -182,7 +209,8 @@ fn farthest(path: &Path, other: &Path) -> f64 {
     points.map(|point| distance(other, point)).fold(0.0, f64::max)
 }
 
-/// Returns the distance of a point from a path: from the nearest of some points of each cubic, Newton's method goes on.
+/// Returns the distance of a point from a path: from the nearest of some points of each cubic,
+/// Newton's method goes on.
 fn distance(path: &Path, point: DVec2) -> f64 {
     let of_cubic = |cubic: &super::CubicBezier| {
         let gap = |at: f64| cubic.position(at).distance(point);
@@ -207,12 +235,22 @@ fn tag_changes(a: Option<&Tags>, b: Option<&Tags>) -> Vec<String> {
     let (a, b) = (a.unwrap_or(&empty), b.unwrap_or(&empty));
     let texts = |tags: &Tags| -> BTreeMap<String, String> {
         let named = [("name", &tags.name), ("level", &tags.level), ("zone", &tags.zone)];
-        let named = named.into_iter().filter_map(|(key, text)| Some((key.to_owned(), text.as_ref()?.to_string())));
-        named.chain(tags.properties.iter().map(|(key, text)| (format!("property `{key}`"), text.to_string()))).collect()
+        let named = named
+            .into_iter()
+            .filter_map(|(key, text)| Some((key.to_owned(), text.as_ref()?.to_string())));
+        named
+            .chain(
+                tags.properties
+                    .iter()
+                    .map(|(key, text)| (format!("property `{key}`"), text.to_string())),
+            )
+            .collect()
     };
     let (a, b) = (texts(a), texts(b));
     let keys: std::collections::BTreeSet<_> = a.keys().chain(b.keys()).collect();
-    let text = |tags: &BTreeMap<String, String>, key| tags.get(key).map_or("none".to_owned(), |text| shorten(text));
+    let text = |tags: &BTreeMap<String, String>, key| {
+        tags.get(key).map_or("none".to_owned(), |text| shorten(text))
+    };
     let changed = keys.into_iter().filter(|key| a.get(*key) != b.get(*key));
     changed.map(|key| format!("{key} {} → {}", text(&a, key), text(&b, key))).collect()
 }
@@ -245,7 +283,11 @@ mod tests {
         let found = differences(&graph(1.0, 5.0, ""), &graph(2.0, 5.5, more));
         assert_eq!(
             found,
-            ["~ node 2: moved by 0.500 m", "+ node 3", "~ edge 7: path differs by 0.500 m, speed 1 → 2 m/s"]
+            [
+                "~ node 2: moved by 0.500 m",
+                "+ node 3",
+                "~ edge 7: path differs by 0.500 m, speed 1 → 2 m/s"
+            ]
         );
         assert_eq!(differences(&graph(1.0, 5.0, more), &graph(1.0, 5.0, "")), ["- node 3"]);
     }
@@ -261,7 +303,8 @@ mod tests {
         };
         // The same curve, also as its first quarter and the rest, by de Casteljau's scheme.
         let whole = edge("[0, 0], [0, 4], [6, 4], [6, 0]");
-        let parts = edge("[0, 0], [0, 1], [0.375, 1.75], [0.9375, 2.25], [2.625, 3.75], [6, 3], [6, 0]");
+        let parts =
+            edge("[0, 0], [0, 1], [0.375, 1.75], [0.9375, 2.25], [2.625, 3.75], [6, 3], [6, 0]");
         assert_eq!(differences(&whole, &parts), [""; 0]);
         let other = edge("[0, 0], [0, 4.4], [6, 4.4], [6, 0]");
         assert_eq!(differences(&whole, &other), ["~ edge 7: path differs by 0.300 m"]);

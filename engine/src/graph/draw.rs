@@ -28,10 +28,11 @@ const SPEED_COLOURS: [&str; 5] = ["#7fb8ad", "#4f9bb0", "#3b78a8", "#2f5590", "#
 
 /// Returns the map of a graph as the text of an SVG file.
 ///
-/// North is up. Edges are coloured by speed and have an arrow at λ = ½, and a second, orange one if they allow reverse
-/// gear. Nodes show their headings, and rings in the colours of their roles; stations are squares. Labels
-/// are names or else ids: those of nodes in grey, unless there are thousands; those of edges in the colour of the edge,
-/// if there are few. A label for which there is no room is left out. The lines of the background are grey.
+/// North is up. Edges are coloured by speed and have an arrow at λ = ½, and a second, orange one if
+/// they allow reverse gear. Nodes show their headings, and rings in the colours of their roles;
+/// stations are squares. Labels are names or else ids: those of nodes in grey, unless there are
+/// thousands; those of edges in the colour of the edge, if there are few. A label for which there
+/// is no room is left out. The lines of the background are grey.
 pub fn svg(graph: &RouteGraph) -> String {
     let mut text = String::new();
     Map::new(graph).write(&mut text).expect("writing to a String never fails");
@@ -54,14 +55,17 @@ struct Map<'g> {
 impl<'g> Map<'g> {
     fn new(graph: &'g RouteGraph) -> Self {
         let stations = graph.stations().iter().filter_map(|station| station.position);
-        let bounds = BoundingBox::of(graph).with(graph.background().iter().flatten().copied().chain(stations));
+        let bounds = BoundingBox::of(graph)
+            .with(graph.background().iter().flatten().copied().chain(stations));
         let extent = bounds.size().max(DVec2::splat(0.1));
         let scale = ((LONGER_SIDE - 2.0 * MARGIN) / extent.max_element()).min(MAX_SCALE);
         // At least as wide as the legend.
-        let size = (extent * scale + 2.0 * MARGIN).max(DVec2::new(560.0, 0.0)) + DVec2::new(0.0, LEGEND);
+        let size =
+            (extent * scale + 2.0 * MARGIN).max(DVec2::new(560.0, 0.0)) + DVec2::new(0.0, LEGEND);
         let speeds = graph.edges().iter().map(|edge| edge.velocity_forward);
         let speeds = (speeds.clone().fold(f64::INFINITY, f64::min), speeds.fold(0.0, f64::max));
-        let mut lengths: Vec<f64> = graph.edges().iter().map(|edge| approximate_length(&edge.path) * scale).collect();
+        let mut lengths: Vec<f64> =
+            graph.edges().iter().map(|edge| approximate_length(&edge.path) * scale).collect();
         lengths.sort_by(f64::total_cmp);
         Self { graph, bounds, scale, size, speeds, detail: lengths[lengths.len() / 2] }
     }
@@ -126,8 +130,8 @@ impl<'g> Map<'g> {
         writeln!(out, "\"/>")
     }
 
-    /// Writes stations as squares in the colours of their roles, with lines to their nodes, and rings around nodes with a
-    /// role.
+    /// Writes stations as squares in the colours of their roles, with lines to their nodes, and
+    /// rings around nodes with a role.
     fn write_stations(&self, out: &mut String) -> fmt::Result {
         let size = self.station_size();
         for node in self.graph.nodes().iter().filter(|node| node.role != Role::None) {
@@ -166,7 +170,8 @@ impl<'g> Map<'g> {
         station.position.or(node).map(|position| self.pixel(position))
     }
 
-    /// Returns half the side of a station's square, and the radius of the ring around a node with a role.
+    /// Returns half the side of a station's square, and the radius of the ring around a node with a
+    /// role.
     fn station_size(&self) -> f64 {
         (self.detail * 0.16).clamp(3.0, 10.0)
     }
@@ -190,13 +195,14 @@ impl<'g> Map<'g> {
 
     fn speed_class(&self, edge: &Edge) -> usize {
         let (slowest, fastest) = self.speeds;
-        let fraction = (edge.velocity_forward - slowest) / (fastest - slowest).max(f64::MIN_POSITIVE);
+        let fraction =
+            (edge.velocity_forward - slowest) / (fastest - slowest).max(f64::MIN_POSITIVE);
         let middle_if_all_equal = if fastest > slowest { fraction } else { 0.5 };
         (middle_if_all_equal * (SPEED_COLOURS.len() - 1) as f64).round() as usize
     }
 
-    /// Writes the curves and arrows of one speed class. Classes are written in ascending order, so that faster edges
-    /// are drawn on top.
+    /// Writes the curves and arrows of one speed class. Classes are written in ascending order, so
+    /// that faster edges are drawn on top.
     fn write_edges(&self, out: &mut String, class: usize, colour: &str) -> fmt::Result {
         let edges = || self.graph.edges().iter().filter(|edge| self.speed_class(edge) == class);
         if edges().next().is_none() {
@@ -212,7 +218,11 @@ impl<'g> Map<'g> {
             write!(out, "<path d=\"M{:.1} {:.1}", start.x, start.y)?;
             for cubic in edge.path.cubics() {
                 let [_, p1, p2, p3] = cubic.control_points.map(|point| self.pixel(point));
-                write!(out, "C{:.1} {:.1} {:.1} {:.1} {:.1} {:.1}", p1.x, p1.y, p2.x, p2.y, p3.x, p3.y)?;
+                write!(
+                    out,
+                    "C{:.1} {:.1} {:.1} {:.1} {:.1} {:.1}",
+                    p1.x, p1.y, p2.x, p2.y, p3.x, p3.y
+                )?;
             }
             writeln!(out, "\"/>")?;
         }
@@ -225,7 +235,8 @@ impl<'g> Map<'g> {
 
     fn write_reverse_arrows(&self, out: &mut String) -> fmt::Result {
         write!(out, "<path fill=\"#e07b39\" d=\"")?;
-        let reversible = |edge: &&Edge| edge.velocity_backwards.is_some() && self.has_room(edge, 4.5);
+        let reversible =
+            |edge: &&Edge| edge.velocity_backwards.is_some() && self.has_room(edge, 4.5);
         for edge in self.graph.edges().iter().filter(reversible) {
             self.write_arrow(out, &edge.path, 0.28, -0.7)?;
         }
@@ -236,25 +247,37 @@ impl<'g> Map<'g> {
         approximate_length(&edge.path) * self.scale > arrows * self.arrow()
     }
 
-    /// Writes a triangle on the curve, `size` times as long as a normal arrow; it points backwards if `size` is
-    /// negative.
+    /// Writes a triangle on the curve, `size` times as long as a normal arrow; it points backwards
+    /// if `size` is negative.
     fn write_arrow(&self, out: &mut String, path: &Path, fraction: f64, size: f64) -> fmt::Result {
         let (position, tangent) = path.at(fraction);
         let along = tangent * DVec2::new(1.0, -1.0) * self.arrow() * size;
         let centre = self.pixel(position);
         let (tip, back, side) = (centre + along * 0.5, centre - along * 0.5, along.perp() * 0.36);
         let (left, right) = (back + side, back - side);
-        write!(out, "M{:.1} {:.1}L{:.1} {:.1}L{:.1} {:.1}Z", tip.x, tip.y, left.x, left.y, right.x, right.y)
+        write!(
+            out,
+            "M{:.1} {:.1}L{:.1} {:.1}L{:.1} {:.1}Z",
+            tip.x, tip.y, left.x, left.y, right.x, right.y
+        )
     }
 
     fn write_nodes(&self, out: &mut String) -> fmt::Result {
         let radius = self.node_radius();
-        write!(out, "<path stroke=\"#30363d\" stroke-width=\"{:.2}\" stroke-linecap=\"round\" d=\"", radius * 0.55)?;
+        write!(
+            out,
+            "<path stroke=\"#30363d\" stroke-width=\"{:.2}\" stroke-linecap=\"round\" d=\"",
+            radius * 0.55
+        )?;
         for node in self.graph.nodes() {
             let (from, pointer) = (self.pixel(node.position), unit(node.theta) * 2.4 * radius);
             write!(out, "M{:.1} {:.1}l{:.1} {:.1}", from.x, from.y, pointer.x, -pointer.y)?;
         }
-        writeln!(out, "\"/>\n<g fill=\"#ffffff\" stroke=\"#30363d\" stroke-width=\"{:.2}\">", radius * 0.4)?;
+        writeln!(
+            out,
+            "\"/>\n<g fill=\"#ffffff\" stroke=\"#30363d\" stroke-width=\"{:.2}\">",
+            radius * 0.4
+        )?;
         for node in self.graph.nodes() {
             let at = self.pixel(node.position);
             writeln!(out, "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"{radius:.1}\"/>", at.x, at.y)?;
@@ -272,16 +295,30 @@ impl<'g> Map<'g> {
             "<path stroke=\"#30363d\" stroke-width=\"1.5\" fill=\"none\" d=\"M{MARGIN} {:.1}v8M{MARGIN} {line:.1}H{end:.1}m0 -4v8\"/>",
             line - 4.0
         )?;
-        writeln!(out, "<g fill=\"#30363d\">\n<text x=\"{MARGIN}\" y=\"{:.1}\">{bar} m</text>", line + 18.0)?;
+        writeln!(
+            out,
+            "<g fill=\"#30363d\">\n<text x=\"{MARGIN}\" y=\"{:.1}\">{bar} m</text>",
+            line + 18.0
+        )?;
         let (nodes, edges) = (self.graph.nodes().len(), self.graph.edges().len());
         let middle = end.max(MARGIN + 60.0) + 24.0;
-        writeln!(out, "<text x=\"{middle:.1}\" y=\"{:.1}\">{edges} edges, {nodes} nodes</text>", line + 4.0)?;
+        writeln!(
+            out,
+            "<text x=\"{middle:.1}\" y=\"{:.1}\">{edges} edges, {nodes} nodes</text>",
+            line + 4.0
+        )?;
         let (slowest, fastest) = self.speeds;
         let (left, y) = (self.size.x - MARGIN, line + 4.0);
-        writeln!(out, "<text x=\"{left:.1}\" y=\"{y:.1}\" text-anchor=\"end\">{fastest} m/s</text>")?;
+        writeln!(
+            out,
+            "<text x=\"{left:.1}\" y=\"{y:.1}\" text-anchor=\"end\">{fastest} m/s</text>"
+        )?;
         if fastest > slowest {
             let left = left - 150.0;
-            writeln!(out, "<text x=\"{left:.1}\" y=\"{y:.1}\" text-anchor=\"end\">{slowest} m/s</text>")?;
+            writeln!(
+                out,
+                "<text x=\"{left:.1}\" y=\"{y:.1}\" text-anchor=\"end\">{slowest} m/s</text>"
+            )?;
             for (class, colour) in (0..).map(f64::from).zip(SPEED_COLOURS) {
                 let x = left + 8.0 + class * 18.0;
                 writeln!(
@@ -295,7 +332,8 @@ impl<'g> Map<'g> {
     }
 }
 
-/// Estimates the length of a curve as the mean of its chord and its control polygon; accurate enough to choose sizes.
+/// Estimates the length of a curve as the mean of its chord and its control polygon; accurate
+/// enough to choose sizes.
 fn approximate_length(path: &Path) -> f64 {
     let of = |cubic: &CubicBezier| {
         let [p0, p1, p2, p3] = cubic.control_points;
@@ -307,7 +345,11 @@ fn approximate_length(path: &Path) -> f64 {
 /// Rounds down to 1, 2 or 5 times a power of ten.
 fn round_length(length: f64) -> f64 {
     let power = 10f64.powf(length.log10().floor());
-    [5.0, 2.0].into_iter().map(|factor| factor * power).find(|&round| round <= length).unwrap_or(power)
+    [5.0, 2.0]
+        .into_iter()
+        .map(|factor| factor * power)
+        .find(|&round| round <= length)
+        .unwrap_or(power)
 }
 
 fn role_colour(role: Role) -> &'static str {

@@ -1,10 +1,12 @@
-//! Findings: the errors and warnings of a route graph file, each with its place and what to do about it.
+//! Findings: the errors and warnings of a route graph file, each with its place and what to do
+//! about it.
 
 use std::fmt;
 
 use super::line_index::LineIndex;
 
-/// The largest number of findings of one severity that are listed; any further findings are only counted.
+/// The largest number of findings of one severity that are listed; any further findings are only
+/// counted.
 pub const MAX_LISTED: usize = 10_000;
 
 /// The severity of a finding.
@@ -146,8 +148,8 @@ impl<'text> Report<'text> {
     /// Adds the findings of another report about the same file.
     pub fn append(&mut self, other: Self) {
         let Findings { list, errors, warnings } = other.found;
-        let [mut errors_left, mut warnings_left] =
-            [self.found.errors, self.found.warnings].map(|listed| MAX_LISTED.saturating_sub(listed));
+        let [mut errors_left, mut warnings_left] = [self.found.errors, self.found.warnings]
+            .map(|listed| MAX_LISTED.saturating_sub(listed));
         for finding in list {
             let left = match finding.severity {
                 Severity::Error => &mut errors_left,
@@ -190,7 +192,13 @@ impl<'text> Report<'text> {
         *count += 1;
         if *count <= MAX_LISTED {
             let (file, line) = (self.file.clone(), self.lines.line(at));
-            self.found.list.push(Finding { severity, file, line, subject, message: message.into() });
+            self.found.list.push(Finding {
+                severity,
+                file,
+                line,
+                subject,
+                message: message.into(),
+            });
         }
     }
 }

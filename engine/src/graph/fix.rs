@@ -1,4 +1,5 @@
-//! Mends what has one obvious answer: angles in degrees, edges that are given twice or lead nowhere, ends that nearly meet.
+//! Mends what has one obvious answer: angles in degrees, edges that are given twice or lead
+//! nowhere, ends that nearly meet.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -32,10 +33,14 @@ pub(super) fn fix(raw: &mut RawGraph) -> Vec<String> {
 /// Removes straight edges from a node to itself, which have no length.
 fn remove_loops(raw: &mut RawGraph) -> Vec<String> {
     let is_loop = |edge: &RawEdge| {
-        edge.origin.is_some() && edge.origin == edge.destination && matches!(edge.curve, None | Some(RawCurve::Linear))
+        edge.origin.is_some()
+            && edge.origin == edge.destination
+            && matches!(edge.curve, None | Some(RawCurve::Linear))
     };
     let fixes = raw.edges.iter().filter(|edge| is_loop(edge));
-    let fixes = fixes.map(|edge| format!("{}: removed, it leads from a node to itself", name(edge))).collect();
+    let fixes = fixes
+        .map(|edge| format!("{}: removed, it leads from a node to itself", name(edge)))
+        .collect();
     raw.edges.retain(|edge| !is_loop(edge));
     fixes
 }
@@ -46,13 +51,18 @@ fn move_curve_ends(raw: &mut RawGraph) -> Vec<String> {
     let positions: BTreeMap<u32, DVec2> = nodes.collect();
     let mut fixes = Vec::new();
     for edge in &mut raw.edges {
-        let [from, to] = [edge.origin, edge.destination].map(|id| id.and_then(|id| positions.get(&id)).copied());
+        let [from, to] =
+            [edge.origin, edge.destination].map(|id| id.and_then(|id| positions.get(&id)).copied());
         let Some(RawCurve::Cubics(cubics)) = &mut edge.curve else { continue };
         let mut gap: f64 = 0.0;
-        if let (Some(node), Some(CubicBezier { control_points: [end, handle, ..] })) = (from, cubics.first_mut()) {
+        if let (Some(node), Some(CubicBezier { control_points: [end, handle, ..] })) =
+            (from, cubics.first_mut())
+        {
             gap = gap.max(move_end(end, handle, node));
         }
-        if let (Some(node), Some(CubicBezier { control_points: [.., handle, end] })) = (to, cubics.last_mut()) {
+        if let (Some(node), Some(CubicBezier { control_points: [.., handle, end] })) =
+            (to, cubics.last_mut())
+        {
             gap = gap.max(move_end(end, handle, node));
         }
         if gap > 0.0 {
@@ -86,7 +96,9 @@ fn fix_angle_unit(raw: &mut RawGraph) -> Option<String> {
         return Some("the headings are in degrees: `AngleUnit: deg`".to_owned());
     }
     // Headings that the file doesn't give follow from its edges, in radians.
-    for theta in raw.nodes.iter_mut().filter(|node| node.has_heading).filter_map(|node| node.theta.as_mut()) {
+    for theta in
+        raw.nodes.iter_mut().filter(|node| node.has_heading).filter_map(|node| node.theta.as_mut())
+    {
         *theta = theta.to_radians();
     }
     for edge in &mut raw.edges {
@@ -106,7 +118,8 @@ fn angle(orientation: Orientation) -> Option<f64> {
     }
 }
 
-/// Removes edges that are the same as an earlier one, and gives those with an earlier id another one.
+/// Removes edges that are the same as an earlier one, and gives those with an earlier id another
+/// one.
 fn remove_duplicate_edges(raw: &mut RawGraph) -> Vec<String> {
     let mut fixes = Vec::new();
     let mut next_id = raw.edges.iter().filter_map(|edge| edge.id).max().unwrap_or(0);
@@ -137,8 +150,11 @@ fn remove_duplicate_edges(raw: &mut RawGraph) -> Vec<String> {
 /// Whether two edges between the same nodes differ in their ids and names at most.
 fn is_same(a: &RawEdge, b: &RawEdge) -> bool {
     let shape = |edge: &RawEdge| (edge.curve.clone(), edge.forward, edge.backward);
-    let rules = |edge: &RawEdge| (edge.velocity_forward, edge.velocity_backwards, edge.orientation, edge.rotation);
-    let tags = |edge: &RawEdge| Tags { name: None, ..edge.tags.as_deref().cloned().unwrap_or_default() };
+    let rules = |edge: &RawEdge| {
+        (edge.velocity_forward, edge.velocity_backwards, edge.orientation, edge.rotation)
+    };
+    let tags =
+        |edge: &RawEdge| Tags { name: None, ..edge.tags.as_deref().cloned().unwrap_or_default() };
     a.origin.is_some() && shape(a) == shape(b) && rules(a) == rules(b) && tags(a) == tags(b)
 }
 
@@ -150,8 +166,8 @@ fn name(edge: &RawEdge) -> String {
     }
 }
 
-/// Joins nodes that are nearly at the same place with nearly the same heading, if one of them is a loose end: robots arrive
-/// there and can't leave, or leave and never arrive.
+/// Joins nodes that are nearly at the same place with nearly the same heading, if one of them is a
+/// loose end: robots arrive there and can't leave, or leave and never arrive.
 fn join_ends(raw: &mut RawGraph) -> Vec<String> {
     let loose = loose_ends(raw);
     let mut joined: BTreeMap<u32, u32> = BTreeMap::new();
@@ -178,10 +194,18 @@ fn join_ends(raw: &mut RawGraph) -> Vec<String> {
 fn loose_ends(raw: &RawGraph) -> BTreeSet<u32> {
     let reverse = |edge: &&RawEdge| edge.velocity_backwards.is_some_and(|speed| speed > 0.0);
     let reversed = || raw.edges.iter().filter(reverse);
-    let left: BTreeSet<u32> =
-        raw.edges.iter().filter_map(|edge| edge.origin).chain(reversed().filter_map(|edge| edge.destination)).collect();
-    let reached: BTreeSet<u32> =
-        raw.edges.iter().filter_map(|edge| edge.destination).chain(reversed().filter_map(|edge| edge.origin)).collect();
+    let left: BTreeSet<u32> = raw
+        .edges
+        .iter()
+        .filter_map(|edge| edge.origin)
+        .chain(reversed().filter_map(|edge| edge.destination))
+        .collect();
+    let reached: BTreeSet<u32> = raw
+        .edges
+        .iter()
+        .filter_map(|edge| edge.destination)
+        .chain(reversed().filter_map(|edge| edge.origin))
+        .collect();
     left.symmetric_difference(&reached).copied().collect()
 }
 
@@ -207,13 +231,20 @@ fn position(node: &RawNode) -> Option<DVec2> {
     Some(DVec2::new(node.x?, node.y?)).filter(|position| position.is_finite())
 }
 
-/// Returns the id of a node, that of the nearest one that it can be joined with, and their distance in metres.
-fn nearest(node: &RawNode, raw: &RawGraph, cells: &Cells, joined: &BTreeMap<u32, u32>) -> Option<(u32, u32, f64)> {
+/// Returns the id of a node, that of the nearest one that it can be joined with, and their distance
+/// in metres.
+fn nearest(
+    node: &RawNode,
+    raw: &RawGraph,
+    cells: &Cells,
+    joined: &BTreeMap<u32, u32>,
+) -> Option<(u32, u32, f64)> {
     let (id, at) = (node.id?, position(node)?);
     let (x, y) = cell(at);
     let around = (x.saturating_sub(1)..=x.saturating_add(1))
         .flat_map(|x| (y.saturating_sub(1)..=y.saturating_add(1)).map(move |y| (x, y)));
-    let others = around.filter_map(|cell| cells.get(&cell)).flatten().map(|&index| &raw.nodes[index]);
+    let others =
+        around.filter_map(|cell| cells.get(&cell)).flatten().map(|&index| &raw.nodes[index]);
     let candidates = others.filter_map(|other| {
         let gap = position(other)?.distance(at);
         let turn = to_radians(other.theta?, raw.degrees) - to_radians(node.theta?, raw.degrees);
@@ -223,7 +254,8 @@ fn nearest(node: &RawNode, raw: &RawGraph, cells: &Cells, joined: &BTreeMap<u32,
         let other = other.id.filter(|other| *other != id && !joined.contains_key(other))?;
         // Joining the ends of one edge would leave an edge from a node to itself.
         let is_edge = |edge: &RawEdge| {
-            [edge.origin, edge.destination].map(|end| end == Some(id) || end == Some(other)) == [true; 2]
+            [edge.origin, edge.destination].map(|end| end == Some(id) || end == Some(other))
+                == [true; 2]
         };
         (is_near && !raw.edges.iter().any(is_edge)).then_some((id, other, gap))
     });
@@ -241,7 +273,8 @@ mod tests {
     const EDGE: &str = "CurveType: Linear, VelocityForward: 1";
 
     fn fixed(text: &str) -> (crate::graph::RouteGraph, Vec<String>) {
-        let (graph, _, fixes) = parse_fixed(text, "g", &ReadOptions::default()).expect("it can be mended");
+        let (graph, _, fixes) =
+            parse_fixed(text, "g", &ReadOptions::default()).expect("it can be mended");
         (graph, fixes)
     }
 
@@ -295,7 +328,9 @@ mod tests {
 
     #[test]
     fn edges_that_differ_in_anything_but_their_names_stay() {
-        let edge = |id: u32, more: &str| format!("- {{Id: {id}, Origin_ID: 1, Destination_ID: 2, {EDGE}{more}}}\n");
+        let edge = |id: u32, more: &str| {
+            format!("- {{Id: {id}, Origin_ID: 1, Destination_ID: 2, {EDGE}{more}}}\n")
+        };
         let text = format!(
             "Vertices:\n- {{Id: 1, X: 0, Y: 0, Theta: 0}}\n- {{Id: 2, X: 5, Y: 0, Theta: 0}}\nEdges:\n{}{}{}{}{}",
             edge(1, ""),
@@ -305,10 +340,17 @@ mod tests {
             "- {Id: 5, Origin_ID: 2, Destination_ID: 2, CurveType: Linear, VelocityForward: 1}\n",
         );
         let (graph, fixes) = fixed(&text);
-        assert_eq!(graph.edges().iter().map(|edge| edge.id).collect::<Vec<_>>(), [1, 2, 3], "{fixes:?}");
+        assert_eq!(
+            graph.edges().iter().map(|edge| edge.id).collect::<Vec<_>>(),
+            [1, 2, 3],
+            "{fixes:?}"
+        );
         assert_eq!(
             fixes,
-            ["edge 4 (`again`): removed, it is the same as edge 1", "edge 5: removed, it leads from a node to itself"]
+            [
+                "edge 4 (`again`): removed, it is the same as edge 1",
+                "edge 5: removed, it leads from a node to itself"
+            ]
         );
     }
 

@@ -1,7 +1,8 @@
 //! Readers of the layouts of other systems, and the format of a file by its content.
 //!
-//! A reader turns the text of a file into a [`Layout`]: everything that it understands, with the file's own ids. It reports
-//! what it doesn't understand, once per kind. From there on, layouts take the same way as our own files.
+//! A reader turns the text of a file into a [`Layout`]: everything that it understands, with the
+//! file's own ids. It reports what it doesn't understand, once per kind. From there on, layouts
+//! take the same way as our own files.
 
 mod csv;
 mod detect;
@@ -26,8 +27,8 @@ use super::layout::Layout;
 use super::read::ReadOptions;
 use super::route_graph::RouteGraph;
 
-/// The largest number of bytes of a name that many nodes and edges share, or that is part of their ids: of a level, a block, a
-/// column. A small file with a longer one could take all memory.
+/// The largest number of bytes of a name that many nodes and edges share, or that is part of their
+/// ids: of a level, a block, a column. A small file with a longer one could take all memory.
 const MAX_NAME: usize = 100;
 
 /// A format of route graphs.
@@ -167,7 +168,10 @@ pub(super) fn read<'text>(
         Format::Dxf => dxf::read(source, options, report),
         Format::Csv => csv::read(source, options, report),
         Format::RosMap => ros_map::read(source, options, report),
-        Format::Regatta => Err(SyntaxError { line: 1, message: "our own format has a reader of its own".to_owned() }),
+        Format::Regatta => Err(SyntaxError {
+            line: 1,
+            message: "our own format has a reader of its own".to_owned(),
+        }),
     }
 }
 
@@ -178,13 +182,17 @@ pub fn write(graph: &RouteGraph, format: Format) -> Option<Written> {
         Format::Lif => Some(lif::write(graph)),
         Format::Nav2 => Some(nav2::write(graph)),
         Format::OpenTcs => Some(open_tcs::write(graph)),
-        Format::OpenRmf | Format::OpenRmfBuilding | Format::MovingAi | Format::Dxf | Format::Csv | Format::RosMap => {
-            None
-        }
+        Format::OpenRmf
+        | Format::OpenRmfBuilding
+        | Format::MovingAi
+        | Format::Dxf
+        | Format::Csv
+        | Format::RosMap => None,
     }
 }
 
-/// Returns the other files that a layout needs beside it: the picture of a ROS map, the second of two tables.
+/// Returns the other files that a layout needs beside it: the picture of a ROS map, the second of
+/// two tables.
 pub fn companions(path: &Path) -> Vec<PathBuf> {
     csv::sibling(path).into_iter().chain(ros_map::picture(path)).collect()
 }

@@ -26,7 +26,8 @@ pub struct Info {
     pub bounding_box: BoundingBox,
     /// The speeds from origin to destination in metres per second.
     pub speed_forward: Range,
-    /// The speeds in reverse gear in metres per second, of the edges that allow it; `None` if no edge does.
+    /// The speeds in reverse gear in metres per second, of the edges that allow it; `None` if no
+    /// edge does.
     pub speed_backwards: Option<Range>,
     /// The weakly connected components.
     pub weak_components: ComponentSummary,
@@ -86,11 +87,14 @@ impl Info {
             nodes,
             edges: edges.len(),
             reversible_edges: backwards().count(),
-            dead_ends: (0..nodes as u32).filter(|&node| graph.departures(NodeIndex(node)).is_empty()).count(),
+            dead_ends: (0..nodes as u32)
+                .filter(|&node| graph.departures(NodeIndex(node)).is_empty())
+                .count(),
             length: Lengths::of(graph),
             bounding_box: BoundingBox::of(graph),
             speed_forward: Range::of(edges.iter().map(|edge| edge.velocity_forward)),
-            speed_backwards: Some(Range::of(backwards())).filter(|range| range.least <= range.greatest),
+            speed_backwards: Some(Range::of(backwards()))
+                .filter(|range| range.least <= range.greatest),
             weak_components: ComponentSummary::of(&Components::weak(graph)),
             strong_components: ComponentSummary::of(&Components::strong(graph)),
         }
@@ -114,7 +118,9 @@ impl BoundingBox {
             .iter()
             .flat_map(|edge| edge.path.cubics().flat_map(extremes))
             .chain(nodes)
-            .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(min, max), point| (min.min(point), max.max(point)));
+            .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(min, max), point| {
+                (min.min(point), max.max(point))
+            });
         Self { min_x: min.x, min_y: min.y, max_x: max.x, max_y: max.y }
     }
 
@@ -134,7 +140,8 @@ impl BoundingBox {
     }
 }
 
-/// Returns the points where a curve can have its extremes in x and y: its ends and the zeros of p'x and p'y.
+/// Returns the points where a curve can have its extremes in x and y: its ends and the zeros of p'x
+/// and p'y.
 fn extremes(curve: &CubicBezier) -> impl Iterator<Item = DVec2> + use<> {
     let curve = *curve;
     let [p0, p1, p2, p3] = curve.control_points;
@@ -152,16 +159,18 @@ fn roots(a: f64, b: f64, c: f64) -> [f64; 2] {
 
 impl Range {
     fn of(numbers: impl Iterator<Item = f64>) -> Self {
-        numbers.fold(Self { least: f64::INFINITY, greatest: f64::NEG_INFINITY }, |range, number| Self {
-            least: range.least.min(number),
-            greatest: range.greatest.max(number),
+        numbers.fold(Self { least: f64::INFINITY, greatest: f64::NEG_INFINITY }, |range, number| {
+            Self { least: range.least.min(number), greatest: range.greatest.max(number) }
         })
     }
 }
 
 impl ComponentSummary {
     fn of(components: &Components) -> Self {
-        Self { count: components.sizes.len(), largest: components.sizes.iter().copied().max().unwrap_or(0) }
+        Self {
+            count: components.sizes.len(),
+            largest: components.sizes.iter().copied().max().unwrap_or(0),
+        }
     }
 }
 
@@ -185,7 +194,11 @@ impl fmt::Display for Info {
         if let Some(backwards) = self.speed_backwards {
             writeln!(f, "            {backwards} backwards")?;
         }
-        write!(f, "components  {}, {} strong", self.weak_components.count, self.strong_components.count)?;
+        write!(
+            f,
+            "components  {}, {} strong",
+            self.weak_components.count, self.strong_components.count
+        )?;
         writeln!(f, " (the largest has {} nodes)", self.strong_components.largest)
     }
 }
@@ -212,8 +225,15 @@ mod tests {
             Edges:\n- {Id: 1, Origin_ID: 1, Destination_ID: 2, CurveType: Spline, ParamF: 4, ParamB: 4, VelocityForward: 2, VelocityBackwards: 1}\n";
         let info = Info::of(&parse(text, "g", &ReadOptions::default()).unwrap().0);
         let bounds = info.bounding_box;
-        assert!(bounds.min_x.abs() < 1e-9 && bounds.min_y.abs() < 1e-9 && (bounds.max_x - 4.0).abs() < 1e-9);
-        assert!((bounds.max_y - 3.0).abs() < 1e-9, "the top is that of the arch, not of its handles");
+        assert!(
+            bounds.min_x.abs() < 1e-9
+                && bounds.min_y.abs() < 1e-9
+                && (bounds.max_x - 4.0).abs() < 1e-9
+        );
+        assert!(
+            (bounds.max_y - 3.0).abs() < 1e-9,
+            "the top is that of the arch, not of its handles"
+        );
         assert_eq!((info.nodes, info.edges, info.reversible_edges, info.dead_ends), (2, 1, 1, 0));
         assert_eq!(info.strong_components, ComponentSummary { count: 1, largest: 2 });
         assert!(info.to_string().contains("2 m/s forward\n            1 m/s backwards"), "{info}");

@@ -27,14 +27,16 @@ pub(super) struct RawNode {
 }
 
 impl RawNode {
-    /// Returns the subject of a finding about the node, and its message, which begins with the name if there is one.
+    /// Returns the subject of a finding about the node, and its message, which begins with the name
+    /// if there is one.
     pub fn finding(&self, message: impl Into<String>) -> (Subject, String) {
         finding(Subject::Node(self.id), self.tags.as_deref(), message.into())
     }
 }
 
 impl RawEdge {
-    /// Returns the subject of a finding about the edge, and its message, which begins with the name if there is one.
+    /// Returns the subject of a finding about the edge, and its message, which begins with the name
+    /// if there is one.
     pub fn finding(&self, message: impl Into<String>) -> (Subject, String) {
         finding(Subject::Edge(self.id), self.tags.as_deref(), message.into())
     }
@@ -184,7 +186,8 @@ pub(super) const STATION_KEYS: [(&str, Field); 7] = [
 
 /// Looks up a key, ignoring case, `_`, `-` and spaces.
 pub(super) fn find<T: Copy>(keys: &[(&str, T)], key: &str) -> Option<T> {
-    let letters = || key.bytes().filter(|byte| !b"_- ".contains(byte)).map(|byte| byte.to_ascii_lowercase());
+    let letters =
+        || key.bytes().filter(|byte| !b"_- ".contains(byte)).map(|byte| byte.to_ascii_lowercase());
     keys.iter().find(|(name, _)| letters().eq(name.bytes())).map(|&(_, found)| found)
 }
 
@@ -239,7 +242,8 @@ struct Converter<'r, 'text, 'file> {
 impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
     fn without_id(values: Values<'text>, report: &'r mut Report<'file>, subject: Subject) -> Self {
         let Values { at, values, duplicates, numbers, properties } = values;
-        let mut converter = Self { at: at.unwrap_or(0), values, numbers, properties, report, subject };
+        let mut converter =
+            Self { at: at.unwrap_or(0), values, numbers, properties, report, subject };
         for key in duplicates {
             converter.error(format!("`{}` is given twice: remove one", shorten(&key)));
         }
@@ -292,7 +296,10 @@ impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
                 Some(_) => self.number(Field::VelocityBackwards, "VelocityBackwards"),
             },
             orientation: self.orientation(),
-            rotation: [self.rotation(Field::RotationAtOrigin), self.rotation(Field::RotationAtDestination)],
+            rotation: [
+                self.rotation(Field::RotationAtOrigin),
+                self.rotation(Field::RotationAtDestination),
+            ],
             tags: self.tags().boxed(),
         }
     }
@@ -304,7 +311,10 @@ impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
         }
         let position = match (self.value(Field::X), self.value(Field::Y)) {
             (None, None) => None,
-            _ => self.number(Field::X, "X").zip(self.number(Field::Y, "Y")).map(|(x, y)| DVec2::new(x, y)),
+            _ => self
+                .number(Field::X, "X")
+                .zip(self.number(Field::Y, "Y"))
+                .map(|(x, y)| DVec2::new(x, y)),
         };
         let nodes: Vec<u32> = self.numbers.iter().map(|&number| number as u32).collect();
         if nodes.iter().zip(&self.numbers).any(|(&id, &number)| f64::from(id) != number) {
@@ -357,10 +367,12 @@ impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
         let is_given = |value: Option<&Value<'_>>| value.is_some_and(|value| *value != Value::Null);
         match (is_given(self.value(Field::Heading)), is_given(self.value(Field::HeadingOffset))) {
             (false, false) => Orientation::Tangential,
-            (true, false) => Orientation::Fixed(self.number(Field::Heading, "Heading").unwrap_or_default()),
-            (false, true) => {
-                Orientation::Offset(self.number(Field::HeadingOffset, "HeadingOffset").unwrap_or_default())
+            (true, false) => {
+                Orientation::Fixed(self.number(Field::Heading, "Heading").unwrap_or_default())
             }
+            (false, true) => Orientation::Offset(
+                self.number(Field::HeadingOffset, "HeadingOffset").unwrap_or_default(),
+            ),
             (true, true) => {
                 self.error("has both Heading and HeadingOffset: remove one");
                 Orientation::Tangential
@@ -368,7 +380,8 @@ impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
         }
     }
 
-    /// Converts a handle length. Straight edges are checked too, so that all errors are reported at once.
+    /// Converts a handle length. Straight edges are checked too, so that all errors are reported at
+    /// once.
     fn handle(&mut self, field: Field, name: &str, required: bool) -> Option<f64> {
         match self.value(field) {
             None | Some(Value::Null) if !required => None,
@@ -385,7 +398,9 @@ impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
             _ => {
                 let message = match self.value(Field::CurveType) {
                     None => "has no CurveType: give Spline, Linear or Bezier".to_owned(),
-                    Some(other) => format!("CurveType is {}: use Spline, Linear or Bezier", other.describe()),
+                    Some(other) => {
+                        format!("CurveType is {}: use Spline, Linear or Bezier", other.describe())
+                    }
                 };
                 self.error(message);
                 None
@@ -395,7 +410,8 @@ impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
 
     /// Returns the cubics of a list of control points: the end of each is the start of the next.
     fn cubics(&mut self) -> Option<Vec<CubicBezier>> {
-        let points: Vec<_> = self.numbers.chunks_exact(2).map(|pair| DVec2::new(pair[0], pair[1])).collect();
+        let points: Vec<_> =
+            self.numbers.chunks_exact(2).map(|pair| DVec2::new(pair[0], pair[1])).collect();
         if points.len() < 4 || points.len() % 3 != 1 || !self.numbers.len().is_multiple_of(2) {
             let message = format!(
                 "ControlPoints has {} numbers: a Bezier needs 4 points [x, y], or 3 more for each further cubic",
@@ -405,7 +421,11 @@ impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
             return None;
         }
         let starts = (0..points.len() - 1).step_by(3);
-        Some(starts.map(|at| CubicBezier { control_points: [0, 1, 2, 3].map(|i| points[at + i]) }).collect())
+        Some(
+            starts
+                .map(|at| CubicBezier { control_points: [0, 1, 2, 3].map(|i| points[at + i]) })
+                .collect(),
+        )
     }
 
     fn value(&self, field: Field) -> Option<&Value<'_>> {
@@ -436,10 +456,16 @@ impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
         let message = match self.value(field) {
             None => format!("has no {name}: give one"),
             Some(value) => match value.number() {
-                Some(number) if number.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&number) => {
+                Some(number)
+                    if number.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&number) =>
+                {
                     return Some(number as u32);
                 }
-                _ => format!("{name} is {}: it must be a whole number from 0 to {}", value.describe(), u32::MAX),
+                _ => format!(
+                    "{name} is {}: it must be a whole number from 0 to {}",
+                    value.describe(),
+                    u32::MAX
+                ),
             },
         };
         self.error(message);

@@ -1,6 +1,8 @@
-//! A layout as a file of another system describes it, with that file's ids: what every reader in `format` makes.
+//! A layout as a file of another system describes it, with that file's ids: what every reader in
+//! `format` makes.
 //!
-//! [`Layout::into_raw`] gives nodes and edges numbers, so that they pass the same validation as our own files.
+//! [`Layout::into_raw`] gives nodes and edges numbers, so that they pass the same validation as our
+//! own files.
 
 use std::collections::BTreeMap;
 
@@ -14,7 +16,8 @@ use super::tags::{Orientation, Role, Rotation, Tags};
 use super::value::shorten;
 use super::yaml::RawGraph;
 
-/// Everything that a reader understands of a file. Numbers need not be in range, nor ids unique or known.
+/// Everything that a reader understands of a file. Numbers need not be in range, nor ids unique or
+/// known.
 #[derive(Debug, Default)]
 pub(super) struct Layout {
     pub nodes: Vec<LayoutNode>,
@@ -88,18 +91,29 @@ pub(super) struct LayoutStation {
 pub(super) const DEFAULT_SPEED: f64 = 1.0;
 
 impl Layout {
-    /// Numbers nodes and edges: by their ids if all of these are numbers, else from 1 in the order of the file, and the
-    /// ids become names.
+    /// Numbers nodes and edges: by their ids if all of these are numbers, else from 1 in the order
+    /// of the file, and the ids become names.
     pub fn into_raw(self, report: &mut Report<'_>) -> RawGraph {
-        // Elements with errors are left out, so that references to them lead nowhere: that was said already.
+        // Elements with errors are left out, so that references to them lead nowhere: that was said
+        // already.
         let is_complete = !report.has_errors();
-        let node_ids = Numbering::new(self.nodes.iter().map(|node| (node.at, node.id.as_str())), "node", report);
-        let edge_ids = Numbering::new(self.edges.iter().map(|edge| (edge.at, edge.id.as_str())), "edge", report);
+        let node_ids = Numbering::new(
+            self.nodes.iter().map(|node| (node.at, node.id.as_str())),
+            "node",
+            report,
+        );
+        let edge_ids = Numbering::new(
+            self.edges.iter().map(|edge| (edge.at, edge.id.as_str())),
+            "edge",
+            report,
+        );
         warn_of_unknown_speeds(&self.edges, report);
         let (ends, stations) = self.resolve(&node_ids);
         let headings = self.headings(&ends);
         let nodes = self.nodes.into_iter().zip(&headings).enumerate();
-        let nodes = nodes.map(|(index, (node, &heading))| raw_node(node, heading, node_ids.number(index))).collect();
+        let nodes = nodes
+            .map(|(index, (node, &heading))| raw_node(node, heading, node_ids.number(index)))
+            .collect();
         let edges = self.edges.into_iter().zip(ends).enumerate();
         let mut raw = |(index, (edge, ends))| {
             if is_complete {
@@ -116,19 +130,33 @@ impl Layout {
             raw_station(station, &nodes, &node_ids)
         });
         let stations = stations.collect();
-        RawGraph { nodes, edges, stations, background: self.background, is_imported: true, ..RawGraph::default() }
+        RawGraph {
+            nodes,
+            edges,
+            stations,
+            background: self.background,
+            is_imported: true,
+            ..RawGraph::default()
+        }
     }
 
-    /// Returns the nodes at the ends of each edge and those of each station, by index; `None` for those that don't exist.
+    /// Returns the nodes at the ends of each edge and those of each station, by index; `None` for
+    /// those that don't exist.
     fn resolve(&self, numbering: &Numbering) -> (Vec<Ends>, Vec<Vec<Option<usize>>>) {
         let index = Index::new(&self.nodes, numbering);
-        let ends = self.edges.iter().map(|edge| [&edge.origin, &edge.destination].map(|id| index.find(id)));
-        let stations = self.stations.iter().map(|station| station.nodes.iter().map(|id| index.find(id)).collect());
+        let ends = self
+            .edges
+            .iter()
+            .map(|edge| [&edge.origin, &edge.destination].map(|id| index.find(id)));
+        let stations = self
+            .stations
+            .iter()
+            .map(|station| station.nodes.iter().map(|id| index.find(id)).collect());
         (ends.collect(), stations.collect())
     }
 
-    /// Returns the headings of all nodes. On those for which the file gives none, robots stand as on the first edge that
-    /// leaves the node, else as on the first that ends there.
+    /// Returns the headings of all nodes. On those for which the file gives none, robots stand as
+    /// on the first edge that leaves the node, else as on the first that ends there.
     fn headings(&self, ends: &[Ends]) -> Vec<f64> {
         let mut headings: Vec<Option<f64>> = self.nodes.iter().map(|node| node.heading).collect();
         for which in [0, 1] {
@@ -136,8 +164,11 @@ impl Layout {
                 let &[Some(origin), Some(destination)] = ends else { continue };
                 let heading = &mut headings[[origin, destination][which]];
                 if heading.is_none() {
-                    let tangents = edge.shape.tangents([origin, destination].map(|node| self.nodes[node].position));
-                    *heading = tangents.map(|tangents| edge.orientation.heading(tangents[which].to_angle()));
+                    let tangents = edge
+                        .shape
+                        .tangents([origin, destination].map(|node| self.nodes[node].position));
+                    *heading = tangents
+                        .map(|tangents| edge.orientation.heading(tangents[which].to_angle()));
                 }
             }
         }
@@ -149,7 +180,8 @@ impl Layout {
 type Ends = [Option<usize>; 2];
 
 impl Shape {
-    /// Returns the tangents at origin and destination, whose positions are given; `None` for a curve without cubics.
+    /// Returns the tangents at origin and destination, whose positions are given; `None` for a
+    /// curve without cubics.
     fn tangents(&self, [origin, destination]: [DVec2; 2]) -> Option<[DVec2; 2]> {
         let path = match self {
             Self::Straight => CubicBezier::straight(origin, destination).into(),
@@ -166,17 +198,23 @@ struct Numbering {
 }
 
 impl Numbering {
-    fn new<'id>(ids: impl Iterator<Item = (u32, &'id str)> + Clone, kind: &str, report: &mut Report<'_>) -> Self {
+    fn new<'id>(
+        ids: impl Iterator<Item = (u32, &'id str)> + Clone,
+        kind: &str,
+        report: &mut Report<'_>,
+    ) -> Self {
         let numbers: Option<Vec<u32>> = ids.clone().map(|(_, id)| number(id)).collect();
         if numbers.is_none() {
             let mut sorted: Vec<(&str, usize, u32)> =
                 ids.enumerate().map(|(index, (at, id))| (id, index, at)).collect();
             sorted.sort_unstable();
-            let repeated = sorted.windows(2).filter(|pair| pair[0].0 == pair[1].0).map(|pair| pair[1]);
+            let repeated =
+                sorted.windows(2).filter(|pair| pair[0].0 == pair[1].0).map(|pair| pair[1]);
             let mut repeated: Vec<_> = repeated.collect();
             repeated.sort_unstable_by_key(|&(_, index, _)| index);
             for (id, _, at) in repeated {
-                let message = format!("{kind} `{}` is given twice: give each a unique id", shorten(id));
+                let message =
+                    format!("{kind} `{}` is given twice: give each a unique id", shorten(id));
                 report.error(at, Subject::File, message);
             }
         }
@@ -224,7 +262,9 @@ impl<'id> Index<'id> {
                 let number = number(id)?;
                 numbers.binary_search_by_key(&number, |entry| entry.0).ok().map(|at| numbers[at].1)
             }
-            Self::Names(names) => names.binary_search_by_key(&id, |entry| entry.0).ok().map(|at| names[at].1),
+            Self::Names(names) => {
+                names.binary_search_by_key(&id, |entry| entry.0).ok().map(|at| names[at].1)
+            }
         }
     }
 }
@@ -237,7 +277,8 @@ struct Number {
     is_id: bool,
 }
 
-/// Returns tags that have the file's id as their name, if that isn't the number. A name besides the id becomes a property.
+/// Returns tags that have the file's id as their name, if that isn't the number. A name besides the
+/// id becomes a property.
 fn tags_with_id(mut tags: Tags, id: &str, number: Number) -> Option<Box<Tags>> {
     if !number.is_id
         && let Some(name) = tags.name.replace(id.into()).filter(|name| **name != *id)
@@ -262,10 +303,14 @@ fn raw_node(node: LayoutNode, heading: f64, number: Number) -> RawNode {
 }
 
 fn report_unknown_ends(edge: &LayoutEdge, ends: Ends, report: &mut Report<'_>) {
-    for (index, (id, which)) in ends.into_iter().zip([(&edge.origin, "starts at"), (&edge.destination, "ends at")]) {
+    for (index, (id, which)) in
+        ends.into_iter().zip([(&edge.origin, "starts at"), (&edge.destination, "ends at")])
+    {
         if index.is_none() {
             let (name, node) = (shorten(&edge.id), shorten(id));
-            let message = format!("edge `{name}` {which} node `{node}`, which doesn't exist: add it or correct the id");
+            let message = format!(
+                "edge `{name}` {which} node `{node}`, which doesn't exist: add it or correct the id"
+            );
             report.error(edge.at, Subject::File, message);
         }
     }
@@ -292,7 +337,11 @@ fn raw_edge(edge: LayoutEdge, number: Number, ends: Ends, nodes: &Numbering) -> 
     }
 }
 
-fn report_unknown_nodes(station: &LayoutStation, indices: &[Option<usize>], report: &mut Report<'_>) {
+fn report_unknown_nodes(
+    station: &LayoutStation,
+    indices: &[Option<usize>],
+    report: &mut Report<'_>,
+) {
     for (id, _) in station.nodes.iter().zip(indices).filter(|(_, index)| index.is_none()) {
         let (name, node) = (shorten(&station.name), shorten(id));
         let message = format!("station `{name}` names node `{node}`, which doesn't exist: ignored");
@@ -315,8 +364,12 @@ fn warn_of_unknown_speeds(edges: &[LayoutEdge], report: &mut Report<'_>) {
     let mut unknown = edges.iter().filter(|edge| edge.speed.is_none());
     let Some(first) = unknown.next() else { return };
     let others = unknown.count();
-    let who =
-        if others == 0 { format!("edge `{}` has", shorten(&first.id)) } else { format!("{} edges have", others + 1) };
-    let message = format!("{who} no speed limit: {DEFAULT_SPEED} m/s is used; robot types limit it further");
+    let who = if others == 0 {
+        format!("edge `{}` has", shorten(&first.id))
+    } else {
+        format!("{} edges have", others + 1)
+    };
+    let message =
+        format!("{who} no speed limit: {DEFAULT_SPEED} m/s is used; robot types limit it further");
     report.warning(first.at, Subject::File, message);
 }

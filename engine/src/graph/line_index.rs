@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-/// The number of bytes between two checkpoints: a look-up counts the line ends in at most one stride.
+/// The number of bytes between two checkpoints: a look-up counts the line ends in at most one
+/// stride.
 const STRIDE: usize = 512;
 
 /// The line numbers of a text. Clones are cheap.
@@ -28,10 +29,14 @@ impl<'text> LineIndex<'text> {
         Self { text, checkpoints }
     }
 
-    /// Returns the line, from 1, of a byte offset; that of the last byte if the offset is beyond the end.
+    /// Returns the line, from 1, of a byte offset; that of the last byte if the offset is beyond
+    /// the end.
     pub fn line(&self, offset: u32) -> u32 {
         let offset = (offset as usize).min(self.text.len());
-        let Some(&before) = self.checkpoints.get(offset / STRIDE).or(self.checkpoints.last()) else { return 1 };
+        let Some(&before) = self.checkpoints.get(offset / STRIDE).or(self.checkpoints.last())
+        else {
+            return 1;
+        };
         let from = (offset / STRIDE).min(self.checkpoints.len() - 1) * STRIDE;
         1 + before + line_ends(&self.text[from..offset])
     }

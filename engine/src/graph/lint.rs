@@ -1,5 +1,5 @@
-//! Warns about suspicious parts of a valid graph: headings that jump, nodes that can't be reached or left, handles that
-//! look swapped.
+//! Warns about suspicious parts of a valid graph: headings that jump, nodes that can't be reached
+//! or left, handles that look swapped.
 
 use std::f64::consts::PI;
 
@@ -12,8 +12,9 @@ use super::tags::Orientation;
 use super::value::{plural, shorten};
 use super::yaml::RawGraph;
 
-/// The largest difference in radians between the headings of consecutive edges that robots drive through: 5°. Where it is
-/// larger, robots that can turn on the spot do so, and the heading of others jumps.
+/// The largest difference in radians between the headings of consecutive edges that robots drive
+/// through: 5°. Where it is larger, robots that can turn on the spot do so, and the heading of
+/// others jumps.
 pub const SMOOTH_TURN: f64 = 5.0 * PI / 180.0;
 
 /// The largest number of nodes that a warning lists.
@@ -22,7 +23,8 @@ const MAX_EXAMPLES: usize = 5;
 /// Part of the warning of turns at nodes, which is of no use where all robots turn.
 pub(crate) const TURNS_IF: &str = "robots turn there if their type has a max_rotation_speed";
 
-/// The other handle convention is suggested if it makes the curves shorter than this fraction of their length.
+/// The other handle convention is suggested if it makes the curves shorter than this fraction of
+/// their length.
 const CLEARLY_SHORTER: f64 = 0.95;
 
 /// Reports warnings about `graph`, which was made from `raw` with the convention `handles`.
@@ -41,7 +43,12 @@ pub(super) fn lint(graph: &RouteGraph, raw: &RawGraph, handles: Handles, report:
 }
 
 /// Compares the total length of the splines with unequal handles under both conventions.
-fn warn_of_swapped_handles(graph: &RouteGraph, raw: &RawGraph, handles: Handles, report: &mut Report<'_>) {
+fn warn_of_swapped_handles(
+    graph: &RouteGraph,
+    raw: &RawGraph,
+    handles: Handles,
+    report: &mut Report<'_>,
+) {
     let (mut length, mut other_length) = (0.0, 0.0);
     for (edge, raw_edge) in graph.edges().iter().zip(&raw.edges) {
         let (Some(RawCurve::Spline), Some(forward), Some(backward)) =
@@ -54,7 +61,8 @@ fn warn_of_swapped_handles(graph: &RouteGraph, raw: &RawGraph, handles: Handles,
         }
         let (from, to) = (graph.node(edge.origin), graph.node(edge.destination));
         length += edge.path.length();
-        other_length += spline(from, to, HandleLengths { forward, backward }, handles.other()).length();
+        other_length +=
+            spline(from, to, HandleLengths { forward, backward }, handles.other()).length();
     }
     if other_length < CLEARLY_SHORTER * length {
         let message = format!(
@@ -112,7 +120,8 @@ impl NodeLinter<'_, '_, '_> {
         self.report.warning(raw.at, subject, message);
     }
 
-    /// Layouts of other systems have straight lanes, on which robots turn everywhere: that is worth one warning.
+    /// Layouts of other systems have straight lanes, on which robots turn everywhere: that is worth
+    /// one warning.
     fn count_jumps(&mut self) {
         let arrivals = sorted_arrivals(self.graph);
         let has_jump = |arrivals: &&[(NodeIndex, LegHeading)]| {
@@ -134,7 +143,8 @@ impl NodeLinter<'_, '_, '_> {
         for arrivals in sorted_arrivals(self.graph).chunk_by(|a, b| a.0 == b.0) {
             let node = arrivals[0].0;
             let departures = sorted_departures(self.graph, node);
-            let jumps = || arrivals.iter().filter_map(|&(_, arrival)| worst_jump(arrival, &departures));
+            let jumps =
+                || arrivals.iter().filter_map(|&(_, arrival)| worst_jump(arrival, &departures));
             let Some(worst) = jumps().max_by(|a, b| a.angle.total_cmp(&b.angle)) else { continue };
             let more = match jumps().count() {
                 1 => String::new(),
@@ -159,7 +169,8 @@ impl NodeLinter<'_, '_, '_> {
         let (connected, loose): (Vec<_>, Vec<_>) =
             (0..).map(NodeIndex).zip(connected).partition(|(_, connected)| *connected);
         let is_end = |(node, _): &(NodeIndex, bool)| self.graph.departures(*node).is_empty();
-        let ends: Vec<NodeIndex> = connected.into_iter().filter(is_end).map(|(node, _)| node).collect();
+        let ends: Vec<NodeIndex> =
+            connected.into_iter().filter(is_end).map(|(node, _)| node).collect();
         let loose: Vec<NodeIndex> = loose.into_iter().map(|(node, _)| node).collect();
         self.warn_once(&ends, "dead end: no edge leaves it, robots that arrive can't leave");
         self.warn_once(&loose, "unreachable: no edge starts or ends here; connect it or remove it");
@@ -173,7 +184,14 @@ impl NodeLinter<'_, '_, '_> {
         }
         let names: Vec<_> = others.iter().take(MAX_EXAMPLES).map(|&node| self.name(node)).collect();
         let dots = if others.len() > MAX_EXAMPLES { ", …" } else { "" };
-        self.warn(first, format!("{message} (and {}: {}{dots})", plural(others.len(), "more node"), names.join(", ")));
+        self.warn(
+            first,
+            format!(
+                "{message} (and {}: {}{dots})",
+                plural(others.len(), "more node"),
+                names.join(", ")
+            ),
+        );
     }
 
     fn name(&self, node: NodeIndex) -> String {
@@ -181,20 +199,28 @@ impl NodeLinter<'_, '_, '_> {
         node.name().map_or_else(|| node.id.to_string(), |name| format!("`{}`", shorten(name)))
     }
 
-    /// Reports one warning for each strongly connected component that no leg enters, except the largest.
+    /// Reports one warning for each strongly connected component that no leg enters, except the
+    /// largest.
     fn warn_of_unreachable(&mut self) {
         let strong = Components::strong(self.graph);
-        let main = Some(strong.largest()).filter(|&largest| strong.sizes.get(largest as usize) > Some(&1));
+        let main =
+            Some(strong.largest()).filter(|&largest| strong.sizes.get(largest as usize) > Some(&1));
         let mut entered = vec![false; strong.sizes.len()];
-        for (from, to) in legs(self.graph).map(|leg| (self.graph.leg_start(leg), self.graph.leg_end(leg))) {
+        for (from, to) in
+            legs(self.graph).map(|leg| (self.graph.leg_start(leg), self.graph.leg_end(leg)))
+        {
             let (from, to) = (strong.of_node[from.0 as usize], strong.of_node[to.0 as usize]);
             entered[to as usize] |= from != to;
         }
         let (mut starts, mut parts) = (Vec::new(), Vec::new());
         for (node, &component) in (0..).map(NodeIndex).zip(&strong.of_node) {
-            let isolated = strong.sizes[component as usize] == 1 && self.graph.departures(node).is_empty();
+            let isolated =
+                strong.sizes[component as usize] == 1 && self.graph.departures(node).is_empty();
             // Marked as entered, so that the other nodes of the component aren't reported.
-            if !std::mem::replace(&mut entered[component as usize], true) && Some(component) != main && !isolated {
+            if !std::mem::replace(&mut entered[component as usize], true)
+                && Some(component) != main
+                && !isolated
+            {
                 let size = strong.sizes[component as usize];
                 if size == 1 { starts.push(node) } else { parts.push((node, size)) }
             }
@@ -205,8 +231,9 @@ impl NodeLinter<'_, '_, '_> {
             0 => String::new(),
             count => format!(" (and to {} of two or more)", plural(count, "more part")),
         };
-        let message =
-            format!("unreachable: no edge leads from the rest of the graph to this part of {size} nodes{more}");
+        let message = format!(
+            "unreachable: no edge leads from the rest of the graph to this part of {size} nodes{more}"
+        );
         self.warn(node, message);
     }
 }
@@ -224,7 +251,9 @@ type LegHeading = (f64, Leg);
 
 /// Returns every leg with its final node and its heading there.
 fn arrivals(graph: &RouteGraph) -> Vec<(NodeIndex, LegHeading)> {
-    legs(graph).map(|leg| (graph.leg_end(leg), (heading(graph, leg, leg.gear == Gear::Forward), leg))).collect()
+    legs(graph)
+        .map(|leg| (graph.leg_end(leg), (heading(graph, leg, leg.gear == Gear::Forward), leg)))
+        .collect()
 }
 
 /// Returns [`arrivals`] by node.
@@ -236,8 +265,11 @@ fn sorted_arrivals(graph: &RouteGraph) -> Vec<(NodeIndex, LegHeading)> {
 
 /// Returns the legs that leave a node with their headings there, by ascending heading.
 fn sorted_departures(graph: &RouteGraph, node: NodeIndex) -> Vec<LegHeading> {
-    let mut departures: Vec<_> =
-        graph.departures(node).iter().map(|&leg| (heading(graph, leg, leg.gear == Gear::Reverse), leg)).collect();
+    let mut departures: Vec<_> = graph
+        .departures(node)
+        .iter()
+        .map(|&leg| (heading(graph, leg, leg.gear == Gear::Reverse), leg))
+        .collect();
     departures.sort_by(|a, b| a.0.total_cmp(&b.0));
     departures
 }
@@ -255,8 +287,9 @@ struct Jump {
     to: Leg,
 }
 
-/// Returns the departure with the largest heading jump from an arrival, if that is too large. It is one of the two
-/// departures next to the opposite heading, so that not every pair has to be compared.
+/// Returns the departure with the largest heading jump from an arrival, if that is too large. It is
+/// one of the two departures next to the opposite heading, so that not every pair has to be
+/// compared.
 fn worst_jump((heading, from): LegHeading, departures: &[LegHeading]) -> Option<Jump> {
     let opposite = normalize_angle(heading + PI);
     let above = departures.partition_point(|departure| departure.0 < opposite);

@@ -1,8 +1,8 @@
 //! NURBS (rational B-spline) curves of degree 1 to 5, and their conversion to cubic Bézier curves.
 //!
-//! Curves of degree 1 to 3 with equal weights are converted exactly. Others are fitted by cubics that meet with the same
-//! tangent, to [`TOLERANCE`] and [`HEADING_TOLERANCE`]; the distance that was reached is measured and
-//! returned.
+//! Curves of degree 1 to 3 with equal weights are converted exactly. Others are fitted by cubics
+//! that meet with the same tangent, to [`TOLERANCE`] and [`HEADING_TOLERANCE`]; the distance that
+//! was reached is measured and returned.
 
 mod fit;
 #[cfg(test)]
@@ -84,13 +84,17 @@ pub enum NurbsError {
     #[error("control point {0} is beyond ±{MAX_COORDINATE} m")]
     Point(usize),
     /// A weight isn't above 0, or much smaller than another.
-    #[error("weight {0} is out of range: weights must be above 0, and none {MAX_WEIGHT_RATIO} times another")]
+    #[error(
+        "weight {0} is out of range: weights must be above 0, and none {MAX_WEIGHT_RATIO} times another"
+    )]
     Weight(usize),
     /// A knot isn't finite, or smaller than the one before it.
     #[error("knot {0} is smaller than the one before it, or not a number")]
     KnotOrder(usize),
     /// An inner knot is repeated so often that the curve is interrupted.
-    #[error("knot {index} is repeated more than {degree} times, so that the curve is interrupted there")]
+    #[error(
+        "knot {index} is repeated more than {degree} times, so that the curve is interrupted there"
+    )]
     Interrupted {
         /// The index of the last repetition.
         index: usize,
@@ -112,17 +116,27 @@ pub struct Cubics {
 }
 
 impl Nurbs {
-    /// Checks and returns a curve. `weights` is empty for a B-spline, else it has one weight for each point.
+    /// Checks and returns a curve. `weights` is empty for a B-spline, else it has one weight for
+    /// each point.
     ///
     /// # Errors
     /// If there is no such curve, or if it is out of the range that can be converted.
-    pub fn new(degree: usize, knots: Vec<f64>, points: &[DVec2], weights: &[f64]) -> Result<Self, NurbsError> {
+    pub fn new(
+        degree: usize,
+        knots: Vec<f64>,
+        points: &[DVec2],
+        weights: &[f64],
+    ) -> Result<Self, NurbsError> {
         check_counts(degree, knots.len(), points.len(), weights.len())?;
         check_points(points)?;
         check_knots(degree, &knots)?;
         let largest = check_weights(weights)?;
         let weights = weights.iter().map(|weight| weight / largest).chain(std::iter::repeat(1.0));
-        let points = points.iter().zip(weights).map(|(point, weight)| (*point * weight).extend(weight)).collect();
+        let points = points
+            .iter()
+            .zip(weights)
+            .map(|(point, weight)| (*point * weight).extend(weight))
+            .collect();
         Ok(Self { degree, knots, points })
     }
 
@@ -142,7 +156,8 @@ impl Nurbs {
         project(self.blossom(span, &[parameter; MAX_DEGREE][..self.degree]))
     }
 
-    /// Returns cubics along the curve. A knot repeated as often as the degree says is a corner, and stays one.
+    /// Returns cubics along the curve. A knot repeated as often as the degree says is a corner, and
+    /// stays one.
     pub fn to_cubics(&self) -> Cubics {
         let mut result = Cubics { cubics: Vec::new(), error: 0.0 };
         for span in self.degree..self.points.len() {
@@ -153,8 +168,8 @@ impl Nurbs {
         result.finish()
     }
 
-    /// Returns the Bézier curve between two knots, which is what knot insertion arrives at: its control points are the
-    /// values of the blossom at the two knots.
+    /// Returns the Bézier curve between two knots, which is what knot insertion arrives at: its
+    /// control points are the values of the blossom at the two knots.
     fn bezier(&self, span: usize) -> RationalBezier {
         let (from, to) = (self.knots[span], self.knots[span + 1]);
         let point = |index: usize| {
@@ -165,16 +180,18 @@ impl Nurbs {
         RationalBezier((0..=self.degree).map(point).collect())
     }
 
-    /// Evaluates the blossom (polar form) of the polynomial between the knots `span` and `span + 1`: with equal parameters
-    /// this is de Boor's algorithm.
+    /// Evaluates the blossom (polar form) of the polynomial between the knots `span` and `span +
+    /// 1`: with equal parameters this is de Boor's algorithm.
     fn blossom(&self, span: usize, parameters: &[f64]) -> DVec3 {
         let degree = self.degree;
         let mut points = [DVec3::ZERO; MAX_DEGREE + 1];
         points[..=degree].copy_from_slice(&self.points[span - degree..=span]);
         for (step, parameter) in (1..=degree).zip(parameters) {
             for index in (step..=degree).rev() {
-                let (low, high) = (self.knots[span - degree + index], self.knots[span + 1 + index - step]);
-                points[index] = points[index - 1].lerp(points[index], (parameter - low) / (high - low));
+                let (low, high) =
+                    (self.knots[span - degree + index], self.knots[span + 1 + index - step]);
+                points[index] =
+                    points[index - 1].lerp(points[index], (parameter - low) / (high - low));
             }
         }
         points[degree]
@@ -205,7 +222,8 @@ impl Cubics {
         }
     }
 
-    /// Leaves out pieces without extent, such as those between equal control points, and makes the others meet exactly.
+    /// Leaves out pieces without extent, such as those between equal control points, and makes the
+    /// others meet exactly.
     fn finish(mut self) -> Self {
         let first = self.cubics.first().copied();
         self.cubics.retain(|cubic| extent(cubic) > NEGLIGIBLE_EXTENT);
@@ -229,7 +247,12 @@ fn extent(cubic: &CubicBezier) -> f64 {
     others.into_iter().map(|point| point.distance(start)).fold(0.0, f64::max)
 }
 
-fn check_counts(degree: usize, knots: usize, points: usize, weights: usize) -> Result<(), NurbsError> {
+fn check_counts(
+    degree: usize,
+    knots: usize,
+    points: usize,
+    weights: usize,
+) -> Result<(), NurbsError> {
     if !(1..=MAX_DEGREE).contains(&degree) {
         return Err(NurbsError::Degree(degree));
     }
@@ -267,13 +290,19 @@ fn check_knots(degree: usize, knots: &[f64]) -> Result<(), NurbsError> {
         return Err(NurbsError::NoDomain);
     }
     let is_inner = |knot: f64| knot > start && knot < end;
-    let repeated = knots.windows(degree + 1).position(|window| window[0] == window[degree] && is_inner(window[0]));
+    let repeated = knots
+        .windows(degree + 1)
+        .position(|window| window[0] == window[degree] && is_inner(window[0]));
     repeated.map_or(Ok(()), |index| Err(NurbsError::Interrupted { index: index + degree, degree }))
 }
 
 /// Returns the largest weight.
 fn check_weights(weights: &[f64]) -> Result<f64, NurbsError> {
     let largest = weights.iter().copied().fold(0.0, f64::max);
-    let is_good = |weight: &f64| weight.is_finite() && *weight > 0.0 && *weight * MAX_WEIGHT_RATIO >= largest;
-    weights.iter().position(|weight| !is_good(weight)).map_or(Ok(largest), |index| Err(NurbsError::Weight(index)))
+    let is_good =
+        |weight: &f64| weight.is_finite() && *weight > 0.0 && *weight * MAX_WEIGHT_RATIO >= largest;
+    weights
+        .iter()
+        .position(|weight| !is_good(weight))
+        .map_or(Ok(largest), |index| Err(NurbsError::Weight(index)))
 }

@@ -19,7 +19,8 @@ impl From<CubicBezier> for Path {
 }
 
 impl Path {
-    /// Joins cubics, each of which must start where the one before it ends. Returns `None` if there are none.
+    /// Joins cubics, each of which must start where the one before it ends. Returns `None` if there
+    /// are none.
     pub fn from_cubics(cubics: &[CubicBezier]) -> Option<Self> {
         let (&first, others) = cubics.split_first()?;
         Some(Self { first, others: others.into() })
@@ -60,8 +61,8 @@ impl Path {
         self.last().tangent(1.0, Side::Before)
     }
 
-    /// Returns the point and the unit tangent at a fraction of the path, in [0, 1]. Each cubic has an equal share of the
-    /// fractions, whatever its length.
+    /// Returns the point and the unit tangent at a fraction of the path, in [0, 1]. Each cubic has
+    /// an equal share of the fractions, whatever its length.
     pub fn at(&self, fraction: f64) -> (DVec2, DVec2) {
         let scaled = fraction.clamp(0.0, 1.0) * self.cubic_count() as f64;
         let index = (scaled as usize).min(self.others.len());
@@ -70,8 +71,8 @@ impl Path {
         (cubic.position(lambda), cubic.tangent(lambda, Side::After))
     }
 
-    /// Returns the largest angle in radians, in [0, π], between the tangents of two cubics where they meet; 0 if there is
-    /// only one.
+    /// Returns the largest angle in radians, in [0, π], between the tangents of two cubics where
+    /// they meet; 0 if there is only one.
     pub fn largest_corner(&self) -> f64 {
         let angle = |(before, after): (&CubicBezier, &CubicBezier)| {
             before.tangent(1.0, Side::Before).angle_to(after.tangent(0.0, Side::After)).abs()
@@ -84,8 +85,8 @@ impl Path {
         self.cubics().map(CubicBezier::length).sum()
     }
 
-    /// Returns the length in metres of a line through points of the path, which is at most the path's own; `intervals` for
-    /// each cubic.
+    /// Returns the length in metres of a line through points of the path, which is at most the
+    /// path's own; `intervals` for each cubic.
     pub fn polyline_length(&self, intervals: u32) -> f64 {
         self.cubics().map(|cubic| cubic.polyline_length(intervals)).sum()
     }
@@ -101,7 +102,8 @@ impl Path {
     /// Returns the path with every control point changed by a function.
     #[must_use]
     pub fn map(&self, change: impl Fn(DVec2) -> DVec2) -> Self {
-        let map = |cubic: &CubicBezier| CubicBezier { control_points: cubic.control_points.map(&change) };
+        let map =
+            |cubic: &CubicBezier| CubicBezier { control_points: cubic.control_points.map(&change) };
         Self { first: map(&self.first), others: self.others.iter().map(map).collect() }
     }
 
@@ -121,20 +123,29 @@ mod tests {
 
     fn corner() -> Path {
         let points = [DVec2::ZERO, DVec2::X * 2.0, DVec2::new(2.0, 3.0)];
-        let cubics = [CubicBezier::straight(points[0], points[1]), CubicBezier::straight(points[1], points[2])];
+        let cubics = [
+            CubicBezier::straight(points[0], points[1]),
+            CubicBezier::straight(points[1], points[2]),
+        ];
         Path::from_cubics(&cubics).expect("two cubics")
     }
 
     #[test]
     fn a_path_joins_its_cubics() {
         let path = corner();
-        assert_eq!((path.start(), path.end(), path.cubic_count()), (DVec2::ZERO, DVec2::new(2.0, 3.0), 2));
+        assert_eq!(
+            (path.start(), path.end(), path.cubic_count()),
+            (DVec2::ZERO, DVec2::new(2.0, 3.0), 2)
+        );
         assert!((path.length() - 5.0).abs() < 1e-12);
         assert_eq!((path.start_tangent(), path.end_tangent()), (DVec2::X, DVec2::Y));
         assert_eq!(path.at(0.5), (DVec2::X * 2.0, DVec2::Y));
         assert_eq!(path.at(1.0).0, path.end());
         assert!((path.largest_corner() - std::f64::consts::FRAC_PI_2).abs() < 1e-12);
-        assert!(path.single().is_none() && Path::from(CubicBezier::straight(DVec2::ZERO, DVec2::X)).single().is_some());
+        assert!(
+            path.single().is_none()
+                && Path::from(CubicBezier::straight(DVec2::ZERO, DVec2::X)).single().is_some()
+        );
     }
 
     #[test]

@@ -21,19 +21,22 @@ const MAX_DEPTH: usize = 100;
 /// Settings of the caller that override those in the file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ReadOptions {
-    /// The handle convention; `None` for that of the file, which is [`Handles::BAtOrigin`] if the file has none.
+    /// The handle convention; `None` for that of the file, which is [`Handles::BAtOrigin`] if the
+    /// file has none.
     pub handles: Option<Handles>,
     /// The format; `None` to tell it by the content.
     pub format: Option<Format>,
     /// The only level (floor) or layout to read, by name; `None` for all.
     pub level: Option<String>,
-    /// The vehicle type whose speeds and headings are read, by id; `None` for the first of the file.
+    /// The vehicle type whose speeds and headings are read, by id; `None` for the first of the
+    /// file.
     pub vehicle_type: Option<String>,
     /// The layers of a drawing whose lines are edges; empty for all. The others are background.
     pub layers: Vec<String>,
     /// The unit of a drawing, such as `mm`; `None` for what the drawing says, else metres.
     pub units: Option<LengthUnit>,
-    /// The width in metres for which a roadmap is made of a map without a graph; `None` for no roadmap.
+    /// The width in metres for which a roadmap is made of a map without a graph; `None` for no
+    /// roadmap.
     pub skeleton: Option<Millimetres>,
     /// The length of the side of a grid map's cells; `None` for 1 m.
     pub cell_size: Option<Millimetres>,
@@ -58,7 +61,8 @@ pub enum LengthUnit {
 
 impl LengthUnit {
     /// All units.
-    pub const ALL: [Self; 5] = [Self::Millimetre, Self::Centimetre, Self::Metre, Self::Inch, Self::Foot];
+    pub const ALL: [Self; 5] =
+        [Self::Millimetre, Self::Centimetre, Self::Metre, Self::Inch, Self::Foot];
 
     /// Returns the symbol used on the command line and in scenarios.
     pub fn name(self) -> &'static str {
@@ -119,7 +123,8 @@ impl std::str::FromStr for Millimetres {
 
     /// Parses metres.
     fn from_str(text: &str) -> Result<Self, ParseLengthError> {
-        let metres = text.trim().parse::<f64>().ok().filter(|metres| (0.001..=1000.0).contains(metres));
+        let metres =
+            text.trim().parse::<f64>().ok().filter(|metres| (0.001..=1000.0).contains(metres));
         metres
             .map(|metres| Self((metres * 1000.0).round() as u32))
             .ok_or_else(|| ParseLengthError(text.trim().to_owned()))
@@ -145,20 +150,32 @@ impl ReadOptions {
             ("--cell-size", self.cell_size.is_some(), &[Format::MovingAi]),
             ("--level", self.level.is_some(), &LEVEL_FORMATS),
         ];
-        for (name, _, formats) in
-            given.into_iter().filter(|(_, is_given, formats)| *is_given && !formats.contains(&format))
+        for (name, _, formats) in given
+            .into_iter()
+            .filter(|(_, is_given, formats)| *is_given && !formats.contains(&format))
         {
             let users = formats.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");
-            report.warning(0, Subject::File, format!("`{name}` is not used for {format}, but for {users}"));
+            report.warning(
+                0,
+                Subject::File,
+                format!("`{name}` is not used for {format}, but for {users}"),
+            );
         }
     }
 }
 
 /// The formats that have levels, or say that theirs can't be chosen.
-const LEVEL_FORMATS: [Format; 6] =
-    [Format::Lif, Format::OpenRmf, Format::OpenRmfBuilding, Format::Nav2, Format::OpenTcs, Format::Csv];
+const LEVEL_FORMATS: [Format; 6] = [
+    Format::Lif,
+    Format::OpenRmf,
+    Format::OpenRmfBuilding,
+    Format::Nav2,
+    Format::OpenTcs,
+    Format::Csv,
+];
 
-/// The error of reading a route graph. It is displayed as one line; [`GraphError::findings`] has all details.
+/// The error of reading a route graph. It is displayed as one line; [`GraphError::findings`] has
+/// all details.
 #[derive(Debug, thiserror::Error)]
 pub enum GraphError {
     /// The file can't be opened or read.
@@ -176,7 +193,9 @@ pub enum GraphError {
         file: PathBuf,
     },
     /// The file has more than [`MAX_FILE_BYTES`], or more lists and maps than any graph needs.
-    #[error("{file}: too large: at most {limit} can be read; split the graph or remove what isn't needed")]
+    #[error(
+        "{file}: too large: at most {limit} can be read; split the graph or remove what isn't needed"
+    )]
     TooLarge {
         /// The file's name.
         file: String,
@@ -218,7 +237,8 @@ pub enum GraphError {
 }
 
 impl GraphError {
-    /// Returns all findings, errors and warnings, by line; `None` if the file couldn't be read as a graph at all.
+    /// Returns all findings, errors and warnings, by line; `None` if the file couldn't be read as a
+    /// graph at all.
     pub fn findings(&self) -> Option<&Findings> {
         match self {
             Self::Invalid(findings) => Some(findings),
@@ -271,24 +291,30 @@ pub fn read_stream(stream: impl Read, name: &str) -> Result<String, GraphError> 
     if bytes.len() as u64 > MAX_FILE_BYTES {
         return Err(too_large(name));
     }
-    String::from_utf8(bytes).map_err(|error| not_text(name, error.as_bytes(), error.utf8_error().valid_up_to()))
+    String::from_utf8(bytes)
+        .map_err(|error| not_text(name, error.as_bytes(), error.utf8_error().valid_up_to()))
 }
 
 fn too_large(name: &str) -> GraphError {
     GraphError::TooLarge { file: name.to_owned(), limit: format!("{} MiB", MAX_FILE_BYTES >> 20) }
 }
 
-/// Validates the text of a route graph file; `name` is the file's name in messages. Returns the graph with its
-/// warnings.
+/// Validates the text of a route graph file; `name` is the file's name in messages. Returns the
+/// graph with its warnings.
 ///
 /// # Errors
 /// The errors of [`read`], except those of opening a file.
-pub fn parse(text: &str, name: &str, options: &ReadOptions) -> Result<(RouteGraph, Findings), GraphError> {
+pub fn parse(
+    text: &str,
+    name: &str,
+    options: &ReadOptions,
+) -> Result<(RouteGraph, Findings), GraphError> {
     let (raw, report) = parse_raw(text, name, options)?;
     finish(raw, options, report)
 }
 
-/// As [`parse`], after mending what has one obvious answer. Also returns what was mended, one line each.
+/// As [`parse`], after mending what has one obvious answer. Also returns what was mended, one line
+/// each.
 ///
 /// # Errors
 /// As [`parse`], for what can't be mended.
@@ -323,13 +349,17 @@ fn parse_raw<'text>(
     let mut report = Report::new(name, text);
     options.report_unused(format, &mut report);
     let raw = match format {
-        Format::Regatta => yaml::read(text, parts, &mut report).map_err(|error| syntax(name, error))?,
+        Format::Regatta => {
+            yaml::read(text, parts, &mut report).map_err(|error| syntax(name, error))?
+        }
         foreign => {
             let path = Path::new(name);
             let folder = path.parent().unwrap_or(Path::new(""));
             let stem = path.file_stem().and_then(|stem| stem.to_str()).unwrap_or_default();
             let layout = format::read(foreign, Source { text, folder, stem }, options, &mut report);
-            layout.map_err(|error| syntax(name, with_other_format(error, text, options)))?.into_raw(&mut report)
+            layout
+                .map_err(|error| syntax(name, with_other_format(error, text, options)))?
+                .into_raw(&mut report)
         }
     };
     Ok((raw, report))
@@ -339,7 +369,10 @@ fn parse_raw<'text>(
 fn with_other_format(error: SyntaxError, text: &str, options: &ReadOptions) -> SyntaxError {
     let found = Format::detect(text);
     let Some(named) = options.format.filter(|named| *named != found) else { return error };
-    let message = format!("{}; the content looks like {found}, not {named}: leave the format out", error.message);
+    let message = format!(
+        "{}; the content looks like {found}, not {named}: leave the format out",
+        error.message
+    );
     SyntaxError { message, ..error }
 }
 
@@ -382,7 +415,10 @@ fn reject_many_entries(text: &str, name: &str) -> Result<(), GraphError> {
     // Each value of a map or list follows one of these bytes: an upper bound without parsing.
     let entries = text.bytes().filter(|byte| b":,-[{*".contains(byte)).count();
     if entries > 2 * yaml::MAX_ENTRIES {
-        return Err(GraphError::TooLarge { file: name.to_owned(), limit: format!("{} entries", yaml::MAX_ENTRIES) });
+        return Err(GraphError::TooLarge {
+            file: name.to_owned(),
+            limit: format!("{} entries", yaml::MAX_ENTRIES),
+        });
     }
     Ok(())
 }
@@ -398,7 +434,11 @@ fn reject_deep_nesting(text: &str, name: &str) -> Result<(), GraphError> {
         }
         if depth > MAX_DEPTH {
             let message = format!("more than {MAX_DEPTH} nested brackets");
-            return Err(GraphError::Syntax { file: name.to_owned(), line: line_at(text.as_bytes(), at), message });
+            return Err(GraphError::Syntax {
+                file: name.to_owned(),
+                line: line_at(text.as_bytes(), at),
+                message,
+            });
         }
     }
     Ok(())
@@ -406,7 +446,9 @@ fn reject_deep_nesting(text: &str, name: &str) -> Result<(), GraphError> {
 
 fn not_text(name: &str, bytes: &[u8], at: usize) -> GraphError {
     let reason = match bytes {
-        _ if bytes.starts_with(b"AutoCAD Binary DXF") => "it is a binary drawing, save it as DXF in ASCII",
+        _ if bytes.starts_with(b"AutoCAD Binary DXF") => {
+            "it is a binary drawing, save it as DXF in ASCII"
+        }
         _ if bytes.starts_with(b"AC10") => "it is a drawing in DWG, save it as DXF in ASCII",
         [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => "it looks like UTF-16, save it as UTF-8",
         _ if bytes[at..].first() == Some(&0) => "it contains a zero byte",

@@ -24,7 +24,8 @@ pub struct Node {
     pub position: DVec2,
     /// The heading in radians, in (-π, π].
     pub theta: f64,
-    /// Whether the file gives the heading; if it doesn't, or allows any, `theta` is that of an edge.
+    /// Whether the file gives the heading; if it doesn't, or allows any, `theta` is that of an
+    /// edge.
     pub has_heading: bool,
     /// What robots do here.
     pub role: Role,
@@ -45,7 +46,8 @@ pub struct Edge {
     pub path: Path,
     /// The speed from origin to destination in metres per second; above 0.
     pub velocity_forward: f64,
-    /// The speed from destination to origin in reverse gear in metres per second; `None` if that isn't allowed.
+    /// The speed from destination to origin in reverse gear in metres per second; `None` if that
+    /// isn't allowed.
     pub velocity_backwards: Option<f64>,
     /// The heading of robots along the edge.
     pub orientation: Orientation,
@@ -68,7 +70,8 @@ impl Node {
 }
 
 impl Edge {
-    /// Returns an edge that robots drive along its tangent, without tags. The speeds are in metres per second.
+    /// Returns an edge that robots drive along its tangent, without tags. The speeds are in metres
+    /// per second.
     pub fn new(
         id: u32,
         [origin, destination]: [NodeIndex; 2],
@@ -99,11 +102,13 @@ impl Edge {
 pub enum Gear {
     /// From origin to destination, facing in the direction of travel.
     Forward,
-    /// From destination to origin with the heading of the edge: facing against the direction of travel.
+    /// From destination to origin with the heading of the edge: facing against the direction of
+    /// travel.
     Reverse,
 }
 
-/// An edge driven in one gear: an element of a route. Files write it as the edge's id, `-ID` in reverse gear.
+/// An edge driven in one gear: an element of a route. Files write it as the edge's id, `-ID` in
+/// reverse gear.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Leg {
     /// The edge.
@@ -112,8 +117,8 @@ pub struct Leg {
     pub gear: Gear,
 }
 
-/// A validated route graph: every index and every number is in range, every number is finite, every id is unique,
-/// and there is at least one edge.
+/// A validated route graph: every index and every number is in range, every number is finite, every
+/// id is unique, and there is at least one edge.
 #[derive(Clone, Debug)]
 pub struct RouteGraph {
     nodes: Vec<Node>,
@@ -134,8 +139,10 @@ impl RouteGraph {
     /// # Panics
     /// If an edge refers to a node that doesn't exist; `validate` rejects such files.
     pub(crate) fn from_valid_parts(nodes: Vec<Node>, edges: Vec<Edge>) -> Self {
-        let node_by_id = (0..).map(NodeIndex).zip(&nodes).map(|(index, node)| (node.id, index)).collect();
-        let edge_by_id = (0..).map(EdgeIndex).zip(&edges).map(|(index, edge)| (edge.id, index)).collect();
+        let node_by_id =
+            (0..).map(NodeIndex).zip(&nodes).map(|(index, node)| (node.id, index)).collect();
+        let edge_by_id =
+            (0..).map(EdgeIndex).zip(&edges).map(|(index, edge)| (edge.id, index)).collect();
         let (departures, departures_start) = departures_by_node(nodes.len(), &edges);
         Self {
             nodes,
@@ -156,12 +163,21 @@ impl RouteGraph {
     }
 
     /// Sets the stations, whose nodes must exist, and the lines of the background.
-    pub(crate) fn with_surroundings(self, stations: Vec<Station>, background: Vec<Vec<DVec2>>) -> Self {
+    pub(crate) fn with_surroundings(
+        self,
+        stations: Vec<Station>,
+        background: Vec<Vec<DVec2>>,
+    ) -> Self {
         Self { stations, background, ..self }
     }
 
     /// Gives a node another role or name.
-    pub(crate) fn override_node(&mut self, node: NodeIndex, role: Option<Role>, name: Option<&str>) {
+    pub(crate) fn override_node(
+        &mut self,
+        node: NodeIndex,
+        role: Option<Role>,
+        name: Option<&str>,
+    ) {
         let node = &mut self.nodes[node.0 as usize];
         node.role = role.unwrap_or(node.role);
         if let Some(name) = name {
@@ -170,8 +186,9 @@ impl RouteGraph {
         }
     }
 
-    /// Returns where (0, 0) of the graph is on the file's map, in metres: (0, 0), unless the file's coordinates are too large
-    /// for exact poses in single precision. A position in the file is `origin + position`.
+    /// Returns where (0, 0) of the graph is on the file's map, in metres: (0, 0), unless the file's
+    /// coordinates are too large for exact poses in single precision. A position in the file is
+    /// `origin + position`.
     pub fn origin(&self) -> DVec2 {
         self.origin
     }
@@ -181,7 +198,8 @@ impl RouteGraph {
         &self.stations
     }
 
-    /// Returns lines that the file has besides the graph, such as walls, in metres from [`origin`](Self::origin).
+    /// Returns lines that the file has besides the graph, such as walls, in metres from
+    /// [`origin`](Self::origin).
     pub fn background(&self) -> &[Vec<DVec2>] {
         &self.background
     }
@@ -216,11 +234,11 @@ impl RouteGraph {
         self.edge_by_id.get(&id).copied()
     }
 
-    /// Returns the legs that leave a node, in the order of the edges: forward legs on edges that start at the node,
-    /// reverse legs on edges that end there and allow reverse gear.
+    /// Returns the legs that leave a node, in the order of the edges: forward legs on edges that
+    /// start at the node, reverse legs on edges that end there and allow reverse gear.
     pub fn departures(&self, node: NodeIndex) -> &[Leg] {
-        let range =
-            self.departures_start[node.0 as usize] as usize..self.departures_start[node.0 as usize + 1] as usize;
+        let range = self.departures_start[node.0 as usize] as usize
+            ..self.departures_start[node.0 as usize + 1] as usize;
         &self.departures[range]
     }
 
@@ -242,7 +260,8 @@ impl RouteGraph {
         }
     }
 
-    /// Returns the speed of a leg in metres per second; `None` if the edge can't be driven in that gear.
+    /// Returns the speed of a leg in metres per second; `None` if the edge can't be driven in that
+    /// gear.
     pub fn leg_velocity(&self, leg: Leg) -> Option<f64> {
         let edge = self.edge(leg.edge);
         match leg.gear {
@@ -252,12 +271,15 @@ impl RouteGraph {
     }
 }
 
-/// Sorts the legs by the node that they leave, by counting sort. Returns them with the start of each node's legs.
+/// Sorts the legs by the node that they leave, by counting sort. Returns them with the start of
+/// each node's legs.
 fn departures_by_node(nodes: usize, edges: &[Edge]) -> (Vec<Leg>, Vec<u32>) {
     let legs = || {
         (0..).map(EdgeIndex).zip(edges).flat_map(|(index, edge)| {
             let forward = (edge.origin, Leg { edge: index, gear: Gear::Forward });
-            let reverse = edge.velocity_backwards.map(|_| (edge.destination, Leg { edge: index, gear: Gear::Reverse }));
+            let reverse = edge
+                .velocity_backwards
+                .map(|_| (edge.destination, Leg { edge: index, gear: Gear::Reverse }));
             std::iter::once(forward).chain(reverse)
         })
     };

@@ -7,7 +7,8 @@ use glam::DVec2;
 use super::bezier::CubicBezier;
 use super::route_graph::Node;
 
-/// π/2 as a sum of two terms; the first has so few significant bits that its small multiples are exact.
+/// π/2 as a sum of two terms; the first has so few significant bits that its small multiples are
+/// exact.
 const HALF_PI: [f64; 2] = [1.570_796_326_734_125_6, 6.077_100_506_506_192e-11];
 
 /// The convention that assigns the handle lengths to the ends of a `Spline` edge.
@@ -59,13 +60,21 @@ impl std::str::FromStr for Handles {
     /// Parses `b_at_origin` or `f_at_origin`, ignoring case.
     fn from_str(text: &str) -> Result<Self, ParseHandlesError> {
         let is = |handles: &Self| handles.name().eq_ignore_ascii_case(text.trim());
-        [Self::BAtOrigin, Self::FAtOrigin].into_iter().find(is).ok_or_else(|| ParseHandlesError(text.trim().to_owned()))
+        [Self::BAtOrigin, Self::FAtOrigin]
+            .into_iter()
+            .find(is)
+            .ok_or_else(|| ParseHandlesError(text.trim().to_owned()))
     }
 }
 
-/// Returns the `Spline` curve between two nodes, which leaves the origin and reaches the destination along their
-/// headings (equations 3.2 to 3.5).
-pub fn spline(origin: &Node, destination: &Node, lengths: HandleLengths, handles: Handles) -> CubicBezier {
+/// Returns the `Spline` curve between two nodes, which leaves the origin and reaches the
+/// destination along their headings (equations 3.2 to 3.5).
+pub fn spline(
+    origin: &Node,
+    destination: &Node,
+    lengths: HandleLengths,
+    handles: Handles,
+) -> CubicBezier {
     let (at_origin, at_destination) = match handles {
         Handles::BAtOrigin => (lengths.backward, lengths.forward),
         Handles::FAtOrigin => (lengths.forward, lengths.backward),
@@ -87,8 +96,8 @@ pub fn normalize_angle(angle: f64) -> f64 {
 
 /// Returns (cos, sin) of an angle in [-π, π], accurate to about one unit in the last place.
 ///
-/// `f64::sin_cos` isn't used because the C library's results may differ between machines, which would change every
-/// frame of a run.
+/// `f64::sin_cos` isn't used because the C library's results may differ between machines, which
+/// would change every frame of a run.
 pub fn unit(angle: f64) -> DVec2 {
     let quarter = (angle * FRAC_2_PI).round();
     let rest = (angle - quarter * HALF_PI[0]) - quarter * HALF_PI[1];
@@ -149,7 +158,8 @@ mod tests {
     fn control_points_follow_the_equations() {
         let lengths = HandleLengths { forward: 2.0, backward: 3.0 };
         let [p0, p1, p2, p3] =
-            spline(&node(1.0, 1.0, 0.0), &node(9.0, 6.0, FRAC_PI_2), lengths, Handles::BAtOrigin).control_points;
+            spline(&node(1.0, 1.0, 0.0), &node(9.0, 6.0, FRAC_PI_2), lengths, Handles::BAtOrigin)
+                .control_points;
         assert_eq!((p0, p3), (DVec2::new(1.0, 1.0), DVec2::new(9.0, 6.0)));
         assert!(p1.distance(DVec2::new(4.0, 1.0)) < 1e-12, "{p1}");
         assert!(p2.distance(DVec2::new(9.0, 4.0)) < 1e-12, "{p2}");
@@ -160,7 +170,10 @@ mod tests {
         let (from, to) = (node(0.0, 0.0, 0.3), node(5.0, 5.0, 2.0));
         let lengths = HandleLengths { forward: 2.0, backward: 3.0 };
         let swapped = HandleLengths { forward: 3.0, backward: 2.0 };
-        assert_eq!(spline(&from, &to, lengths, Handles::FAtOrigin), spline(&from, &to, swapped, Handles::BAtOrigin));
+        assert_eq!(
+            spline(&from, &to, lengths, Handles::FAtOrigin),
+            spline(&from, &to, swapped, Handles::BAtOrigin)
+        );
     }
 
     #[test]

@@ -2,7 +2,8 @@
 
 use std::collections::BTreeMap;
 
-/// Names, places and free properties of a node or an edge. Most graphs have none, so they are kept aside.
+/// Names, places and free properties of a node or an edge. Most graphs have none, so they are kept
+/// aside.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Tags {
     /// The name: the file's own id if that isn't a number, or a name besides it.
@@ -110,7 +111,8 @@ impl Rotation {
         }
     }
 
-    /// Returns the way at a node where two edges meet. Where they contradict each other, it is the shorter one.
+    /// Returns the way at a node where two edges meet. Where they contradict each other, it is the
+    /// shorter one.
     #[must_use]
     pub fn and(self, other: Self) -> Self {
         match (self, other) {
@@ -143,15 +145,16 @@ pub enum Orientation {
     /// Along the tangent of the edge, from origin to destination.
     #[default]
     Tangential,
-    /// At this angle to the tangent, in radians in (-π, π]. π is tail first; other angles need a robot that can drive
-    /// sideways.
+    /// At this angle to the tangent, in radians in (-π, π]. π is tail first; other angles need a
+    /// robot that can drive sideways.
     Offset(f64),
     /// This heading on the map, in radians in (-π, π].
     Fixed(f64),
 }
 
 impl Orientation {
-    /// Returns the heading in radians, in (-π, π], where the tangent of the edge has the angle `tangent`.
+    /// Returns the heading in radians, in (-π, π], where the tangent of the edge has the angle
+    /// `tangent`.
     pub fn heading(self, tangent: f64) -> f64 {
         match self {
             Self::Tangential => tangent,

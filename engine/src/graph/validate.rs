@@ -16,7 +16,8 @@ use super::tags::{Orientation, Station};
 use super::value::{plural, shorten};
 use super::yaml::RawGraph;
 
-/// The largest |x| or |y| in metres: beyond it the `f32` poses in frames are coarser than half a millimetre.
+/// The largest |x| or |y| in metres: beyond it the `f32` poses in frames are coarser than half a
+/// millimetre.
 pub const MAX_COORDINATE: f64 = 8000.0;
 
 /// The largest speed in metres per second.
@@ -25,28 +26,40 @@ pub const MAX_SPEED: f64 = 50.0;
 /// The least length of an edge in metres.
 pub const MIN_LENGTH: f64 = 0.001;
 
-/// The distance in metres below which the end of a curve counts as at its node: a tenth of the error of a pose.
+/// The distance in metres below which the end of a curve counts as at its node: a tenth of the
+/// error of a pose.
 pub(super) const MAX_GAP: f64 = 1e-4;
 
-/// An angle in radians, of a little more than a full turn, beyond which angles are probably in degrees.
+/// An angle in radians, of a little more than a full turn, beyond which angles are probably in
+/// degrees.
 pub(super) const SUSPICIOUS_ANGLE: f64 = 2.0 * PI + 0.01;
 
 /// The largest accepted angle in the file's unit: a hundred turns in degrees.
 const MAX_ANGLE: f64 = 36_000.0;
 
-/// Returns the graph if every number and every reference in `raw` is valid, with nodes and edges in the order of `raw`.
-pub(super) fn validate(raw: &RawGraph, handles: Handles, report: &mut Report<'_>) -> Option<RouteGraph> {
+/// Returns the graph if every number and every reference in `raw` is valid, with nodes and edges in
+/// the order of `raw`.
+pub(super) fn validate(
+    raw: &RawGraph,
+    handles: Handles,
+    report: &mut Report<'_>,
+) -> Option<RouteGraph> {
     reject_empty(raw, report);
     let origin = origin(raw);
     let by_id = index_nodes(raw, report);
-    let nodes: Vec<Option<Node>> =
-        raw.nodes.iter().map(|node| NodeCheck { node, report }.check(origin, raw.degrees)).collect();
+    let nodes: Vec<Option<Node>> = raw
+        .nodes
+        .iter()
+        .map(|node| NodeCheck { node, report }.check(origin, raw.degrees))
+        .collect();
     warn_of_degrees(raw, report);
     reject_duplicate_edges(raw, report);
     let mut edges: Vec<Option<Edge>> = raw
         .edges
         .iter()
-        .map(|edge| EdgeCheck { edge, origin, degrees: raw.degrees, report }.check(&by_id, &nodes, handles))
+        .map(|edge| {
+            EdgeCheck { edge, origin, degrees: raw.degrees, report }.check(&by_id, &nodes, handles)
+        })
         .collect();
     if report.has_errors() {
         return None;
@@ -54,20 +67,27 @@ pub(super) fn validate(raw: &RawGraph, handles: Handles, report: &mut Report<'_>
     body_heading::orient(raw, &mut edges, report);
     let nodes = nodes.into_iter().collect::<Option<_>>()?;
     let stations = check_stations(&raw.stations, &by_id, origin, report)?;
-    let background = raw.background.iter().map(|line| line.iter().map(|point| *point - origin).collect()).collect();
+    let background = raw
+        .background
+        .iter()
+        .map(|line| line.iter().map(|point| *point - origin).collect())
+        .collect();
     let graph = RouteGraph::from_valid_parts(nodes, edges.into_iter().collect::<Option<_>>()?);
     Some(graph.with_origin(origin).with_surroundings(stations, background))
 }
 
-/// Returns (0, 0), or the middle of the nodes in whole kilometres if some are too far from (0, 0) for precise poses.
+/// Returns (0, 0), or the middle of the nodes in whole kilometres if some are too far from (0, 0)
+/// for precise poses.
 fn origin(raw: &RawGraph) -> DVec2 {
     let positions = raw.nodes.iter().filter_map(|node| Some(DVec2::new(node.x?, node.y?)));
-    let (min, max) =
-        positions.fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(min, max), at| (min.min(at), max.max(at)));
+    let (min, max) = positions
+        .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(min, max), at| (min.min(at), max.max(at)));
     let farthest = min.abs().max(max.abs()).max_element();
     let extent = (max - min).max_element();
-    // In a graph that is too large, or has an error of a few nodes, the file's coordinates say where that is.
-    if farthest <= MAX_COORDINATE || !farthest.is_finite() || extent > 2.0 * MAX_COORDINATE - 1000.0 {
+    // In a graph that is too large, or has an error of a few nodes, the file's coordinates say
+    // where that is.
+    if farthest <= MAX_COORDINATE || !farthest.is_finite() || extent > 2.0 * MAX_COORDINATE - 1000.0
+    {
         return DVec2::ZERO;
     }
     ((min + max) / 2000.0).round() * 1000.0
@@ -115,7 +135,9 @@ fn reject_empty(raw: &RawGraph, report: &mut Report<'_>) {
     }
     let message = match (raw.nodes.is_empty(), raw.edges.is_empty(), raw.is_imported) {
         (false, false, _) => return,
-        (true, _, true) => "the layout has no nodes: there is nothing to drive on; check that this is the right file",
+        (true, _, true) => {
+            "the layout has no nodes: there is nothing to drive on; check that this is the right file"
+        }
         (false, true, true) => "the layout has no edges: add connections between its nodes",
         (true, true, false) => "has no nodes and no edges: list them under Vertices and Edges",
         (true, false, false) => "has no nodes: list them under Vertices",
@@ -146,8 +168,11 @@ fn reject_duplicate_edges(raw: &RawGraph, report: &mut Report<'_>) {
 }
 
 fn duplicate(report: &mut Report<'_>, subject: Subject, at: u32, first: u32) {
-    let message =
-        format!("the {} in line {} has the same Id: give each a unique Id", subject.kind(), report.line(first));
+    let message = format!(
+        "the {} in line {} has the same Id: give each a unique Id",
+        subject.kind(),
+        report.line(first)
+    );
     report.error(at, subject, message);
 }
 
@@ -162,7 +187,9 @@ impl NodeCheck<'_, '_, '_> {
         self.coordinate("X", raw.x, origin.x);
         self.coordinate("Y", raw.y, origin.y);
         if let Some(angle) = raw.body_heading.filter(|angle| angle.abs() > MAX_ANGLE) {
-            self.error(format!("ThetaHolonomic is {angle}: give a heading in radians, or `AngleUnit: deg`"));
+            self.error(format!(
+                "ThetaHolonomic is {angle}: give a heading in radians, or `AngleUnit: deg`"
+            ));
         }
         let theta = raw.theta?;
         if theta.abs() > MAX_ANGLE {
@@ -176,7 +203,9 @@ impl NodeCheck<'_, '_, '_> {
     }
 
     fn coordinate(&mut self, name: &str, value: Option<f64>, origin: f64) {
-        let Some(value) = value.filter(|value| (value - origin).abs() > MAX_COORDINATE) else { return };
+        let Some(value) = value.filter(|value| (value - origin).abs() > MAX_COORDINATE) else {
+            return;
+        };
         self.error(format!(
             "{name} is {value} m, beyond ±{MAX_COORDINATE} m, and the graph is wider than {} m, the range in which poses are \
              precise: check that the unit is metres, or split the graph",
@@ -216,7 +245,12 @@ struct EdgeCheck<'a, 'r, 'text> {
 }
 
 impl EdgeCheck<'_, '_, '_> {
-    fn check(mut self, by_id: &BTreeMap<u32, NodeIndex>, nodes: &[Option<Node>], handles: Handles) -> Option<Edge> {
+    fn check(
+        mut self,
+        by_id: &BTreeMap<u32, NodeIndex>,
+        nodes: &[Option<Node>],
+        handles: Handles,
+    ) -> Option<Edge> {
         let edge = self.edge;
         let origin = self.node(by_id, edge.origin, "Origin_ID");
         let destination = self.node(by_id, edge.destination, "Destination_ID");
@@ -230,11 +264,13 @@ impl EdgeCheck<'_, '_, '_> {
             self.error("starts and ends at the same node: give it two different nodes");
             return None;
         }
-        let (from, to) = (nodes[origin.0 as usize].as_ref()?, nodes[destination.0 as usize].as_ref()?);
+        let (from, to) =
+            (nodes[origin.0 as usize].as_ref()?, nodes[destination.0 as usize].as_ref()?);
         let path = match edge.curve.as_ref()? {
             RawCurve::Linear => CubicBezier::straight(from.position, to.position).into(),
             RawCurve::Spline => {
-                spline(from, to, HandleLengths { forward: forward?, backward: backward? }, handles).into()
+                spline(from, to, HandleLengths { forward: forward?, backward: backward? }, handles)
+                    .into()
             }
             RawCurve::Cubics(cubics) => self.connected(from, to, cubics)?,
         };
@@ -252,10 +288,18 @@ impl EdgeCheck<'_, '_, '_> {
         })
     }
 
-    fn node(&mut self, by_id: &BTreeMap<u32, NodeIndex>, id: Option<u32>, key: &str) -> Option<NodeIndex> {
+    fn node(
+        &mut self,
+        by_id: &BTreeMap<u32, NodeIndex>,
+        id: Option<u32>,
+        key: &str,
+    ) -> Option<NodeIndex> {
         let found = by_id.get(&id?).copied();
         if found.is_none() {
-            self.error(format!("{key} is {}, but no node has that Id: add the node or correct the id", id?));
+            self.error(format!(
+                "{key} is {}, but no node has that Id: add the node or correct the id",
+                id?
+            ));
         }
         found
     }
@@ -281,7 +325,9 @@ impl EdgeCheck<'_, '_, '_> {
         if speed > 0.0 && speed <= MAX_SPEED {
             return Some(speed);
         }
-        self.error(format!("VelocityForward is {speed}: it must be above 0 and at most {MAX_SPEED} m/s"));
+        self.error(format!(
+            "VelocityForward is {speed}: it must be above 0 and at most {MAX_SPEED} m/s"
+        ));
         None
     }
 
@@ -296,7 +342,8 @@ impl EdgeCheck<'_, '_, '_> {
         None
     }
 
-    /// Joins the cubics of a file, and connects them to the nodes by straight segments where they don't meet.
+    /// Joins the cubics of a file, and connects them to the nodes by straight segments where they
+    /// don't meet.
     fn connected(&mut self, from: &Node, to: &Node, cubics: &[CubicBezier]) -> Option<Path> {
         let origin = self.origin;
         let shift = |point| point - origin;
@@ -320,7 +367,8 @@ impl EdgeCheck<'_, '_, '_> {
         path
     }
 
-    /// Moves the start of a curve to where the one before it ends, or adds a straight segment if that is too far.
+    /// Moves the start of a curve to where the one before it ends, or adds a straight segment if
+    /// that is too far.
     fn close_gap(&mut self, from: DVec2, to: &mut DVec2, joined: &mut Vec<CubicBezier>) {
         let gap = from.distance(*to);
         if gap <= MAX_GAP {
@@ -336,7 +384,10 @@ impl EdgeCheck<'_, '_, '_> {
     }
 
     fn path(&mut self, from: &Node, to: &Node, path: Path) -> Option<Path> {
-        if path.control_points().any(|point| !point.is_finite() || point.abs().max_element() > MAX_COORDINATE) {
+        if path
+            .control_points()
+            .any(|point| !point.is_finite() || point.abs().max_element() > MAX_COORDINATE)
+        {
             let hint = if path.single().is_some() { ": shorten ParamF and ParamB" } else { "" };
             self.error(format!("its control points extend beyond ±{MAX_COORDINATE} m{hint}"));
             return None;

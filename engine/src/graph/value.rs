@@ -3,7 +3,9 @@
 use std::borrow::Cow;
 use std::fmt;
 
-use serde::de::{Deserializer, EnumAccess, IgnoredAny, MapAccess, SeqAccess, VariantAccess, Visitor};
+use serde::de::{
+    Deserializer, EnumAccess, IgnoredAny, MapAccess, SeqAccess, VariantAccess, Visitor,
+};
 
 /// A value, as far as a route graph file can use it.
 #[derive(Clone, Debug, PartialEq)]
@@ -84,7 +86,9 @@ impl Value<'_> {
         match self {
             Self::Text(text) => Some(text.trim().to_owned()),
             Self::Number(number) => Some(number.to_string()),
-            Self::Other(word) => word.strip_prefix('`').and_then(|word| word.strip_suffix('`')).map(str::to_owned),
+            Self::Other(word) => {
+                word.strip_prefix('`').and_then(|word| word.strip_suffix('`')).map(str::to_owned)
+            }
             Self::Read | Self::Null => None,
         }
     }

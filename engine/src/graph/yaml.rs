@@ -1,8 +1,8 @@
-//! Reads the YAML of a route graph file, in both spellings of the format. Only the structure is checked here;
-//! `validate` checks the numbers.
+//! Reads the YAML of a route graph file, in both spellings of the format. Only the structure is
+//! checked here; `validate` checks the numbers.
 //!
-//! The YAML library returns plain keys as slices of the text, so the address of a key gives its line, in block style
-//! and in flow style.
+//! The YAML library returns plain keys as slices of the text, so the address of a key gives its
+//! line, in block style and in flow style.
 
 mod reader;
 mod sections;
@@ -27,7 +27,8 @@ const LARGE: usize = 1 << 20;
 /// The largest number of different unknown keys that are reported.
 const MAX_UNKNOWN_KEYS: usize = 100;
 
-/// The content of a file: fields are `None` where a value is missing or of the wrong type, which has been reported.
+/// The content of a file: fields are `None` where a value is missing or of the wrong type, which
+/// has been reported.
 #[derive(Debug, Default)]
 pub(super) struct RawGraph {
     pub nodes: Vec<RawNode>,
@@ -44,7 +45,8 @@ pub(super) struct RawGraph {
 /// Reads a YAML text, or its parts.
 ///
 /// # Errors
-/// If the text isn't YAML, or isn't one map. Errors inside the map are reported to `report` instead.
+/// If the text isn't YAML, or isn't one map. Errors inside the map are reported to `report`
+/// instead.
 pub(super) fn read<'text>(
     text: &'text str,
     parts: Option<Vec<Part<'text>>>,
@@ -53,7 +55,8 @@ pub(super) fn read<'text>(
     let mut content = match parts {
         None => Content::read(text, report, Part::Entry(text))?,
         Some(parts) => {
-            let parts: Vec<_> = parts.into_par_iter().map(|part| Content::read(text, report, part)).collect();
+            let parts: Vec<_> =
+                parts.into_par_iter().map(|part| Content::read(text, report, part)).collect();
             let mut content = Content::new(report);
             for part in parts {
                 content.append(part?);
@@ -66,8 +69,8 @@ pub(super) fn read<'text>(
     Ok(content.graph)
 }
 
-/// Returns the parts of a large text, to read one by one; `None` if it is to be read as a whole. In parts, a text of any
-/// length takes little more memory than the graph itself.
+/// Returns the parts of a large text, to read one by one; `None` if it is to be read as a whole. In
+/// parts, a text of any length takes little more memory than the graph itself.
 pub(super) fn parts_of_large(text: &str) -> Option<Vec<Part<'_>>> {
     (text.len() >= LARGE).then(|| sections::parts(text)).flatten()
 }
@@ -99,7 +102,11 @@ impl<'text> Content<'text> {
     }
 
     /// Reads a part of a file's text.
-    fn read(text: &'text str, report: &Report<'text>, part: Part<'text>) -> Result<Self, SyntaxError> {
+    fn read(
+        text: &'text str,
+        report: &Report<'text>,
+        part: Part<'text>,
+    ) -> Result<Self, SyntaxError> {
         Reader::new(text, Self::new(report)).read(part)
     }
 
@@ -134,7 +141,9 @@ impl<'text> Content<'text> {
                 Scope::Station => "a station",
             };
             let times = if count == 1 { String::new() } else { format!(" ({count} times)") };
-            let message = format!("`{key}` is not a key of {owner}: ignored{times}; correct it if it is misspelt");
+            let message = format!(
+                "`{key}` is not a key of {owner}: ignored{times}; correct it if it is misspelt"
+            );
             self.report.warning(at, Subject::File, message);
         }
     }

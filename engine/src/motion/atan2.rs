@@ -1,9 +1,9 @@
 //! The heading of a direction: atan2 by a polynomial, without branches.
 //!
-//! With t = min(|x|, |y|) / max(|x|, |y|) in [0, 1], atan t = t · P(t²) to within 2.5·10⁻⁷, where P has degree 6
-//! (odd minimax polynomial on [0, 1]); the other seven octants follow by symmetry. Evaluated in `f32` the whole is
-//! within 10⁻⁶ rad of the exact angle. P is summed in pairs (Estrin's scheme), which a processor can evaluate in
-//! parallel.
+//! With t = min(|x|, |y|) / max(|x|, |y|) in [0, 1], atan t = t · P(t²) to within 2.5·10⁻⁷, where P
+//! has degree 6 (odd minimax polynomial on [0, 1]); the other seven octants follow by symmetry.
+//! Evaluated in `f32` the whole is within 10⁻⁶ rad of the exact angle. P is summed in pairs
+//! (Estrin's scheme), which a processor can evaluate in parallel.
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
@@ -11,11 +11,18 @@ use std::f32::consts::{FRAC_PI_2, PI};
 pub(super) const BELOW_PI: f32 = PI.next_down();
 
 /// Coefficients of P, from t⁰ to t¹².
-pub(super) const COEFFICIENTS: [f32; 7] =
-    [0.999_996_1, -0.333_173_7, 0.198_078_16, -0.132_333_43, 0.079_623_67, -0.033_604_22, 0.006_811_793_4];
+pub(super) const COEFFICIENTS: [f32; 7] = [
+    0.999_996_1,
+    -0.333_173_7,
+    0.198_078_16,
+    -0.132_333_43,
+    0.079_623_67,
+    -0.033_604_22,
+    0.006_811_793_4,
+];
 
-/// Lower bound of t in P(t²), which is 1 to the last bit at this t already. Powers of smaller t would be denormal
-/// numbers, which are slow.
+/// Lower bound of t in P(t²), which is 1 to the last bit at this t already. Powers of smaller t
+/// would be denormal numbers, which are slow.
 pub(super) const LEAST: f32 = 1.0 / (1 << 15) as f32;
 
 /// Returns the angle of (x, y) in radians, in (-π, π]; 0 for the zero vector.

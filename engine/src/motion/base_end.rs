@@ -1,8 +1,9 @@
 //! Bases that end within a leg: the limit of a release by distance.
 //!
-//! The kernel needs to know only how far it is to the place where a robot may have to stop: [`rest`](super::LimitRows::rest)
-//! leads there instead of to the end of the leg. So robots that come near it are listed, and the few listed ones are
-//! examined exactly, in units of [`Distance`](crate::graph::arc_length::Distance): none of them drives beyond it.
+//! The kernel needs to know only how far it is to the place where a robot may have to stop:
+//! [`rest`](super::LimitRows::rest) leads there instead of to the end of the leg. So robots that
+//! come near it are listed, and the few listed ones are examined exactly, in units of
+//! [`Distance`](crate::graph::arc_length::Distance): none of them drives beyond it.
 
 use super::Motion;
 use super::events::EventBuffer;
@@ -11,16 +12,17 @@ use super::profile::UNLIMITED;
 use super::rows::{Rows, leg_of};
 use crate::graph::arc_length::Distance;
 
-/// `brake` of a robot without an acceleration limit whose base ends on its leg: it never binds, but is finite, so that the
-/// robot's block is examined for robots near the end of their base.
+/// `brake` of a robot without an acceleration limit whose base ends on its leg: it never binds, but
+/// is finite, so that the robot's block is examined for robots near the end of their base.
 const NEVER_BINDING: f32 = f32::MAX / 4.0;
 
-/// The part of a leg's length by which the kernel lists robots too early, so that rounding never makes it too late.
+/// The part of a leg's length by which the kernel lists robots too early, so that rounding never
+/// makes it too late.
 const EARLY: f32 = 1e-6;
 
 impl Motion {
-    /// Computes what the columns hold of a row's base: `stop`, `rest` and `brake`. Must follow every change of its leg or
-    /// route.
+    /// Computes what the columns hold of a row's base: `stop`, `rest` and `brake`. Must follow
+    /// every change of its leg or route.
     pub(crate) fn update_base(&self, rows: &mut Rows, row: usize) {
         if rows.limits.is_none() {
             return;
@@ -57,7 +59,8 @@ impl Motion {
         }
     }
 
-    /// Returns the metres that a robot has driven on its leg; `None` if it stands at the leg's end or on a node.
+    /// Returns the metres that a robot has driven on its leg; `None` if it stands at the leg's end
+    /// or on a node.
     pub(crate) fn driven_on_leg(&self, piece: PieceIndex, edge: u32, w: i32) -> Option<f64> {
         let leg = leg_of(piece, edge).filter(|_| !self.legs.is_leg_end(piece, w))?;
         Some(self.legs.driven(leg, piece) + Distance(w).to_metres())
@@ -67,13 +70,24 @@ impl Motion {
     pub(super) fn distance_to_end(&self, rows: &Rows, row: usize) -> f64 {
         match self.limit(rows, row) {
             Some(limit) => (limit - i64::from(rows.w[row])) as f64 * Distance(1).to_metres(),
-            None => f64::from(self.legs.rest(rows.piece.get(row))) - Distance(rows.w[row]).to_metres(),
+            None => {
+                f64::from(self.legs.rest(rows.piece.get(row))) - Distance(rows.w[row]).to_metres()
+            }
         }
     }
 
-    /// Stops a robot that has reached the place where its base ends on its leg, exactly there. Returns whether it has.
-    pub(super) fn stop_at_limit(&self, rows: &mut Rows, row: usize, events: &mut EventBuffer) -> bool {
-        let Some(limit) = self.limit_on_piece(rows, row).filter(|limit| rows.w[row] >= *limit) else { return false };
+    /// Stops a robot that has reached the place where its base ends on its leg, exactly there.
+    /// Returns whether it has.
+    pub(super) fn stop_at_limit(
+        &self,
+        rows: &mut Rows,
+        row: usize,
+        events: &mut EventBuffer,
+    ) -> bool {
+        let Some(limit) = self.limit_on_piece(rows, row).filter(|limit| rows.w[row] >= *limit)
+        else {
+            return false;
+        };
         rows.w[row] = limit;
         let end = self.plans.end_at_limit(rows.route[row]);
         self.stand(rows, row, end, events);
@@ -85,13 +99,17 @@ impl Motion {
         let limit = self.limit(rows, row)?;
         let span = self.legs.span(rows.piece.get(row));
         // At `w` = 0 of its last piece the leg would be driven.
-        let last = if span.is_last() { Some(limit.min(-1)) } else { Some(limit).filter(|limit| *limit < 0) };
+        let last = if span.is_last() {
+            Some(limit.min(-1))
+        } else {
+            Some(limit).filter(|limit| *limit < 0)
+        };
         // Pieces' ends are rounded: a limit at a piece's start may come out before it.
         last.map(|limit| limit.max(-i64::from(span.length())) as i32)
     }
 
-    /// Returns the distance from the end of a robot's piece to the place where its base ends on its leg, rounded down to
-    /// units.
+    /// Returns the distance from the end of a robot's piece to the place where its base ends on its
+    /// leg, rounded down to units.
     fn limit(&self, rows: &Rows, row: usize) -> Option<i64> {
         rows.limits.as_ref().filter(|limits| limits.stop[row] > 0.0)?;
         let limit = self.plans.limit_on_leg(rows.route[row]);

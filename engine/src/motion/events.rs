@@ -17,7 +17,8 @@ impl EventBuffer {
         Self { records: Vec::with_capacity(limit), dropped: 0, limit, wanted: true }
     }
 
-    /// Sets whether events have a reader. Without one they are not even counted: in a large fleet they cost time.
+    /// Sets whether events have a reader. Without one they are not even counted: in a large fleet
+    /// they cost time.
     pub fn set_wanted(&mut self, wanted: bool) {
         self.wanted = wanted;
     }
@@ -58,7 +59,8 @@ impl EventBuffer {
         }
     }
 
-    /// Clears these events and copies the settings of `other`: its limit, and whether events are wanted.
+    /// Clears these events and copies the settings of `other`: its limit, and whether events are
+    /// wanted.
     pub(crate) fn reset_like(&mut self, other: &Self) {
         self.limit = other.limit;
         self.wanted = other.wanted;

@@ -1,4 +1,5 @@
-//! Hand-over: moves the few robots that reach the end of their piece in a tick to the next one, and puts robots on legs.
+//! Hand-over: moves the few robots that reach the end of their piece in a tick to the next one, and
+//! puts robots on legs.
 
 use regatta_plugin::event::EventKind;
 use regatta_plugin::frame::{NO_EDGE, RobotState};
@@ -12,8 +13,8 @@ use super::rows::Rows;
 use crate::graph::{EdgeIndex, Leg, NodeIndex};
 
 impl Motion {
-    /// Moves robots to the next piece of their leg, without a branch: that is all that most of them need. The others
-    /// stay on the list.
+    /// Moves robots to the next piece of their leg, without a branch: that is all that most of them
+    /// need. The others stay on the list.
     pub(super) fn next_pieces(&self, rows: &mut Rows, arrived: &mut RowList) {
         let spans = self.legs.spans();
         let mut left = 0;
@@ -37,8 +38,8 @@ impl Motion {
 
     /// Moves a robot to the piece that it has reached by now, or stops it at the end of its base.
     ///
-    /// The distance beyond the end of one leg is driven on the next, exactly. If the speed changes there, the time is
-    /// kept and not the distance.
+    /// The distance beyond the end of one leg is driven on the next, exactly. If the speed changes
+    /// there, the time is kept and not the distance.
     pub(super) fn hand_over(&self, rows: &mut Rows, row: usize, events: &mut EventBuffer) {
         while !self.stop_at_limit(rows, row, events) && rows.w[row] >= 0 {
             let piece = rows.piece.get(row);
@@ -84,8 +85,16 @@ impl Motion {
         }
     }
 
-    /// Puts a robot on a leg. `surplus` is the distance past its start that the robot would have driven at its old speed.
-    pub(super) fn enter_leg(&self, rows: &mut Rows, row: usize, leg: Leg, cursor: &RouteCursor, surplus: i32) {
+    /// Puts a robot on a leg. `surplus` is the distance past its start that the robot would have
+    /// driven at its old speed.
+    pub(super) fn enter_leg(
+        &self,
+        rows: &mut Rows,
+        row: usize,
+        leg: Leg,
+        cursor: &RouteCursor,
+        surplus: i32,
+    ) {
         let compiled = self.legs.leg(leg);
         let before = rows.speed[row];
         let changes_gear = compiled.first_piece.gear() != rows.piece.get(row).gear();
@@ -114,13 +123,25 @@ impl Motion {
     }
 
     /// Stops a robot at the end of its leg, which is the end of its base.
-    pub(super) fn end_base(&self, rows: &mut Rows, row: usize, end: BaseEnd, events: &mut EventBuffer) {
+    pub(super) fn end_base(
+        &self,
+        rows: &mut Rows,
+        row: usize,
+        end: BaseEnd,
+        events: &mut EventBuffer,
+    ) {
         rows.w[row] = 0;
         self.stand(rows, row, end, events);
     }
 
     /// Stops a robot where it is, at the end of its base.
-    pub(super) fn stand(&self, rows: &mut Rows, row: usize, end: BaseEnd, events: &mut EventBuffer) {
+    pub(super) fn stand(
+        &self,
+        rows: &mut Rows,
+        row: usize,
+        end: BaseEnd,
+        events: &mut EventBuffer,
+    ) {
         self.stop(rows, row);
         let (state, event) = match end {
             BaseEnd::Done => (RobotState::Idle, EventKind::RouteDone),
@@ -163,7 +184,8 @@ impl Motion {
         }
     }
 
-    /// Whether a robot that waits at the end of its leg, or on a node, may drive its next leg by now.
+    /// Whether a robot that waits at the end of its leg, or on a node, may drive its next leg by
+    /// now.
     pub(crate) fn may_leave(&self, rows: &Rows, row: usize) -> bool {
         let is_at_end = self.legs.is_leg_end(rows.piece.get(row), rows.w[row]);
         is_at_end && self.next_leg(&mut self.route_cursor(rows, row)).is_ok()
@@ -185,7 +207,14 @@ impl Motion {
     }
 
     /// Puts a robot on a piece at `w` ≤ 0, idle.
-    pub(crate) fn place(&self, rows: &mut Rows, row: usize, piece: PieceIndex, edge: Option<u32>, w: i32) {
+    pub(crate) fn place(
+        &self,
+        rows: &mut Rows,
+        row: usize,
+        piece: PieceIndex,
+        edge: Option<u32>,
+        w: i32,
+    ) {
         self.stop(rows, row);
         rows.edge[row] = edge.unwrap_or(NO_EDGE);
         rows.state[row] = RobotState::Idle as u8;
@@ -196,11 +225,13 @@ impl Motion {
 
     /// Returns the speed of a robot on a leg, in metres per second.
     pub(super) fn leg_speed(&self, rows: &Rows, row: usize, leg: Leg) -> f32 {
-        let speed = self.legs.leg(leg).speed.min(self.limits[usize::from(rows.robot_type[row])].max_speed);
+        let speed =
+            self.legs.leg(leg).speed.min(self.limits[usize::from(rows.robot_type[row])].max_speed);
         self.variation.apply(speed, rows.robot(row), leg.edge)
     }
 
-    /// Returns the next leg of a route and moves the cursor to its end; or the reason why there is none.
+    /// Returns the next leg of a route and moves the cursor to its end; or the reason why there is
+    /// none.
     pub(crate) fn next_leg(&self, cursor: &mut RouteCursor) -> Result<Leg, BaseEnd> {
         let leg = self.plans.next(&self.legs, cursor)?;
         cursor.node = self.legs.leg(leg).end;

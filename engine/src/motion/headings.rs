@@ -1,9 +1,11 @@
-//! The headings of robots where they aren't simply those of the edges: edges with an orientation, and turns on the spot.
+//! The headings of robots where they aren't simply those of the edges: edges with an orientation,
+//! and turns on the spot.
 //!
-//! Fleets that need it have columns `gain` and `offset`: the heading in a frame is `gain · tangent + offset`, brought to
-//! (-π, π], where `tangent` is the angle of the edge's tangent. A robot on an edge that is driven along its tangent has
-//! 1 and 0, one at an angle to it 1 and the angle, one with a heading on the map 0 and the heading, and one that turns on
-//! the spot 0 and its heading of the moment.
+//! Fleets that need it have columns `gain` and `offset`: the heading in a frame is `gain · tangent
+//! + offset`, brought to (-π, π], where `tangent` is the angle of the edge's tangent. A robot on an
+//! edge that is driven along its tangent has 1 and 0, one at an angle to it 1 and the angle, one
+//! with a heading on the map 0 and the heading, and one that turns on the spot 0 and its heading of
+//! the moment.
 
 use std::f32::consts::{PI, TAU};
 
@@ -14,8 +16,8 @@ use super::scalar::direction;
 use crate::graph::arc_length::Distance;
 use crate::graph::{EdgeIndex, Gear, Leg, Orientation, Rotation};
 
-/// The largest difference in radians between the headings of consecutive legs that robots drive through without a turn:
-/// 5°, from which `regatta graph check` warns.
+/// The largest difference in radians between the headings of consecutive legs that robots drive
+/// through without a turn: 5°, from which `regatta graph check` warns.
 pub(super) const SMOOTH: f32 = crate::graph::SMOOTH_TURN as f32;
 
 /// The part of a turn in radians that may be missing at its end, because of rounding.
@@ -63,7 +65,8 @@ pub(super) fn wrap(angle: f32) -> f32 {
     above.clamp(-BELOW_PI, PI)
 }
 
-/// Returns the angle from one heading to another, in radians: in (-π, π] by the shorter way, else in (-2π, 2π).
+/// Returns the angle from one heading to another, in radians: in (-π, π] by the shorter way, else
+/// in (-2π, 2π).
 pub(super) fn turn_between(from: f32, to: f32, rotation: Rotation) -> f32 {
     let shorter = wrap(to - from);
     match rotation {
@@ -89,8 +92,14 @@ impl EdgeHeadings {
     pub(crate) fn new(legs: &LegTable) -> Self {
         let edges = legs.graph().edges();
         let rules: Vec<_> = edges.iter().map(|edge| HeadingRule::of(edge.orientation)).collect();
-        let ends = (0..).zip(&rules).map(|(edge, rule)| tangents(legs, EdgeIndex(edge)).map(|at| rule.heading(at)));
-        Self { ends: ends.collect(), rotations: edges.iter().map(|edge| edge.rotation).collect(), rules }
+        let ends = (0..)
+            .zip(&rules)
+            .map(|(edge, rule)| tangents(legs, EdgeIndex(edge)).map(|at| rule.heading(at)));
+        Self {
+            ends: ends.collect(),
+            rotations: edges.iter().map(|edge| edge.rotation).collect(),
+            rules,
+        }
     }
 
     pub(super) fn rule(&self, edge: EdgeIndex) -> HeadingRule {
@@ -103,7 +112,8 @@ impl EdgeHeadings {
         if leg.gear == Gear::Forward { origin } else { destination }
     }
 
-    /// Returns the way to turn from one leg to the next; without the former, the robot stands on a node.
+    /// Returns the way to turn from one leg to the next; without the former, the robot stands on a
+    /// node.
     pub(super) fn rotation(&self, from: Option<Leg>, to: Leg) -> Rotation {
         let at = |leg: Leg, is_start: bool| {
             let [origin, destination] = self.rotations[leg.edge.0 as usize];
@@ -121,13 +131,16 @@ impl EdgeHeadings {
 
 /// Returns the angles of the tangents at the origin and the destination of an edge.
 fn tangents(legs: &LegTable, edge: EdgeIndex) -> [f32; 2] {
-    let Some(track) = legs.tracks().track(Leg { edge, gear: Gear::Forward }) else { return [0.0; 2] };
+    let Some(track) = legs.tracks().track(Leg { edge, gear: Gear::Forward }) else {
+        return [0.0; 2];
+    };
     let length = legs.tracks().infos()[track.first_piece as usize].length;
     let at = |row: u32, w: i32| tangent_angle(legs, legs.piece(row, Gear::Forward), w);
     [at(track.first_piece, -length.0), at(track.last_piece(), 0)]
 }
 
-/// Returns the angle of the tangent of a piece in forward gear, as in frames, at `w` units from its end.
+/// Returns the angle of the tangent of a piece in forward gear, as in frames, at `w` units from its
+/// end.
 pub(super) fn tangent_angle(legs: &LegTable, piece: PieceIndex, w: i32) -> f32 {
     let (x, y) = direction(&legs.pieces()[piece.row()], Distance(w), piece.sign_bit());
     atan2(y, x)
@@ -139,7 +152,15 @@ mod tests {
 
     #[test]
     fn angles_are_brought_to_the_half_open_interval() {
-        let cases = [(0.0, 0.0), (PI, PI), (-PI, PI), (3.0, 3.0), (4.0, 4.0 - TAU), (-4.0, TAU - 4.0), (TAU, 0.0)];
+        let cases = [
+            (0.0, 0.0),
+            (PI, PI),
+            (-PI, PI),
+            (3.0, 3.0),
+            (4.0, 4.0 - TAU),
+            (-4.0, TAU - 4.0),
+            (TAU, 0.0),
+        ];
         for (angle, expected) in cases {
             assert!((wrap(angle) - expected).abs() < 1e-6, "{angle}: {}", wrap(angle));
         }

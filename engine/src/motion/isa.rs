@@ -8,7 +8,8 @@ use std::str::FromStr;
 pub enum Isa {
     /// Row by row in plain Rust: the reference.
     Scalar,
-    /// Four rows at a time with what every machine of this architecture has (SSE2 on x86-64, NEON on 64-bit Arm).
+    /// Four rows at a time with what every machine of this architecture has (SSE2 on x86-64, NEON
+    /// on 64-bit Arm).
     Baseline,
     /// Eight rows at a time.
     Avx2,
@@ -22,7 +23,10 @@ impl Isa {
 
     /// Returns the fastest instruction set that this machine can run.
     pub fn detect() -> Self {
-        *Self::ALL.iter().rfind(|isa| isa.is_supported()).expect("every machine runs the scalar kernel")
+        *Self::ALL
+            .iter()
+            .rfind(|isa| isa.is_supported())
+            .expect("every machine runs the scalar kernel")
     }
 
     /// Whether this machine can run it.
@@ -32,7 +36,9 @@ impl Isa {
             #[cfg(target_arch = "x86_64")]
             Self::Avx2 => is_x86_feature_detected!("avx2"),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512 => is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq"),
+            Self::Avx512 => {
+                is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq")
+            }
             #[cfg(not(target_arch = "x86_64"))]
             Self::Avx2 | Self::Avx512 => false,
         }
@@ -64,11 +70,15 @@ impl FromStr for Isa {
     type Err = ParseIsaError;
 
     fn from_str(text: &str) -> Result<Self, ParseIsaError> {
-        Self::ALL.into_iter().find(|isa| isa.name() == text).ok_or_else(|| ParseIsaError(text.to_owned()))
+        Self::ALL
+            .into_iter()
+            .find(|isa| isa.name() == text)
+            .ok_or_else(|| ParseIsaError(text.to_owned()))
     }
 }
 
-/// An instruction set that this machine was found to have. The kernel's vector code is called with nothing else.
+/// An instruction set that this machine was found to have. The kernel's vector code is called with
+/// nothing else.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct SupportedIsa(KernelVariant);
 

@@ -1,4 +1,5 @@
-//! The route graph as hand-overs read it: the pieces of each leg in order, and the edges that leave each node.
+//! The route graph as hand-overs read it: the pieces of each leg in order, and the edges that leave
+//! each node.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -21,10 +22,12 @@ pub(crate) struct CompiledLeg {
     pub end: NodeIndex,
 }
 
-/// The length of a piece and its position on the edge. Small, because each hand-over reads two of these at random.
+/// The length of a piece and its position on the edge. Small, because each hand-over reads two of
+/// these at random.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct PieceSpan {
-    /// In units of [`Distance`](crate::graph::arc_length::Distance), less than 2³¹; bit 31 marks the last of a leg.
+    /// In units of [`Distance`](crate::graph::arc_length::Distance), less than 2³¹; bit 31 marks
+    /// the last of a leg.
     length_and_last: u32,
     /// Metres along the edge from its origin to the end of this piece.
     pub s_end: f32,
@@ -65,7 +68,8 @@ pub(crate) struct LegTable {
     /// Edges that start at a node: `exits[exits_start[n]..exits_start[n + 1]]`.
     exits: Vec<EdgeIndex>,
     exits_start: Vec<u32>,
-    /// By edge: position among its destination's exits of the edge that leads straight back, or `u32::MAX`.
+    /// By edge: position among its destination's exits of the edge that leads straight back, or
+    /// `u32::MAX`.
     return_exits: Vec<u32>,
     /// Edges that nobody may enter. Ordered by index, and mostly empty.
     closed: BTreeSet<EdgeIndex>,
@@ -78,15 +82,21 @@ impl LegTable {
     /// If there are more than [`MAX_PIECES`] pieces.
     pub(crate) fn new(graph: Arc<RouteGraph>, tracks: Arc<Tracks>) -> Result<Self, TooManyPieces> {
         check_pieces(tracks.pieces().len())?;
-        let all_legs = (0..graph.edges().len() as u32)
-            .flat_map(|edge| [Gear::Forward, Gear::Reverse].map(|gear| Leg { edge: EdgeIndex(edge), gear }));
+        let all_legs = (0..graph.edges().len() as u32).flat_map(|edge| {
+            [Gear::Forward, Gear::Reverse].map(|gear| Leg { edge: EdgeIndex(edge), gear })
+        });
         let legs = all_legs.clone().map(|leg| compile_leg(&graph, &tracks, leg)).collect();
         let (spans, rests) = compile_pieces(&tracks, all_legs);
         let (exits, exits_start) = exits(&graph);
         let (return_exits, closed) = (Vec::new(), BTreeSet::new());
-        let mut table = Self { graph, tracks, spans, rests, legs, exits, exits_start, return_exits, closed };
-        table.return_exits =
-            table.graph.edges().iter().map(|edge| table.return_exit(edge.origin, edge.destination)).collect();
+        let mut table =
+            Self { graph, tracks, spans, rests, legs, exits, exits_start, return_exits, closed };
+        table.return_exits = table
+            .graph
+            .edges()
+            .iter()
+            .map(|edge| table.return_exit(edge.origin, edge.destination))
+            .collect();
         Ok(table)
     }
 
@@ -184,11 +194,19 @@ impl LegTable {
         self.closed.iter().copied()
     }
 
-    /// Returns the edge that a random walk takes from a node. It turns straight back only if there is no other edge.
-    pub(super) fn random_exit(&self, node: NodeIndex, leg: Option<Leg>, random: u32) -> Result<EdgeIndex, BaseEnd> {
+    /// Returns the edge that a random walk takes from a node. It turns straight back only if there
+    /// is no other edge.
+    pub(super) fn random_exit(
+        &self,
+        node: NodeIndex,
+        leg: Option<Leg>,
+        random: u32,
+    ) -> Result<EdgeIndex, BaseEnd> {
         let exits = self.exits_of(node);
         let back = match leg {
-            Some(Leg { edge, gear: Gear::Forward }) if exits.len() > 1 => self.return_exits[edge.0 as usize],
+            Some(Leg { edge, gear: Gear::Forward }) if exits.len() > 1 => {
+                self.return_exits[edge.0 as usize]
+            }
             _ => u32::MAX,
         };
         if !self.closed.is_empty() && exits.iter().any(|edge| self.is_closed(*edge)) {
@@ -200,8 +218,14 @@ impl LegTable {
         exits.get(choice as usize).copied().ok_or(BaseEnd::DeadEnd)
     }
 
-    /// As [`random_exit`](Self::random_exit), for a node that closed edges leave. `back` is the place of the way back.
-    fn random_open_exit(&self, exits: &[EdgeIndex], back: u32, random: u32) -> Result<EdgeIndex, BaseEnd> {
+    /// As [`random_exit`](Self::random_exit), for a node that closed edges leave. `back` is the
+    /// place of the way back.
+    fn random_open_exit(
+        &self,
+        exits: &[EdgeIndex],
+        back: u32,
+        random: u32,
+    ) -> Result<EdgeIndex, BaseEnd> {
         let open = (0..).zip(exits.iter().copied()).filter(|(_, edge)| !self.is_closed(*edge));
         let mut ahead = open.clone().filter(|(place, _)| *place != back);
         let choice = (u64::from(random) * ahead.clone().count() as u64) >> 32;
@@ -216,7 +240,10 @@ impl LegTable {
 
     fn return_exit(&self, origin: NodeIndex, destination: NodeIndex) -> u32 {
         let leads_back = |&edge: &EdgeIndex| self.graph.edge(edge).destination == origin;
-        self.exits_of(destination).iter().position(leads_back).map_or(u32::MAX, |place| place as u32)
+        self.exits_of(destination)
+            .iter()
+            .position(leads_back)
+            .map_or(u32::MAX, |place| place as u32)
     }
 }
 
@@ -233,13 +260,19 @@ fn compile_leg(graph: &RouteGraph, tracks: &Tracks, leg: Leg) -> CompiledLeg {
             length: track.length as f32,
             end,
         },
-        _ => CompiledLeg { first_piece: PieceIndex::new(0, Gear::Forward), speed: 0.0, length: 0.0, end },
+        _ => CompiledLeg {
+            first_piece: PieceIndex::new(0, Gear::Forward),
+            speed: 0.0,
+            length: 0.0,
+            end,
+        },
     }
 }
 
 /// Returns, by piece, its span and the metres from its end to the end of its leg.
 fn compile_pieces(tracks: &Tracks, legs: impl Iterator<Item = Leg>) -> (Vec<PieceSpan>, Vec<f32>) {
-    let span = |info: &PieceInfo| PieceSpan { length_and_last: info.length.0 as u32, s_end: info.s_end };
+    let span =
+        |info: &PieceInfo| PieceSpan { length_and_last: info.length.0 as u32, s_end: info.s_end };
     let mut spans: Vec<_> = tracks.infos().iter().map(span).collect();
     let mut rests = vec![0.0; spans.len()];
     for track in legs.filter_map(|leg| tracks.track(leg)) {
@@ -262,7 +295,8 @@ fn exits(graph: &RouteGraph) -> (Vec<EdgeIndex>, Vec<u32>) {
     let mut start = vec![0];
     let mut exits = Vec::new();
     for node in 0..graph.nodes().len() as u32 {
-        let forward = graph.departures(NodeIndex(node)).iter().filter(|leg| leg.gear == Gear::Forward);
+        let forward =
+            graph.departures(NodeIndex(node)).iter().filter(|leg| leg.gear == Gear::Forward);
         exits.extend(forward.map(|leg| leg.edge));
         start.push(exits.len() as u32);
     }

@@ -1,17 +1,21 @@
 //! Indices of pieces, and the column that holds one per robot.
 //!
-//! The vector code reads the piece of every robot on every tick, without a bounds check. That is sound because of one
-//! invariant, which this module alone can write to: a [`PieceColumn`] is made for a table of a certain length, and
-//! every value in it is the index of a piece below that length. Writes check it; they happen only when a robot comes to
-//! another piece. A lookup checks once per block that the table is at least as long as the column's.
-#![allow(unsafe_code, reason = "reads of pieces without a bounds check; this module upholds their invariant")]
+//! The vector code reads the piece of every robot on every tick, without a bounds check. That is
+//! sound because of one invariant, which this module alone can write to: a [`PieceColumn`] is made
+//! for a table of a certain length, and every value in it is the index of a piece below that
+//! length. Writes check it; they happen only when a robot comes to another piece. A lookup checks
+//! once per block that the table is at least as long as the column's.
+#![allow(
+    unsafe_code,
+    reason = "reads of pieces without a bounds check; this module upholds their invariant"
+)]
 
 use super::aligned_vec::AlignedVec;
 use crate::graph::Gear;
 use crate::graph::arc_length::Piece;
 
-/// Bit of a [`PieceIndex`] that is set in reverse gear. It is also the sign bit of an `f32`, which the kernel makes use
-/// of.
+/// Bit of a [`PieceIndex`] that is set in reverse gear. It is also the sign bit of an `f32`, which
+/// the kernel makes use of.
 pub(super) const REVERSE: u32 = 1 << 31;
 
 /// Bits of a [`PieceIndex`] that hold the row: so few that the row's offset in bytes fits 32 bits.
@@ -20,8 +24,8 @@ const ROW_BITS: u32 = (1 << 27) - 1;
 /// The most pieces that a [`PieceIndex`] can tell apart.
 pub(crate) const MAX_PIECES: usize = ROW_BITS as usize + 1;
 
-/// Row of a piece in a [`LegTable`](super::leg_table::LegTable), and the gear in which a robot drives it. Only the
-/// table makes one.
+/// Row of a piece in a [`LegTable`](super::leg_table::LegTable), and the gear in which a robot
+/// drives it. Only the table makes one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct PieceIndex(u32);
 
@@ -176,8 +180,9 @@ impl<'rows, const N: usize> PieceLookup<'rows, N> {
         for (piece, &index) in pieces.iter_mut().zip(&self.indices[chunk]) {
             let row = (index & ROW_BITS) as usize;
             debug_assert!(row < self.table.len());
-            // SAFETY: `indices` come from a column whose rows are less than its `table_len`, and `lookup` has checked
-            // that this table is not shorter. The mask only makes a number smaller.
+            // SAFETY: `indices` come from a column whose rows are less than its `table_len`, and
+            // `lookup` has checked that this table is not shorter. The mask only makes a number
+            // smaller.
             *piece = unsafe { self.table.get_unchecked(row) };
         }
         pieces
@@ -197,7 +202,10 @@ mod tests {
     #[test]
     fn an_index_holds_row_and_gear() {
         let index = PieceIndex::new(ROW_BITS, Gear::Reverse);
-        assert_eq!((index.row(), index.gear(), index.sign_bit()), (MAX_PIECES - 1, Gear::Reverse, REVERSE));
+        assert_eq!(
+            (index.row(), index.gear(), index.sign_bit()),
+            (MAX_PIECES - 1, Gear::Reverse, REVERSE)
+        );
         let index = PieceIndex::new(7, Gear::Forward);
         assert_eq!((index.row(), index.gear(), index.sign_bit()), (7, Gear::Forward, 0));
     }

@@ -68,9 +68,9 @@ enum Plan {
     Free,
     /// From a scenario.
     Listed { legs: Arc<[Leg]>, repeat: Repeat },
-    /// From orders, for one robot: the first `released` legs are its base, the others its horizon. The last released leg
-    /// (if there is none, the leg that the robot is on when it gets the plan) is released up to `limit` metres from where
-    /// it is entered; infinity for all of it.
+    /// From orders, for one robot: the first `released` legs are its base, the others its horizon.
+    /// The last released leg (if there is none, the leg that the robot is on when it gets the plan)
+    /// is released up to `limit` metres from where it is entered; infinity for all of it.
     Ordered { legs: Vec<Leg>, released: usize, limit: f64 },
 }
 
@@ -111,12 +111,14 @@ impl Plans {
         Ok(Leg { edge, gear: Gear::Forward })
     }
 
-    /// Adds a list of legs and returns the route at its start. Robots with the same list share its plan, unless many
-    /// others were added in between.
+    /// Adds a list of legs and returns the route at its start. Robots with the same list share its
+    /// plan, unless many others were added in between.
     pub(crate) fn list(&mut self, legs: Arc<[Leg]>, repeat: Repeat) -> Route {
         const RECENT: usize = 64;
         let is_same = |plan: &Plan| match plan {
-            Plan::Listed { legs: other, repeat: again } => Arc::ptr_eq(other, &legs) && *again == repeat,
+            Plan::Listed { legs: other, repeat: again } => {
+                Arc::ptr_eq(other, &legs) && *again == repeat
+            }
             Plan::Free | Plan::Ordered { .. } => false,
         };
         let recent = self.plans.len().saturating_sub(RECENT);
@@ -126,14 +128,18 @@ impl Plans {
         }
     }
 
-    /// Adds ordered legs and returns the route at their start. `limit` is in metres along the last released leg.
+    /// Adds ordered legs and returns the route at their start. `limit` is in metres along the last
+    /// released leg.
     pub(crate) fn order(&mut self, legs: Vec<Leg>, released: usize, limit: f64) -> Route {
         self.add(Plan::Ordered { legs, released, limit })
     }
 
-    /// Releases the first `released` legs of an ordered route, the last of them up to `limit` metres.
+    /// Releases the first `released` legs of an ordered route, the last of them up to `limit`
+    /// metres.
     pub(crate) fn set_base(&mut self, route: Route, released: usize, limit: f64) {
-        if let Some(Plan::Ordered { released: legs, limit: metres, .. }) = self.plans.get_mut(route.plan as usize) {
+        if let Some(Plan::Ordered { released: legs, limit: metres, .. }) =
+            self.plans.get_mut(route.plan as usize)
+        {
             (*legs, *metres) = (released, limit);
         }
     }
@@ -160,10 +166,13 @@ impl Plans {
         }
     }
 
-    /// Returns the metres that are released of the leg that the robot is on; infinity for all of it.
+    /// Returns the metres that are released of the leg that the robot is on; infinity for all of
+    /// it.
     pub(crate) fn limit_on_leg(&self, route: Route) -> f64 {
         match self.plans.get(route.plan as usize) {
-            Some(Plan::Ordered { released, limit, .. }) if *released == route.position as usize => *limit,
+            Some(Plan::Ordered { released, limit, .. }) if *released == route.position as usize => {
+                *limit
+            }
             _ => f64::INFINITY,
         }
     }
@@ -176,16 +185,19 @@ impl Plans {
         }
     }
 
-    /// Returns the number of released legs of a route, counted from its start, and the last of them.
+    /// Returns the number of released legs of a route, counted from its start, and the last of
+    /// them.
     pub(crate) fn released(&self, route: Route) -> (usize, Option<Leg>) {
         match self.plans.get(route.plan as usize) {
-            Some(Plan::Ordered { legs, released, .. }) => (*released, legs[..*released].last().copied()),
+            Some(Plan::Ordered { legs, released, .. }) => {
+                (*released, legs[..*released].last().copied())
+            }
             _ => (0, None),
         }
     }
 
-    /// Legs of a route's released base that are still to be entered. A loop's base ends with its lap, a random
-    /// walk's with the leg that the robot is on.
+    /// Legs of a route's released base that are still to be entered. A loop's base ends with its
+    /// lap, a random walk's with the leg that the robot is on.
     pub(crate) fn base(&self, route: Route) -> &[Leg] {
         match self.plans.get(route.plan as usize) {
             Some(Plan::Listed { legs, .. }) => &legs[route.position as usize..],
@@ -194,11 +206,13 @@ impl Plans {
         }
     }
 
-    /// Legs of a route that come after its base: an order's horizon; of a loop, the rest of one lap, counted from the
-    /// leg that the robot is on.
+    /// Legs of a route that come after its base: an order's horizon; of a loop, the rest of one
+    /// lap, counted from the leg that the robot is on.
     pub(crate) fn horizon(&self, route: Route) -> &[Leg] {
         match self.plans.get(route.plan as usize) {
-            Some(Plan::Listed { legs, repeat: Repeat::Loop }) => &legs[..(route.position as usize).saturating_sub(1)],
+            Some(Plan::Listed { legs, repeat: Repeat::Loop }) => {
+                &legs[..(route.position as usize).saturating_sub(1)]
+            }
             Some(Plan::Ordered { legs, released, .. }) => &legs[*released..],
             Some(Plan::Free | Plan::Listed { .. }) | None => &[],
         }
@@ -235,7 +249,8 @@ fn next_ordered(legs: &[Leg], released: usize, position: u32) -> Result<(Leg, u3
     }
 }
 
-/// The finaliser of SplitMix64 (Steele, Lea, Flood 2014), after one step of its sequence: random bits for any counter.
+/// The finaliser of SplitMix64 (Steele, Lea, Flood 2014), after one step of its sequence: random
+/// bits for any counter.
 pub(crate) fn mix(counter: u64) -> u64 {
     let z = counter.wrapping_add(0x9E37_79B9_7F4A_7C15);
     let z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);

@@ -6,14 +6,16 @@ use super::pieces::{PieceIndex, PieceRows};
 use super::routes::Route;
 use crate::graph::{EdgeIndex, Leg};
 
-/// The columns from row `first` on. All have the same length, a multiple of 64; rows that hold no robot are inert.
+/// The columns from row `first` on. All have the same length, a multiple of 64; rows that hold no
+/// robot are inert.
 #[derive(Debug)]
 pub(crate) struct Rows<'fleet> {
     /// Robot id of the first row.
     pub first: u32,
     /// The piece that the robot is on, and its gear.
     pub piece: PieceRows<'fleet>,
-    /// Distance from the end of the piece, in units of [`Distance`](crate::graph::arc_length::Distance); ≤ 0.
+    /// Distance from the end of the piece, in units of
+    /// [`Distance`](crate::graph::arc_length::Distance); ≤ 0.
     pub w: &'fleet mut [i32],
     /// Metres per second in the driving direction; ≥ 0.
     pub speed: &'fleet mut [f32],
@@ -27,29 +29,34 @@ pub(crate) struct Rows<'fleet> {
     pub route: &'fleet mut [Route],
     /// Index of the robot type.
     pub robot_type: &'fleet mut [u16],
-    /// `None` in fleets where no robot type limits its acceleration, and no base has ended within a leg.
+    /// `None` in fleets where no robot type limits its acceleration, and no base has ended within a
+    /// leg.
     pub limits: Option<LimitRows<'fleet>>,
     /// `None` in fleets where every heading is that of an edge.
     pub headings: Option<HeadingRows<'fleet>>,
 }
 
-/// The columns that only fleets with acceleration limits, or with bases that end within a leg, have; [`profile`](super::profile) has the equations.
+/// The columns that only fleets with acceleration limits, or with bases that end within a leg,
+/// have; [`profile`](super::profile) has the equations.
 #[derive(Debug)]
 pub(crate) struct LimitRows<'fleet> {
-    /// Metres per second squared; [`UNLIMITED`](super::profile::UNLIMITED) for types without a limit.
+    /// Metres per second squared; [`UNLIMITED`](super::profile::UNLIMITED) for types without a
+    /// limit.
     pub acceleration: &'fleet mut [f32],
     /// The speed to accelerate or brake to, in metres per second.
     pub cruise: &'fleet mut [f32],
-    /// Square of the speed from which the robot can brake for everything beyond the end of its leg or base, in m²/s².
+    /// Square of the speed from which the robot can brake for everything beyond the end of its leg
+    /// or base, in m²/s².
     pub brake: &'fleet mut [f32],
-    /// Metres from the end of the piece to the place where the base ends on the leg; to the leg's end, if it doesn't.
+    /// Metres from the end of the piece to the place where the base ends on the leg; to the leg's
+    /// end, if it doesn't.
     pub rest: &'fleet mut [f32],
     /// Metres from that place to the end of the leg; 0 if the base doesn't end on the leg.
     pub stop: &'fleet mut [f32],
 }
 
-/// The columns that only fleets have whose robots turn on the spot, or drive edges with an orientation;
-/// [`headings`](super::headings) has the equation.
+/// The columns that only fleets have whose robots turn on the spot, or drive edges with an
+/// orientation; [`headings`](super::headings) has the equation.
 #[derive(Debug)]
 pub(crate) struct HeadingRows<'fleet> {
     /// 1 or 0: whether the heading follows the edge's tangent.
@@ -89,18 +96,18 @@ impl<'fleet> Rows<'fleet> {
         let robot_type = self.robot_type.split_at_mut(count);
         let limits = self.limits.map(|limits| limits.split_at(count)).unzip();
         let headings = self.headings.map(|headings| headings.split_at(count)).unzip();
-        let half = |first, piece, w, speed, s_end, edge, state, route, robot_type, limits, headings| Rows {
-            first,
-            piece,
-            w,
-            speed,
-            s_end,
-            edge,
-            state,
-            route,
-            robot_type,
-            limits,
-            headings,
+        let half = |first,
+                    piece,
+                    w,
+                    speed,
+                    s_end,
+                    edge,
+                    state,
+                    route,
+                    robot_type,
+                    limits,
+                    headings| {
+            Rows { first, piece, w, speed, s_end, edge, state, route, robot_type, limits, headings }
         };
         let middle = self.first + count as u32;
         (
@@ -117,7 +124,19 @@ impl<'fleet> Rows<'fleet> {
                 limits.0,
                 headings.0,
             ),
-            half(middle, piece.1, w.1, speed.1, s_end.1, edge.1, state.1, route.1, robot_type.1, limits.1, headings.1),
+            half(
+                middle,
+                piece.1,
+                w.1,
+                speed.1,
+                s_end.1,
+                edge.1,
+                state.1,
+                route.1,
+                robot_type.1,
+                limits.1,
+                headings.1,
+            ),
         )
     }
 
@@ -154,8 +173,20 @@ impl<'fleet> LimitRows<'fleet> {
         let rest = self.rest.split_at_mut(count);
         let stop = self.stop.split_at_mut(count);
         (
-            Self { acceleration: acceleration.0, cruise: cruise.0, brake: brake.0, rest: rest.0, stop: stop.0 },
-            Self { acceleration: acceleration.1, cruise: cruise.1, brake: brake.1, rest: rest.1, stop: stop.1 },
+            Self {
+                acceleration: acceleration.0,
+                cruise: cruise.0,
+                brake: brake.0,
+                rest: rest.0,
+                stop: stop.0,
+            },
+            Self {
+                acceleration: acceleration.1,
+                cruise: cruise.1,
+                brake: brake.1,
+                rest: rest.1,
+                stop: stop.1,
+            },
         )
     }
 }
@@ -165,7 +196,10 @@ impl<'fleet> HeadingRows<'fleet> {
         let gain = self.gain.split_at_mut(count);
         let offset = self.offset.split_at_mut(count);
         let rate = self.rate.split_at_mut(count);
-        (Self { gain: gain.0, offset: offset.0, rate: rate.0 }, Self { gain: gain.1, offset: offset.1, rate: rate.1 })
+        (
+            Self { gain: gain.0, offset: offset.0, rate: rate.0 },
+            Self { gain: gain.1, offset: offset.1, rate: rate.1 },
+        )
     }
 }
 
@@ -180,7 +214,23 @@ pub(crate) fn split_frame(columns: ColumnsMut, count: usize) -> (ColumnsMut, Col
     let edge = columns.edge.split_at_mut(words);
     let state = columns.state.split_at_mut(count.min(columns.state.len()));
     (
-        ColumnsMut { x: x.0, y: y.0, theta: theta.0, speed: speed.0, s: s.0, edge: edge.0, state: state.0 },
-        ColumnsMut { x: x.1, y: y.1, theta: theta.1, speed: speed.1, s: s.1, edge: edge.1, state: state.1 },
+        ColumnsMut {
+            x: x.0,
+            y: y.0,
+            theta: theta.0,
+            speed: speed.0,
+            s: s.0,
+            edge: edge.0,
+            state: state.0,
+        },
+        ColumnsMut {
+            x: x.1,
+            y: y.1,
+            theta: theta.1,
+            speed: speed.1,
+            s: s.1,
+            edge: edge.1,
+            state: state.1,
+        },
     )
 }

@@ -10,11 +10,12 @@ use super::rows::Rows;
 use super::time_step::TimeStep;
 use crate::graph::arc_length::{Distance, Piece};
 
-/// Metres in one unit of [`Distance`](crate::graph::arc_length::Distance); a power of two, so scaling by it is exact.
+/// Metres in one unit of [`Distance`](crate::graph::arc_length::Distance); a power of two, so
+/// scaling by it is exact.
 pub(super) const METRES_PER_UNIT: f32 = 1.0 / (1u32 << 27) as f32;
 
-/// Stage 1 under acceleration limits: sets new speeds, and `w += (old + new speed) / 2 · Δt`. Rows that may reach the
-/// end of their leg are only listed.
+/// Stage 1 under acceleration limits: sets new speeds, and `w += (old + new speed) / 2 · Δt`. Rows
+/// that may reach the end of their leg are only listed.
 pub(super) fn accelerate(rows: &mut Rows, time_step: TimeStep, lists: &mut BlockLists) {
     let Some(limits) = &rows.limits else { return };
     let units = |speeds: f32| (speeds * (0.5 * time_step.units)).round_ties_even() as i32;
@@ -68,7 +69,10 @@ pub(super) fn write(rows: &Rows, table: &[Piece], columns: ColumnsMut) {
         let tangent = atan2(y, x);
         columns.theta[row] = match &rows.headings {
             None => tangent,
-            Some(headings) => HeadingRule { gain: headings.gain[row], offset: headings.offset[row] }.heading(tangent),
+            Some(headings) => {
+                HeadingRule { gain: headings.gain[row], offset: headings.offset[row] }
+                    .heading(tangent)
+            }
         };
         columns.speed[row] = signed(rows.speed[row]) + 0.0;
         columns.s[row] = rows.s_end[row] + signed(w);
@@ -77,7 +81,8 @@ pub(super) fn write(rows: &Rows, table: &[Piece], columns: ColumnsMut) {
     columns.state.copy_from_slice(&rows.state[..columns.state.len()]);
 }
 
-/// Returns the direction of a robot on a piece, not normalized: the derivative, negated if `sign` has the sign bit.
+/// Returns the direction of a robot on a piece, not normalized: the derivative, negated if `sign`
+/// has the sign bit.
 pub(super) fn direction(piece: &Piece, w: Distance, sign: u32) -> (f32, f32) {
     let w = w.0 as f32 * METRES_PER_UNIT;
     let signed = |value: f32| f32::from_bits(value.to_bits() ^ sign);

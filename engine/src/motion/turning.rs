@@ -1,8 +1,9 @@
 //! Turns on the spot: at a node where the heading of the next leg differs from the robot's.
 //!
-//! Only types with a rotation speed turn; others drive through, and their heading jumps. A robot arrives at the node at
-//! speed 0 (`profile.rs` brakes for it), turns by the shorter way or as the edges say, and enters the next leg when its heading is that of the
-//! leg's start. A turn takes whole ticks. Its rate follows the same velocity profile as driving, with angles in place of
+//! Only types with a rotation speed turn; others drive through, and their heading jumps. A robot
+//! arrives at the node at speed 0 (`profile.rs` brakes for it), turns by the shorter way or as the
+//! edges say, and enters the next leg when its heading is that of the leg's start. A turn takes
+//! whole ticks. Its rate follows the same velocity profile as driving, with angles in place of
 //! distances.
 
 use regatta_plugin::frame::RobotState;
@@ -24,7 +25,8 @@ impl Motion {
             return None;
         }
         let mut list = RowList::new();
-        let turning = rows.state.iter().enumerate().filter(|(_, state)| **state == RobotState::Turning as u8);
+        let turning =
+            rows.state.iter().enumerate().filter(|(_, state)| **state == RobotState::Turning as u8);
         turning.for_each(|(row, _)| list.push(row));
         Some(list)
     }
@@ -43,7 +45,12 @@ impl Motion {
     pub(super) fn must_turn(&self, rows: &Rows, row: usize, leg: Leg) -> bool {
         let Some(headings) = &self.headings else { return false };
         let can_turn = self.limits[usize::from(rows.robot_type[row])].can_turn();
-        can_turn && is_turn(self.heading(rows, row), headings.start(leg), headings.rotation(rows.leg(row), leg))
+        can_turn
+            && is_turn(
+                self.heading(rows, row),
+                headings.start(leg),
+                headings.rotation(rows.leg(row), leg),
+            )
     }
 
     /// Stops a robot at the end of its leg and makes it turn, unless it is held.
@@ -69,7 +76,8 @@ impl Motion {
         };
         let before = rows.leg(row);
         let (Some(headings), Some(columns)) = (&self.headings, &mut rows.headings) else { return };
-        let left = turn_between(columns.offset[row], headings.start(leg), headings.rotation(before, leg));
+        let left =
+            turn_between(columns.offset[row], headings.start(leg), headings.rotation(before, leg));
         let limits = &self.limits[usize::from(rows.robot_type[row])];
         let (rate, step) = turn_step(limits, columns.rate[row], left.abs(), self.time_step.seconds);
         if step < left.abs() - NEGLIGIBLE_TURN {
@@ -98,15 +106,18 @@ impl Motion {
 
     /// Returns x, y and heading at a distance `w` from the end of a piece, as in frames.
     pub(crate) fn pose(&self, piece: PieceIndex, w: i32, rule: HeadingRule) -> [f32; 3] {
-        let [x, y] = self.legs.pieces()[piece.row()].position(Distance(w).to_metres() as f32).to_array();
+        let [x, y] =
+            self.legs.pieces()[piece.row()].position(Distance(w).to_metres() as f32).to_array();
         [x, y, rule.heading(tangent_angle(&self.legs, piece, w))]
     }
 
     /// Returns the heading of a row as in frames.
     fn heading(&self, rows: &Rows, row: usize) -> f32 {
         let tangent = tangent_angle(&self.legs, rows.piece.get(row), rows.w[row].min(0));
-        let rule =
-            rows.headings.as_ref().map(|columns| HeadingRule { gain: columns.gain[row], offset: columns.offset[row] });
+        let rule = rows
+            .headings
+            .as_ref()
+            .map(|columns| HeadingRule { gain: columns.gain[row], offset: columns.offset[row] });
         rule.unwrap_or(HeadingRule::TANGENT).heading(tangent)
     }
 }
@@ -116,8 +127,8 @@ fn is_turn(from: f32, to: f32, rotation: Rotation) -> bool {
     rotation != Rotation::None && turn_between(from, to, Rotation::Shorter).abs() > SMOOTH
 }
 
-/// Returns the rate after a tick of `seconds` that begins at `rate`, with `left` radians to turn, and the angle that is
-/// turned in it.
+/// Returns the rate after a tick of `seconds` that begins at `rate`, with `left` radians to turn,
+/// and the angle that is turned in it.
 fn turn_step(limits: &KinematicLimits, rate: f32, left: f32, seconds: f32) -> (f32, f32) {
     let acceleration = limits.max_rotation_acceleration;
     if acceleration.is_infinite() {

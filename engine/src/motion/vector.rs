@@ -1,10 +1,14 @@
 //! The stages of a tick, several rows at a time.
 //!
-//! Each stage is written once, over SIMD lanes ([`mod@kernel`]), and compiled for each instruction set ([`lanes`]). The
-//! operations and their order are those of [`scalar`], so the bits are the same.
+//! Each stage is written once, over SIMD lanes ([`mod@kernel`]), and compiled for each instruction
+//! set ([`lanes`]). The operations and their order are those of [`scalar`], so the bits are the
+//! same.
 //!
 //! `unsafe` code calls what the machine was found to have, stores past the cache and prefetches.
-#![allow(unsafe_code, reason = "calls of code for instruction sets, stores past the cache and prefetches")]
+#![allow(
+    unsafe_code,
+    reason = "calls of code for instruction sets, stores past the cache and prefetches"
+)]
 
 mod kernel;
 mod lanes;
@@ -75,22 +79,39 @@ impl Motion {
     /// Stage 1 under acceleration limits.
     pub(super) fn accelerate(&self, block: &mut Rows, lists: &mut BlockLists) {
         let time_step = self.time_step;
-        dispatch!(self.isa, scalar::accelerate(block, time_step, lists), accelerate(block, time_step, lists));
+        dispatch!(
+            self.isa,
+            scalar::accelerate(block, time_step, lists),
+            accelerate(block, time_step, lists)
+        );
     }
 
     /// Stage 1.
     pub(super) fn advance(&self, block: &mut Rows, arrived: &mut RowList) {
         let time_step = self.time_step;
-        dispatch!(self.isa, scalar::advance(block, time_step, arrived), advance(block, time_step, arrived));
+        dispatch!(
+            self.isa,
+            scalar::advance(block, time_step, arrived),
+            advance(block, time_step, arrived)
+        );
     }
 
     /// Stage 3.
     ///
     /// # Panics
     /// If the columns don't start on cache lines or are longer than the block.
-    pub(super) fn write_block<'frame, S: StoreMode<'frame>>(&self, block: &Rows, columns: ColumnsMut<'frame>, mode: S) {
+    pub(super) fn write_block<'frame, S: StoreMode<'frame>>(
+        &self,
+        block: &Rows,
+        columns: ColumnsMut<'frame>,
+        mode: S,
+    ) {
         let table = self.legs.pieces();
-        dispatch!(self.isa, scalar::write(block, table, columns), write(block, table, columns, mode));
+        dispatch!(
+            self.isa,
+            scalar::write(block, table, columns),
+            write(block, table, columns, mode)
+        );
     }
 
     /// Prefetches what the hand-over of these rows reads.

@@ -70,7 +70,8 @@ impl<'de> de::Visitor<'de> for ChargeVisitor {
     }
 
     fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<ChargeEntry, A::Error> {
-        let ChargeRange { min, max } = ChargeRange::deserialize(de::value::MapAccessDeserializer::new(map))?;
+        let ChargeRange { min, max } =
+            ChargeRange::deserialize(de::value::MapAccessDeserializer::new(map))?;
         Ok(ChargeEntry([min, max]))
     }
 }
@@ -80,7 +81,13 @@ impl<'de> de::Visitor<'de> for ChargeVisitor {
 /// # Errors
 /// If one is out of range; the message names it.
 pub(super) fn battery(entry: BatteryEntry) -> Result<Battery, String> {
-    let BatteryEntry { capacity, drain_moving, drain_standing, charge_rate, charge: ChargeEntry([min, max]) } = entry;
+    let BatteryEntry {
+        capacity,
+        drain_moving,
+        drain_standing,
+        charge_rate,
+        charge: ChargeEntry([min, max]),
+    } = entry;
     let values = [
         ("capacity", "Wh", capacity, CAPACITIES),
         ("drain_moving", "W", drain_moving, POWERS),
@@ -89,11 +96,19 @@ pub(super) fn battery(entry: BatteryEntry) -> Result<Battery, String> {
         ("charge", "per cent", min, CHARGES),
         ("charge", "per cent", max, CHARGES),
     ];
-    if let Some((name, unit, value, range)) = values.into_iter().find(|(_, _, value, range)| !range.contains(value)) {
-        return Err(format!("battery, {name} is {value}; give {} to {} {unit}", range.start(), range.end()));
+    if let Some((name, unit, value, range)) =
+        values.into_iter().find(|(_, _, value, range)| !range.contains(value))
+    {
+        return Err(format!(
+            "battery, {name} is {value}; give {} to {} {unit}",
+            range.start(),
+            range.end()
+        ));
     }
     if min > max {
-        return Err(format!("battery, charge is from {min} to {max} per cent; exchange min and max"));
+        return Err(format!(
+            "battery, charge is from {min} to {max} per cent; exchange min and max"
+        ));
     }
     Ok(Battery { capacity, drain_moving, drain_standing, charge_rate, charge: [min, max] })
 }
@@ -103,7 +118,9 @@ mod tests {
     use super::*;
 
     fn read(charge: &str) -> Result<Battery, String> {
-        let text = format!("{{capacity: 90, drain_moving: 60, drain_standing: 12.5, charge_rate: 600{charge}}}");
+        let text = format!(
+            "{{capacity: 90, drain_moving: 60, drain_standing: 12.5, charge_rate: 600{charge}}}"
+        );
         serde_yaml::from_str(&text).map_err(|error| error.to_string()).and_then(battery)
     }
 
@@ -116,7 +133,10 @@ mod tests {
             (", charge: {min: 20, max: 80}", [20.0, 80.0]),
         ] {
             let battery = read(text).expect(text);
-            assert_eq!((battery.capacity, battery.drain_standing, battery.charge), (90.0, 12.5, charge));
+            assert_eq!(
+                (battery.capacity, battery.drain_standing, battery.charge),
+                (90.0, 12.5, charge)
+            );
         }
     }
 
@@ -133,8 +153,13 @@ mod tests {
             let error = read(text).expect_err(text);
             assert!(error.contains(message), "{text}: {error}");
         }
-        let flat =
-            BatteryEntry { capacity: 0.0, drain_moving: 1.0, drain_standing: 1.0, charge_rate: 1.0, charge: full() };
+        let flat = BatteryEntry {
+            capacity: 0.0,
+            drain_moving: 1.0,
+            drain_standing: 1.0,
+            charge_rate: 1.0,
+            charge: full(),
+        };
         assert!(battery(flat).expect_err("no capacity").contains("capacity is 0; give"));
     }
 }

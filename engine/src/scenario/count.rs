@@ -5,8 +5,8 @@ use std::str::FromStr;
 
 use serde::{Deserialize, Deserializer, de};
 
-/// A number of robots. It is written in digits, with `_` between them where that helps, and `k` for thousands or `M` for
-/// millions: 500, 10_000, 10k, 2.5k, 1M.
+/// A number of robots. It is written in digits, with `_` between them where that helps, and `k` for
+/// thousands or `M` for millions: 500, 10_000, 10k, 2.5k, 1M.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct RobotCount(pub u32);
 
@@ -98,8 +98,22 @@ mod tests {
         ] {
             assert_eq!(text.parse(), Ok(RobotCount(count)), "{text}");
         }
-        for text in ["", "k", "M", ".", "-1", "+1", "2.5", "1.2345k", "1e3", "1m", "1G", "10 k", "4294967296", "5000M"]
-        {
+        for text in [
+            "",
+            "k",
+            "M",
+            ".",
+            "-1",
+            "+1",
+            "2.5",
+            "1.2345k",
+            "1e3",
+            "1m",
+            "1G",
+            "10 k",
+            "4294967296",
+            "5000M",
+        ] {
             assert!(text.parse::<RobotCount>().is_err(), "{text}");
         }
     }

@@ -1,8 +1,10 @@
-//! What is wrong with the YAML of a scenario, in words that name its entries instead of the program's types.
+//! What is wrong with the YAML of a scenario, in words that name its entries instead of the
+//! program's types.
 //!
-//! The code that serde derives finds out what is wrong, and words it for programmers. These words are fixed by the provided
-//! methods of the trait `serde::de::Error`, which makes them safe to take apart. Messages that aren't of serde (YAML that
-//! can't be read at all, for example) stay as they are.
+//! The code that serde derives finds out what is wrong, and words it for programmers. These words
+//! are fixed by the provided methods of the trait `serde::de::Error`, which makes them safe to take
+//! apart. Messages that aren't of serde (YAML that can't be read at all, for example) stay as they
+//! are.
 
 use std::fmt;
 
@@ -36,10 +38,16 @@ impl fmt::Display for YamlProblem {
 pub(super) fn explain(error: &serde_yaml::Error) -> YamlProblem {
     let text = error.to_string();
     let location = error.location();
-    let position = location.as_ref().map(|at| format!(" at line {} column {}", at.line(), at.column()));
+    let position =
+        location.as_ref().map(|at| format!(" at line {} column {}", at.line(), at.column()));
     let text = position.as_ref().and_then(|position| text.strip_suffix(position)).unwrap_or(&text);
-    let (path, message) = text.split_once(": ").filter(|(path, _)| is_path(path)).unwrap_or(("", text));
-    YamlProblem { line: location.map(|at| at.line()), place: place(path), message: translate(path, message) }
+    let (path, message) =
+        text.split_once(": ").filter(|(path, _)| is_path(path)).unwrap_or(("", text));
+    YamlProblem {
+        line: location.map(|at| at.line()),
+        place: place(path),
+        message: translate(path, message),
+    }
 }
 
 /// Whether a text is a path of the YAML reader, such as `robots[0].count`.
@@ -50,9 +58,11 @@ fn is_path(text: &str) -> bool {
 /// Returns `robots, entry 1, count` for `robots[0].count`.
 fn place(path: &str) -> String {
     let steps = path.split(['.', '[']).filter(|step| !step.is_empty());
-    let steps = steps.map(|step| match step.strip_suffix(']').and_then(|index| index.parse::<usize>().ok()) {
-        Some(index) => format!("entry {}", index + 1),
-        None => step.to_owned(),
+    let steps = steps.map(|step| {
+        match step.strip_suffix(']').and_then(|index| index.parse::<usize>().ok()) {
+            Some(index) => format!("entry {}", index + 1),
+            None => step.to_owned(),
+        }
     });
     steps.collect::<Vec<_>>().join(", ")
 }
@@ -87,13 +97,20 @@ fn translate(path: &str, message: &str) -> String {
                  `regatta graph check` checks it, and a scenario names it as `graph: FILE`"
             );
         }
-        return format!("unknown key '{key}'{}; possible keys: {}", did_you_mean(key, keys.to_vec()), keys.join(", "));
+        return format!(
+            "unknown key '{key}'{}; possible keys: {}",
+            did_you_mean(key, keys.to_vec()),
+            keys.join(", ")
+        );
     }
     if let Some(rest) = message.strip_prefix("unknown variant ") {
         let names = quoted(rest);
         let (value, values) = names.split_first().unwrap_or((&"", &[]));
         let suggestion = did_you_mean(value, values.to_vec());
-        return format!("unknown value '{value}'{suggestion}; possible values: {}", values.join(", "));
+        return format!(
+            "unknown value '{value}'{suggestion}; possible values: {}",
+            values.join(", ")
+        );
     }
     if let Some(rest) = message.strip_prefix("missing field ") {
         return format!("{} is missing: add it", quoted(rest).join(", "));
@@ -101,15 +118,23 @@ fn translate(path: &str, message: &str) -> String {
     if let Some(rest) = message.strip_prefix("duplicate field ") {
         return format!("{} is given twice: remove one", quoted(rest).join(", "));
     }
-    let mismatch = message.strip_prefix("invalid type: ").or_else(|| message.strip_prefix("invalid value: "));
+    let mismatch =
+        message.strip_prefix("invalid type: ").or_else(|| message.strip_prefix("invalid value: "));
     let mismatch = mismatch.and_then(|rest| rest.split_once(", expected "));
     if let Some((found, expected)) = mismatch {
-        return format!("{} is given, but this must be {}", found_value(found), expected_value(expected));
+        return format!(
+            "{} is given, but this must be {}",
+            found_value(found),
+            expected_value(expected)
+        );
     }
     if let Some((length, expected)) =
         message.strip_prefix("invalid length ").and_then(|rest| rest.split_once(", expected "))
     {
-        return format!("{length} entries are given, but this must be {}", expected_value(expected));
+        return format!(
+            "{length} entries are given, but this must be {}",
+            expected_value(expected)
+        );
     }
     message.to_owned()
 }

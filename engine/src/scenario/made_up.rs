@@ -13,10 +13,11 @@ const MOST_TYPES: usize = 20;
 /// The most robots.
 const MOST_ROBOTS: f64 = 1000.0;
 
-/// Returns the text of a scenario for a layout: robots on random routes, one for each 10 m of edges and at most a thousand,
-/// which turn on the spot, and the collision checker.
+/// Returns the text of a scenario for a layout: robots on random routes, one for each 10 m of edges
+/// and at most a thousand, which turn on the spot, and the collision checker.
 ///
-/// `file` is the path of the layout as the scenario names it, and `options` are those with which it was read.
+/// `file` is the path of the layout as the scenario names it, and `options` are those with which it
+/// was read.
 pub fn made_up_scenario(graph: &RouteGraph, file: &str, options: &ReadOptions) -> String {
     let metres: f64 = graph.edges().iter().map(|edge| edge.path.length()).sum();
     let most = MOST_ROBOTS.min(graph.edges().len() as f64);
@@ -28,7 +29,11 @@ pub fn made_up_scenario(graph: &RouteGraph, file: &str, options: &ReadOptions) -
     if !names.is_empty() {
         text += "# The vehicle types of the layout: complete their sizes and limits. Robots are of the first.\n";
     }
-    let names = if names.is_empty() { vec!["amr".to_owned()] } else { names.iter().map(|name| quoted(name)).collect() };
+    let names = if names.is_empty() {
+        vec!["amr".to_owned()]
+    } else {
+        names.iter().map(|name| quoted(name)).collect()
+    };
     names.iter().for_each(|name| text += &robot_type(name, options));
     text += &format!("robots:\n- count: {robots}\n  routes: random\nplugins:\n- collision\n");
     text
@@ -62,15 +67,25 @@ fn robot_type(name: &str, options: &ReadOptions) -> String {
     )
 }
 
-/// Returns the length and the width of robots in metres: as wide as a roadmap was made for, if the layout is one.
+/// Returns the length and the width of robots in metres: as wide as a roadmap was made for, if the
+/// layout is one.
 fn size(options: &ReadOptions) -> [f64; 2] {
     let width_mm = options.skeleton.map_or(600.0, |width| f64::from(width.0));
     [1.5 * width_mm, width_mm].map(|side| side / 1000.0)
 }
 
 fn write_options(text: &mut String, options: &ReadOptions) -> std::fmt::Result {
-    let ReadOptions { handles: _, format, level, vehicle_type, layers, units, skeleton, cell_size, background } =
-        options;
+    let ReadOptions {
+        handles: _,
+        format,
+        level,
+        vehicle_type,
+        layers,
+        units,
+        skeleton,
+        cell_size,
+        background,
+    } = options;
     let layers: Vec<_> = layers.iter().map(|layer| quoted(layer)).collect();
     let entries = [
         format.map(|format| format!("format: {format}")),
@@ -79,7 +94,9 @@ fn write_options(text: &mut String, options: &ReadOptions) -> std::fmt::Result {
         units.map(|unit| format!("units: {}", unit.name())),
         skeleton.map(|width| format!("skeleton: {width}")),
         vehicle_type.as_ref().map(|name| format!("vehicle_type: {}", quoted(name))),
-        background.as_ref().map(|map| format!("background: {}", quoted(&map.display().to_string()))),
+        background
+            .as_ref()
+            .map(|map| format!("background: {}", quoted(&map.display().to_string()))),
         cell_size.map(|length| format!("cell_size: {length}")),
     ];
     let entries: Vec<_> = entries.into_iter().flatten().collect();
@@ -117,7 +134,8 @@ mod tests {
     fn a_made_up_scenario_can_be_run() {
         let (graph, _) = parse(GRAPH, "square.yaml", &ReadOptions::default()).expect("a graph");
         let text = made_up_scenario(&graph, "a \"plant\".yaml", &ReadOptions::default());
-        let scenario = Scenario::from_texts(&text, GRAPH, Path::new("s.yaml"), &Overrides::default());
+        let scenario =
+            Scenario::from_texts(&text, GRAPH, Path::new("s.yaml"), &Overrides::default());
         let scenario = scenario.expect("a scenario");
         assert!(scenario.robots() >= 1 && scenario.robot_types[0].max_rotation_speed == 1.0);
     }
@@ -126,11 +144,14 @@ mod tests {
     fn the_vehicle_types_of_a_layout_are_robot_types() {
         let mut text = String::from(GRAPH);
         assert!(text.contains("Id: "), "{text}");
-        text = text.replacen("Theta: ", "Properties: {vehicleTypeId: \"AGV 1, tugger\"}, Theta: ", 1);
+        text =
+            text.replacen("Theta: ", "Properties: {vehicleTypeId: \"AGV 1, tugger\"}, Theta: ", 1);
         let (graph, _) = parse(&text, "square.yaml", &ReadOptions::default()).expect("a graph");
         let made_up = made_up_scenario(&graph, "square.yaml", &ReadOptions::default());
-        let scenario = Scenario::from_texts(&made_up, &text, Path::new("s.yaml"), &Overrides::default());
-        let names: Vec<_> = scenario.expect("a scenario").robot_types.into_iter().map(|of| of.name).collect();
+        let scenario =
+            Scenario::from_texts(&made_up, &text, Path::new("s.yaml"), &Overrides::default());
+        let names: Vec<_> =
+            scenario.expect("a scenario").robot_types.into_iter().map(|of| of.name).collect();
         assert_eq!(names, ["AGV 1", "tugger"]);
     }
 
@@ -138,16 +159,29 @@ mod tests {
     fn a_made_up_scenario_doesnt_warn_of_turns_that_its_robots_make() {
         let text = "id,x,y\nA,0,0\nB,10,0\nC,10,10\n\nfrom,to\nA,B\nB,C\nC,B\nB,A\n";
         let (_, findings) = parse(text, "t.csv", &ReadOptions::default()).expect("a graph");
-        assert!(findings.as_slice().iter().any(|finding| finding.message.contains("max_rotation_speed")));
-        let scenario = Scenario::from_text(text, Path::new("t.csv"), &Overrides::default()).expect("a scenario");
-        assert!(scenario.is_made_up && !scenario.warnings.iter().any(|line| line.contains("max_rotation_speed")));
+        assert!(
+            findings
+                .as_slice()
+                .iter()
+                .any(|finding| finding.message.contains("max_rotation_speed"))
+        );
+        let scenario = Scenario::from_text(text, Path::new("t.csv"), &Overrides::default())
+            .expect("a scenario");
+        assert!(
+            scenario.is_made_up
+                && !scenario.warnings.iter().any(|line| line.contains("max_rotation_speed"))
+        );
     }
 
     #[test]
     fn a_file_that_is_nothing_says_so() {
         for text in ["{}", "", "{\"colour\": \"red\"}"] {
-            let error = Scenario::from_text(text, Path::new("x.json"), &Overrides::default()).expect_err("nothing");
-            assert!(error.to_string().starts_with("x.json: neither a layout nor a scenario: "), "{error}");
+            let error = Scenario::from_text(text, Path::new("x.json"), &Overrides::default())
+                .expect_err("nothing");
+            assert!(
+                error.to_string().starts_with("x.json: neither a layout nor a scenario: "),
+                "{error}"
+            );
         }
     }
 

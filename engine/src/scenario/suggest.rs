@@ -6,14 +6,24 @@ const LEAST_SIMILARITY: f64 = 0.7;
 /// Returns the candidate that a misspelt name most likely means, if any is similar to it.
 pub fn closest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let name = name.to_lowercase();
-    let similar = candidates.into_iter().map(|candidate| (strsim::jaro(&name, &candidate.to_lowercase()), candidate));
-    let best = similar.filter(|(similarity, _)| *similarity > LEAST_SIMILARITY).max_by(|a, b| a.0.total_cmp(&b.0));
+    let similar = candidates
+        .into_iter()
+        .map(|candidate| (strsim::jaro(&name, &candidate.to_lowercase()), candidate));
+    let best = similar
+        .filter(|(similarity, _)| *similarity > LEAST_SIMILARITY)
+        .max_by(|a, b| a.0.total_cmp(&b.0));
     best.map(|(_, candidate)| candidate)
 }
 
-/// Returns the end of a message about an unknown name: a question that names the closest candidate, or nothing.
-pub(super) fn did_you_mean<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> String {
-    closest(name, candidates).map(|candidate| format!("; did you mean '{candidate}'?")).unwrap_or_default()
+/// Returns the end of a message about an unknown name: a question that names the closest candidate,
+/// or nothing.
+pub(super) fn did_you_mean<'a>(
+    name: &str,
+    candidates: impl IntoIterator<Item = &'a str>,
+) -> String {
+    closest(name, candidates)
+        .map(|candidate| format!("; did you mean '{candidate}'?"))
+        .unwrap_or_default()
 }
 
 #[cfg(test)]

@@ -74,7 +74,8 @@ pub struct LayoutEntry {
     pub skeleton: Option<f64>,
     /// The length in metres of the side of a grid map's cells; 1 by default.
     pub cell_size: Option<f64>,
-    /// A map of the ROS map server whose outlines are drawn behind the layout, relative to the scenario's folder.
+    /// A map of the ROS map server whose outlines are drawn behind the layout, relative to the
+    /// scenario's folder.
     pub background: Option<PathBuf>,
 }
 
@@ -162,7 +163,8 @@ pub struct RobotGroupEntry {
     /// The name of a robot type; the first type by default.
     #[serde(rename = "type")]
     pub robot_type: Option<String>,
-    /// The ids of the edges in order, `-ID` in reverse gear. The robots start at the beginning of the first.
+    /// The ids of the edges in order, `-ID` in reverse gear. The robots start at the beginning of
+    /// the first.
     pub route: Option<Vec<LegName>>,
     /// The action at the end of `route`.
     pub repeat: Option<RepeatEntry>,
@@ -317,7 +319,8 @@ impl<'de> de::Visitor<'de> for PluginVisitor {
     }
 
     fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
-        PluginCommand::deserialize(de::value::MapAccessDeserializer::new(map)).map(PluginEntry::Detailed)
+        PluginCommand::deserialize(de::value::MapAccessDeserializer::new(map))
+            .map(PluginEntry::Detailed)
     }
 }
 
@@ -327,8 +330,8 @@ impl<'de> de::Visitor<'de> for PluginVisitor {
 pub struct PluginCommand {
     /// The name in messages; without a `command`, the name of a plugin that comes with Regatta.
     pub name: String,
-    /// The program and its arguments. A program with a slash in its name is relative to the scenario's folder.
-    /// `--fleet NAME` is appended.
+    /// The program and its arguments. A program with a slash in its name is relative to the
+    /// scenario's folder. `--fleet NAME` is appended.
     #[serde(default)]
     pub command: Vec<String>,
     /// Additional arguments.
@@ -357,7 +360,8 @@ impl std::str::FromStr for LegName {
     type Err = ParseLegError;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let (reverse, digits) = text.strip_prefix('-').map_or((false, text), |digits| (true, digits));
+        let (reverse, digits) =
+            text.strip_prefix('-').map_or((false, text), |digits| (true, digits));
         let edge_id = digits.parse().map_err(|_| ParseLegError(text.to_owned()))?;
         Ok(Self { edge_id, reverse })
     }

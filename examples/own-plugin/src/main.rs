@@ -1,7 +1,7 @@
 //! A plugin outside Regatta's repository: how long has each robot been standing?
 //!
-//! It publishes that as the column `standing`, in seconds, which the viewer can tint by, and prints the
-//! robot that has stood the longest, once a second.
+//! It publishes that as the column `standing`, in seconds, which the viewer can tint by, and prints
+//! the robot that has stood the longest, once a second.
 //!
 //!     regatta run graphs/thirty.yaml &
 //!     cargo run --release -- --rate 10

@@ -1,7 +1,9 @@
-//! A producer outside Regatta's repository: a gateway that publishes robots which it doesn't drive itself.
+//! A producer outside Regatta's repository: a gateway that publishes robots which it doesn't drive
+//! itself.
 //!
-//! These robots drive in a circle. Replace [`Gateway::read`] by the source of your own robots' poses: a bus, a driver, another
-//! simulator. Every reader of Regatta works with it: the viewer, the collision checker, recorders, plugins of your own.
+//! These robots drive in a circle. Replace [`Gateway::read`] by the source of your own robots'
+//! poses: a bus, a driver, another simulator. Every reader of Regatta works with it: the viewer,
+//! the collision checker, recorders, plugins of your own.
 //!
 //!     cargo run --release -- --fleet gateway --rate 20
 //!     regatta viewer --fleet gateway
@@ -22,7 +24,11 @@ impl Gateway {
         let robots = self.poses.len() as f32;
         for (robot, pose) in self.poses.iter_mut().enumerate() {
             let angle = 0.2 * time + std::f32::consts::TAU * robot as f32 / robots;
-            *pose = [10.0 * angle.cos(), 10.0 * angle.sin(), (angle + 1.5).sin().atan2((angle + 1.5).cos())];
+            *pose = [
+                10.0 * angle.cos(),
+                10.0 * angle.sin(),
+                (angle + 1.5).sin().atan2((angle + 1.5).cos()),
+            ];
         }
     }
 }
@@ -33,7 +39,8 @@ impl Producer for Gateway {
     fn start(&mut self, session: &mut Session) -> Result {
         let charger = NodeRecord { id: 1, role: NodeRole::Charge as u32, ..NodeRecord::default() };
         let tugger = RobotTypeRecord { max_speed: 2.0, ..RobotTypeRecord::new("tugger", 1.2, 0.8) };
-        let world = WorldData { nodes: vec![charger], robot_types: vec![tugger], ..WorldData::default() };
+        let world =
+            WorldData { nodes: vec![charger], robot_types: vec![tugger], ..WorldData::default() };
         session.ports().publish_world(&world)?;
         self.tick(session)
     }

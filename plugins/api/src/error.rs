@@ -1,4 +1,5 @@
-//! [`Error`], which the functions of plugins and producers return. Every other error is a closed enum per operation.
+//! [`Error`], which the functions of plugins and producers return. Every other error is a closed
+//! enum per operation.
 
 use core::fmt;
 

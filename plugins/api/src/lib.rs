@@ -1,9 +1,9 @@
 //! The contract between the processes that write a fleet into shared memory and those that read it.
 //!
-//! A *producer* (the engine, a replay, a UDP source) publishes [`frame`]s, the [`world`] and [`event`]s, and takes
-//! [`order`]s and [`control`] requests. A *reader* is a [`Plugin`] started with [`run`], or any program that opens a
-//! [`Subscriber`] itself. A producer of your own is a [`Producer`](producer::Producer) started with
-//! [`produce`].
+//! A *producer* (the engine, a replay, a UDP source) publishes [`frame`]s, the [`world`] and
+//! [`event`]s, and takes [`order`]s and [`control`] requests. A *reader* is a [`Plugin`] started
+//! with [`run`], or any program that opens a [`Subscriber`] itself. A producer of your own is a
+//! [`Producer`](producer::Producer) started with [`produce`].
 //!
 //! | module | |
 //! |---|---|
@@ -14,8 +14,8 @@
 //!
 //! Imports lead from the records up, through ports and processes, to producers.
 
-/// Writes a line to standard error, as `eprintln!` does, but continues if it can't be read any more: a plugin whose
-/// terminal or log was closed still serves its fleet.
+/// Writes a line to standard error, as `eprintln!` does, but continues if it can't be read any
+/// more: a plugin whose terminal or log was closed still serves its fleet.
 #[macro_export]
 macro_rules! tell {
     ($($line:tt)*) => {{
@@ -38,7 +38,9 @@ struct Readme;
 pub use error::{Error, Result};
 pub use ports::closures::ClosureReader;
 pub use ports::columns::{ColumnPublisher, ColumnReader, ColumnValues, column_names};
-pub use ports::contacts::{ContactEventReader, ContactEvents, ContactPublisher, ContactReader, Contacts};
+pub use ports::contacts::{
+    ContactEventReader, ContactEvents, ContactPublisher, ContactReader, Contacts,
+};
 pub use ports::control::{Control, ControlError, TIMEOUT as CONTROL_TIMEOUT};
 pub use ports::error::{OpenError, PublishError, ReadError};
 pub use ports::events::{EventReader, Events};
@@ -74,6 +76,6 @@ pub use records::frame::Frame;
 pub use records::name::{ColumnName, FleetName, MAX_NAME_BYTES, NameError};
 pub use records::world::World;
 pub use records::{
-    activity, closure, column, contact, control, event, frame, history, manager, order, order_log, recording, route,
-    sequence, task, traffic, world,
+    activity, closure, column, contact, control, event, frame, history, manager, order, order_log,
+    recording, route, sequence, task, traffic, world,
 };

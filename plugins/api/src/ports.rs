@@ -1,11 +1,13 @@
 //! Ports: who sends and who takes each record.
 //!
-//! Three generic ports do the work, and the others only give them names and types: [`slices`] sends slices of records,
-//! [`newest`] takes the newest sample, [`every_tick`] takes all of them in order. Request-response services have
-//! [`ask`] on the client's side. [`services`] holds the name and the quality of service of each. `full_memory` turns
-//! shared memory that is full into an error.
+//! Three generic ports do the work, and the others only give them names and types: [`slices`] sends
+//! slices of records, [`newest`] takes the newest sample, [`every_tick`] takes all of them in
+//! order. Request-response services have [`ask`] on the client's side. [`services`] holds the name
+//! and the quality of service of each. `full_memory` turns shared memory that is full into an
+//! error.
 //!
-//! Imports lead from the services up to the ports and on to [`process`](crate::process), never back.
+//! Imports lead from the services up to the ports and on to [`process`](crate::process), never
+//! back.
 
 mod ask;
 pub mod closures;

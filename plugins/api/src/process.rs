@@ -1,5 +1,5 @@
-//! The life of a process in a fleet: joining, running a plugin, giving orders, writing rows to a file, ending, the history of a run, and the
-//! health of shared memory.
+//! The life of a process in a fleet: joining, running a plugin, giving orders, writing rows to a
+//! file, ending, the history of a run, and the health of shared memory.
 
 pub mod csv_file;
 pub mod dispatch;

@@ -1,8 +1,8 @@
-//! The kit for producers: whatever publishes a fleet (the engine, a replay, a UDP source, a gateway to real robots) has
-//! the same clock, figures and control service, and the same rules of lockstep.
+//! The kit for producers: whatever publishes a fleet (the engine, a replay, a UDP source, a gateway
+//! to real robots) has the same clock, figures and control service, and the same rules of lockstep.
 //!
-//! A producer implements [`Producer`], and a [`Session`] runs it: [`produce`] for a program of its own, with a command
-//! line, or [`Session::run`] inside a larger one.
+//! A producer implements [`Producer`], and a [`Session`] runs it: [`produce`] for a program of its
+//! own, with a command line, or [`Session::run`] inside a larger one.
 
 mod clock;
 mod control;
@@ -31,9 +31,9 @@ pub type RefusalReason = String;
 
 /// A source of frames that a [`Session`] runs.
 ///
-/// The session decides when the next tick is due, answers control requests and waits for readers in lockstep; the
-/// producer moves its robots and publishes them. Only [`tick`](Self::tick), [`show`](Self::show) and
-/// [`robots_by_state`](Self::robots_by_state) are required.
+/// The session decides when the next tick is due, answers control requests and waits for readers in
+/// lockstep; the producer moves its robots and publishes them. Only [`tick`](Self::tick),
+/// [`show`](Self::show) and [`robots_by_state`](Self::robots_by_state) are required.
 ///
 /// ```
 /// use regatta_plugin::frame::RobotState;
@@ -81,7 +81,8 @@ pub trait Producer {
         self.show(session)
     }
 
-    /// Returns the next moment, or `None` at the end. By default there is no end, and each moment is one tick later.
+    /// Returns the next moment, or `None` at the end. By default there is no end, and each moment
+    /// is one tick later.
     ///
     /// # Errors
     /// Any error that prevents the producer from continuing.
@@ -89,20 +90,23 @@ pub trait Producer {
         Ok(Some(session.next_tick()))
     }
 
-    /// Advances to the session's [moment](Session::tick), which is the one that [`next_moment`](Self::next_moment)
-    /// returned, and publishes it: events, the order log and columns first, then the frame, if this tick has one.
+    /// Advances to the session's [moment](Session::tick), which is the one that
+    /// [`next_moment`](Self::next_moment) returned, and publishes it: events, the order log and
+    /// columns first, then the frame, if this tick has one.
     ///
     /// # Errors
     /// Any error that prevents the producer from continuing.
     fn tick(&mut self, session: &mut Session) -> Result<(), Self::Error>;
 
-    /// Publishes the newest frame, again if it was published before: the clock has changed, and readers show that.
+    /// Publishes the newest frame, again if it was published before: the clock has changed, and
+    /// readers show that.
     ///
     /// # Errors
     /// Any error that prevents the producer from continuing.
     fn show(&mut self, session: &mut Session) -> Result<(), Self::Error>;
 
-    /// The number of robots by [`RobotState`]: idle, driving, waiting, held, faulted, turning, stalled, broken.
+    /// The number of robots by [`RobotState`]: idle, driving, waiting, held, faulted, turning,
+    /// stalled, broken.
     fn robots_by_state(&self) -> [u32; RobotState::COUNT];
 
     /// Called between two ticks, every few milliseconds. By default it refuses all orders.
@@ -113,7 +117,8 @@ pub trait Producer {
         Ok(session.refuse_orders()?)
     }
 
-    /// Waits for `duration`. A producer that listens to something does so here; by default it sleeps.
+    /// Waits for `duration`. A producer that listens to something does so here; by default it
+    /// sleeps.
     ///
     /// # Errors
     /// Any error that prevents the producer from continuing.
@@ -123,21 +128,30 @@ pub trait Producer {
         Ok(())
     }
 
-    /// Returns the reason if this producer can't carry out a kind of request at all. By default everything is possible
-    /// but other numbers of robots and other times.
+    /// Returns the reason if this producer can't carry out a kind of request at all. By default
+    /// everything is possible but other numbers of robots and other times.
     fn refuses(&self, kind: ControlKind) -> Option<RefusalReason> {
         match kind {
-            ControlKind::Robots => Some("this producer can't change its number of robots".to_owned()),
-            ControlKind::Seek => Some("this producer can't go to another time; a replay can".to_owned()),
+            ControlKind::Robots => {
+                Some("this producer can't change its number of robots".to_owned())
+            }
+            ControlKind::Seek => {
+                Some("this producer can't go to another time; a replay can".to_owned())
+            }
             _ => None,
         }
     }
 
-    /// Changes the number of robots. The session shows the frame afterwards. The inner error is a refusal.
+    /// Changes the number of robots. The session shows the frame afterwards. The inner error is a
+    /// refusal.
     ///
     /// # Errors
     /// Any error that prevents the producer from continuing.
-    fn set_robots(&mut self, session: &mut Session, robots: u64) -> Result<Result<(), RefusalReason>, Self::Error> {
+    fn set_robots(
+        &mut self,
+        session: &mut Session,
+        robots: u64,
+    ) -> Result<Result<(), RefusalReason>, Self::Error> {
         let _ = (session, robots);
         Ok(Ok(()))
     }
@@ -146,13 +160,17 @@ pub trait Producer {
     ///
     /// # Errors
     /// Any error that prevents the producer from continuing.
-    fn seek(&mut self, session: &mut Session, sim_time: Duration) -> Result<Result<(), RefusalReason>, Self::Error> {
+    fn seek(
+        &mut self,
+        session: &mut Session,
+        sim_time: Duration,
+    ) -> Result<Result<(), RefusalReason>, Self::Error> {
         let _ = (session, sim_time);
         Ok(Ok(()))
     }
 
-    /// Called when there is no next moment. Returns whether the session ends; if not, this is called again after a few
-    /// milliseconds, unless there is a next moment by then.
+    /// Called when there is no next moment. Returns whether the session ends; if not, this is
+    /// called again after a few milliseconds, unless there is a next moment by then.
     ///
     /// # Errors
     /// Any error that prevents the producer from continuing.

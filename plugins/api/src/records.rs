@@ -1,8 +1,9 @@
 //! Plain data that crosses processes: what a fleet's services carry, byte for byte.
 //!
-//! A record has a fixed layout (`#[repr(C)]`, no padding, every bit pattern is a value), no pointers and no ids that
-//! mean something on one host only. A change here is a change of the contract: raise [`frame::CONTRACT_VERSION`] and
-//! write `plugins/python/regatta/layout.json` again (see `tests/layout.rs`).
+//! A record has a fixed layout (`#[repr(C)]`, no padding, every bit pattern is a value), no
+//! pointers and no ids that mean something on one host only. A change here is a change of the
+//! contract: raise [`frame::CONTRACT_VERSION`] and write `plugins/python/regatta/layout.json` again
+//! (see `tests/layout.rs`).
 
 pub mod activity;
 pub mod closure;

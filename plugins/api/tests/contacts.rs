@@ -3,24 +3,32 @@
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use regatta_plugin::ProducerPorts;
-use regatta_plugin::contact::{ContactChange, ContactEvent, ContactHeader, ContactLevel, ContactRecord};
+use regatta_plugin::contact::{
+    ContactChange, ContactEvent, ContactHeader, ContactLevel, ContactRecord,
+};
 use regatta_plugin::order::{OrderKind, OrderRecord};
 use regatta_plugin::task::{StopAction, TaskKind, TaskRecord};
 use regatta_plugin::world::WorldData;
 use regatta_plugin::{
-    ContactEventReader, ContactPublisher, ContactReader, FleetName, OpenError, OrderLogReader, Participant, ReadError,
-    TaskPublisher, TaskReader, services,
+    ContactEventReader, ContactPublisher, ContactReader, FleetName, OpenError, OrderLogReader,
+    Participant, ReadError, TaskPublisher, TaskReader, services,
 };
 
 static NEXT: AtomicU32 = AtomicU32::new(0);
 
 /// A fleet name that no other test has.
 fn fleet() -> FleetName {
-    format!("contacts-{}-{}", std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed)).parse().unwrap()
+    format!("contacts-{}-{}", std::process::id(), NEXT.fetch_add(1, Ordering::Relaxed))
+        .parse()
+        .unwrap()
 }
 
 fn pair(a: u32, b: u32) -> ContactRecord {
-    ContactRecord { robots: [a, b], level: ContactLevel::Touching as u32, ..ContactRecord::default() }
+    ContactRecord {
+        robots: [a, b],
+        level: ContactLevel::Touching as u32,
+        ..ContactRecord::default()
+    }
 }
 
 #[test]
@@ -28,7 +36,9 @@ fn a_late_reader_gets_all_pairs_and_nobody_else_may_publish_them() {
     let participant = Participant::join(&fleet(), "checker").unwrap();
     let mut publisher = ContactPublisher::open_on(&participant).unwrap();
     let pairs: Vec<_> = (0..1_000).map(|robot| pair(robot, robot + 1)).collect();
-    publisher.publish(&ContactHeader { tick: 7, touching: 1_000, ..ContactHeader::default() }, &pairs).unwrap();
+    publisher
+        .publish(&ContactHeader { tick: 7, touching: 1_000, ..ContactHeader::default() }, &pairs)
+        .unwrap();
 
     let mut reader = ContactReader::open_on(&participant).unwrap();
     publisher.update();
@@ -40,7 +50,10 @@ fn a_late_reader_gets_all_pairs_and_nobody_else_may_publish_them() {
 
     publisher.publish(&ContactHeader { tick: 8, ..ContactHeader::default() }, &[]).unwrap();
     assert!(reader.latest().unwrap().expect("contacts").pairs.is_empty());
-    assert!(matches!(ContactPublisher::open_on(&participant), Err(OpenError::ContactsTaken { .. })));
+    assert!(matches!(
+        ContactPublisher::open_on(&participant),
+        Err(OpenError::ContactsTaken { .. })
+    ));
     assert!(reader.has_publisher());
 }
 
@@ -51,7 +64,8 @@ fn changes_arrive_in_order_and_gaps_are_told() {
     let mut reader = ContactEventReader::open_on(&participant).unwrap();
     let last = 10 + services::EVENT_BUFFER as u64;
     for tick in 1..=last {
-        let began = ContactEvent { tick, change: ContactChange::Began as u32, ..ContactEvent::default() };
+        let began =
+            ContactEvent { tick, change: ContactChange::Began as u32, ..ContactEvent::default() };
         publisher.publish_events(3, tick, &[began]).unwrap();
     }
     let mut seen = Vec::new();
@@ -63,7 +77,10 @@ fn changes_arrive_in_order_and_gaps_are_told() {
         })
         .unwrap();
     // The first ten overflowed; which run they belonged to, nobody can know.
-    assert_eq!(seen.iter().map(|(tick, _)| *tick).collect::<Vec<_>>(), (11..=last).collect::<Vec<_>>());
+    assert_eq!(
+        seen.iter().map(|(tick, _)| *tick).collect::<Vec<_>>(),
+        (11..=last).collect::<Vec<_>>()
+    );
 }
 
 #[test]
@@ -71,7 +88,8 @@ fn the_order_log_tells_what_was_taken_and_when() {
     let fleet = fleet();
     let mut producer = ProducerPorts::create(&fleet, 1).unwrap();
     assert!(!producer.has_order_log_readers());
-    let mut reader = OrderLogReader::open_on(&Participant::join(&fleet, "recorder").unwrap()).unwrap();
+    let mut reader =
+        OrderLogReader::open_on(&Participant::join(&fleet, "recorder").unwrap()).unwrap();
     assert!(producer.has_order_log_readers());
     let hold = OrderRecord { kind: OrderKind::Hold as u32, robot: 5, ..OrderRecord::default() };
     producer.publish_order_log(9, &[hold; 100]).unwrap();
@@ -88,13 +106,15 @@ fn the_order_log_tells_what_was_taken_and_when() {
 #[test]
 fn the_task_log_is_read_tick_by_tick_and_has_one_writer() {
     let fleet = fleet();
-    let mut publisher = TaskPublisher::open_on(&Participant::join(&fleet, "manager").unwrap()).unwrap();
+    let mut publisher =
+        TaskPublisher::open_on(&Participant::join(&fleet, "manager").unwrap()).unwrap();
     assert!(!publisher.has_readers());
     let second = TaskPublisher::open_on(&Participant::join(&fleet, "second").unwrap());
     assert!(matches!(second, Err(OpenError::TasksTaken { .. })));
     let mut reader = TaskReader::open_on(&Participant::join(&fleet, "validator").unwrap()).unwrap();
     assert!(publisher.has_readers());
-    let record = |tick| TaskRecord::new(tick, TaskKind::Handled).of_robot(5).at_stop(1, 9, StopAction::Drop);
+    let record =
+        |tick| TaskRecord::new(tick, TaskKind::Handled).of_robot(5).at_stop(1, 9, StopAction::Drop);
     let last = 10 + services::EVENT_BUFFER as u64;
     for tick in 1..=last {
         publisher.publish(7, tick, u64::from(tick == last), &[record(tick); 100]).unwrap();
@@ -103,13 +123,20 @@ fn the_task_log_is_read_tick_by_tick_and_has_one_writer() {
     let mut last_dropped = 0;
     reader
         .take(|tasks| {
-            assert_eq!((tasks.header.run_id, tasks.records), (7, &[record(tasks.header.tick); 100][..]));
+            assert_eq!(
+                (tasks.header.run_id, tasks.records),
+                (7, &[record(tasks.header.tick); 100][..])
+            );
             seen.push(tasks.header.tick);
             last_dropped = tasks.header.dropped;
             Ok::<_, ReadError>(())
         })
         .unwrap();
-    assert_eq!((seen, last_dropped), ((11..=last).collect::<Vec<_>>(), 1), "the first ten overflowed");
+    assert_eq!(
+        (seen, last_dropped),
+        ((11..=last).collect::<Vec<_>>(), 1),
+        "the first ten overflowed"
+    );
     publisher.publish(7, last + 1, 0, &[]).unwrap();
     let mut next = None;
     reader

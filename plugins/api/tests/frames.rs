@@ -16,7 +16,10 @@ use common::{fleet, publish};
 fn check(subscriber: &mut Subscriber, tick: u64, robots: usize) {
     let frame = subscriber.latest().unwrap().expect("a new frame");
     assert_eq!((frame.tick(), frame.len(), frame.x().len()), (tick, robots, robots));
-    assert_eq!((frame.x()[0], frame.x()[robots - 1]), (tick as f32, tick as f32 + (robots - 1) as f32));
+    assert_eq!(
+        (frame.x()[0], frame.x()[robots - 1]),
+        (tick as f32, tick as f32 + (robots - 1) as f32)
+    );
     assert_eq!(frame.state()[robots - 1], 3);
 }
 
@@ -55,8 +58,14 @@ fn a_late_joiner_gets_the_last_frame_and_the_world_while_the_clock_stands() {
     let world = worlds.latest().unwrap().expect("the world");
     assert_eq!((world.nodes(), world.edges()), (&data.nodes[..], &data.edges[..]));
     assert_eq!((world.origin(), world.all_curves()), ([4.5e6, -1.0], &data.curves[..]));
-    assert_eq!(world.edges().iter().map(|edge| world.curves(edge).len()).collect::<Vec<_>>(), [3, 1]);
-    assert_eq!((world.text(world.nodes()[6].name), world.text(world.edges()[0].level)), ("dock", "ground floor"));
+    assert_eq!(
+        world.edges().iter().map(|edge| world.curves(edge).len()).collect::<Vec<_>>(),
+        [3, 1]
+    );
+    assert_eq!(
+        (world.text(world.nodes()[6].name), world.text(world.edges()[0].level)),
+        ("dock", "ground floor")
+    );
     assert_eq!((world.run_id(), world.revision()), (frame.run_id(), frame.header().world_revision));
 }
 

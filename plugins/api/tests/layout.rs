@@ -1,5 +1,6 @@
-//! The contract as data: `plugins/python/regatta/layout.json`, by which the Python package opens services and checks its
-//! own structures. This test keeps that file true. After a change of the contract, write it anew:
+//! The contract as data: `plugins/python/regatta/layout.json`, by which the Python package opens
+//! services and checks its own structures. This test keeps that file true. After a change of the
+//! contract, write it anew:
 //!
 //! ```console
 //! $ REGATTA_WRITE_LAYOUT=1 cargo test -p regatta-plugin --test layout
@@ -29,10 +30,13 @@ use regatta_plugin::records::lockstep::Done;
 use regatta_plugin::route::{RouteRequest, RouteResponse};
 use regatta_plugin::task::{NO_ROBOT, StopAction, TaskHeader, TaskKind, TaskRecord};
 use regatta_plugin::traffic::{EdgeTraffic, TrafficHeader};
-use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, NodeRole, RobotTypeRecord, Shape, WorldHeader};
+use regatta_plugin::world::{
+    CurveRecord, EdgeRecord, NodeRecord, NodeRole, RobotTypeRecord, Shape, WorldHeader,
+};
 use regatta_plugin::{
-    ColumnReader, ContactEventReader, ContactReader, FleetName, HistoryReader, ManagerServer, OrderLogReader,
-    Participant, RecordingReader, Result, RouteServer, TaskReader, TrafficReader, services,
+    ColumnReader, ContactEventReader, ContactReader, FleetName, HistoryReader, ManagerServer,
+    OrderLogReader, Participant, RecordingReader, Result, RouteServer, TaskReader, TrafficReader,
+    services,
 };
 use serde_json::{Map, Value, json};
 
@@ -138,22 +142,29 @@ fn all_enums() -> Map<String, Value> {
     }
 }
 
-/// The properties that iceoryx2 compares when a service is opened, for every service of a fleet, by pattern and name.
+/// The properties that iceoryx2 compares when a service is opened, for every service of a fleet, by
+/// pattern and name.
 fn all_services(fleet: &FleetName) -> Result<Map<String, Value>> {
     let producer = ProducerPorts::create(fleet, 1)?;
     let other = Participant::join(fleet, "layout")?;
-    let _open =
-        (ColumnReader::open_on(&other, "NAME")?, ContactReader::open_on(&other)?, ContactEventReader::open_on(&other)?);
+    let _open = (
+        ColumnReader::open_on(&other, "NAME")?,
+        ContactReader::open_on(&other)?,
+        ContactEventReader::open_on(&other)?,
+    );
     let (_log, _routes) = (OrderLogReader::open_on(&other)?, RouteServer::open_on(&other)?);
     let (_tasks, _traffic) = (TaskReader::open_on(&other)?, TrafficReader::open_on(&other)?);
     let _manager = ManagerServer::open_on(&other)?;
-    let (_recording, _history) = (RecordingReader::open_on(&other)?, HistoryReader::open_on(&other)?);
+    let (_recording, _history) =
+        (RecordingReader::open_on(&other)?, HistoryReader::open_on(&other)?);
     let prefix = services::service_name(fleet, "");
     let mut services = Map::new();
     ipc::Service::list(regatta_plugin::iceoryx2_config()?, |service| {
         let service = &service.static_details;
         if let Some(name) = service.name().as_str().strip_prefix(&prefix) {
-            let Value::Object(mut pattern) = json!(service.messaging_pattern()) else { unreachable!("an enum") };
+            let Value::Object(mut pattern) = json!(service.messaging_pattern()) else {
+                unreachable!("an enum")
+            };
             for (pattern, config) in &mut pattern {
                 let group = services.entry(pattern).or_insert_with(|| json!({}));
                 group[name] = config.take();
@@ -170,7 +181,9 @@ fn lines(value: &Value, depth: usize, indent: &str) -> String {
     match value {
         Value::Object(members) if depth > 0 => {
             let inner = format!("{indent}  ");
-            let line = |(name, value)| format!("{inner}{}: {}", json!(name), lines(value, depth - 1, &inner));
+            let line = |(name, value)| {
+                format!("{inner}{}: {}", json!(name), lines(value, depth - 1, &inner))
+            };
             format!("{{\n{}\n{indent}}}", members.iter().map(line).collect::<Vec<_>>().join(",\n"))
         }
         value => value.to_string(),
@@ -197,5 +210,8 @@ fn the_layout_file_is_true() {
     }
     let committed = std::fs::read_to_string(Path::new(FILE)).expect("the layout file");
     let differing = text.lines().find(|line| !committed.lines().any(|other| other == *line));
-    assert_eq!(committed, text, "differs at {differing:?}; REGATTA_WRITE_LAYOUT=1 writes it anew (see above)");
+    assert_eq!(
+        committed, text,
+        "differs at {differing:?}; REGATTA_WRITE_LAYOUT=1 writes it anew (see above)"
+    );
 }

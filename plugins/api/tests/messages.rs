@@ -14,9 +14,9 @@ use regatta_plugin::frame::{CONTRACT_VERSION, FrameHeader, Line};
 use regatta_plugin::order::{OrderKind, OrderRecord, RouteLeg};
 use regatta_plugin::route::{LegAhead, RouteRequest, RouteResponse};
 use regatta_plugin::{
-    ColumnPublisher, ColumnReader, Control, ControlError, EventReader, FleetName, LockstepError, OpenError, OrderError,
-    Orders, Participant, PublishError, ReadError, Reporter, RouteClient, RouteError, RouteServer, Subscriber,
-    column_names, services,
+    ColumnPublisher, ColumnReader, Control, ControlError, EventReader, FleetName, LockstepError,
+    OpenError, OrderError, Orders, Participant, PublishError, ReadError, Reporter, RouteClient,
+    RouteError, RouteServer, Subscriber, column_names, services,
 };
 
 use common::{fleet, publish};
@@ -94,14 +94,21 @@ fn events_arrive_tick_by_tick_and_a_slow_reader_knows_what_it_missed() {
     let mut reader = EventReader::open(&fleet).unwrap();
     assert!(producer.has_event_readers());
     let mut send = |tick| {
-        let event = EventRecord { kind: EventKind::RouteDone as u32, robot: tick as u32, ..EventRecord::default() };
+        let event = EventRecord {
+            kind: EventKind::RouteDone as u32,
+            robot: tick as u32,
+            ..EventRecord::default()
+        };
         producer.publish_events(tick, 0, &[event; 300]).unwrap();
     };
     let mut take = || {
         let mut seen = Vec::new();
         reader
             .take(|events| {
-                assert_eq!((events.records.len(), events.records[299].kind()), (300, Some(EventKind::RouteDone)));
+                assert_eq!(
+                    (events.records.len(), events.records[299].kind()),
+                    (300, Some(EventKind::RouteDone))
+                );
                 seen.push((events.header.tick, events.missed));
                 Ok::<_, ReadError>(())
             })
@@ -164,16 +171,27 @@ fn routes_are_told_by_whoever_knows_them() {
     let fleet = fleet();
     let mut client = RouteClient::open(&fleet).unwrap();
     let producer = ProducerPorts::create(&fleet, 1).unwrap();
-    assert_eq!(client.route(0), Err(RouteError::NoRoutes { fleet: fleet.clone() }), "a producer that has none");
+    assert_eq!(
+        client.route(0),
+        Err(RouteError::NoRoutes { fleet: fleet.clone() }),
+        "a producer that has none"
+    );
     let mut server = RouteServer::open_on(producer.participant()).unwrap();
-    let again = RouteServer::open_on(producer.participant()).map(|_| ()).expect_err("it has one server");
+    let again =
+        RouteServer::open_on(producer.participant()).map(|_| ()).expect_err("it has one server");
     let OpenError::Full { service, limit, holders } = &again else { panic!("{again}") };
     assert_eq!((service, *limit), (&services::service_name(&fleet, "routes"), 1));
-    assert!(holders.contains("producer") && holders.contains("routes"), "the processes at the service: {holders}");
+    assert!(
+        holders.contains("producer") && holders.contains("routes"),
+        "the processes at the service: {holders}"
+    );
     let timeout = Duration::from_millis(20);
     for _ in 0..3 {
         let robots = [0; services::MAX_OPEN_ROUTES];
-        assert_eq!(client.routes(&robots, timeout), Err(RouteError::Timeout { fleet: fleet.clone(), timeout }));
+        assert_eq!(
+            client.routes(&robots, timeout),
+            Err(RouteError::Timeout { fleet: fleet.clone(), timeout })
+        );
     }
     let asker = std::thread::spawn({
         let robots: Vec<_> = (0..20).collect();
@@ -217,7 +235,10 @@ fn an_engine_that_stands_still_times_out() {
     let timeout = Duration::from_millis(50);
     let request = regatta_plugin::control::ControlRequest::new(ControlKind::Status);
     for _ in 0..2 * services::MAX_OPEN_REQUESTS {
-        assert_eq!(control.request(request, timeout), Err(ControlError::Timeout { fleet: fleet.clone(), timeout }));
+        assert_eq!(
+            control.request(request, timeout),
+            Err(ControlError::Timeout { fleet: fleet.clone(), timeout })
+        );
     }
 }
 
@@ -241,7 +262,10 @@ fn columns_belong_to_a_frame_and_grow_with_the_fleet() {
         let mut reader = ColumnReader::open_on(&plugin, "risk").unwrap();
         column.update();
         let read = reader.latest().unwrap().unwrap();
-        assert_eq!((read.header.tick, read.header.run_id, read.values), (tick, frame.run_id(), &values[..]));
+        assert_eq!(
+            (read.header.tick, read.header.run_id, read.values),
+            (tick, frame.run_id(), &values[..])
+        );
     }
     producer.publish_column("type", 0, &[0.0, 1.0, 0.0]).unwrap();
     let mut types = ColumnReader::open_on(&plugin, "type").unwrap();
@@ -275,7 +299,10 @@ fn a_reader_for_all_gets_every_column_and_is_told_what_it_missed() {
     let late = 4 + services::COLUMN_BUFFER as u64 + 5;
     publish(4..=late);
     let taken = take_all();
-    assert_eq!((taken.len(), taken[0], taken.last()), (services::COLUMN_BUFFER, (late - 7, 6), Some(&(late, 0))));
+    assert_eq!(
+        (taken.len(), taken[0], taken.last()),
+        (services::COLUMN_BUFFER, (late - 7, 6), Some(&(late, 0)))
+    );
     let column = newest.latest().unwrap().unwrap();
     assert_eq!((column.header.tick, column.header.sequence), (late, late));
     assert!(newest.latest().unwrap().is_none());
@@ -307,7 +334,8 @@ fn lockstep_waits_for_those_named_and_names_those_missing() {
 
 #[test]
 fn the_longest_names_of_fleet_and_plugin_go_together() {
-    let fleet: FleetName = format!("{:x<64}", format!("test-long-{}", std::process::id())).parse().unwrap();
+    let fleet: FleetName =
+        format!("{:x<64}", format!("test-long-{}", std::process::id())).parse().unwrap();
     let participant = Participant::join(&fleet, &"p".repeat(64)).unwrap();
     assert_eq!(participant.name().len(), 64);
     Subscriber::open_on(&participant).unwrap();
@@ -316,7 +344,10 @@ fn the_longest_names_of_fleet_and_plugin_go_together() {
 #[test]
 fn a_fleet_of_another_contract_version_is_refused_naming_both() {
     let fleet = fleet();
-    let node = NodeBuilder::new().config(regatta_plugin::iceoryx2_config().unwrap()).create::<ipc::Service>().unwrap();
+    let node = NodeBuilder::new()
+        .config(regatta_plugin::iceoryx2_config().unwrap())
+        .create::<ipc::Service>()
+        .unwrap();
     let version = AttributeSpecifier::new()
         .define(
             &AttributeKey::new(services::VERSION_ATTRIBUTE.as_bytes()).unwrap(),
@@ -324,24 +355,34 @@ fn a_fleet_of_another_contract_version_is_refused_naming_both() {
         )
         .unwrap();
     let name = |service: &str| ServiceName::new(&services::service_name(&fleet, service)).unwrap();
-    // The same types, so that only the attribute differs; and another type, which iceoryx2 finds by itself.
+    // The same types, so that only the attribute differs; and another type, which iceoryx2 finds by
+    // itself.
     let _frames = node
         .service_builder(&name("frames"))
         .publish_subscribe::<[Line]>()
         .user_header::<FrameHeader>()
         .create_with_attributes(&version)
         .unwrap();
-    let _orders =
-        node.service_builder(&name("orders")).publish_subscribe::<u64>().create_with_attributes(&version).unwrap();
+    let _orders = node
+        .service_builder(&name("orders"))
+        .publish_subscribe::<u64>()
+        .create_with_attributes(&version)
+        .unwrap();
     let errors = [
         ProducerPorts::create(&fleet, 1).unwrap_err(),
         Subscriber::open(&fleet).unwrap_err(),
         Orders::open(&fleet).unwrap_err(),
     ];
     for error in errors {
-        assert!(matches!(&error, OpenError::OtherVersion { theirs, .. } if theirs == "999"), "{error}");
+        assert!(
+            matches!(&error, OpenError::OtherVersion { theirs, .. } if theirs == "999"),
+            "{error}"
+        );
         let text = error.to_string();
-        assert!(text.contains("version 999") && text.contains(&format!("version {CONTRACT_VERSION}")), "{text}");
+        assert!(
+            text.contains("version 999") && text.contains(&format!("version {CONTRACT_VERSION}")),
+            "{text}"
+        );
         assert_eq!(text.lines().count(), 1);
     }
 }

@@ -1,4 +1,5 @@
-//! Producers and readers as processes: stopped, killed, replaced. This program starts itself again as each.
+//! Producers and readers as processes: stopped, killed, replaced. This program starts itself again
+//! as each.
 
 #[path = "support/common.rs"]
 mod common;
@@ -111,7 +112,9 @@ impl Role {
             .unwrap();
         let stdout = BufReader::new(child.stdout.take().unwrap());
         let (sender, lines) = std::sync::mpsc::channel();
-        std::thread::spawn(move || stdout.lines().map_while(|line| line.ok()).try_for_each(|line| sender.send(line)));
+        std::thread::spawn(move || {
+            stdout.lines().map_while(|line| line.ok()).try_for_each(|line| sender.send(line))
+        });
         Self { child, lines }
     }
 
@@ -119,8 +122,8 @@ impl Role {
         kill_process(Pid::from_raw(self.child.id() as i32).unwrap(), signal).unwrap();
     }
 
-    /// Reads what the child prints until that line, and meanwhile calls `idle`. (The test harness may have
-    /// printed something on the same line before it.)
+    /// Reads what the child prints until that line, and meanwhile calls `idle`. (The test harness
+    /// may have printed something on the same line before it.)
     fn wait_for(&mut self, wanted: &str, mut idle: impl FnMut()) {
         let start = Instant::now();
         while start.elapsed() < PATIENCE {
@@ -128,7 +131,9 @@ impl Role {
                 Ok(line) if line.ends_with(wanted) => return,
                 Ok(_) => {}
                 Err(RecvTimeoutError::Timeout) => idle(),
-                Err(RecvTimeoutError::Disconnected) => panic!("the child ended without printing {wanted:?}"),
+                Err(RecvTimeoutError::Disconnected) => {
+                    panic!("the child ended without printing {wanted:?}")
+                }
             }
         }
         panic!("the child has not printed {wanted:?} in time");
@@ -224,7 +229,10 @@ fn a_killed_producer_is_replaced_while_its_readers_live_on() {
     let mut witness = Role::start("plugin", &fleet);
     let first = Role::start("producer", &fleet);
     let run = reader.wait(PATIENCE).unwrap().expect("a frame").run_id();
-    assert!(matches!(ProducerPorts::create(&fleet, 1), Err(OpenError::AlreadyRunning { .. })), "it is alive");
+    assert!(
+        matches!(ProducerPorts::create(&fleet, 1), Err(OpenError::AlreadyRunning { .. })),
+        "it is alive"
+    );
     witness.wait_for("frame", || ());
     first.kill();
     assert_eq!(reader.current().unwrap().unwrap().run_id(), run, "a frame in hand stays");

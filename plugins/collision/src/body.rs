@@ -30,16 +30,22 @@ impl Body {
         }
     }
 
-    /// Returns the radius of the smallest circle around the position that holds the footprint, in metres.
+    /// Returns the radius of the smallest circle around the position that holds the footprint, in
+    /// metres.
     pub(crate) fn radius(&self) -> f32 {
         let (length, width) = (self.half_length, self.half_width);
         if self.is_circle() { length } else { (length * length + width * width).sqrt() }
     }
 
-    /// Returns half of the size, east and north, of the bounding box of the footprint at some heading, in metres.
+    /// Returns half of the size, east and north, of the bounding box of the footprint at some
+    /// heading, in metres.
     pub(crate) fn half_extent(&self, [cos, sin]: [f32; 2]) -> [f32; 2] {
         let (length, width, cos, sin) = (self.half_length, self.half_width, cos.abs(), sin.abs());
-        if self.is_circle() { [length; 2] } else { [length * cos + width * sin, length * sin + width * cos] }
+        if self.is_circle() {
+            [length; 2]
+        } else {
+            [length * cos + width * sin, length * sin + width * cos]
+        }
     }
 }
 
@@ -78,11 +84,11 @@ pub(crate) fn outside(half: Vector, [x, y]: Vector) -> f64 {
     (x * x + y * y).sqrt()
 }
 
-/// Returns the distance between two footprints, in metres: 0 if they have a point in common. If it exceeds `reach`, the
-/// result is only some number above `reach`.
+/// Returns the distance between two footprints, in metres: 0 if they have a point in common. If it
+/// exceeds `reach`, the result is only some number above `reach`.
 ///
-/// Computed in `f64` from the `f32` of the frame: by separating axes and, for rectangles that are close, by the
-/// distances of their corners.
+/// Computed in `f64` from the `f32` of the frame: by separating axes and, for rectangles that are
+/// close, by the distances of their corners.
 pub(crate) fn gap(a: &Body, b: &Body, reach: f64) -> f64 {
     let offset = between(a.position, b.position);
     match (a.outline(), b.outline()) {
@@ -121,11 +127,13 @@ fn rectangles(
     if widest <= 0.0 || widest > reach {
         return widest.max(0.0);
     }
-    let corners_of_b =
-        corners(half_b).map(|corner| turned_by(turn, corner)).map(|[x, y]| [x + from_a[0], y + from_a[1]]);
+    let corners_of_b = corners(half_b)
+        .map(|corner| turned_by(turn, corner))
+        .map(|[x, y]| [x + from_a[0], y + from_a[1]]);
     let back = [turn[0], -turn[1]];
-    let corners_of_a =
-        corners(half_a).map(|corner| turned_by(back, corner)).map(|[x, y]| [x - from_b[0], y - from_b[1]]);
+    let corners_of_a = corners(half_a)
+        .map(|corner| turned_by(back, corner))
+        .map(|[x, y]| [x - from_b[0], y - from_b[1]]);
     let near_a = corners_of_b.into_iter().map(|corner| outside(half_a, corner));
     let near_b = corners_of_a.into_iter().map(|corner| outside(half_b, corner));
     near_a.chain(near_b).fold(f64::INFINITY, f64::min)
@@ -135,10 +143,12 @@ pub(crate) fn corners([length, width]: Vector) -> [Vector; 4] {
     [[length, width], [-length, width], [-length, -width], [length, -width]]
 }
 
-/// Returns approximately where two footprints that don't overlap come nearest: between their positions, closer to the
-/// smaller robot in proportion to the sizes.
+/// Returns approximately where two footprints that don't overlap come nearest: between their
+/// positions, closer to the smaller robot in proportion to the sizes.
 pub(crate) fn nearest_point(a: &Body, b: &Body) -> [f32; 2] {
-    let size = |body: &Body| body.half_length + if body.is_circle() { body.half_length } else { body.half_width };
+    let size = |body: &Body| {
+        body.half_length + if body.is_circle() { body.half_length } else { body.half_width }
+    };
     let (size_a, size_b) = (size(a), size(b));
     let part = if size_a + size_b > 0.0 { size_a / (size_a + size_b) } else { 0.5 };
     let between = |axis: usize| a.position[axis] + part * (b.position[axis] - a.position[axis]);

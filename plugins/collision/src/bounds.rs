@@ -2,8 +2,9 @@
 
 use crate::body::Body;
 
-/// An axis-aligned bounding box, in metres: its western and southern side, then its eastern and northern side with the
-/// opposite sign. A larger box therefore has smaller numbers on all four sides.
+/// An axis-aligned bounding box, in metres: its western and southern side, then its eastern and
+/// northern side with the opposite sign. A larger box therefore has smaller numbers on all four
+/// sides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Bounds([f32; 4]);
 
@@ -44,7 +45,8 @@ impl Bounds {
 
     /// Returns the smallest box around both.
     pub(crate) fn join(self, other: Self) -> Self {
-        let less = |side: usize| if other.0[side] < self.0[side] { other.0[side] } else { self.0[side] };
+        let less =
+            |side: usize| if other.0[side] < self.0[side] { other.0[side] } else { self.0[side] };
         Self([less(0), less(1), less(2), less(3)])
     }
 

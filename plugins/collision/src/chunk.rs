@@ -10,7 +10,8 @@ use crate::prediction::{Motion, Predictor, Segment};
 use crate::strip::PackedRobot;
 use crate::swept_path::{SweptPath, only_straight_on, segments_of};
 
-/// A block of a frame's robots, by columns. Elements from `len` on are left over from earlier blocks.
+/// A block of a frame's robots, by columns. Elements from `len` on are left over from earlier
+/// blocks.
 #[derive(Debug)]
 pub(crate) struct Chunk {
     pub len: usize,
@@ -29,8 +30,8 @@ pub(crate) struct Chunk {
     east: Column<f32>,
     north: Column<f32>,
     robots: Column<PackedRobot>,
-    /// The robots' swept paths, in the same order; empty without a horizon. Behind them are those of the other ways that
-    /// a robot may take.
+    /// The robots' swept paths, in the same order; empty without a horizon. Behind them are those
+    /// of the other ways that a robot may take.
     swept_paths: Vec<SweptPath>,
     /// Trajectory segments of all swept paths.
     segments: Vec<Segment>,
@@ -83,8 +84,8 @@ impl Chunk {
     /// The largest number of robots: as many as fit into the first-level cache.
     pub(crate) const ROBOTS: usize = 256;
 
-    /// Computes headings, and the bounds of what robots cover now plus `padding` metres. Elements beyond the last robot
-    /// are computed too, so that the compiler knows the number of iterations.
+    /// Computes headings, and the bounds of what robots cover now plus `padding` metres. Elements
+    /// beyond the last robot are computed too, so that the compiler knows the number of iterations.
     pub(crate) fn finish(&mut self, footprints: &[Footprint], padding: f32) {
         self.set_sizes(footprints);
         for ((theta, cos), sin) in self.theta.iter().zip(&mut self.cos).zip(&mut self.sin) {
@@ -110,13 +111,15 @@ impl Chunk {
         }
         for number in 0..Self::ROBOTS {
             // Elements beyond the last robot may have types of an earlier world.
-            let footprint = footprints.get(self.robot_type[number] as usize).unwrap_or(&Footprint::UNKNOWN);
-            (self.half_length[number], self.half_width[number]) = (footprint.half_length, footprint.half_width);
+            let footprint =
+                footprints.get(self.robot_type[number] as usize).unwrap_or(&Footprint::UNKNOWN);
+            (self.half_length[number], self.half_width[number]) =
+                (footprint.half_length, footprint.half_width);
         }
     }
 
-    /// Assembles robots from their columns, each value straight into its field: building a robot elsewhere and copying
-    /// it would stall on store forwarding.
+    /// Assembles robots from their columns, each value straight into its field: building a robot
+    /// elsewhere and copying it would stall on store forwarding.
     fn pack(&mut self) {
         for number in 0..Self::ROBOTS {
             let robot = &mut self.robots[number];
@@ -127,8 +130,8 @@ impl Chunk {
         }
     }
 
-    /// Predicts the trajectories of all robots until the horizon, in seconds. `motion` returns a robot's motion, given
-    /// its number and its id.
+    /// Predicts the trajectories of all robots until the horizon, in seconds. `motion` returns a
+    /// robot's motion, given its number and its id.
     pub(crate) fn predict<'frame>(
         &mut self,
         table: &LegTable,
@@ -140,13 +143,17 @@ impl Chunk {
         for number in 0..self.len {
             let (first, body, mut end) = (self.segments.len(), self.body(number), None);
             let motion = motion(number, self);
-            predictor.predict((&body, &motion), (table, horizon), &mut self.segments, |segments| match end {
-                None => end = Some(segments.len()),
-                Some(end) => others.add(number, segments.drain(end..)),
+            predictor.predict((&body, &motion), (table, horizon), &mut self.segments, |segments| {
+                match end {
+                    None => end = Some(segments.len()),
+                    Some(end) => others.add(number, segments.drain(end..)),
+                }
             });
             let swept_path = self.add_way(&body, first, self.bounds(number));
-            (self.west[number], self.east[number]) = (swept_path.bounds.west(), swept_path.bounds.east());
-            (self.south[number], self.north[number]) = (swept_path.bounds.south(), swept_path.bounds.north());
+            (self.west[number], self.east[number]) =
+                (swept_path.bounds.west(), swept_path.bounds.east());
+            (self.south[number], self.north[number]) =
+                (swept_path.bounds.south(), swept_path.bounds.north());
         }
         let mut from = 0;
         for (number, to) in others.ends.drain(..) {
@@ -193,24 +200,38 @@ impl Chunk {
 
     /// Returns the other ways that robots may take: the robot's number, and that of the swept path.
     pub(crate) fn other_ways(&self) -> impl Iterator<Item = (usize, usize)> {
-        self.other_ways.iter().enumerate().map(|(place, number)| (usize::from(*number), self.len + place))
+        self.other_ways
+            .iter()
+            .enumerate()
+            .map(|(place, number)| (usize::from(*number), self.len + place))
     }
 
     /// Returns the bounding box of all that counts of a robot on its first way.
     pub(crate) fn bounds(&self, number: usize) -> Bounds {
-        Bounds::new([self.west[number], self.south[number]], [self.east[number], self.north[number]])
+        Bounds::new(
+            [self.west[number], self.south[number]],
+            [self.east[number], self.north[number]],
+        )
     }
 
     /// Returns the bounding box of all that counts of all robots.
     pub(crate) fn all_bounds(&self) -> Bounds {
-        let least = |column: &Column<f32>| extreme(&column[..self.len], f32::MAX, |a, b| if a < b { a } else { b });
-        let most = |column: &Column<f32>| extreme(&column[..self.len], -f32::MAX, |a, b| if a > b { a } else { b });
-        let first_ways = Bounds::new([least(&self.west), least(&self.south)], [most(&self.east), most(&self.north)]);
+        let least = |column: &Column<f32>| {
+            extreme(&column[..self.len], f32::MAX, |a, b| if a < b { a } else { b })
+        };
+        let most = |column: &Column<f32>| {
+            extreme(&column[..self.len], -f32::MAX, |a, b| if a > b { a } else { b })
+        };
+        let first_ways = Bounds::new(
+            [least(&self.west), least(&self.south)],
+            [most(&self.east), most(&self.north)],
+        );
         let others = self.swept_paths.get(self.len..).unwrap_or_default();
         others.iter().fold(first_ways, |all, other| all.join(other.bounds))
     }
 
-    /// Returns the strips of the southern and of the northern sides; arbitrary numbers beyond the last robot.
+    /// Returns the strips of the southern and of the northern sides; arbitrary numbers beyond the
+    /// last robot.
     pub(crate) fn strips(&self, scale: Scale) -> [Column<i32>; 2] {
         [self.south.map(|y| scale.strip(y)), self.north.map(|y| scale.strip(y))]
     }

@@ -6,7 +6,8 @@ use crate::body::{Body, gap};
 use crate::relative_motion::Proximity;
 use crate::settings::{HYSTERESIS, Settings};
 
-/// The inflation of both footprints, on all sides, at which a predicted pair stays possible, in metres.
+/// The inflation of both footprints, on all sides, at which a predicted pair stays possible, in
+/// metres.
 pub(crate) const INFLATION: f64 = 0.5 * HYSTERESIS;
 
 /// The criteria that a pair meets in a frame by itself, as bit flags.
@@ -18,7 +19,8 @@ impl Criteria {
     const ENTERS_TOUCHING: u8 = 1;
     /// The footprints overlap but for the hysteresis: the pair keeps the level touching.
     const KEEPS_TOUCHING: u8 = 2;
-    /// The footprints are within the margin, or will overlap within the horizon: the pair enters the level possible.
+    /// The footprints are within the margin, or will overlap within the horizon: the pair enters
+    /// the level possible.
     const ENTERS_POSSIBLE: u8 = 4;
     /// The same but for the hysteresis: the pair keeps the level possible.
     const KEEPS_POSSIBLE: u8 = 8;
@@ -42,7 +44,9 @@ impl Criteria {
         let was_touching = before == Some(ContactLevel::Touching);
         if self.has(Self::ENTERS_TOUCHING) || was_touching && self.has(Self::KEEPS_TOUCHING) {
             Some(ContactLevel::Touching)
-        } else if self.has(Self::ENTERS_POSSIBLE) || before.is_some() && self.has(Self::KEEPS_POSSIBLE) {
+        } else if self.has(Self::ENTERS_POSSIBLE)
+            || before.is_some() && self.has(Self::KEEPS_POSSIBLE)
+        {
             Some(ContactLevel::Possible)
         } else {
             None
@@ -58,8 +62,8 @@ impl Criteria {
         Self(self.0 | other.0)
     }
 
-    /// Returns the criteria that the present footprints of two robots meet. The robot with the lower id comes first, so
-    /// that the result doesn't depend on the order.
+    /// Returns the criteria that the present footprints of two robots meet. The robot with the
+    /// lower id comes first, so that the result doesn't depend on the order.
     pub(crate) fn now(settings: Settings, a: &Body, b: &Body) -> Self {
         let margin = f64::from(settings.margin());
         let gap = gap(a, b, margin + HYSTERESIS);

@@ -17,13 +17,15 @@ use crate::totals::RunTotals;
 use crate::tracker::{ContactTracker, FrameTime, PairObservation};
 use crate::world_model::WorldModel;
 
-/// The largest number of overlapping boxes that are checked: for each robot on average, and in addition for any fleet.
+/// The largest number of overlapping boxes that are checked: for each robot on average, and in
+/// addition for any fleet.
 const MAX_CHECKS: (usize, usize) = (64, 1 << 18);
 /// The largest number of comparisons of boxes, likewise.
 const MAX_COMPARISONS: (usize, usize) = (512, 1 << 22);
 /// The largest number of pairs in the list, likewise. Enough for all pairs of 360 robots.
 const MAX_PAIRS: (usize, usize) = (8, 1 << 16);
-/// The limits per robot after one of those was exceeded: comparisons, and overlaps that are checked.
+/// The limits per robot after one of those was exceeded: comparisons, and overlaps that are
+/// checked.
 const CAPPED_PER_ROBOT: (usize, usize) = (512, 8);
 
 /// The detector's input: a frame, and the type of each robot.
@@ -37,8 +39,8 @@ pub struct FrameInput<'frame> {
     pub sim_time_nanos: u64,
     /// Columns of the frame.
     pub columns: Columns<'frame>,
-    /// Each robot's index into the robot types, as in the column `type`. Robots beyond its end, and those whose value
-    /// is no valid index, are of the first type.
+    /// Each robot's index into the robot types, as in the column `type`. Robots beyond its end, and
+    /// those whose value is no valid index, are of the first type.
     pub robot_types: &'frame [f32],
 }
 
@@ -98,11 +100,17 @@ impl Detector {
     pub fn update(&mut self, input: &FrameInput) {
         let &FrameInput { columns, robot_types, .. } = input;
         let robots = columns.x.len();
-        self.tracker.begin_frame(FrameTime { run_id: input.run_id, tick: input.tick, nanos: input.sim_time_nanos });
+        self.tracker.begin_frame(FrameTime {
+            run_id: input.run_id,
+            tick: input.tick,
+            nanos: input.sim_time_nanos,
+        });
         self.routes.follow(input.run_id, input.tick, columns.edge);
         self.find_pairs(columns, robot_types);
         let bits = radix::bits_below(robots);
-        radix::sort(&mut self.observations, &mut self.scratch, 0..bits, |pair| pair.robots[0].into());
+        radix::sort(&mut self.observations, &mut self.scratch, 0..bits, |pair| {
+            pair.robots[0].into()
+        });
         for group in self.observations.chunk_by_mut(|a, b| a.robots[0] == b.robots[0]) {
             group.sort_unstable_by_key(|pair| pair.robots[1]);
         }
@@ -115,14 +123,24 @@ impl Detector {
         let context = FrameContext { columns, robot_types, world, settings: *settings, routes };
         let robots = columns.x.len();
         self.invalid_robots = index.fill(&context);
-        let mut find = |limits: Limits, max_pairs: usize, observations: &mut Vec<PairObservation>| {
-            index.sweep(&context, limits, |strip, candidates| {
-                check_all(&context, strip, candidates, near, observations);
-                if observations.len() > max_pairs { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-            })
-        };
+        let mut find =
+            |limits: Limits, max_pairs: usize, observations: &mut Vec<PairObservation>| {
+                index.sweep(&context, limits, |strip, candidates| {
+                    check_all(&context, strip, candidates, near, observations);
+                    if observations.len() > max_pairs {
+                        ControlFlow::Break(())
+                    } else {
+                        ControlFlow::Continue(())
+                    }
+                })
+            };
         let (comparisons, checks) = (total(MAX_COMPARISONS, robots), total(MAX_CHECKS, robots));
-        let all = Limits { comparisons_per_robot: usize::MAX, checks_per_robot: usize::MAX, comparisons, checks };
+        let all = Limits {
+            comparisons_per_robot: usize::MAX,
+            checks_per_robot: usize::MAX,
+            comparisons,
+            checks,
+        };
         observations.clear();
         self.capped = find(all, total(MAX_PAIRS, robots), observations).is_break();
         if self.capped {
@@ -131,7 +149,12 @@ impl Detector {
             let (comparisons_per_robot, checks_per_robot) = CAPPED_PER_ROBOT;
             // Without limits on the whole frame, the sweep doesn't stop early.
             let _ = find(
-                Limits { comparisons_per_robot, checks_per_robot, comparisons: usize::MAX, checks: usize::MAX },
+                Limits {
+                    comparisons_per_robot,
+                    checks_per_robot,
+                    comparisons: usize::MAX,
+                    checks: usize::MAX,
+                },
                 usize::MAX,
                 observations,
             );
@@ -144,7 +167,10 @@ impl Detector {
         self.levels.resize(robots, 0.0);
         // Touching pairs come first in the list and are written last, so that they prevail.
         for contact in self.tracker.contacts().iter().rev() {
-            contact.robots.iter().for_each(|&robot| self.levels[robot as usize] = contact.level as f32);
+            contact
+                .robots
+                .iter()
+                .for_each(|&robot| self.levels[robot as usize] = contact.level as f32);
         }
     }
 
@@ -160,14 +186,15 @@ impl Detector {
 
     /// Returns the changes of the last frame.
     ///
-    /// A pair that is [touching](regatta_plugin::contact::ContactLevel::Touching) is also possible: each `began` of a
-    /// level has one `ended`, and the time in which a pair touches lies within the time in which it is possible.
+    /// A pair that is [touching](regatta_plugin::contact::ContactLevel::Touching) is also possible:
+    /// each `began` of a level has one `ended`, and the time in which a pair touches lies within
+    /// the time in which it is possible.
     pub fn events(&self) -> &[ContactEvent] {
         self.tracker.events()
     }
 
-    /// Returns each robot's level: 0 if it is clear, else the highest [level](regatta_plugin::contact::ContactLevel) of
-    /// its pairs.
+    /// Returns each robot's level: 0 if it is clear, else the highest
+    /// [level](regatta_plugin::contact::ContactLevel) of its pairs.
     pub fn levels(&self) -> &[f32] {
         &self.levels
     }
@@ -177,16 +204,16 @@ impl Detector {
         self.tracker.totals()
     }
 
-    /// Returns the number of robots that can't be checked, because their pose or the footprint of their type is
-    /// invalid.
+    /// Returns the number of robots that can't be checked, because their pose or the footprint of
+    /// their type is invalid.
     pub fn invalid_robots(&self) -> usize {
         self.invalid_robots
     }
 
     /// Whether there were more pairs than the detector examines.
     ///
-    /// If so, it has examined all pairs that had a level before, and some neighbours of each robot: every pair in the
-    /// list is real, but there may be others.
+    /// If so, it has examined all pairs that had a level before, and some neighbours of each robot:
+    /// every pair in the list is real, but there may be others.
     pub fn is_capped(&self) -> bool {
         self.capped
     }

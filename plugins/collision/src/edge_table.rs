@@ -12,8 +12,8 @@ const MAX_TURN: f64 = 0.2;
 const MAX_DEVIATION: f64 = 0.02;
 /// A turn along a chord from which on it counts as a cusp, in radians.
 const MAX_SMOOTH_TURN: f64 = 1.0;
-/// The number of curve samples that chords are built from. A chord may span a single step even if that turns more, as a
-/// cusp has no smooth heading.
+/// The number of curve samples that chords are built from. A chord may span a single step even if
+/// that turns more, as a cusp has no smooth heading.
 const STEPS: usize = 32;
 
 /// A straight line between two points of an edge.
@@ -23,16 +23,18 @@ pub(crate) struct Chord {
     pub end: f32,
     /// Displacement east and north per metre along the edge.
     pub step: [f32; 2],
-    /// Heading of robots on the chord if they don't turn along it, as a unit vector: along the chord, or as the edge's
-    /// orientation says.
+    /// Heading of robots on the chord if they don't turn along it, as a unit vector: along the
+    /// chord, or as the edge's orientation says.
     pub heading: [f32; 2],
     /// Heading of robots where the chord starts, as a unit vector.
     pub start_heading: [f32; 2],
-    /// Turn of robots along the chord, in radians per metre. At a cusp, which has no smooth heading, it is 0.
+    /// Turn of robots along the chord, in radians per metre. At a cusp, which has no smooth
+    /// heading, it is 0.
     pub turn: f32,
 }
 
-/// All edges as chords. Before its origin and beyond its destination, an edge continues along its tangent.
+/// All edges as chords. Before its origin and beyond its destination, an edge continues along its
+/// tangent.
 #[derive(Debug, Default)]
 pub(crate) struct EdgeTable {
     chords: Vec<Chord>,
@@ -46,14 +48,17 @@ impl EdgeTable {
     pub(crate) fn new(world: &World<'_>) -> Self {
         let mut edge_table = Self { chords: Vec::new(), starts: vec![0], orientations: Vec::new() };
         for edge in world.edges() {
-            edge_table.chords.extend(oriented(chords(edge, world.curves(edge)), edge.orientation()));
+            edge_table
+                .chords
+                .extend(oriented(chords(edge, world.curves(edge)), edge.orientation()));
             edge_table.starts.push(edge_table.chords.len());
             edge_table.orientations.push(edge.orientation());
         }
         edge_table
     }
 
-    /// Returns the direction of travel in forward gear, as a unit vector, of a robot on an edge with this heading.
+    /// Returns the direction of travel in forward gear, as a unit vector, of a robot on an edge
+    /// with this heading.
     pub(crate) fn direction(&self, edge: u32, s: f32, robot: [f32; 2]) -> [f32; 2] {
         match self.orientations.get(edge as usize) {
             None | Some(Orientation::Tangential) => robot,
@@ -69,7 +74,8 @@ impl EdgeTable {
         (length > 0.0).then(|| [x / length, y / length])
     }
 
-    /// Returns the chords of an edge by its index; empty if there is no such edge, or it isn't a curve.
+    /// Returns the chords of an edge by its index; empty if there is no such edge, or it isn't a
+    /// curve.
     pub(crate) fn chords(&self, edge: u32) -> &[Chord] {
         let index = edge as usize;
         match (self.starts.get(index), self.starts.get(index.wrapping_add(1))) {
@@ -78,8 +84,8 @@ impl EdgeTable {
         }
     }
 
-    /// Returns the distance along an edge at which its last chord ends, in metres; `None` if it has a single chord, or
-    /// none.
+    /// Returns the distance along an edge at which its last chord ends, in metres; `None` if it has
+    /// a single chord, or none.
     pub(crate) fn length(&self, edge: u32) -> Option<f32> {
         if let [.., last, _] = self.chords(edge) { Some(last.end) } else { None }
     }
@@ -94,17 +100,21 @@ struct Knot {
 
 /// Returns the chords of an edge whose robots have the heading of the tangent.
 fn chords(edge: &EdgeRecord, curves: &[CurveRecord]) -> Vec<Chord> {
-    let is_finite = |curve: &CurveRecord| curve.control_points.as_flattened().iter().all(|metres| metres.is_finite());
+    let is_finite = |curve: &CurveRecord| {
+        curve.control_points.as_flattened().iter().all(|metres| metres.is_finite())
+    };
     if !(edge.length > 0.0 && edge.length.is_finite() && curves.iter().all(is_finite)) {
         return Vec::new();
     }
-    // Where a curve ends and the next one starts, there are two knots, with a tangent each. Curves without a length have
-    // no tangent, and are left out.
-    let knots = curves.iter().map(|curve| knots(&curve.control_points.map(|point| point.map(f64::from))));
+    // Where a curve ends and the next one starts, there are two knots, with a tangent each. Curves
+    // without a length have no tangent, and are left out.
+    let knots =
+        curves.iter().map(|curve| knots(&curve.control_points.map(|point| point.map(f64::from))));
     let knots: Vec<_> = knots.filter(|knots| polyline_length(knots) > 0.0).flatten().collect();
     let total = polyline_length(&knots);
     let (Some(first), Some(last)) = (knots.first(), knots.last()) else { return Vec::new() };
-    // Arcs are slightly longer than their chords. None may be shorter, or robots would exceed their speed.
+    // Arcs are slightly longer than their chords. None may be shorter, or robots would exceed their
+    // speed.
     let scale = (f64::from(edge.length) / total).max(1.0);
     let mut end = 0.0;
     let mut chords = vec![straight_on(first.tangent, 0.0)];
@@ -113,7 +123,8 @@ fn chords(edge: &EdgeRecord, curves: &[CurveRecord]) -> Vec<Chord> {
         let chord = length(along);
         if chord > 0.0 {
             end += chord * scale;
-            let (step, heading) = (along.map(|part| part / (chord * scale)), along.map(|part| part / chord));
+            let (step, heading) =
+                (along.map(|part| part / (chord * scale)), along.map(|part| part / chord));
             chords.push(Chord {
                 end: end as f32,
                 step: narrow(step),
@@ -124,7 +135,11 @@ fn chords(edge: &EdgeRecord, curves: &[CurveRecord]) -> Vec<Chord> {
         }
     }
     chords.push(straight_on(last.tangent, f32::INFINITY));
-    if is_straight(&chords) { vec![Chord { end: f32::INFINITY, turn: 0.0, ..chords[1] }] } else { chords }
+    if is_straight(&chords) {
+        vec![Chord { end: f32::INFINITY, turn: 0.0, ..chords[1] }]
+    } else {
+        chords
+    }
 }
 
 fn straight_on(tangent: Vector, end: f32) -> Chord {
@@ -142,7 +157,8 @@ fn oriented(mut chords: Vec<Chord>, orientation: Orientation) -> Vec<Chord> {
                     (turned(chord.heading, angle), turned(chord.start_heading, angle));
             }
             Orientation::Fixed(angle) => {
-                (chord.heading, chord.start_heading, chord.turn) = (heading(angle), heading(angle), 0.0);
+                (chord.heading, chord.start_heading, chord.turn) =
+                    (heading(angle), heading(angle), 0.0);
             }
         }
     }
@@ -168,11 +184,14 @@ fn turn_per_metre(knots: &[Knot], metres: f64) -> f32 {
 
 fn is_straight(chords: &[Chord]) -> bool {
     let [before, only, after] = chords else { return false };
-    let turns = |a: &Chord, b: &Chord| (a.heading[0] - b.heading[0]).abs().max((a.heading[1] - b.heading[1]).abs());
+    let turns = |a: &Chord, b: &Chord| {
+        (a.heading[0] - b.heading[0]).abs().max((a.heading[1] - b.heading[1]).abs())
+    };
     turns(before, only).max(turns(only, after)) < 1e-5
 }
 
-/// Returns few points of a curve, such that the chords between them stay within [`MAX_TURN`] and [`MAX_DEVIATION`].
+/// Returns few points of a curve, such that the chords between them stay within [`MAX_TURN`] and
+/// [`MAX_DEVIATION`].
 fn knots(points: &[Vector; 4]) -> Vec<Knot> {
     let ends = [knot(points, 0.0), knot(points, 1.0)];
     if is_straight_line(points) {
@@ -200,9 +219,11 @@ fn knots(points: &[Vector; 4]) -> Vec<Knot> {
 /// Whether the control points lie on a straight line, in order.
 fn is_straight_line(points: &[Vector; 4]) -> bool {
     let along = minus(points[3], points[0]);
-    let along_and_aside =
-        |point: Vector| (dot(along, minus(point, points[0])), cross(along, minus(point, points[0])).abs());
-    let [(first, aside), (second, aside_too)] = [along_and_aside(points[1]), along_and_aside(points[2])];
+    let along_and_aside = |point: Vector| {
+        (dot(along, minus(point, points[0])), cross(along, minus(point, points[0])).abs())
+    };
+    let [(first, aside), (second, aside_too)] =
+        [along_and_aside(points[1]), along_and_aside(points[2])];
     let square = dot(along, along);
     aside.max(aside_too) <= 1e-6 * square && 0.0 <= first && first <= second && second <= square
 }
@@ -223,7 +244,10 @@ fn knot(points: &[Vector; 4], at: f64) -> Knot {
     // Where a handle has no length, later control points give the direction.
     let directions = [minus(e, d), minus(c, a), minus(p3, p0)];
     let shortest = 1e-9 * length(minus(p3, p0)).max(length(minus(p2, p1)));
-    let direction = directions.into_iter().find(|direction| length(*direction) > shortest).unwrap_or([1.0, 0.0]);
+    let direction = directions
+        .into_iter()
+        .find(|direction| length(*direction) > shortest)
+        .unwrap_or([1.0, 0.0]);
     Knot { point: mix(d, e), tangent: direction.map(|part| part / length(direction)) }
 }
 
@@ -261,8 +285,10 @@ mod tests {
 
     #[test]
     fn edges_that_are_no_curves_have_no_chords() {
-        let (good, line) =
-            (EdgeRecord { length: 3.0, ..EdgeRecord::default() }, [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]]);
+        let (good, line) = (
+            EdgeRecord { length: 3.0, ..EdgeRecord::default() },
+            [[0.0, 0.0], [1.0, 0.0], [2.0, 0.0], [3.0, 0.0]],
+        );
         let mut world = world([
             (EdgeRecord { length: f32::NAN, ..good }, line),
             (EdgeRecord { length: 0.0, ..good }, line),
@@ -272,18 +298,28 @@ mod tests {
         ]);
         world.edges.push(EdgeRecord { first_curve: 4, curves: 9, ..good });
         let edge_table = EdgeTable::new(&world.view(1, 1));
-        assert_eq!([0, 1, 2, 3, 4, 5, 6, u32::MAX].map(|edge| edge_table.chords(edge).len()), [0, 0, 0, 0, 1, 0, 0, 0]);
+        assert_eq!(
+            [0, 1, 2, 3, 4, 5, 6, u32::MAX].map(|edge| edge_table.chords(edge).len()),
+            [0, 0, 0, 0, 1, 0, 0, 0]
+        );
     }
 
-    /// An edge 4 m to the east and 3 m to the north: a straight line, a point, a straight line and a bend.
+    /// An edge 4 m to the east and 3 m to the north: a straight line, a point, a straight line and
+    /// a bend.
     fn corner(orientation: Orientation) -> EdgeTable {
         let mut world = WorldData::default();
-        let edge = EdgeRecord { length: 7.4, ..EdgeRecord::default() }.with_orientation(orientation);
+        let edge =
+            EdgeRecord { length: 7.4, ..EdgeRecord::default() }.with_orientation(orientation);
         let line = CurveRecord::straight;
         let bend = CurveRecord { control_points: [[4.0, 2.0], [4.0, 2.6], [4.2, 3.0], [5.0, 3.0]] };
         world.add_edge(
             edge,
-            [line([0.0, 0.0], [4.0, 0.0]), line([4.0, 0.0], [4.0, 0.0]), line([4.0, 0.0], [4.0, 2.0]), bend],
+            [
+                line([0.0, 0.0], [4.0, 0.0]),
+                line([4.0, 0.0], [4.0, 0.0]),
+                line([4.0, 0.0], [4.0, 2.0]),
+                bend,
+            ],
         );
         EdgeTable::new(&world.view(1, 1))
     }
@@ -298,20 +334,30 @@ mod tests {
             from = chord.end;
         }
         assert!((at[0] - 5.0).abs() < 1e-4 && (at[1] - 3.0).abs() < 1e-4, "{at:?}");
-        assert_eq!((chords[1].heading, chords[2].heading), ([1.0, 0.0], [0.0, 1.0]), "the corner is not smoothed");
+        assert_eq!(
+            (chords[1].heading, chords[2].heading),
+            ([1.0, 0.0], [0.0, 1.0]),
+            "the corner is not smoothed"
+        );
         assert_eq!(chords[chords.len() - 1].heading, [1.0, 0.0], "beyond the bend");
         assert_eq!(edge_table.length(0), Some(from));
     }
 
     #[test]
     fn robots_have_the_heading_of_the_orientation() {
-        let near = |a: [f32; 2], b: [f32; 2]| (a[0] - b[0]).abs() < 1e-6 && (a[1] - b[1]).abs() < 1e-6;
+        let near =
+            |a: [f32; 2], b: [f32; 2]| (a[0] - b[0]).abs() < 1e-6 && (a[1] - b[1]).abs() < 1e-6;
         let sideways = corner(Orientation::Offset(std::f32::consts::FRAC_PI_2));
-        assert!(near(sideways.chords(0)[1].heading, [0.0, 1.0]) && near(sideways.chords(0)[2].heading, [-1.0, 0.0]));
+        assert!(
+            near(sideways.chords(0)[1].heading, [0.0, 1.0])
+                && near(sideways.chords(0)[2].heading, [-1.0, 0.0])
+        );
         assert!(near(sideways.chords(0)[1].step, [1.0, 0.0]), "{:?}", sideways.chords(0)[1]);
         assert!(near(sideways.direction(0, 1.0, [0.0, 1.0]), [1.0, 0.0]));
         let fixed = corner(Orientation::Fixed(0.0));
-        assert!(fixed.chords(0).iter().all(|chord| chord.heading == [1.0, 0.0] && chord.turn == 0.0));
+        assert!(
+            fixed.chords(0).iter().all(|chord| chord.heading == [1.0, 0.0] && chord.turn == 0.0)
+        );
         assert!(near(fixed.direction(0, 5.0, [1.0, 0.0]), [0.0, 1.0]), "it drives north, sideways");
         assert_eq!(fixed.direction(7, 5.0, [1.0, 0.0]), [1.0, 0.0], "no such edge");
     }

@@ -21,11 +21,14 @@ impl Footprint {
     /// The footprint in a world without robot types: the one of scenarios that define none.
     pub(crate) const UNKNOWN: Self = Self { half_length: 0.45, half_width: 0.3 };
 
-    /// Returns the footprint of a type. It is valid if the sizes are numbers from 0 to [`MAX_SIZE`].
+    /// Returns the footprint of a type. It is valid if the sizes are numbers from 0 to
+    /// [`MAX_SIZE`].
     pub(crate) fn of(record: &RobotTypeRecord) -> Self {
         let is_valid = |size: f32| (0.0..=MAX_SIZE).contains(&size);
         let (half_width, is_valid) = match record.shape() {
-            Shape::Rectangle => (0.5 * record.width, is_valid(record.length) && is_valid(record.width)),
+            Shape::Rectangle => {
+                (0.5 * record.width, is_valid(record.length) && is_valid(record.width))
+            }
             Shape::Circle => (CIRCLE, is_valid(record.length)),
         };
         Self { half_length: if is_valid { 0.5 * record.length } else { f32::NAN }, half_width }

@@ -12,8 +12,8 @@ use crate::settings::{HYSTERESIS, Settings};
 use crate::strip::PackedRobot;
 use crate::world_model::WorldModel;
 
-/// The largest distance from the origin, east or north, of a valid pose, in metres. Beyond it, poses in single
-/// precision are coarser than a robot's margin.
+/// The largest distance from the origin, east or north, of a valid pose, in metres. Beyond it,
+/// poses in single precision are coarser than a robot's margin.
 pub const MAX_DISTANCE: f32 = 1e6;
 
 /// A frame with everything that the checks need to interpret it.
@@ -28,10 +28,11 @@ pub(crate) struct FrameContext<'frame> {
 }
 
 impl FrameContext<'_> {
-    /// Fills a chunk with a range of robots. Returns the number of robots that are present but left out, because their
-    /// pose or their type's footprint is invalid.
+    /// Fills a chunk with a range of robots. Returns the number of robots that are present but left
+    /// out, because their pose or their type's footprint is invalid.
     pub(crate) fn fill(&self, robots: Range<usize>, chunk: &mut Chunk) -> usize {
-        let invalid_robots = if self.fill_all(robots.clone(), chunk) { 0 } else { self.fill_valid(robots, chunk) };
+        let invalid_robots =
+            if self.fill_all(robots.clone(), chunk) { 0 } else { self.fill_valid(robots, chunk) };
         self.finish(chunk);
         invalid_robots
     }
@@ -40,12 +41,15 @@ impl FrameContext<'_> {
     pub(crate) fn sample(&self, chunk: &mut Chunk) {
         let robots = self.columns.x.len();
         let numbers = 0..Chunk::ROBOTS.min(robots);
-        self.fill_valid(numbers.map(|number| number.wrapping_mul(0x9E37_79B9_7F4A_7C15) % robots), chunk);
+        self.fill_valid(
+            numbers.map(|number| number.wrapping_mul(0x9E37_79B9_7F4A_7C15) % robots),
+            chunk,
+        );
         self.finish(chunk);
     }
 
-    /// Returns the padding around each footprint, in metres: half of the largest distance of two robots that have a
-    /// level.
+    /// Returns the padding around each footprint, in metres: half of the largest distance of two
+    /// robots that have a level.
     pub(crate) fn padding(&self) -> f32 {
         0.5 * (self.settings.margin() + HYSTERESIS as f32)
     }
@@ -55,14 +59,16 @@ impl FrameContext<'_> {
         (x.abs() <= MAX_DISTANCE) & (y.abs() <= MAX_DISTANCE) & (theta.abs() <= MAX_HEADING)
     }
 
-    /// Fills a chunk with a whole range of robots at once, which is several times as fast as one by one. Returns
-    /// `false` if one of them is absent or invalid.
+    /// Fills a chunk with a whole range of robots at once, which is several times as fast as one by
+    /// one. Returns `false` if one of them is absent or invalid.
     fn fill_all(&self, robots: Range<usize>, chunk: &mut Chunk) -> bool {
         let Columns { x, y, theta, speed, state, .. } = self.columns;
         let [x, y, theta, speed] = [x, y, theta, speed].map(|column| &column[robots.clone()]);
-        let present = state[robots.clone()].iter().fold(true, |all, state| all & is_present(*state));
+        let present =
+            state[robots.clone()].iter().fold(true, |all, state| all & is_present(*state));
         let poses = x.iter().zip(y).zip(theta);
-        let valid = poses.fold(present, |all, ((x, y), theta)| all & Self::is_valid_pose(*x, *y, *theta));
+        let valid =
+            poses.fold(present, |all, ((x, y), theta)| all & Self::is_valid_pose(*x, *y, *theta));
         if !valid || !self.fill_types(robots.clone(), chunk) {
             return false;
         }
@@ -90,21 +96,27 @@ impl FrameContext<'_> {
         })
     }
 
-    /// Fills a chunk with the valid ones of these robots, one by one. Returns the number of invalid robots.
+    /// Fills a chunk with the valid ones of these robots, one by one. Returns the number of invalid
+    /// robots.
     fn fill_valid(&self, robots: impl Iterator<Item = usize>, chunk: &mut Chunk) -> usize {
         chunk.len = 0;
         let columns = &self.columns;
         let mut invalid_robots = 0;
         for robot in robots.filter(|&robot| is_present(columns.state[robot])) {
-            let (x, y, theta, number) = (columns.x[robot], columns.y[robot], columns.theta[robot], chunk.len);
-            let robot_type = self.world.robot_type(self.robot_types.get(robot).copied().unwrap_or(0.0));
-            if !self.world.footprints()[robot_type as usize].is_valid() || !Self::is_valid_pose(x, y, theta) {
+            let (x, y, theta, number) =
+                (columns.x[robot], columns.y[robot], columns.theta[robot], chunk.len);
+            let robot_type =
+                self.world.robot_type(self.robot_types.get(robot).copied().unwrap_or(0.0));
+            if !self.world.footprints()[robot_type as usize].is_valid()
+                || !Self::is_valid_pose(x, y, theta)
+            {
                 invalid_robots += 1;
                 continue;
             }
             chunk.robot_type[number] = robot_type;
             (chunk.id[number], chunk.x[number], chunk.y[number]) = (robot as u32, x, y);
-            (chunk.theta[number], chunk.speed[number]) = (theta, assumed_speed(columns.speed[robot]));
+            (chunk.theta[number], chunk.speed[number]) =
+                (theta, assumed_speed(columns.speed[robot]));
             chunk.len += 1;
         }
         invalid_robots
@@ -122,7 +134,8 @@ impl FrameContext<'_> {
     /// Returns the velocity of a robot, east and north, in metres per second.
     pub(crate) fn velocity(&self, robot: &PackedRobot) -> [f32; 2] {
         let row = robot.id as usize;
-        let direction = self.world.legs().direction(self.columns.edge[row], self.columns.s[row], robot.heading);
+        let direction =
+            self.world.legs().direction(self.columns.edge[row], self.columns.s[row], robot.heading);
         direction.map(|part| part * robot.speed)
     }
 
@@ -137,7 +150,8 @@ impl FrameContext<'_> {
             intent: match RobotState::from_number(state[row]) {
                 RobotState::Driving => Intent::Drive,
                 RobotState::Held | RobotState::Stalled | RobotState::Broken => Intent::Hold,
-                // A robot that turns stands: where it drives then isn't determined before it has the new heading.
+                // A robot that turns stands: where it drives then isn't determined before it has
+                // the new heading.
                 _ => Intent::Keep,
             },
             limits: self.world.limits(chunk.robot_type[number]),
@@ -151,7 +165,8 @@ fn is_present(state: u8) -> bool {
     usize::from(state) < RobotState::COUNT
 }
 
-/// Returns the speed that a robot is assumed to have, in metres per second, given its published speed.
+/// Returns the speed that a robot is assumed to have, in metres per second, given its published
+/// speed.
 fn assumed_speed(speed: f32) -> f32 {
     if speed.is_nan() { 0.0 } else { speed.clamp(-MAX_SPEED, MAX_SPEED) }
 }

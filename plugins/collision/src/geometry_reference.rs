@@ -1,4 +1,5 @@
-//! A slow reference implementation of the geometry for tests: footprints as polygons, compared side by side.
+//! A slow reference implementation of the geometry for tests: footprints as polygons, compared side
+//! by side.
 
 use proptest::prelude::*;
 use regatta_plugin::world::{CurveRecord, EdgeRecord, WorldData};
@@ -13,7 +14,8 @@ pub(crate) type Point = [f64; 2];
 /// The horizon of the trajectories in tests, in seconds.
 pub(crate) const HORIZON: f32 = 2.0;
 
-/// A polygon, and the radius of the disc that is swept around it: a circle is a point with a radius.
+/// A polygon, and the radius of the disc that is swept around it: a circle is a point with a
+/// radius.
 pub(crate) type RoundedPolygon = (Vec<Point>, f64);
 
 /// Returns a world of edges with one curve each, given by its control points.
@@ -46,7 +48,12 @@ pub(crate) fn outline(body: &Body, position: Point, [cos, sin]: [f32; 2]) -> Rou
         return (vec![position], length);
     }
     let corners = [[length, width], [-length, width], [-length, -width], [length, -width]];
-    (corners.map(|[x, y]| [position[0] + x * cos - y * sin, position[1] + x * sin + y * cos]).to_vec(), 0.0)
+    (
+        corners
+            .map(|[x, y]| [position[0] + x * cos - y * sin, position[1] + x * sin + y * cos])
+            .to_vec(),
+        0.0,
+    )
 }
 
 fn sides(polygon: &[Point]) -> impl Iterator<Item = (Point, Point)> {
@@ -55,12 +62,14 @@ fn sides(polygon: &[Point]) -> impl Iterator<Item = (Point, Point)> {
 
 /// Returns the distance of a point from a side, in metres.
 fn to_side(point: Point, (from, to): (Point, Point)) -> f64 {
-    let ([x, y], [u, v]) = ([point[0] - from[0], point[1] - from[1]], [to[0] - from[0], to[1] - from[1]]);
+    let ([x, y], [u, v]) =
+        ([point[0] - from[0], point[1] - from[1]], [to[0] - from[0], to[1] - from[1]]);
     let part = ((x * u + y * v) / (u * u + v * v).max(1e-300)).clamp(0.0, 1.0);
     (x - part * u).hypot(y - part * v)
 }
 
-/// Returns the depth of a point inside a convex polygon that runs counter-clockwise; negative outside.
+/// Returns the depth of a point inside a convex polygon that runs counter-clockwise; negative
+/// outside.
 fn depth(point: Point, polygon: &[Point]) -> f64 {
     let inward = |(from, to): (Point, Point)| {
         let [u, v] = [to[0] - from[0], to[1] - from[1]];
@@ -77,15 +86,19 @@ fn cross(a: (Point, Point), b: (Point, Point)) -> bool {
     side(a, b.0) * side(a, b.1) < 0.0 && side(b, a.0) * side(b, a.1) < 0.0
 }
 
-/// Returns the distance between two outlines, in metres: 0 if sides cross or one holds a corner of the other.
+/// Returns the distance between two outlines, in metres: 0 if sides cross or one holds a corner of
+/// the other.
 pub(crate) fn distance((a, radius_a): &RoundedPolygon, (b, radius_b): &RoundedPolygon) -> f64 {
-    let holds =
-        |inner: &[Point], outer: &[Point]| outer.len() > 2 && inner.iter().any(|point| depth(*point, outer) >= 0.0);
+    let holds = |inner: &[Point], outer: &[Point]| {
+        outer.len() > 2 && inner.iter().any(|point| depth(*point, outer) >= 0.0)
+    };
     if holds(a, b) || holds(b, a) || sides(a).any(|one| sides(b).any(|other| cross(one, other))) {
         return 0.0;
     }
     let nearest = |from: &[Point], to: &[Point]| {
-        from.iter().flat_map(|point| sides(to).map(|side| to_side(*point, side))).fold(f64::INFINITY, f64::min)
+        from.iter()
+            .flat_map(|point| sides(to).map(|side| to_side(*point, side)))
+            .fold(f64::INFINITY, f64::min)
     };
     (nearest(a, b).min(nearest(b, a)) - radius_a - radius_b).max(0.0)
 }
@@ -96,22 +109,28 @@ pub(crate) fn position(body: &Body) -> Point {
 
 /// Returns each segment with the time at which it starts, in seconds from now.
 pub(crate) fn timed(segments: &[Segment]) -> impl Iterator<Item = (f64, &Segment)> {
-    let starts = std::iter::once(0.0).chain(segments.iter().map(|segment| f64::from(segment.until)));
+    let starts =
+        std::iter::once(0.0).chain(segments.iter().map(|segment| f64::from(segment.until)));
     starts.zip(segments)
 }
 
 /// Returns the outline of a body some seconds after a segment has started.
 pub(crate) fn outline_at(body: &Body, segment: &Segment, elapsed: f64) -> RoundedPolygon {
-    let here = |axis: usize| f64::from(segment.position[axis]) + f64::from(segment.velocity[axis]) * elapsed;
+    let here = |axis: usize| {
+        f64::from(segment.position[axis]) + f64::from(segment.velocity[axis]) * elapsed
+    };
     outline(body, [here(0), here(1)], segment.heading_after(elapsed as f32))
 }
 
-/// Returns the centroid of the intersection of two convex polygons that run counter-clockwise, and twice its area as a
-/// part of the square of its perimeter. The first is cut along each side of the second.
+/// Returns the centroid of the intersection of two convex polygons that run counter-clockwise, and
+/// twice its area as a part of the square of its perimeter. The first is cut along each side of the
+/// second.
 pub(crate) fn intersection_centroid(a: &[Point], b: &[Point]) -> Option<(Point, f64)> {
     let mut polygon = a.to_vec();
     for (from, to) in sides(b) {
-        let inside = |point: Point| (to[0] - from[0]) * (point[1] - from[1]) - (to[1] - from[1]) * (point[0] - from[0]);
+        let inside = |point: Point| {
+            (to[0] - from[0]) * (point[1] - from[1]) - (to[1] - from[1]) * (point[0] - from[0])
+        };
         let mut cut = Vec::new();
         for (start, end) in sides(&polygon) {
             let (here, there) = (inside(start), inside(end));
@@ -120,7 +139,10 @@ pub(crate) fn intersection_centroid(a: &[Point], b: &[Point]) -> Option<(Point, 
             }
             if here * there < 0.0 {
                 let part = here / (here - there);
-                cut.push([start[0] + part * (end[0] - start[0]), start[1] + part * (end[1] - start[1])]);
+                cut.push([
+                    start[0] + part * (end[0] - start[0]),
+                    start[1] + part * (end[1] - start[1]),
+                ]);
             }
         }
         polygon = cut;
@@ -139,8 +161,11 @@ pub(crate) fn intersection_centroid(a: &[Point], b: &[Point]) -> Option<(Point, 
 }
 
 fn bezier(points: &[[f32; 2]; 4], at: f64) -> Point {
-    let weight = [(1.0 - at).powi(3), 3.0 * at * (1.0 - at).powi(2), 3.0 * at * at * (1.0 - at), at.powi(3)];
-    let sum = |axis: usize| points.iter().zip(weight).map(|(point, weight)| f64::from(point[axis]) * weight).sum();
+    let weight =
+        [(1.0 - at).powi(3), 3.0 * at * (1.0 - at).powi(2), 3.0 * at * at * (1.0 - at), at.powi(3)];
+    let sum = |axis: usize| {
+        points.iter().zip(weight).map(|(point, weight)| f64::from(point[axis]) * weight).sum()
+    };
     [sum(0), sum(1)]
 }
 
@@ -148,13 +173,15 @@ fn bezier(points: &[[f32; 2]; 4], at: f64) -> Point {
 pub(crate) fn polyline(points: &[[f32; 2]; 4]) -> Vec<(f64, Point)> {
     let mut polyline: Vec<(f64, Point)> = vec![(0.0, bezier(points, 0.0))];
     for step in 1..=4000 {
-        let (next, (s, last)) = (bezier(points, f64::from(step) / 4000.0), polyline[polyline.len() - 1]);
+        let (next, (s, last)) =
+            (bezier(points, f64::from(step) / 4000.0), polyline[polyline.len() - 1]);
         polyline.push((s + (next[0] - last[0]).hypot(next[1] - last[1]), next));
     }
     polyline
 }
 
-/// Returns the point and the heading at the distance `s` along a curve; beyond the ends along the tangent.
+/// Returns the point and the heading at the distance `s` along a curve; beyond the ends along the
+/// tangent.
 pub(crate) fn on_polyline(polyline: &[(f64, Point)], s: f64) -> (Point, f64) {
     let next = polyline.partition_point(|(along, _)| *along < s).clamp(1, polyline.len() - 1);
     let ((from_s, from), (to_s, to)) = (polyline[next - 1], polyline[next]);

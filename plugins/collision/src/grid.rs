@@ -1,5 +1,5 @@
-//! Integer coordinates to sort boxes by: the plane is divided into strips from south to north, and each strip into cells
-//! from west to east.
+//! Integer coordinates to sort boxes by: the plane is divided into strips from south to north, and
+//! each strip into cells from west to east.
 
 use crate::bounds::Bounds;
 use crate::radix;
@@ -13,8 +13,8 @@ const CELL_WIDTH: f32 = 0.25;
 /// Least width of a cell, in metres. It keeps the number of the farthest cell within 23 bits.
 const MIN_CELL_WIDTH: f32 = 0.25;
 
-/// The conversion from metres to strips and cells. It is monotonic whatever rounding does, which is all that sorting
-/// needs.
+/// The conversion from metres to strips and cells. It is monotonic whatever rounding does, which is
+/// all that sorting needs.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Scale {
     cells_per_metre: f32,
@@ -26,7 +26,8 @@ impl Scale {
     pub(crate) fn new(samples: impl ExactSizeIterator<Item = Bounds>) -> Self {
         let (count, mut width, mut height) = (samples.len(), 0.0, 0.0);
         for bounds in samples {
-            (width, height) = (width + bounds.east() - bounds.west(), height + bounds.north() - bounds.south());
+            (width, height) =
+                (width + bounds.east() - bounds.west(), height + bounds.north() - bounds.south());
         }
         let mean = |sum: f32| sum / count.max(1) as f32;
         Self {
@@ -44,8 +45,8 @@ impl Scale {
     }
 }
 
-/// Rounds to the nearest integer of up to 22 bits: adding 1.5 · 2²³ moves it to the lowest bits of the mantissa. Unlike
-/// a conversion, this takes two instructions.
+/// Rounds to the nearest integer of up to 22 bits: adding 1.5 · 2²³ moves it to the lowest bits of
+/// the mantissa. Unlike a conversion, this takes two instructions.
 fn round(value: f32) -> i32 {
     const MAGIC: f32 = 12_582_912.0;
     (value + MAGIC).to_bits().wrapping_sub(MAGIC.to_bits()) as i32
@@ -57,7 +58,8 @@ pub(crate) struct KeyPacking {
     scale: Scale,
     first_cell: i32,
     first_strip: i32,
-    /// Binary logarithm of the number of buckets: the lowest bits of a strip's number, which are equal in a bucket.
+    /// Binary logarithm of the number of buckets: the lowest bits of a strip's number, which are
+    /// equal in a bucket.
     bucket_bits: u32,
     /// Lowest bits of a cell's number that are dropped because the key has no room for them.
     dropped_bits: u32,
@@ -70,14 +72,23 @@ impl KeyPacking {
     /// Returns the packing for boxes within the bounds `all`.
     pub(crate) fn new(scale: Scale, all: Bounds, buckets: usize) -> Self {
         let bucket_bits = buckets.ilog2();
-        let bits =
-            |first: i32, last: i32, shift: u32| radix::bits_below(((last.max(first) - first) >> shift) as usize + 1);
+        let bits = |first: i32, last: i32, shift: u32| {
+            radix::bits_below(((last.max(first) - first) >> shift) as usize + 1)
+        };
         let (first_cell, first_strip) = (scale.cell(all.west()), scale.strip(all.south()));
         let cell_bits = bits(first_cell, scale.cell(all.east()), 0);
         let strip_bits = bits(first_strip, scale.strip(all.north()), bucket_bits);
         let dropped_bits = (cell_bits + strip_bits).saturating_sub(32);
         let cell_bits = cell_bits - dropped_bits;
-        Self { scale, first_cell, first_strip, bucket_bits, dropped_bits, cell_bits, bits: cell_bits + strip_bits }
+        Self {
+            scale,
+            first_cell,
+            first_strip,
+            bucket_bits,
+            dropped_bits,
+            cell_bits,
+            bits: cell_bits + strip_bits,
+        }
     }
 
     pub(crate) fn pack(&self, strip: i32, x: f32) -> u32 {

@@ -5,23 +5,27 @@ use std::f32::consts::FRAC_2_PI;
 /// The largest valid heading, in radians. Headings of the contract are in (-π, π].
 pub const MAX_HEADING: f32 = 1000.0;
 
-/// Adding and subtracting it rounds to an integer, which is then in the lowest bits of the mantissa: 1.5 · 2²³.
+/// Adding and subtracting it rounds to an integer, which is then in the lowest bits of the
+/// mantissa: 1.5 · 2²³.
 const ROUND: f32 = 12_582_912.0;
 
-/// π/2 in three parts (Cody and Waite). The first two have spare bits, so that their multiples are exact.
+/// π/2 in three parts (Cody and Waite). The first two have spare bits, so that their multiples are
+/// exact.
 const QUARTER: [f32; 3] = [1.570_312_5, 4.837_513e-4, 7.549_79e-8];
 
-/// Returns the cosine and sine of an angle up to [`MAX_HEADING`], to 2·10⁻⁷: polynomials on (-π/4, π/4) as in Moshier's
-/// Cephes library, and the symmetries of the circle. No branches and no calls, so that the compiler vectorizes it.
+/// Returns the cosine and sine of an angle up to [`MAX_HEADING`], to 2·10⁻⁷: polynomials on (-π/4,
+/// π/4) as in Moshier's Cephes library, and the symmetries of the circle. No branches and no calls,
+/// so that the compiler vectorizes it.
 #[inline(always)]
 pub(crate) fn heading(angle: f32) -> [f32; 2] {
     let shifted = angle * FRAC_2_PI + ROUND;
     let (quarters, whole) = (shifted.to_bits(), shifted - ROUND);
     let rest = ((angle - whole * QUARTER[0]) - whole * QUARTER[1]) - whole * QUARTER[2];
     let square = rest * rest;
-    let sin = rest + rest * square * (-1.666_665_5e-1 + square * (8.332_161e-3 - square * 1.951_529_6e-4));
-    let cos =
-        1.0 - 0.5 * square + square * square * (4.166_664_6e-2 + square * (-1.388_731_6e-3 + square * 2.443_315_7e-5));
+    let sin = rest
+        + rest * square * (-1.666_665_5e-1 + square * (8.332_161e-3 - square * 1.951_529_6e-4));
+    let cos = 1.0 - 0.5 * square
+        + square * square * (4.166_664_6e-2 + square * (-1.388_731_6e-3 + square * 2.443_315_7e-5));
     let swapped = quarters & 1 != 0;
     let (cos, sin) = if swapped { (sin, cos) } else { (cos, sin) };
     let negate = |value: f32, bit: u32| f32::from_bits(value.to_bits() ^ ((bit & 2) << 30));
@@ -47,9 +51,14 @@ mod tests {
     #[test]
     fn right_angles_are_exact_up_to_rounding() {
         use std::f32::consts::{FRAC_PI_2, PI};
-        for (angle, cos, sin) in [(0.0, 1.0, 0.0), (FRAC_PI_2, 0.0, 1.0), (PI, -1.0, 0.0), (-FRAC_PI_2, 0.0, -1.0)] {
+        for (angle, cos, sin) in
+            [(0.0, 1.0, 0.0), (FRAC_PI_2, 0.0, 1.0), (PI, -1.0, 0.0), (-FRAC_PI_2, 0.0, -1.0)]
+        {
             let found = heading(angle);
-            assert!((found[0] - cos).abs() < 1e-7 && (found[1] - sin).abs() < 1e-7, "{angle}: {found:?}");
+            assert!(
+                (found[0] - cos).abs() < 1e-7 && (found[1] - sin).abs() < 1e-7,
+                "{angle}: {found:?}"
+            );
         }
     }
 }

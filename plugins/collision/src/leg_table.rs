@@ -77,7 +77,8 @@ impl LegTable {
         };
         let infos: Vec<_> = (0..).zip(edges).map(info).collect();
         let legs = |reverse: bool| {
-            let edges = (0..).zip(edges).filter(move |(_, edge)| !reverse || edge.velocity_backwards > 0.0);
+            let edges =
+                (0..).zip(edges).filter(move |(_, edge)| !reverse || edge.velocity_backwards > 0.0);
             edges.map(move |(index, edge)| {
                 (if reverse { edge.destination } else { edge.origin }, Leg::new(index, reverse))
             })
@@ -93,21 +94,27 @@ impl LegTable {
         (!chords.is_empty()).then_some(LegInfo { chords, length: edge.length, speed })
     }
 
-    /// Returns the direction of travel in forward gear, as a unit vector, of a robot on an edge with this heading.
+    /// Returns the direction of travel in forward gear, as a unit vector, of a robot on an edge
+    /// with this heading.
     pub(crate) fn direction(&self, edge: u32, s: f32, heading: [f32; 2]) -> [f32; 2] {
         self.chords.direction(edge, s, heading)
     }
 
-    /// Returns the legs that a robot may drive after this one without changing gear: all that leave its end, except for
-    /// the one straight back, which is possible only if there is no other.
+    /// Returns the legs that a robot may drive after this one without changing gear: all that leave
+    /// its end, except for the one straight back, which is possible only if there is no other.
     pub(crate) fn successors(&self, leg: Leg) -> impl Iterator<Item = Leg> + Clone {
-        let ends = |leg: Leg| self.edges.get(leg.edge() as usize).map(|edge| edge.ends(leg.is_reverse()));
+        let ends =
+            |leg: Leg| self.edges.get(leg.edge() as usize).map(|edge| edge.ends(leg.is_reverse()));
         let [start, end] = ends(leg).unwrap_or([u32::MAX; 2]);
         let exits = if leg.is_reverse() { &self.reverse } else { &self.forward };
         let exits = exits.of(end);
         let back = exits.iter().position(|exit| ends(*exit).is_some_and(|[_, end]| end == start));
         let back = back.filter(|_| exits.len() > 1);
-        exits.iter().enumerate().filter(move |(place, _)| Some(*place) != back).map(|(_, exit)| *exit)
+        exits
+            .iter()
+            .enumerate()
+            .filter(move |(place, _)| Some(*place) != back)
+            .map(|(_, exit)| *exit)
     }
 }
 
@@ -124,10 +131,14 @@ impl Exits {
         let mut legs: Vec<_> = legs.collect();
         legs.sort_by_key(|(node, _)| *node);
         // A world of garbage may name any node; the list of starts must not grow with it.
-        let nodes = legs.iter().rposition(|(node, _)| (*node as usize) < 2 * legs.len() + 2).map_or(0, |last| last + 1);
+        let nodes = legs
+            .iter()
+            .rposition(|(node, _)| (*node as usize) < 2 * legs.len() + 2)
+            .map_or(0, |last| last + 1);
         legs.truncate(nodes);
         let count = legs.last().map_or(0, |(node, _)| *node as usize + 1);
-        let starts = (0..=count).map(|node| legs.partition_point(|(start, _)| (*start as usize) < node) as u32);
+        let starts = (0..=count)
+            .map(|node| legs.partition_point(|(start, _)| (*start as usize) < node) as u32);
         Self { starts: starts.collect(), legs: legs.into_iter().map(|(_, leg)| leg).collect() }
     }
 
@@ -155,13 +166,17 @@ mod tests {
     }
 
     fn successors(table: &LegTable, edge: u32, reverse: bool) -> Vec<(u32, bool)> {
-        table.successors(Leg::new(edge, reverse)).map(|leg| (leg.edge(), leg.is_reverse())).collect()
+        table
+            .successors(Leg::new(edge, reverse))
+            .map(|leg| (leg.edge(), leg.is_reverse()))
+            .collect()
     }
 
     #[test]
     fn a_robot_turns_straight_back_only_at_a_dead_end_and_keeps_its_gear() {
         // 0 ⇄ 1 → 2 ⇄ 3
-        let edges = [edge(0, 1, 0.5), edge(1, 0, 0.0), edge(1, 2, 0.5), edge(2, 3, 0.0), edge(3, 2, 0.0)];
+        let edges =
+            [edge(0, 1, 0.5), edge(1, 0, 0.0), edge(1, 2, 0.5), edge(2, 3, 0.0), edge(3, 2, 0.0)];
         let table = table(&edges);
         assert_eq!(successors(&table, 0, false), [(2, false)]);
         assert_eq!(successors(&table, 3, false), [(4, false)], "node 3 is a dead end");

@@ -9,8 +9,7 @@ use regatta_plugin::CsvFile;
 use regatta_plugin::contact::{ContactChange, ContactEvent, ContactLevel};
 
 /// The first line of the file.
-pub const HEADER: &str =
-    "time_secs,tick,change,level,robot_a,robot_b,edge,x_metres,y_metres,relative_speed_metres_per_sec,run_id";
+pub const HEADER: &str = "time_secs,tick,change,level,robot_a,robot_b,edge,x_metres,y_metres,relative_speed_metres_per_sec,run_id";
 
 /// A CSV file to which rows are appended: those of a tick all together, or none of them.
 #[derive(Debug)]
@@ -25,9 +24,14 @@ impl ContactLog {
         Ok(Self { file: CsvFile::open(path, HEADER)?, text: String::new() })
     }
 
-    /// Appends the events of a tick; `edges` are ids by index. Returns a change when writing begins to fail, and when it
-    /// works again.
-    pub(crate) fn add(&mut self, run_id: u64, events: &[ContactEvent], edges: &[u32]) -> Option<CsvChange> {
+    /// Appends the events of a tick; `edges` are ids by index. Returns a change when writing begins
+    /// to fail, and when it works again.
+    pub(crate) fn add(
+        &mut self,
+        run_id: u64,
+        events: &[ContactEvent],
+        edges: &[u32],
+    ) -> Option<CsvChange> {
         if events.is_empty() {
             return None;
         }
@@ -91,8 +95,15 @@ mod tests {
         let path = folder.path().join("log.csv");
         let mut log = ContactLog::open(&path).unwrap();
         assert!(log.add(0xab, &[event(7), event(8)], &[10, 20]).is_none());
-        let row = |tick| format!("1.500000,{tick},began,touching,3,8,20,2.5000,-1.0000,0.7500,00000000000000ab\n");
-        assert_eq!(std::fs::read_to_string(&path).unwrap(), format!("{HEADER}\n{}{}", row(7), row(8)));
+        let row = |tick| {
+            format!(
+                "1.500000,{tick},began,touching,3,8,20,2.5000,-1.0000,0.7500,00000000000000ab\n"
+            )
+        };
+        assert_eq!(
+            std::fs::read_to_string(&path).unwrap(),
+            format!("{HEADER}\n{}{}", row(7), row(8))
+        );
         assert_eq!(row(7).split(',').count(), HEADER.split(',').count());
     }
 

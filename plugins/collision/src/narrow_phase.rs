@@ -18,7 +18,12 @@ const MAX_GAP_BEYOND_MARGIN: f32 = HYSTERESIS as f32 + 0.01;
 type InStrip<'strip> = (&'strip Strip, u32);
 
 /// Checks two robots exactly, wherever they are.
-pub(crate) fn check(context: &FrameContext, one: InStrip, other: InStrip, observations: &mut Vec<PairObservation>) {
+pub(crate) fn check(
+    context: &FrameContext,
+    one: InStrip,
+    other: InStrip,
+    observations: &mut Vec<PairObservation>,
+) {
     let robot = |(strip, slot): InStrip| *strip.robot(slot);
     let [a, b] = if robot(one).id < robot(other).id { [one, other] } else { [other, one] };
     let [body_a, body_b] = [a, b].map(|at| robot(at).body(context.world.footprints()));
@@ -59,9 +64,15 @@ pub(crate) fn check_all(
     }
 }
 
-/// Writes to `near` the candidates that the quick check with bounding circles doesn't exclude. Every pair is written,
-/// and overwritten unless it is kept: a branch on the outcome would often be mispredicted.
-fn keep_near(context: &FrameContext, strip: &Strip, candidates: Candidates, near: &mut Vec<[u32; 2]>) {
+/// Writes to `near` the candidates that the quick check with bounding circles doesn't exclude.
+/// Every pair is written, and overwritten unless it is kept: a branch on the outcome would often be
+/// mispredicted.
+fn keep_near(
+    context: &FrameContext,
+    strip: &Strip,
+    candidates: Candidates,
+    near: &mut Vec<[u32; 2]>,
+) {
     let (margin, horizon) = (context.settings.margin(), context.settings.horizon());
     let footprints = context.world.footprints();
     near.resize(candidates.len(), [0; 2]);
@@ -71,8 +82,8 @@ fn keep_near(context: &FrameContext, strip: &Strip, candidates: Candidates, near
         let [a, b] = slots.map(|slot| strip.robot(slot));
         let [body_a, body_b] = [a, b].map(|robot| robot.body(footprints));
         let approach = approach(strip, slots, [&body_a, &body_b]);
-        let is_near =
-            approach.is_near(margin + MAX_GAP_BEYOND_MARGIN) | approach.comes_near(2.0 * INFLATION as f32, horizon);
+        let is_near = approach.is_near(margin + MAX_GAP_BEYOND_MARGIN)
+            | approach.comes_near(2.0 * INFLATION as f32, horizon);
         near[kept] = slots;
         // Two ways of one robot are no pair.
         kept += usize::from(is_near & a.is_first_with(b) & (a.id != b.id));
@@ -81,7 +92,12 @@ fn keep_near(context: &FrameContext, strip: &Strip, candidates: Candidates, near
 }
 
 /// Returns the criteria that two robots meet now or within the horizon.
-fn now_and_predicted(settings: Settings, strip: &Strip, slots: [u32; 2], [a, b]: [&Body; 2]) -> Criteria {
+fn now_and_predicted(
+    settings: Settings,
+    strip: &Strip,
+    slots: [u32; 2],
+    [a, b]: [&Body; 2],
+) -> Criteria {
     let approach = approach(strip, slots, [a, b]);
     let is_near = approach.is_near(settings.margin() + MAX_GAP_BEYOND_MARGIN);
     let now = if is_near { Criteria::now(settings, a, b) } else { Criteria::default() };
@@ -92,12 +108,25 @@ fn now_and_predicted(settings: Settings, strip: &Strip, slots: [u32; 2], [a, b]:
     now.or(predicted(settings, slots.map(|slot| (strip, slot)), [a, b], window))
 }
 
-/// Returns the criteria that the trajectories of two robots meet within a window of time, in seconds from now.
-fn predicted(settings: Settings, [a, b]: [InStrip; 2], bodies: [&Body; 2], window: [f32; 2]) -> Criteria {
-    let straight = |(strip, slot): InStrip, body| straight_on(body, strip.swept_path(slot), settings.horizon());
+/// Returns the criteria that the trajectories of two robots meet within a window of time, in
+/// seconds from now.
+fn predicted(
+    settings: Settings,
+    [a, b]: [InStrip; 2],
+    bodies: [&Body; 2],
+    window: [f32; 2],
+) -> Criteria {
+    let straight = |(strip, slot): InStrip, body| {
+        straight_on(body, strip.swept_path(slot), settings.horizon())
+    };
     let (straight_a, straight_b) = (straight(a, bodies[0]), straight(b, bodies[1]));
     let (segments_a, segments_b) = (a.0.segments(a.1, &straight_a), b.0.segments(b.1, &straight_b));
-    Criteria::predicted(closest_proximity((bodies[0], segments_a), (bodies[1], segments_b), window, INFLATION))
+    Criteria::predicted(closest_proximity(
+        (bodies[0], segments_a),
+        (bodies[1], segments_b),
+        window,
+        INFLATION,
+    ))
 }
 
 fn approach(strip: &Strip, slots: [u32; 2], [a, b]: [&Body; 2]) -> Approach {
@@ -105,8 +134,8 @@ fn approach(strip: &Strip, slots: [u32; 2], [a, b]: [&Body; 2]) -> Approach {
     Approach::of((a, swept_a), (b, swept_b))
 }
 
-/// Puts the robot with the lower id first, so that the result of a pair doesn't depend on the order of its slots.
-/// Without a branch, because every other one would be mispredicted.
+/// Puts the robot with the lower id first, so that the result of a pair doesn't depend on the order
+/// of its slots. Without a branch, because every other one would be mispredicted.
 fn in_order(strip: &Strip, slots: [u32; 2]) -> [u32; 2] {
     let [a, b] = slots.map(|slot| u64::from(strip.robot(slot).id) << 32 | u64::from(slot));
     [a.min(b) as u32, a.max(b) as u32]
@@ -123,7 +152,11 @@ fn push(
     if criteria.any() {
         observations.push(PairObservation {
             robots: [a.id, b.id],
-            position: if criteria.may_touch() { overlap_centre(body_a, body_b) } else { nearest_point(body_a, body_b) },
+            position: if criteria.may_touch() {
+                overlap_centre(body_a, body_b)
+            } else {
+                nearest_point(body_a, body_b)
+            },
             relative_speed: relative_speed(context.velocity(a), context.velocity(b)),
             criteria,
         });

@@ -4,12 +4,13 @@ use crate::body::{Body, Outline, Vector, between, corners, seen_along, turned_by
 
 /// The inflation of the first of two rectangles, in metres, so that no two of their sides coincide.
 const APART: f32 = 1e-5;
-/// The smallest area of an overlap, as a part of the square of its perimeter, of which the centroid is computed. The
-/// centroid of a thinner one is that of its sides.
+/// The smallest area of an overlap, as a part of the square of its perimeter, of which the centroid
+/// is computed. The centroid of a thinner one is that of its sides.
 const MIN_ROUNDNESS: f32 = 1e-3;
 
-/// Returns the centre of the overlap of two footprints: for rectangles, the centroid of the intersection polygon; with a
-/// circle, a point near it, which both footprints hold. If there is no overlap, returns the middle of the gap.
+/// Returns the centre of the overlap of two footprints: for rectangles, the centroid of the
+/// intersection polygon; with a circle, a point near it, which both footprints hold. If there is no
+/// overlap, returns the middle of the gap.
 pub(crate) fn overlap_centre(a: &Body, b: &Body) -> [f32; 2] {
     let offset = between(a.position, b.position);
     let point = match (a.outline(), b.outline()) {
@@ -20,20 +21,27 @@ pub(crate) fn overlap_centre(a: &Body, b: &Body) -> [f32; 2] {
             let centre = centre.unwrap_or_else(|| middle_of_gap(half_a, half_b, turn, from_a));
             turned_by(wide(a.heading), centre)
         }
-        (Outline::Rectangle(half), Outline::Circle(radius)) => {
-            turned_by(wide(a.heading), with_circle(half, radius, seen_along(wide(a.heading), offset)))
-        }
+        (Outline::Rectangle(half), Outline::Circle(radius)) => turned_by(
+            wide(a.heading),
+            with_circle(half, radius, seen_along(wide(a.heading), offset)),
+        ),
         (Outline::Circle(radius), Outline::Rectangle(half)) => {
             let back = offset.map(|axis| -axis);
-            let [x, y] = turned_by(wide(b.heading), with_circle(half, radius, seen_along(wide(b.heading), back)));
+            let [x, y] = turned_by(
+                wide(b.heading),
+                with_circle(half, radius, seen_along(wide(b.heading), back)),
+            );
             [x + offset[0], y + offset[1]]
         }
-        (Outline::Circle(radius_a), Outline::Circle(radius_b)) => between_circles(radius_a, radius_b, offset),
+        (Outline::Circle(radius_a), Outline::Circle(radius_b)) => {
+            between_circles(radius_a, radius_b, offset)
+        }
     };
     [0, 1].map(|axis| (f64::from(a.position[axis]) + point[axis]) as f32)
 }
 
-/// The sides of a rectangle, counter-clockwise, by coordinates: where each starts, and the way to its end.
+/// The sides of a rectangle, counter-clockwise, by coordinates: where each starts, and the way to
+/// its end.
 #[derive(Clone, Copy)]
 struct Sides {
     start: [[f32; 4]; 2],
@@ -60,8 +68,8 @@ impl Sides {
         Self { start: turned(self.start, offset), way: turned(self.way, [0.0; 2]) }
     }
 
-    /// Returns the part of each side, from a fraction to another, that is in a rectangle at the origin. A side outside of it
-    /// has an empty part.
+    /// Returns the part of each side, from a fraction to another, that is in a rectangle at the
+    /// origin. A side outside of it has an empty part.
     fn clipped(&self, half: [f32; 2]) -> [[f32; 4]; 2] {
         let [mut from, mut to] = [[0.0_f32; 4], [1.0; 4]];
         for (axis, half) in half.into_iter().enumerate() {
@@ -101,7 +109,13 @@ struct Polygon {
 
 impl Polygon {
     /// Sets half of the sides to parts of a rectangle's sides.
-    fn set(&mut self, first: usize, sides: &Sides, [from, to]: [[f32; 4]; 2], [length, width]: [f32; 2]) {
+    fn set(
+        &mut self,
+        first: usize,
+        sides: &Sides,
+        [from, to]: [[f32; 4]; 2],
+        [length, width]: [f32; 2],
+    ) {
         for axis in 0..2 {
             for side in 0..4 {
                 let (start, way) = (sides.start[axis][side], sides.way[axis][side]);
@@ -115,10 +129,12 @@ impl Polygon {
         }
     }
 
-    /// Returns the centroid of the area, or, if it is thin, that of the sides; `None` without sides.
+    /// Returns the centroid of the area, or, if it is thin, that of the sides; `None` without
+    /// sides.
     fn centroid(&self) -> Option<[f32; 2]> {
         let Self { from, to, lengths } = self;
-        let (perimeter, [x, y]) = (sum(*lengths), [0, 1].map(|axis| self.moment(axis, lengths, 0.0)));
+        let (perimeter, [x, y]) =
+            (sum(*lengths), [0, 1].map(|axis| self.moment(axis, lengths, 0.0)));
         if perimeter <= 0.0 {
             return None;
         }
@@ -126,7 +142,8 @@ impl Polygon {
         let [x, y] = [x, y].map(|moment| 0.5 * moment / perimeter);
         let mut crosses = [0.0; 8];
         for side in 0..8 {
-            let (p, q) = ([from[0][side] - x, from[1][side] - y], [to[0][side] - x, to[1][side] - y]);
+            let (p, q) =
+                ([from[0][side] - x, from[1][side] - y], [to[0][side] - x, to[1][side] - y]);
             crosses[side] = p[0] * q[1] - p[1] * q[0];
         }
         let area = sum(crosses);
@@ -141,7 +158,8 @@ impl Polygon {
     fn moment(&self, axis: usize, weights: &[f32; 8], origin: f32) -> f32 {
         let mut moments = [0.0; 8];
         for side in 0..8 {
-            moments[side] = (self.from[axis][side] - origin + (self.to[axis][side] - origin)) * weights[side];
+            moments[side] =
+                (self.from[axis][side] - origin + (self.to[axis][side] - origin)) * weights[side];
         }
         sum(moments)
     }
@@ -153,18 +171,29 @@ fn sum(values: [f32; 8]) -> f32 {
     (a + b) + (c + d)
 }
 
-/// Returns the centroid of the intersection of a rectangle at the origin with another one; `None` if there is none. By
-/// Green's theorem, from the parts of the sides of each that are inside the other: without branches, as the CPU could not
-/// predict them.
-fn intersection_centroid(half_a: Vector, half_b: Vector, turn: Vector, offset: Vector) -> Option<Vector> {
+/// Returns the centroid of the intersection of a rectangle at the origin with another one; `None`
+/// if there is none. By Green's theorem, from the parts of the sides of each that are inside the
+/// other: without branches, as the CPU could not predict them.
+fn intersection_centroid(
+    half_a: Vector,
+    half_b: Vector,
+    turn: Vector,
+    offset: Vector,
+) -> Option<Vector> {
     let narrow = |vector: Vector| vector.map(|axis| axis as f32);
-    let (half_a, half_b, [cos, sin], offset) = (narrow(half_a), narrow(half_b), narrow(turn), narrow(offset));
+    let (half_a, half_b, [cos, sin], offset) =
+        (narrow(half_a), narrow(half_b), narrow(turn), narrow(offset));
     let half_a = half_a.map(|half| half + APART);
     // Relative to the middle of the overlapping bounding boxes, where rounding errors are smallest.
-    let extent = [half_b[0] * cos.abs() + half_b[1] * sin.abs(), half_b[0] * sin.abs() + half_b[1] * cos.abs()];
+    let extent = [
+        half_b[0] * cos.abs() + half_b[1] * sin.abs(),
+        half_b[0] * sin.abs() + half_b[1] * cos.abs(),
+    ];
     let middle = [0, 1].map(|axis| {
-        let (low, high) =
-            ((offset[axis] - extent[axis]).max(-half_a[axis]), (offset[axis] + extent[axis]).min(half_a[axis]));
+        let (low, high) = (
+            (offset[axis] - extent[axis]).max(-half_a[axis]),
+            (offset[axis] + extent[axis]).min(half_a[axis]),
+        );
         0.5 * (low + high)
     });
     let (sides_a, sides_b) = (Sides::new(half_a), Sides::new(half_b));
@@ -179,7 +208,8 @@ fn intersection_centroid(half_a: Vector, half_b: Vector, turn: Vector, offset: V
     Some([0, 1].map(|axis| f64::from(middle[axis] + centroid[axis])))
 }
 
-/// Returns the middle between the nearest points of a rectangle at the origin and another one that doesn't overlap it.
+/// Returns the middle between the nearest points of a rectangle at the origin and another one that
+/// doesn't overlap it.
 fn middle_of_gap(half_a: Vector, half_b: Vector, turn: Vector, offset: Vector) -> Vector {
     let back = [turn[0], -turn[1]];
     let from_b = turned_by(back, offset);
@@ -188,8 +218,12 @@ fn middle_of_gap(half_a: Vector, half_b: Vector, turn: Vector, offset: Vector) -
         let [x, y] = [corner[0] - point[0], corner[1] - point[1]];
         (x * x + y * y, [0.5 * (corner[0] + point[0]), 0.5 * (corner[1] + point[1])])
     };
-    let of_b = corners(half_b).map(|corner| turned_by(turn, corner)).map(|[x, y]| [x + offset[0], y + offset[1]]);
-    let of_a = corners(half_a).map(|corner| turned_by(back, corner)).map(|[x, y]| [x - from_b[0], y - from_b[1]]);
+    let of_b = corners(half_b)
+        .map(|corner| turned_by(turn, corner))
+        .map(|[x, y]| [x + offset[0], y + offset[1]]);
+    let of_a = corners(half_a)
+        .map(|corner| turned_by(back, corner))
+        .map(|[x, y]| [x - from_b[0], y - from_b[1]]);
     let near_a = of_b.map(|corner| nearest(half_a, corner));
     let near_b = of_a.map(|corner| nearest(half_b, corner)).map(|(square, point)| {
         let [x, y] = turned_by(turn, point);
@@ -199,13 +233,14 @@ fn middle_of_gap(half_a: Vector, half_b: Vector, turn: Vector, offset: Vector) -
     all.min_by(|(one, _), (other, _)| one.total_cmp(other)).map_or(offset, |(_, point)| point)
 }
 
-/// Returns a point in the middle of the overlap of a rectangle at the origin with a circle: the middle of the overlap of the
-/// rectangle with the circle's bounding box, or, where the circle doesn't reach that far, of the part that it reaches.
+/// Returns a point in the middle of the overlap of a rectangle at the origin with a circle: the
+/// middle of the overlap of the rectangle with the circle's bounding box, or, where the circle
+/// doesn't reach that far, of the part that it reaches.
 fn with_circle(half: Vector, radius: f64, centre: Vector) -> Vector {
     let nearest = [0, 1].map(|axis| centre[axis].clamp(-half[axis], half[axis]));
     let middle = [0, 1].map(|axis| {
-        let [low, high] =
-            [centre[axis] - radius, centre[axis] + radius].map(|side| side.clamp(-half[axis], half[axis]));
+        let [low, high] = [centre[axis] - radius, centre[axis] + radius]
+            .map(|side| side.clamp(-half[axis], half[axis]));
         0.5 * (low + high)
     });
     let [x, y] = [nearest[0] - centre[0], nearest[1] - centre[1]];
@@ -262,7 +297,12 @@ mod tests {
 
     #[test]
     fn equal_and_aligned_footprints_have_their_overlap_in_the_middle() {
-        let body = |x: f32, y: f32| Body { position: [x, y], heading: [1.0, 0.0], half_length: 0.5, half_width: 0.25 };
+        let body = |x: f32, y: f32| Body {
+            position: [x, y],
+            heading: [1.0, 0.0],
+            half_length: 0.5,
+            half_width: 0.25,
+        };
         for (a, b, expected) in [
             (body(3.0, 1.0), body(3.0, 1.0), [3.0, 1.0]),
             (body(3.0, 1.0), body(3.8, 1.0), [3.4, 1.0]),
@@ -270,7 +310,10 @@ mod tests {
             (body(3.0, 1.0), body(4.0, 1.0), [3.5, 1.0]),
         ] {
             let [x, y] = overlap_centre(&a, &b);
-            assert!((x - expected[0]).abs() < 1e-4 && (y - expected[1]).abs() < 1e-4, "{x} {y} {expected:?}");
+            assert!(
+                (x - expected[0]).abs() < 1e-4 && (y - expected[1]).abs() < 1e-4,
+                "{x} {y} {expected:?}"
+            );
         }
     }
 }

@@ -9,7 +9,8 @@ use clap::Parser;
 use regatta_plugin::contact::ContactHeader;
 use regatta_plugin::frame::ClockState;
 use regatta_plugin::{
-    ColumnPublisher, ColumnReader, ContactPublisher, Error, Frame, Options, Participant, Plugin, Rate, Result, World,
+    ColumnPublisher, ColumnReader, ContactPublisher, Error, Frame, Options, Participant, Plugin,
+    Rate, Result, World,
 };
 
 use crate::detector::{Detector, FrameInput};
@@ -22,7 +23,8 @@ use crate::summary;
 /// The name of the column that the plugin publishes: 0 clear, 1 possible, 2 touching.
 pub const COLUMN: &str = "collision";
 
-/// The longest wait for the column `type` at the start of a run. After it, the run is read without types.
+/// The longest wait for the column `type` at the start of a run. After it, the run is read without
+/// types.
 const TYPES_WAIT: Duration = Duration::from_millis(500);
 
 /// The command line of `regatta plugin collision`.
@@ -32,8 +34,8 @@ pub struct Cli {
     /// Distance below which two robots are a possible collision, in metres
     #[arg(long, value_name = "METRES", default_value_t = 0.2, allow_negative_numbers = true)]
     pub margin: f32,
-    /// Time within which two robots are a possible collision if they will touch when both continue along their routes, in
-    /// seconds; 0 checks only the present
+    /// Time within which two robots are a possible collision if they will touch when both continue
+    /// along their routes, in seconds; 0 checks only the present
     #[arg(long, value_name = "SECONDS", default_value_t = 2.0, allow_negative_numbers = true)]
     pub horizon: f32,
     /// Don't ask the engine for routes: any robot may take any way
@@ -53,8 +55,8 @@ pub struct Cli {
 /// Runs the plugin with a command line, whose first argument is the name of the program.
 ///
 /// # Errors
-/// Fails if an option is invalid, if the log can't be written, or as [`regatta_plugin::run`] does, for example because
-/// the fleet has such a plugin already.
+/// Fails if an option is invalid, if the log can't be written, or as [`regatta_plugin::run`] does,
+/// for example because the fleet has such a plugin already.
 pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) -> Result {
     match Cli::try_parse_from(args) {
         Ok(cli) => cli.options.run(CollisionPlugin::new(&cli)?, "collision"),
@@ -134,7 +136,8 @@ impl CollisionPlugin {
             requests.begin_run();
         }
         if self.robot_types <= 1 {
-            // All robots have the same type, for example those of a UDP source whose robots are yet to come.
+            // All robots have the same type, for example those of a UDP source whose robots are yet
+            // to come.
             return Ok(());
         }
         let start = Instant::now();
@@ -143,7 +146,9 @@ impl CollisionPlugin {
             && ports.types.current()?.is_none_or(|old| old.header.run_id != frame.run_id())
         {
             if start.elapsed() > TYPES_WAIT {
-                report("no process publishes the column 'type': all robots count as the first robot type");
+                report(
+                    "no process publishes the column 'type': all robots count as the first robot type",
+                );
                 break;
             }
             std::thread::sleep(Duration::from_millis(1));
@@ -179,7 +184,9 @@ impl CollisionPlugin {
             ..ContactHeader::default()
         };
         ports.contacts.publish(&header, pairs)?;
-        if let Some(change) = log.as_mut().and_then(|log| log.add(frame.run_id(), detector.events(), edges)) {
+        if let Some(change) =
+            log.as_mut().and_then(|log| log.add(frame.run_id(), detector.events(), edges))
+        {
             report(change);
         }
         Ok(())
@@ -192,7 +199,9 @@ impl CollisionPlugin {
         }
         let invalid_robots = self.detector.invalid_robots();
         if invalid_robots > 0 && !std::mem::replace(&mut self.reported.invalid_robots, true) {
-            report(format_args!("{invalid_robots} robots have an invalid pose or footprint and are not checked"));
+            report(format_args!(
+                "{invalid_robots} robots have an invalid pose or footprint and are not checked"
+            ));
         }
     }
 }
@@ -202,7 +211,8 @@ impl Plugin for CollisionPlugin {
         let column = ColumnPublisher::open_on(fleet, COLUMN)?;
         let contacts = ContactPublisher::open_on(fleet)?;
         let routes = self.asks_for_routes.then(|| RouteRequests::open_on(fleet)).transpose()?;
-        self.ports = Some(Ports { types: ColumnReader::open_on(fleet, "type")?, column, contacts, routes });
+        self.ports =
+            Some(Ports { types: ColumnReader::open_on(fleet, "type")?, column, contacts, routes });
         Ok(())
     }
 
@@ -226,8 +236,15 @@ impl Plugin for CollisionPlugin {
         if let Some(requests) = &mut ports.routes {
             requests.receive(self.detector.routes_mut())?;
         }
-        let (run_id, tick, sim_time_nanos) = (frame.run_id(), frame.tick(), frame.header().sim_time_nanos);
-        self.detector.update(&FrameInput { run_id, tick, sim_time_nanos, columns: frame.columns(), robot_types });
+        let (run_id, tick, sim_time_nanos) =
+            (frame.run_id(), frame.tick(), frame.header().sim_time_nanos);
+        self.detector.update(&FrameInput {
+            run_id,
+            tick,
+            sim_time_nanos,
+            columns: frame.columns(),
+            robot_types,
+        });
         if let Some(requests) = &mut ports.routes {
             requests.ask(self.detector.routes(), frame, self.detector.contacts());
         }

@@ -1,7 +1,9 @@
-//! Predicted trajectories: each robot continues along its route, or along every way that it may take.
+//! Predicted trajectories: each robot continues along its route, or along every way that it may
+//! take.
 //!
-//! A trajectory is a sequence of segments, each driven straight at a constant velocity while the heading turns evenly.
-//! Accelerations and curves are cut into segments so short that the robot is never more than a few centimetres off.
+//! A trajectory is a sequence of segments, each driven straight at a constant velocity while the
+//! heading turns evenly. Accelerations and curves are cut into segments so short that the robot is
+//! never more than a few centimetres off.
 
 mod path;
 mod speed_profile;
@@ -15,8 +17,8 @@ use path::{PathFinder, PathLeg, Start};
 use speed_profile::SpeedProfile;
 use tracer::Tracer;
 
-/// The highest speed that is predicted, in metres per second: the highest that an edge may allow. Higher speeds count
-/// as this one.
+/// The highest speed that is predicted, in metres per second: the highest that an edge may allow.
+/// Higher speeds count as this one.
 pub const MAX_SPEED: f32 = 50.0;
 
 /// A segment of a trajectory.
@@ -44,7 +46,11 @@ impl Segment {
     /// Returns the heading, as a unit vector, so many seconds after its start.
     #[inline]
     pub(crate) fn heading_after(&self, seconds: f32) -> [f32; 2] {
-        if self.turn_rate == 0.0 { self.heading } else { rotate(heading(self.turn_rate * seconds), self.heading) }
+        if self.turn_rate == 0.0 {
+            self.heading
+        } else {
+            rotate(heading(self.turn_rate * seconds), self.heading)
+        }
     }
 }
 
@@ -69,7 +75,8 @@ pub(crate) struct Limits {
 }
 
 impl Limits {
-    pub(crate) const NONE: Self = Self { max_speed: f32::INFINITY, max_acceleration: f32::INFINITY };
+    pub(crate) const NONE: Self =
+        Self { max_speed: f32::INFINITY, max_acceleration: f32::INFINITY };
 
     /// Creates limits of the values of a world, where what is not a positive number is no limit.
     pub(crate) fn new(max_speed: f32, max_acceleration: f32) -> Self {
@@ -87,8 +94,8 @@ pub(crate) struct RouteAhead<'routes> {
     pub legs: &'routes [Leg],
     /// What comes after them.
     pub end: RouteEnd,
-    /// If the robot stops at their end: the metres that it drives of the last leg (without any, of the one that it is on);
-    /// infinity for all of it.
+    /// If the robot stops at their end: the metres that it drives of the last leg (without any, of
+    /// the one that it is on); infinity for all of it.
     pub limit: f32,
 }
 
@@ -120,11 +127,12 @@ pub(crate) struct Predictor {
 }
 
 impl Predictor {
-    /// Predicts a robot from now to the horizon, in seconds. Appends each trajectory, of at least one segment, to
-    /// `segments` and calls `finish`: once for a robot whose route is known, else for each way that it may take.
+    /// Predicts a robot from now to the horizon, in seconds. Appends each trajectory, of at least
+    /// one segment, to `segments` and calls `finish`: once for a robot whose route is known, else
+    /// for each way that it may take.
     ///
-    /// An edge only determines the motion from the present pose: a pose beside the edge stays beside it, and a heading
-    /// that differs from the edge's keeps its angle to it.
+    /// An edge only determines the motion from the present pose: a pose beside the edge stays
+    /// beside it, and a heading that differs from the edge's keeps its angle to it.
     pub(crate) fn predict(
         &mut self,
         (body, motion): (&Body, &Motion),

@@ -6,7 +6,12 @@ use std::ops::Range;
 const DIGIT_BITS: u32 = 10;
 
 /// Sorts by a range of bits of each item's key. The sort is stable. `scratch` is scratch memory.
-pub(crate) fn sort<T: Copy>(items: &mut Vec<T>, scratch: &mut Vec<T>, bits: Range<u32>, key: impl Fn(&T) -> u64) {
+pub(crate) fn sort<T: Copy>(
+    items: &mut Vec<T>,
+    scratch: &mut Vec<T>,
+    bits: Range<u32>,
+    key: impl Fn(&T) -> u64,
+) {
     let passes = bits.len().div_ceil(DIGIT_BITS as usize) as u32;
     let (Some(&any), 1..) = (items.first(), passes) else { return };
     scratch.resize(items.len(), any);

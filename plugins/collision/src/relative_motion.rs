@@ -14,8 +14,9 @@ pub(crate) enum Proximity {
 }
 
 impl Proximity {
-    /// Classifies a pair, given whether its footprints overlap when both are inflated by so many metres: by the first number
-    /// to overlap, by the second one to be near. A negative inflation makes them smaller.
+    /// Classifies a pair, given whether its footprints overlap when both are inflated by so many
+    /// metres: by the first number to overlap, by the second one to be near. A negative inflation
+    /// makes them smaller.
     pub(crate) fn of([overlapping, near]: [f64; 2], overlap: impl Fn(f64) -> bool) -> Self {
         match (overlap(overlapping), overlap(near)) {
             (true, _) => Self::Overlap,
@@ -36,11 +37,15 @@ pub(crate) struct RelativeMotion {
 
 impl RelativeMotion {
     pub(crate) fn seen_along(self, heading: Vector) -> Self {
-        Self { offset: seen_along(heading, self.offset), displacement: seen_along(heading, self.displacement) }
+        Self {
+            offset: seen_along(heading, self.offset),
+            displacement: seen_along(heading, self.displacement),
+        }
     }
 
-    /// Tests by separating axes: two rectangles overlap at a time when their projections overlap on all four axes.
-    /// Without branches, which would often be mispredicted. The inflations are those of [`Proximity::of`].
+    /// Tests by separating axes: two rectangles overlap at a time when their projections overlap on
+    /// all four axes. Without branches, which would often be mispredicted. The inflations are those
+    /// of [`Proximity::of`].
     pub(crate) fn rectangles(
         self,
         (half_a, heading_a): (Vector, Vector),
@@ -67,8 +72,8 @@ impl RelativeMotion {
         }
     }
 
-    /// Whether a circle hits a rectangle at the origin on its way, both inflated by some metres. Nothing is hit where a negative
-    /// inflation leaves nothing of one of them.
+    /// Whether a circle hits a rectangle at the origin on its way, both inflated by some metres.
+    /// Nothing is hit where a negative inflation leaves nothing of one of them.
     pub(crate) fn hits_rectangle(self, half: Vector, radius: f64, inflation: f64) -> bool {
         let (half, radius) = (half.map(|half| half + inflation), radius + inflation);
         if half[0].min(half[1]).min(radius) < 0.0 {
@@ -107,7 +112,8 @@ impl Crossing {
     fn of(motion: RelativeMotion, axis: usize) -> Self {
         // A displacement of 0 would make the time infinite, and the interval NaN.
         let displacement = motion.displacement[axis];
-        let per_metre = 1.0 / if displacement.abs() < MIN_DISPLACEMENT { MIN_DISPLACEMENT } else { displacement };
+        let per_metre = 1.0
+            / if displacement.abs() < MIN_DISPLACEMENT { MIN_DISPLACEMENT } else { displacement };
         Self { middle: -motion.offset[axis] * per_metre, per_metre: per_metre.abs() }
     }
 }

@@ -1,8 +1,8 @@
 //! Requests for routes: which robots' routes the producer is asked for, and when.
 //!
-//! A producer answers a few requests between two ticks, so the robots that may collide come first, and those to which an
-//! order was sent. Nobody waits: until the answer is there, a robot may take any way. In lockstep, the answers to the
-//! requests of a tick are there at the next one.
+//! A producer answers a few requests between two ticks, so the robots that may collide come first,
+//! and those to which an order was sent. Nobody waits: until the answer is there, a robot may take
+//! any way. In lockstep, the answers to the requests of a tick are there at the next one.
 
 use std::collections::VecDeque;
 use std::time::Instant;
@@ -11,7 +11,8 @@ use regatta_plugin::contact::{ContactLevel, ContactRecord};
 use regatta_plugin::frame::{NO_EDGE, RobotState};
 use regatta_plugin::order::OrderKind;
 use regatta_plugin::{
-    Frame, OpenError, OrderLogReader, Participant, PendingRoute, ReadError, RouteClient, RouteError, services,
+    Frame, OpenError, OrderLogReader, Participant, PendingRoute, ReadError, RouteClient,
+    RouteError, services,
 };
 
 use crate::routes::Routes;
@@ -88,12 +89,14 @@ impl RouteRequests {
         Ok(())
     }
 
-    /// Asks for the routes that are wanted most: those of robots with orders, of pairs that may collide, and of others in
-    /// turn.
+    /// Asks for the routes that are wanted most: those of robots with orders, of pairs that may
+    /// collide, and of others in turn.
     pub(crate) fn ask(&mut self, routes: &Routes, frame: &Frame<'_>, contacts: &[ContactRecord]) {
         let drives = |robot: u32| {
-            let state = frame.columns().state.get(robot as usize).copied().map(RobotState::from_number);
-            let on_edge = frame.columns().edge.get(robot as usize).is_some_and(|edge| *edge != NO_EDGE);
+            let state =
+                frame.columns().state.get(robot as usize).copied().map(RobotState::from_number);
+            let on_edge =
+                frame.columns().edge.get(robot as usize).is_some_and(|edge| *edge != NO_EDGE);
             on_edge
                 && state.is_some_and(|state| {
                     state.is_stopped() || matches!(state, RobotState::Driving | RobotState::Turning)
@@ -106,12 +109,15 @@ impl RouteRequests {
                 return;
             }
         }
-        let possible = contacts.iter().filter(|contact| contact.level == ContactLevel::Possible as u32);
+        let possible =
+            contacts.iter().filter(|contact| contact.level == ContactLevel::Possible as u32);
         let near = possible.take(MAX_LOOKED_AT).flat_map(|contact| contact.robots);
         let robots = frame.len();
         let first = if self.next < robots { self.next } else { 0 };
         let others = (first..robots).chain(0..first).take(MAX_LOOKED_AT).map(|robot| robot as u32);
-        for (robot, in_turn) in near.map(|robot| (robot, false)).chain(others.map(|robot| (robot, true))) {
+        for (robot, in_turn) in
+            near.map(|robot| (robot, false)).chain(others.map(|robot| (robot, true)))
+        {
             if !self.has_room() || is_wanted(&robot) && self.send(robot).is_err() {
                 return;
             }

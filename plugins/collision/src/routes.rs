@@ -15,8 +15,8 @@ const MAX_STALE_TICKS: u64 = 100;
 
 /// The routes that are known.
 ///
-/// A route is known from the producer's answer until the robot leaves it or an order changes it. Where no route is known, a
-/// robot may take any way.
+/// A route is known from the producer's answer until the robot leaves it or an order changes it.
+/// Where no route is known, a robot may take any way.
 #[derive(Debug, Default)]
 pub struct Routes {
     run_id: u64,
@@ -53,7 +53,8 @@ impl Routes {
         self.known.clear();
     }
 
-    /// Learns a route from the producer's answer. An answer from before an order that changed the route is ignored.
+    /// Learns a route from the producer's answer. An answer from before an order that changed the
+    /// route is ignored.
     pub fn learn(&mut self, answer: &RouteResponse) {
         if !answer.is_found() || answer.run_id != self.run_id {
             return;
@@ -76,14 +77,15 @@ impl Routes {
             stale_since: None,
         };
         match self.number(answer.robot) {
-            Some(number) if self.known[number].stale_since.is_some_and(|since| answer.tick < since) => {}
+            Some(number)
+                if self.known[number].stale_since.is_some_and(|since| answer.tick < since) => {}
             Some(number) => self.known[number] = route,
             None => self.add(route),
         }
     }
 
-    /// Notes that an order of a tick may have changed a robot's route. It is followed until a later answer comes, but not
-    /// for long.
+    /// Notes that an order of a tick may have changed a robot's route. It is followed until a later
+    /// answer comes, but not for long.
     pub fn mark_stale(&mut self, robot: u32, tick: u64) {
         if let Some(number) = self.number(robot) {
             self.known[number].stale_since = Some(tick);
@@ -96,7 +98,8 @@ impl Routes {
         let route = &self.known[number];
         let left = route.legs.len() - route.next;
         // A route whose end is known has no more legs than it had.
-        route.stale_since.is_some() || route.end == RouteEnd::Open && left <= FEW_LEGS && route.next > 1
+        route.stale_since.is_some()
+            || route.end == RouteEnd::Open && left <= FEW_LEGS && route.next > 1
     }
 
     /// Follows the robots to the next frame, of which `edges` is a column.
@@ -107,7 +110,8 @@ impl Routes {
         (self.run_id, self.tick) = (run_id, tick);
         let mut number = 0;
         while let Some(route) = self.known.get_mut(number) {
-            let is_kept = edges.get(route.robot as usize).is_some_and(|edge| route.follow(*edge, tick));
+            let is_kept =
+                edges.get(route.robot as usize).is_some_and(|edge| route.follow(*edge, tick));
             if is_kept { number += 1 } else { self.remove(number) }
         }
     }
@@ -116,7 +120,12 @@ impl Routes {
     pub(crate) fn ahead(&self, robot: u32, edge: u32) -> Option<RouteAhead<'_>> {
         let route = &self.known[self.number(robot)?];
         let on = route.next.checked_sub(1).map(|on| route.legs[on].is_reverse());
-        let ahead = RouteAhead { reverse: on, legs: &route.legs[route.next..], end: route.end, limit: route.limit };
+        let ahead = RouteAhead {
+            reverse: on,
+            legs: &route.legs[route.next..],
+            end: route.end,
+            limit: route.limit,
+        };
         (route.is_found && route.edge == edge).then_some(ahead)
     }
 

@@ -1,7 +1,7 @@
 //! The settings that define a possible collision.
 
-/// The hysteresis, in metres: a pair keeps its level until it is this much farther apart than where it reached the
-/// level, so that it doesn't flicker at the boundary.
+/// The hysteresis, in metres: a pair keeps its level until it is this much farther apart than where
+/// it reached the level, so that it doesn't flicker at the boundary.
 pub const HYSTERESIS: f64 = 0.02;
 
 /// The largest safety margin, in metres.
@@ -28,8 +28,9 @@ pub enum SettingsError {
 }
 
 impl Settings {
-    /// Creates settings. Robots that are at most `margin` metres apart may collide, as may those that will touch within
-    /// `horizon` seconds if both continue along their routes. With 0 for both, only touching counts.
+    /// Creates settings. Robots that are at most `margin` metres apart may collide, as may those
+    /// that will touch within `horizon` seconds if both continue along their routes. With 0 for
+    /// both, only touching counts.
     ///
     /// # Errors
     /// [`SettingsError`] unless they are from 0 to [`MAX_MARGIN`] and [`MAX_HORIZON`].

@@ -17,8 +17,8 @@ impl Skips {
         Self { every_frame, run_id: 0, count: 0, reported: 0 }
     }
 
-    /// Notes a frame. Returns a line for the user when frames begin to be skipped, and each time there are ten times as
-    /// many.
+    /// Notes a frame. Returns a line for the user when frames begin to be skipped, and each time
+    /// there are ten times as many.
     pub(crate) fn note(&mut self, frame: &Frame<'_>) -> Option<String> {
         if frame.run_id() != self.run_id {
             *self = Self { run_id: frame.run_id(), ..Self::new(self.every_frame) };

@@ -21,7 +21,8 @@ pub(crate) struct PackedRobot {
     pub robot_type: u32,
     /// Id of the robot.
     pub id: u32,
-    /// Twice the strip's number, plus one if it is the southernmost strip that the robot's box reaches into.
+    /// Twice the strip's number, plus one if it is the southernmost strip that the robot's box
+    /// reaches into.
     strip_tag: i32,
 }
 
@@ -37,8 +38,9 @@ impl PackedRobot {
         self.strip_tag >> 1
     }
 
-    /// Whether the strip in which a pair was found is the first one that both robots reach into. If it is not, or if
-    /// the robots are in different strips that share a bucket, the pair is found again elsewhere.
+    /// Whether the strip in which a pair was found is the first one that both robots reach into. If
+    /// it is not, or if the robots are in different strips that share a bucket, the pair is found
+    /// again elsewhere.
     #[inline]
     pub(crate) fn is_first_with(&self, other: &Self) -> bool {
         (self.strip() == other.strip()) & ((self.strip_tag | other.strip_tag) & 1 != 0)
@@ -62,7 +64,8 @@ impl Strip {
         self.segments.clear();
     }
 
-    /// Adds a robot to the strip of this number. `is_first` if no strip farther south holds the robot.
+    /// Adds a robot to the strip of this number. `is_first` if no strip farther south holds the
+    /// robot.
     #[inline]
     pub(crate) fn enter(
         &mut self,
@@ -76,7 +79,8 @@ impl Strip {
             robot.strip_tag = strip << 1 | i32::from(is_first);
         }
         if let Some((swept_path, segments)) = swept_path {
-            self.swept_paths.push(SweptPath { first_segment: self.segments.len() as u32, ..*swept_path });
+            self.swept_paths
+                .push(SweptPath { first_segment: self.segments.len() as u32, ..*swept_path });
             self.segments.extend_from_slice(segments);
         }
     }
@@ -92,8 +96,13 @@ impl Strip {
         &self.swept_paths[slot as usize]
     }
 
-    /// Returns the trajectory of a robot, or `straight_on` if the robot drives straight on and has no segments.
-    pub(crate) fn segments<'all>(&'all self, slot: u32, straight_on: &'all Segment) -> &'all [Segment] {
+    /// Returns the trajectory of a robot, or `straight_on` if the robot drives straight on and has
+    /// no segments.
+    pub(crate) fn segments<'all>(
+        &'all self,
+        slot: u32,
+        straight_on: &'all Segment,
+    ) -> &'all [Segment] {
         let segments = segments_of(slot as usize, &self.swept_paths, &self.segments);
         if segments.is_empty() { from_ref(straight_on) } else { segments }
     }

@@ -1,12 +1,14 @@
 //! A spatial index of a frame's robots: strips of the plane that run from west to east.
 //!
-//! The bounding box of all that counts of a robot is entered in every strip that it reaches into. A strip is several
-//! times as high as the mean box, so that a box is entered in 1.2 strips on average, however small and large boxes are
-//! mixed and however far apart they are. `sweep.rs` then finds the boxes of a strip that overlap.
+//! The bounding box of all that counts of a robot is entered in every strip that it reaches into. A
+//! strip is several times as high as the mean box, so that a box is entered in 1.2 strips on
+//! average, however small and large boxes are mixed and however far apart they are. `sweep.rs` then
+//! finds the boxes of a strip that overlap.
 //!
-//! Robots come by id, which says nothing about their positions. They are written into strips in that order, with all
-//! that the checks need of them; from there on nothing is fetched from distant memory, and a strip stays in the cache
-//! while it is processed. Strips that are far apart share a bucket, so that the plane can be of any size.
+//! Robots come by id, which says nothing about their positions. They are written into strips in
+//! that order, with all that the checks need of them; from there on nothing is fetched from distant
+//! memory, and a strip stays in the cache while it is processed. Strips that are far apart share a
+//! bucket, so that the plane can be of any size.
 
 use std::ops::ControlFlow;
 
@@ -34,8 +36,8 @@ pub(crate) struct StripIndex {
 }
 
 impl StripIndex {
-    /// Replaces the contents by a frame's robots. Returns the number of robots that are present but left out, because
-    /// their pose or their type's footprint is invalid.
+    /// Replaces the contents by a frame's robots. Returns the number of robots that are present but
+    /// left out, because their pose or their type's footprint is invalid.
     pub(crate) fn fill(&mut self, context: &FrameContext) -> usize {
         let robots = context.columns.x.len();
         context.sample(&mut self.chunk);
@@ -46,7 +48,8 @@ impl StripIndex {
         self.strips.iter_mut().for_each(Strip::clear);
         let (mut invalid_robots, mut all) = (0, Bounds::NOTHING);
         for first in (0..robots).step_by(Chunk::ROBOTS) {
-            invalid_robots += context.fill(first..(first + Chunk::ROBOTS).min(robots), &mut self.chunk);
+            invalid_robots +=
+                context.fill(first..(first + Chunk::ROBOTS).min(robots), &mut self.chunk);
             all = all.join(self.chunk.all_bounds());
             self.enter();
         }
@@ -67,31 +70,40 @@ impl StripIndex {
         }
         for (number, way) in chunk.other_ways() {
             let Some((swept_path, segments)) = chunk.swept_path(way) else { continue };
-            let [first, last] = [swept_path.bounds.south(), swept_path.bounds.north()].map(|y| scale.strip(y));
+            let [first, last] =
+                [swept_path.bounds.south(), swept_path.bounds.north()].map(|y| scale.strip(y));
             for strip in first..last + 1 {
                 let way = Some((swept_path, segments));
-                strips[(strip & mask) as usize].enter(&chunk.robots()[number], way, strip, strip == first);
+                strips[(strip & mask) as usize].enter(
+                    &chunk.robots()[number],
+                    way,
+                    strip,
+                    strip == first,
+                );
             }
         }
     }
 
-    /// Passes all pairs of overlapping boxes to `check`. Stops when the limits of the whole frame are exceeded or when
-    /// `check` breaks; the limits per robot only leave pairs out.
+    /// Passes all pairs of overlapping boxes to `check`. Stops when the limits of the whole frame
+    /// are exceeded or when `check` breaks; the limits per robot only leave pairs out.
     pub(crate) fn sweep(
         &mut self,
         context: &FrameContext,
         limits: Limits,
         mut check: impl FnMut(&Strip, Candidates) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
-        let (footprints, padding, mut left) = (context.world.footprints(), context.padding(), limits);
+        let (footprints, padding, mut left) =
+            (context.world.footprints(), context.padding(), limits);
         for strip in &self.strips {
-            self.sort_and_sweep.sort(&self.packing, strip, |robot| Bounds::of(&robot.body(footprints), padding));
+            self.sort_and_sweep
+                .sort(&self.packing, strip, |robot| Bounds::of(&robot.body(footprints), padding));
             self.sort_and_sweep.sweep(&mut left, |candidates| check(strip, candidates))?;
         }
         ControlFlow::Continue(())
     }
 
-    /// Returns one location of each robot by id: the number of a bucket, and the robot's slot in it. Visits all robots.
+    /// Returns one location of each robot by id: the number of a bucket, and the robot's slot in
+    /// it. Visits all robots.
     pub(crate) fn locations(&self) -> Vec<Option<(u32, u32)>> {
         let mut locations = Vec::new();
         for (bucket, strip) in (0..).zip(&self.strips) {

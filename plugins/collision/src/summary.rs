@@ -8,8 +8,8 @@ use crate::totals::Score;
 /// Number of rows in each list.
 const ROWS: usize = 10;
 
-/// Formats the totals of a run that ended at `now_nanos`, and its worst pairs, robots and edges. `edges` are ids by
-/// index.
+/// Formats the totals of a run that ended at `now_nanos`, and its worst pairs, robots and edges.
+/// `edges` are ids by index.
 pub(crate) fn summarize(detector: &Detector, edges: &[u32], now_nanos: u64) -> String {
     // Contacts that have not ended have lasted until now.
     let mut totals = detector.totals().clone();
@@ -43,10 +43,18 @@ fn list(text: &mut String, title: &str, rows: impl Iterator<Item = (String, Scor
         return;
     }
     // Writing to a string can't fail.
-    let _ = writeln!(text, "\n{title:<26}{:>10}{:>12}{:>10}{:>12}", "contacts", "touching", "warnings", "possible");
+    let _ = writeln!(
+        text,
+        "\n{title:<26}{:>10}{:>12}{:>10}{:>12}",
+        "contacts", "touching", "warnings", "possible"
+    );
     for (name, score) in rows {
-        let [touching, possible] = [score.touching_nanos, score.possible_nanos].map(|nanos| nanos as f64 * 1e-9);
+        let [touching, possible] =
+            [score.touching_nanos, score.possible_nanos].map(|nanos| nanos as f64 * 1e-9);
         let Score { contacts, warnings, .. } = score;
-        let _ = writeln!(text, "{name:<26}{contacts:>10}{touching:>10.2} s{warnings:>10}{possible:>10.2} s");
+        let _ = writeln!(
+            text,
+            "{name:<26}{contacts:>10}{touching:>10.2} s{warnings:>10}{possible:>10.2} s"
+        );
     }
 }

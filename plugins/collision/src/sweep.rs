@@ -1,8 +1,8 @@
 //! The broad phase: sort and sweep finds the boxes of a strip that overlap.
 //!
-//! The boxes of a strip are sorted by their western sides, so that the boxes that one overlaps from west to east follow
-//! right behind it. They are compared in groups, without a branch for each: the CPU could not predict which of a few
-//! nearby boxes overlap.
+//! The boxes of a strip are sorted by their western sides, so that the boxes that one overlaps from
+//! west to east follow right behind it. They are compared in groups, without a branch for each: the
+//! CPU could not predict which of a few nearby boxes overlap.
 
 use std::ops::ControlFlow;
 
@@ -11,10 +11,11 @@ use crate::grid::KeyPacking;
 use crate::radix;
 use crate::strip::{PackedRobot, Strip};
 
-/// Number of boxes that are compared before the loop tests whether there are more: about as many as one box usually has
-/// to be compared to.
+/// Number of boxes that are compared before the loop tests whether there are more: about as many as
+/// one box usually has to be compared to.
 const GROUP: usize = 4;
-/// Number of candidates that are collected before they are checked, so that the checks run in long batches.
+/// Number of candidates that are collected before they are checked, so that the checks run in long
+/// batches.
 const BATCH: usize = 512;
 
 /// Limits on the work of a sweep.
@@ -60,16 +61,27 @@ const SENTINEL: Entry = Entry { bounds: Bounds::NOTHING, start: u32::MAX, end: 0
 
 impl SortAndSweep {
     /// Sorts the boxes of a strip. Robots without swept paths have the boxes that `bounds` returns.
-    pub(crate) fn sort(&mut self, packing: &KeyPacking, strip: &Strip, bounds: impl Fn(&PackedRobot) -> Bounds) {
+    pub(crate) fn sort(
+        &mut self,
+        packing: &KeyPacking,
+        strip: &Strip,
+        bounds: impl Fn(&PackedRobot) -> Bounds,
+    ) {
         let entry = |(slot, robot): (u32, &PackedRobot)| {
-            let bounds = strip.swept_paths.get(slot as usize).map_or_else(|| bounds(robot), |path| path.bounds);
-            let [start, end] = [bounds.west(), bounds.east()].map(|x| packing.pack(robot.strip(), x));
+            let bounds = strip
+                .swept_paths
+                .get(slot as usize)
+                .map_or_else(|| bounds(robot), |path| path.bounds);
+            let [start, end] =
+                [bounds.west(), bounds.east()].map(|x| packing.pack(robot.strip(), x));
             Entry { bounds, start, end, slot }
         };
         self.unsorted.clear();
         self.unsorted.extend((0..).zip(&strip.robots).map(entry));
         self.keys.clear();
-        self.keys.extend(self.unsorted.iter().map(|entry| u64::from(entry.start) << 32 | u64::from(entry.slot)));
+        self.keys.extend(
+            self.unsorted.iter().map(|entry| u64::from(entry.start) << 32 | u64::from(entry.slot)),
+        );
         radix::sort(&mut self.keys, &mut self.scratch, 32..32 + packing.bits, |key| *key);
         self.entries.clear();
         self.entries.extend(self.keys.iter().map(|key| self.unsorted[*key as u32 as usize]));
@@ -93,27 +105,31 @@ impl SortAndSweep {
                     filled = 0;
                 }
                 let overlaps = overlaps(entry, others, &mut candidates[filled..]);
-                (comparisons, checks, filled) = (comparisons + GROUP, checks + overlaps, filled + overlaps);
+                (comparisons, checks, filled) =
+                    (comparisons + GROUP, checks + overlaps, filled + overlaps);
                 if checks >= left.checks_per_robot {
                     filled -= checks - left.checks_per_robot;
                     checks = left.checks_per_robot;
                     break;
                 }
-                if others[GROUP - 1].start > entry.end || comparisons >= left.comparisons_per_robot {
+                if others[GROUP - 1].start > entry.end || comparisons >= left.comparisons_per_robot
+                {
                     break;
                 }
             }
             if comparisons > left.comparisons || checks > left.checks {
                 return ControlFlow::Break(());
             }
-            (left.comparisons, left.checks) = (left.comparisons - comparisons, left.checks - checks);
+            (left.comparisons, left.checks) =
+                (left.comparisons - comparisons, left.checks - checks);
         }
         check(&candidates[..filled])
     }
 }
 
-/// Writes the pairs of a box and the boxes of a group that it overlaps, and returns their number. Every pair is written,
-/// and overwritten unless it overlaps: a branch on the overlap would often be mispredicted.
+/// Writes the pairs of a box and the boxes of a group that it overlaps, and returns their number.
+/// Every pair is written, and overwritten unless it overlaps: a branch on the overlap would often
+/// be mispredicted.
 fn overlaps(entry: &Entry, others: &[Entry; GROUP], output: &mut [[u32; 2]]) -> usize {
     let Some(output) = output.first_chunk_mut::<GROUP>() else { return 0 };
     let (slot, limit) = (entry.slot, entry.bounds.overlap_limit());

@@ -14,19 +14,30 @@ pub(crate) struct SweptPath {
     pub mean_velocity: [f32; 2],
     /// Largest distance of the trajectory from a motion at the mean velocity, in metres.
     pub deviation: f32,
-    /// Index of the trajectory's first segment in the list that it belongs to. Trajectories of a single segment are not
-    /// stored there.
+    /// Index of the trajectory's first segment in the list that it belongs to. Trajectories of a
+    /// single segment are not stored there.
     pub first_segment: u32,
 }
 
 impl SweptPath {
-    /// Returns the swept path of the trajectory that starts at `first_segment`. `now` is the bounding box of the
-    /// present footprint with its padding.
-    pub(crate) fn new(body: &Body, all_segments: &[Segment], first_segment: usize, now: Bounds) -> Self {
+    /// Returns the swept path of the trajectory that starts at `first_segment`. `now` is the
+    /// bounding box of the present footprint with its padding.
+    pub(crate) fn new(
+        body: &Body,
+        all_segments: &[Segment],
+        first_segment: usize,
+        now: Bounds,
+    ) -> Self {
         let (segments, first_segment) = (&all_segments[first_segment..], first_segment as u32);
         if let Some(only) = only_straight_on(body, segments) {
-            let swept = padded(around(only.position, only.end(0.0)), body.half_extent(body.heading));
-            return Self { bounds: now.join(swept), mean_velocity: only.velocity, deviation: 0.0, first_segment };
+            let swept =
+                padded(around(only.position, only.end(0.0)), body.half_extent(body.heading));
+            return Self {
+                bounds: now.join(swept),
+                mean_velocity: only.velocity,
+                deviation: 0.0,
+                first_segment,
+            };
         }
         // Any other robot may turn any of its sides outwards.
         let mut all = around(body.position, body.position);
@@ -39,7 +50,9 @@ impl SweptPath {
         let mean_velocity = [0, 1].map(|axis| (end[axis] - body.position[axis]) / until);
         let mut square = 0.0_f32;
         for pair in segments.windows(2) {
-            let off = |axis: usize| pair[1].position[axis] - body.position[axis] - mean_velocity[axis] * pair[0].until;
+            let off = |axis: usize| {
+                pair[1].position[axis] - body.position[axis] - mean_velocity[axis] * pair[0].until
+            };
             square = square.max(off(0) * off(0) + off(1) * off(1));
         }
         let bounds = now.join(padded(all, [body.radius(); 2]));
@@ -47,9 +60,12 @@ impl SweptPath {
     }
 }
 
-/// Returns the segment of a robot that only drives straight on and keeps its heading. At the end of its leg, a robot may take
-/// another heading at once: that of the next leg.
-pub(crate) fn only_straight_on<'all>(body: &Body, segments: &'all [Segment]) -> Option<&'all Segment> {
+/// Returns the segment of a robot that only drives straight on and keeps its heading. At the end of
+/// its leg, a robot may take another heading at once: that of the next leg.
+pub(crate) fn only_straight_on<'all>(
+    body: &Body,
+    segments: &'all [Segment],
+) -> Option<&'all Segment> {
     match segments {
         [only] if only.turn_rate == 0.0 && only.heading == body.heading => Some(only),
         _ => None,
@@ -60,7 +76,8 @@ fn around(a: [f32; 2], b: [f32; 2]) -> Bounds {
     Bounds::new([a[0].min(b[0]), a[1].min(b[1])], [a[0].max(b[0]), a[1].max(b[1])])
 }
 
-/// Returns the bounding box of a trajectory padded by the footprint, the hysteresis and the rounding errors.
+/// Returns the bounding box of a trajectory padded by the footprint, the hysteresis and the
+/// rounding errors.
 fn padded(path: Bounds, half: [f32; 2]) -> Bounds {
     let (west, south, east, north) = (path.west(), path.south(), path.east(), path.north());
     let padding = HYSTERESIS as f32 + slack(west) + slack(east) + slack(south) + slack(north);
@@ -74,9 +91,9 @@ pub(crate) fn straight_on(body: &Body, swept_path: &SweptPath, horizon: f32) -> 
     Segment { until: horizon, position, velocity, heading, turn_rate: 0.0 }
 }
 
-/// The relative motion of two bounding circles, each of which moves at its robot's mean velocity and is large enough to
-/// hold the robot all the time. In single precision, with allowance for its rounding errors; without branches, which
-/// would often be mispredicted.
+/// The relative motion of two bounding circles, each of which moves at its robot's mean velocity
+/// and is large enough to hold the robot all the time. In single precision, with allowance for its
+/// rounding errors; without branches, which would often be mispredicted.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Approach {
     /// Position of the second robot relative to the first, in metres.
@@ -111,7 +128,8 @@ impl Approach {
 
     /// Whether the footprints may come within some metres of each other in that many seconds.
     pub(crate) fn comes_near(&self, metres: f32, seconds: f32) -> bool {
-        let ([x, y], [u, v], reach) = (self.offset, self.velocity, self.radii + self.deviations + metres);
+        let ([x, y], [u, v], reach) =
+            (self.offset, self.velocity, self.radii + self.deviations + metres);
         let time = self.time_of_closest_approach();
         let time = if time > 0.0 { time } else { 0.0 };
         let time = if time < seconds { time } else { seconds };
@@ -119,18 +137,25 @@ impl Approach {
         x * x + y * y <= reach * reach
     }
 
-    /// Returns the start and end, in seconds from now, of the time in which the footprints may be within some metres of
-    /// each other.
+    /// Returns the start and end, in seconds from now, of the time in which the footprints may be
+    /// within some metres of each other.
     pub(crate) fn when_near(&self, metres: f32) -> [f32; 2] {
-        let ([x, y], [u, v], reach) = (self.offset, self.velocity, self.radii + self.deviations + metres);
+        let ([x, y], [u, v], reach) =
+            (self.offset, self.velocity, self.radii + self.deviations + metres);
         let (square, cross) = (u * u + v * v, x * v - y * u);
-        // Half of the time in which the circles are within reach, before and after the closest approach.
+        // Half of the time in which the circles are within reach, before and after the closest
+        // approach.
         let half = ((reach * reach * square - cross * cross).max(0.0)).sqrt() / square;
         let middle = self.time_of_closest_approach();
-        if square < MIN_SQUARED_SPEED { [0.0, f32::INFINITY] } else { [middle - half, middle + half] }
+        if square < MIN_SQUARED_SPEED {
+            [0.0, f32::INFINITY]
+        } else {
+            [middle - half, middle + half]
+        }
     }
 
-    /// Returns the time of closest approach, in seconds from now; an arbitrary number without relative motion.
+    /// Returns the time of closest approach, in seconds from now; an arbitrary number without
+    /// relative motion.
     fn time_of_closest_approach(&self) -> f32 {
         let ([x, y], [u, v]) = (self.offset, self.velocity);
         let square = u * u + v * v;
@@ -141,13 +166,15 @@ impl Approach {
 /// The square of the lowest relative speed that counts as motion, in m²/s².
 const MIN_SQUARED_SPEED: f32 = 1e-12;
 
-/// Returns the segments of a trajectory by its index among the swept paths; empty if the robot drives straight on.
+/// Returns the segments of a trajectory by its index among the swept paths; empty if the robot
+/// drives straight on.
 pub(crate) fn segments_of<'all>(
     number: usize,
     swept_paths: &[SweptPath],
     segments: &'all [Segment],
 ) -> &'all [Segment] {
     let Some(swept_path) = swept_paths.get(number) else { return &[] };
-    let end = swept_paths.get(number + 1).map_or(segments.len(), |next| next.first_segment as usize);
+    let end =
+        swept_paths.get(number + 1).map_or(segments.len(), |next| next.first_segment as usize);
     &segments[swept_path.first_segment as usize..end]
 }

@@ -1,4 +1,5 @@
-//! Running totals of a run: the number of contacts and warnings, and the worst pairs, robots and edges.
+//! Running totals of a run: the number of contacts and warnings, and the worst pairs, robots and
+//! edges.
 
 use std::cmp::Reverse;
 use std::collections::HashMap;
@@ -6,12 +7,12 @@ use std::hash::{BuildHasherDefault, Hash, Hasher};
 
 use regatta_plugin::contact::{ContactLevel, ContactRecord};
 
-/// The largest number of pairs, robots or edges whose scores are kept. When it is reached, the half with the lower
-/// scores is dropped.
+/// The largest number of pairs, robots or edges whose scores are kept. When it is reached, the half
+/// with the lower scores is dropped.
 const MAX_SCORES: usize = 1 << 16;
 
-/// The severity of a pair, a robot or an edge. Orders by time of touching, then by number of contacts, then by possible
-/// collisions.
+/// The severity of a pair, a robot or an edge. Orders by time of touching, then by number of
+/// contacts, then by possible collisions.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Score {
     /// Simulated time of touching, in nanoseconds.
@@ -34,8 +35,12 @@ impl Score {
 
     fn lasted(&mut self, level: Option<ContactLevel>, nanos: u64) {
         match level {
-            Some(ContactLevel::Touching) => self.touching_nanos = self.touching_nanos.wrapping_add(nanos),
-            Some(ContactLevel::Possible) => self.possible_nanos = self.possible_nanos.wrapping_add(nanos),
+            Some(ContactLevel::Touching) => {
+                self.touching_nanos = self.touching_nanos.wrapping_add(nanos)
+            }
+            Some(ContactLevel::Possible) => {
+                self.possible_nanos = self.possible_nanos.wrapping_add(nanos)
+            }
             None => {}
         }
     }
@@ -51,7 +56,8 @@ impl<K> Default for Scores<K> {
     }
 }
 
-/// A hasher that mixes ids in a few instructions (Knuth's multiplicative hashing). Ids come from no attacker.
+/// A hasher that mixes ids in a few instructions (Knuth's multiplicative hashing). Ids come from no
+/// attacker.
 #[derive(Clone, Copy, Debug, Default)]
 struct IdHasher(u64);
 
@@ -114,15 +120,17 @@ impl RunTotals {
 
     /// Notes that a pair was at its level until now.
     pub(crate) fn lasted(&mut self, record: &ContactRecord, now_nanos: u64) {
-        let (level, nanos) = (ContactLevel::from_number(record.level), now_nanos.saturating_sub(record.since_nanos));
+        let (level, nanos) =
+            (ContactLevel::from_number(record.level), now_nanos.saturating_sub(record.since_nanos));
         self.each(record, |score| score.lasted(level, nanos));
     }
 
-    /// Notes that a pair has come to another edge at the same level. The time until now is credited to the old edge,
-    /// and subtracted from the new one, to which the pair's whole time is added in the end. Until then the new edge's
-    /// time may be negative, modulo 2^64.
+    /// Notes that a pair has come to another edge at the same level. The time until now is credited
+    /// to the old edge, and subtracted from the new one, to which the pair's whole time is added in
+    /// the end. Until then the new edge's time may be negative, modulo 2^64.
     pub(crate) fn moved(&mut self, record: &ContactRecord, edge: u32, now_nanos: u64) {
-        let (level, nanos) = (ContactLevel::from_number(record.level), now_nanos.saturating_sub(record.since_nanos));
+        let (level, nanos) =
+            (ContactLevel::from_number(record.level), now_nanos.saturating_sub(record.since_nanos));
         self.edges.of(record.edge).lasted(level, nanos);
         self.edges.of(edge).lasted(level, nanos.wrapping_neg());
     }
@@ -150,8 +158,8 @@ impl RunTotals {
         self.robots.worst(count)
     }
 
-    /// Returns the worst edges, by index, the worst first. A pair counts for the edge of the robot with the lower id.
-    /// Only exact after all pairs have ended.
+    /// Returns the worst edges, by index, the worst first. A pair counts for the edge of the robot
+    /// with the lower id. Only exact after all pairs have ended.
     pub fn worst_edges(&self, count: usize) -> Vec<(u32, Score)> {
         self.edges.worst(count)
     }

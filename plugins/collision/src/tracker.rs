@@ -51,9 +51,15 @@ impl ContactTracker {
         self.events.clear();
     }
 
-    /// Updates the list with a frame's observations, sorted by robots; a pair occurs several times if its robots may take
-    /// several ways. Pairs that had no level before get one only while the list is shorter than `max_pairs`. `edges` is the frame's column.
-    pub(crate) fn end_frame(&mut self, observations: &[PairObservation], max_pairs: usize, edges: &[u32]) {
+    /// Updates the list with a frame's observations, sorted by robots; a pair occurs several times
+    /// if its robots may take several ways. Pairs that had no level before get one only while the
+    /// list is shorter than `max_pairs`. `edges` is the frame's column.
+    pub(crate) fn end_frame(
+        &mut self,
+        observations: &[PairObservation],
+        max_pairs: usize,
+        edges: &[u32],
+    ) {
         std::mem::swap(&mut self.contacts, &mut self.before);
         self.contacts.clear();
         self.possible.clear();
@@ -89,7 +95,13 @@ impl ContactTracker {
     }
 
     /// Adds a pair that has a level to the list.
-    fn add(&mut self, pair: &PairObservation, level: ContactLevel, old: Option<&ContactRecord>, edges: &[u32]) {
+    fn add(
+        &mut self,
+        pair: &PairObservation,
+        level: ContactLevel,
+        old: Option<&ContactRecord>,
+        edges: &[u32],
+    ) {
         let since = old.filter(|old| old.level == level as u32);
         let record = ContactRecord {
             since_tick: since.map_or(self.now.tick, |old| old.since_tick),
@@ -102,11 +114,14 @@ impl ContactTracker {
             relative_speed: pair.relative_speed,
             reserved: 0,
         };
-        let list = if level == ContactLevel::Touching { &mut self.contacts } else { &mut self.possible };
+        let list =
+            if level == ContactLevel::Touching { &mut self.contacts } else { &mut self.possible };
         list.push(record);
         match since {
             None => self.record_changes(old, record, Some(level)),
-            Some(old) if old.edge != record.edge => self.totals.moved(old, record.edge, self.now.nanos),
+            Some(old) if old.edge != record.edge => {
+                self.totals.moved(old, record.edge, self.now.nanos)
+            }
             Some(_) => {}
         }
     }
@@ -117,13 +132,24 @@ impl ContactTracker {
     }
 
     /// Records the events of the levels that a pair has reached or left.
-    fn record_changes(&mut self, old: Option<&ContactRecord>, record: ContactRecord, level: Option<ContactLevel>) {
+    fn record_changes(
+        &mut self,
+        old: Option<&ContactRecord>,
+        record: ContactRecord,
+        level: Option<ContactLevel>,
+    ) {
         use ContactLevel::{Possible, Touching};
         let before = old.and_then(|old| ContactLevel::from_number(old.level));
-        for step in [Possible, Touching].into_iter().filter(|step| before < Some(*step) && Some(*step) <= level) {
+        for step in [Possible, Touching]
+            .into_iter()
+            .filter(|step| before < Some(*step) && Some(*step) <= level)
+        {
             self.record_event(record, step, ContactChange::Began);
         }
-        for step in [Touching, Possible].into_iter().filter(|step| level < Some(*step) && Some(*step) <= before) {
+        for step in [Touching, Possible]
+            .into_iter()
+            .filter(|step| level < Some(*step) && Some(*step) <= before)
+        {
             self.record_event(record, step, ContactChange::Ended);
         }
         if let Some(old) = old {

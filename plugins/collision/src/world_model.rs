@@ -23,8 +23,9 @@ impl WorldModel {
         if footprints.is_empty() {
             footprints.push(Footprint::UNKNOWN);
         }
-        let limits =
-            robot_types.iter().map(|robot_type| Limits::new(robot_type.max_speed, robot_type.max_acceleration));
+        let limits = robot_types
+            .iter()
+            .map(|robot_type| Limits::new(robot_type.max_speed, robot_type.max_acceleration));
         Self { legs: LegTable::new(world), footprints, limits: limits.collect() }
     }
 
@@ -42,8 +43,8 @@ impl WorldModel {
         &self.footprints
     }
 
-    /// Returns the robot type that a value of the column `type` stands for: the first one if the value is no valid
-    /// index.
+    /// Returns the robot type that a value of the column `type` stands for: the first one if the
+    /// value is no valid index.
     pub(crate) fn robot_type(&self, value: f32) -> u32 {
         // The conversion maps NaN and negative values to 0.
         let robot_type = value as u32;

@@ -1,6 +1,7 @@
 //! A planner of your own: always the fewest edges, whoever else is there.
 //!
-//! `cargo run -p regatta-fleet-manager --example own_planner -- --load load.yaml` manages the fleet that runs.
+//! `cargo run -p regatta-fleet-manager --example own_planner -- --load load.yaml` manages the fleet
+//! that runs.
 
 use std::collections::VecDeque;
 
@@ -15,7 +16,9 @@ struct FewestEdges;
 impl Planner for FewestEdges {
     fn plan(&mut self, traffic: &Traffic<'_>, plans: &mut Plans) {
         for (robot, state) in traffic.robots().filter(|(_, state)| state.needs_route) {
-            let (Some(goal), Some((_, start))) = (state.goal, traffic.base_end(robot)) else { continue };
+            let (Some(goal), Some((_, start))) = (state.goal, traffic.base_end(robot)) else {
+                continue;
+            };
             match route(traffic, start, goal) {
                 Some(legs) => plans.route(robot, legs),
                 None => plans.unreachable(robot),
@@ -31,7 +34,9 @@ fn route(traffic: &Traffic<'_>, start: u32, goal: u32) -> Option<Vec<Leg>> {
     let mut open = VecDeque::from([start]);
     while let Some(node) = open.pop_front() {
         if node == goal {
-            let before = |leg: &Leg| arrival[roads.start(*leg) as usize].filter(|_| roads.start(*leg) != start);
+            let before = |leg: &Leg| {
+                arrival[roads.start(*leg) as usize].filter(|_| roads.start(*leg) != start)
+            };
             let last = arrival[goal as usize].filter(|_| goal != start);
             let mut legs: Vec<Leg> = std::iter::successors(last, before).collect();
             legs.reverse();

@@ -1,8 +1,9 @@
 //! Charging: which robot goes to which charger, and when.
 //!
-//! A charger is a node with the role `charge`. It is promised to one robot at a time, and only when nobody else is there or on
-//! the way there: so the way to it is free, too. The promise lasts until the robot has left. Robots go there early enough:
-//! while they have the energy for the way to the nearest charger, and a reserve.
+//! A charger is a node with the role `charge`. It is promised to one robot at a time, and only when
+//! nobody else is there or on the way there: so the way to it is free, too. The promise lasts until
+//! the robot has left. Robots go there early enough: while they have the energy for the way to the
+//! nearest charger, and a reserve.
 
 use regatta_plugin::World;
 use regatta_plugin::world::{NodeRole, RobotTypeRecord};
@@ -34,7 +35,15 @@ pub struct ChargingSettings {
 
 impl Default for ChargingSettings {
     fn default() -> Self {
-        Self { low: 30.0, top_up: 90.0, enough: 70.0, full: 95.0, reserve: 10.0, delay: 2.0, idle_secs: 30.0 }
+        Self {
+            low: 30.0,
+            top_up: 90.0,
+            enough: 70.0,
+            full: 95.0,
+            reserve: 10.0,
+            delay: 2.0,
+            idle_secs: 30.0,
+        }
     }
 }
 
@@ -99,7 +108,8 @@ pub struct Charging {
     chargers: Vec<Charger>,
     /// By id.
     robots: Vec<Robot>,
-    /// By node: seconds to the nearest of the chargers that have been measured; infinity if there is none.
+    /// By node: seconds to the nearest of the chargers that have been measured; infinity if there
+    /// is none.
     nearest_secs: Vec<f64>,
     /// The number of chargers that have been measured.
     measured: usize,
@@ -159,7 +169,10 @@ impl Charging {
         Self {
             settings,
             types: world.robot_types().iter().map(Battery::of).collect(),
-            chargers: nodes.filter(is_charger).map(|node| Charger { node, promised: None }).collect(),
+            chargers: nodes
+                .filter(is_charger)
+                .map(|node| Charger { node, promised: None })
+                .collect(),
             nearest_secs: vec![f64::INFINITY; world.nodes().len()],
             ..Self::default()
         }
@@ -175,7 +188,8 @@ impl Charging {
         self.chargers.iter().map(|charger| charger.node)
     }
 
-    /// Takes the column `battery`, in per cent, and the column `type`, which is empty if all robots are of the first type.
+    /// Takes the column `battery`, in per cent, and the column `type`, which is empty if all robots
+    /// are of the first type.
     pub fn see(&mut self, robots: usize, charges: &[f32], robot_types: &[f32]) {
         if !self.is_needed() {
             return;
@@ -184,12 +198,14 @@ impl Charging {
         for (index, robot) in self.robots.iter_mut().enumerate() {
             let robot_type = robot_types.get(index).map_or(0, |number| *number as usize);
             let charge = charges.get(index).copied().filter(|charge| charge.is_finite());
-            robot.battery = self.types.get(robot_type).copied().flatten().filter(|_| charge.is_some());
+            robot.battery =
+                self.types.get(robot_type).copied().flatten().filter(|_| charge.is_some());
             robot.charge = charge.unwrap_or_default();
         }
     }
 
-    /// Measures how far it is to the chargers: one in each call. `secs` returns the driving time between two nodes.
+    /// Measures how far it is to the chargers: one in each call. `secs` returns the driving time
+    /// between two nodes.
     pub fn measure(&mut self, secs: &dyn Fn(u32, u32) -> Option<f64>) {
         let Some(charger) = self.chargers.get(self.measured) else { return };
         self.measured += 1;
@@ -213,12 +229,15 @@ impl Charging {
         !robot.is_low && matches!(robot.phase, Phase::Free | Phase::Resting(_) | Phase::Leaving(..))
     }
 
-    /// Whether a robot has the energy to drive for some seconds on empty roads, to stand for others, and to get from a node to
-    /// a charger then.
+    /// Whether a robot has the energy to drive for some seconds on empty roads, to stand for
+    /// others, and to get from a node to a charger then.
     pub fn suffices(&self, robot: u32, driving_secs: f64, standing_secs: f64, last: u32) -> bool {
         let Some(robot) = self.robots.get(robot as usize) else { return true };
         let driving_secs = driving_secs + self.secs_to_charger(Some(last));
-        robot.has_energy_for(driving_secs * self.settings.delay + standing_secs, self.settings.reserve)
+        robot.has_energy_for(
+            driving_secs * self.settings.delay + standing_secs,
+            self.settings.reserve,
+        )
     }
 
     /// Forgets a robot that is not there any more.
@@ -254,7 +273,11 @@ impl Charging {
             next += 1;
             // The nodes just before and after a charger may be part of its bay.
             let is_before = || roads.exits(node).iter().any(|&leg| self.is_charger(roads.end(leg)));
-            if next > 2 && !self.is_charger(node) && !is_before() && taken.binary_search(&node).is_err() {
+            if next > 2
+                && !self.is_charger(node)
+                && !is_before()
+                && taken.binary_search(&node).is_err()
+            {
                 return Some(node);
             }
             for &leg in roads.exits(node) {
@@ -277,7 +300,8 @@ impl Battery {
 }
 
 impl Robot {
-    /// Whether its battery lasts for some seconds, with a reserve in per cent. A robot without a battery lasts for ever.
+    /// Whether its battery lasts for some seconds, with a reserve in per cent. A robot without a
+    /// battery lasts for ever.
     fn has_energy_for(&self, secs: f64, reserve: f32) -> bool {
         self.battery.is_none_or(|battery| self.left(battery, reserve) >= secs * battery.drain)
     }

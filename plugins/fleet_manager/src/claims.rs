@@ -1,7 +1,8 @@
 //! Claims: which robot alone may be where.
 //!
-//! A robot's claim is everything from where it was last seen to the end of its released base. Two robots' claims never
-//! conflict, whatever the times at which they drive: that is what keeps them from touching each other.
+//! A robot's claim is everything from where it was last seen to the end of its released base. Two
+//! robots' claims never conflict, whatever the times at which they drive: that is what keeps them
+//! from touching each other.
 
 use std::collections::VecDeque;
 
@@ -32,7 +33,8 @@ struct Holder {
 /// How far a robot may go on a leg, and who ends it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reach {
-    /// Metres from where the leg is entered; less than where it wants to go on from if it must not go there at all.
+    /// Metres from where the leg is entered; less than where it wants to go on from if it must not
+    /// go there at all.
     pub metres: f32,
     /// The robot that is in the way, if that is less than was asked for.
     pub blocker: Option<u32>,
@@ -56,9 +58,14 @@ pub struct Claims {
 const ROUNDING: f32 = 1e-3;
 
 impl Claims {
-    /// Makes the claims of a fleet without robots. Without `conflicts` nothing is in the way of anything.
+    /// Makes the claims of a fleet without robots. Without `conflicts` nothing is in the way of
+    /// anything.
     pub fn new(roads: &Roads, conflicts: bool) -> Self {
-        Self { holders: vec![Vec::new(); roads.conflicts().tracks()], is_free: !conflicts, ..Self::default() }
+        Self {
+            holders: vec![Vec::new(); roads.conflicts().tracks()],
+            is_free: !conflicts,
+            ..Self::default()
+        }
     }
 
     /// The claim of a robot, in driving order; empty if it has none.
@@ -84,7 +91,10 @@ impl Claims {
 
     /// Returns another robot that claims a part of one of some tracks.
     pub fn occupant(&self, tracks: &[u32], robot: u32) -> Option<u32> {
-        let holders = tracks.iter().filter(|_| !self.is_free).flat_map(|&track| &self.holders[track as usize]);
+        let holders = tracks
+            .iter()
+            .filter(|_| !self.is_free)
+            .flat_map(|&track| &self.holders[track as usize]);
         holders.map(|holder| holder.robot).find(|&other| other != robot)
     }
 
@@ -101,12 +111,15 @@ impl Claims {
 
     /// Gives all back that a robot holds.
     pub fn release(&mut self, robot: u32) {
-        while let Some(stretch) = self.stretches.get_mut(robot as usize).and_then(VecDeque::pop_back) {
+        while let Some(stretch) =
+            self.stretches.get_mut(robot as usize).and_then(VecDeque::pop_back)
+        {
             self.drop_holder(stretch.track, robot);
         }
     }
 
-    /// Adds a stretch behind the end of a robot's claim; the part of the same track that it continues becomes longer.
+    /// Adds a stretch behind the end of a robot's claim; the part of the same track that it
+    /// continues becomes longer.
     ///
     /// # Panics
     /// In builds with debug assertions: if it conflicts with another robot's claim.
@@ -126,10 +139,18 @@ impl Claims {
         }
     }
 
-    /// Gives back what lies behind a robot that was seen on a leg, `place` metres from where it is entered. Returns `false`
-    /// if it doesn't claim that place.
-    pub fn advance(&mut self, roads: &Roads, robot: u32, track: u32, place: impl FnOnce(&Stretch) -> f32) -> bool {
-        let Some(index) = self.of(robot).iter().position(|stretch| stretch.track == track) else { return false };
+    /// Gives back what lies behind a robot that was seen on a leg, `place` metres from where it is
+    /// entered. Returns `false` if it doesn't claim that place.
+    pub fn advance(
+        &mut self,
+        roads: &Roads,
+        robot: u32,
+        track: u32,
+        place: impl FnOnce(&Stretch) -> f32,
+    ) -> bool {
+        let Some(index) = self.of(robot).iter().position(|stretch| stretch.track == track) else {
+            return false;
+        };
         for _ in 0..index {
             if let Some(stretch) = self.stretches[robot as usize].pop_front() {
                 self.drop_holder(stretch.track, robot);
@@ -146,7 +167,8 @@ impl Claims {
         true
     }
 
-    /// Takes the end of a robot's claim back to an earlier one: the engine has refused what was granted after it.
+    /// Takes the end of a robot's claim back to an earlier one: the engine has refused what was
+    /// granted after it.
     pub fn roll_back(&mut self, roads: &Roads, robot: u32, stretches: usize, to: f32) {
         while self.of(robot).len() > stretches.max(1) {
             if let Some(stretch) = self.stretches[robot as usize].pop_back() {
@@ -154,11 +176,17 @@ impl Claims {
             }
         }
         if let Some(last) = self.end(robot).copied() {
-            self.replace(roads, robot, self.of(robot).len() - 1, Stretch { to: to.max(last.from), ..last });
+            self.replace(
+                roads,
+                robot,
+                self.of(robot).len() - 1,
+                Stretch { to: to.max(last.from), ..last },
+            );
         }
     }
 
-    /// Returns how far a robot may go on a track from `from`, at most to `to`; metres from where the leg is entered.
+    /// Returns how far a robot may go on a track from `from`, at most to `to`; metres from where
+    /// the leg is entered.
     pub fn reach(
         &self,
         roads: &Roads,
@@ -174,7 +202,8 @@ impl Claims {
         self.reach_past(roads, footprint, track, leg, span, |other| other != robot)
     }
 
-    /// Whether a robot of any footprint that drives along all of a leg touches none of these robots' claims.
+    /// Whether a robot of any footprint that drives along all of a leg touches none of these
+    /// robots' claims.
     pub fn lets_pass(&self, roads: &Roads, leg: Leg, robots: &[u32]) -> bool {
         let length = roads.edge(leg.edge()).length;
         (0..roads.footprints().len()).all(|footprint| {
@@ -189,8 +218,12 @@ impl Claims {
         let mut tracks: Vec<u32> = Vec::new();
         for stretch in robots.iter().flat_map(|&robot| self.of(robot)) {
             tracks.push(stretch.track);
-            for (own, other) in (0..roads.footprints().len()).flat_map(|own| (0..=own).map(move |other| (own, other))) {
-                tracks.extend(roads.conflicts().of(own, other, stretch.track).map(|(track, _)| track));
+            for (own, other) in (0..roads.footprints().len())
+                .flat_map(|own| (0..=own).map(move |other| (own, other)))
+            {
+                tracks.extend(
+                    roads.conflicts().of(own, other, stretch.track).map(|(track, _)| track),
+                );
             }
         }
         tracks.retain(|track| (*track as usize) < roads.edges().len());
@@ -218,7 +251,8 @@ impl Claims {
         reach
     }
 
-    /// Returns the robots whose claims conflict with a stretch, if a robot with a footprint claimed it; in ascending order.
+    /// Returns the robots whose claims conflict with a stretch, if a robot with a footprint claimed
+    /// it; in ascending order.
     pub(crate) fn in_way(&self, roads: &Roads, footprint: usize, stretch: &Stretch) -> Vec<u32> {
         let mut robots = Vec::new();
         self.each_limit(
@@ -249,13 +283,20 @@ impl Claims {
         let length = roads.conflicts().length(track);
         let view = View { length, reverse: leg.is_some_and(Leg::is_reverse), from };
         for holder in self.others(counts, track) {
-            let separation = roads.conflicts().table(footprint, holder.footprint.into()).separation(track);
+            let separation =
+                roads.conflicts().table(footprint, holder.footprint.into()).separation(track);
             limit(view.same_track(separation, holder), holder.robot);
         }
         for other in 0..roads.footprints().len() {
             for (track, relation) in roads.conflicts().of(footprint, other, track) {
-                for holder in self.others(counts, track).filter(|holder| usize::from(holder.footprint) == other) {
-                    limit(view.limit(relation, roads.conflicts().length(track), holder), holder.robot);
+                for holder in self
+                    .others(counts, track)
+                    .filter(|holder| usize::from(holder.footprint) == other)
+                {
+                    limit(
+                        view.limit(relation, roads.conflicts().length(track), holder),
+                        holder.robot,
+                    );
                 }
             }
         }
@@ -315,7 +356,8 @@ struct View {
 }
 
 impl View {
-    /// Returns the limit, in metres from where the leg is entered, that a holder on the same track sets.
+    /// Returns the limit, in metres from where the leg is entered, that a holder on the same track
+    /// sets.
     fn same_track(&self, separation: f32, holder: &Holder) -> f32 {
         let [low, high] = self.driven([holder.low, holder.high]);
         let needed = separation - ROUNDING;
@@ -337,16 +379,25 @@ impl View {
                 if apart { f32::INFINITY } else { low - ROUNDING }
             }
             // The robot ahead is on the other track: this one may come as near as `apart`.
-            Relation::Into(apart) => self.following(f32::NEG_INFINITY, self.length + holder.low - apart),
-            // A robot that follows this one keeps that distance; what the table is rounded by doesn't count against this one.
-            Relation::From(apart) => self.following(apart - RESOLUTION - (other_length - holder.high), f32::INFINITY),
+            Relation::Into(apart) => {
+                self.following(f32::NEG_INFINITY, self.length + holder.low - apart)
+            }
+            // A robot that follows this one keeps that distance; what the table is rounded by
+            // doesn't count against this one.
+            Relation::From(apart) => {
+                self.following(apart - RESOLUTION - (other_length - holder.high), f32::INFINITY)
+            }
         }
     }
 
-    /// Returns the limit of a robot that has to stay within these places, in metres from the edge's origin.
+    /// Returns the limit of a robot that has to stay within these places, in metres from the edge's
+    /// origin.
     fn following(&self, lowest: f32, highest: f32) -> f32 {
-        let (ahead, behind) =
-            if self.reverse { (self.length - lowest, self.length - highest) } else { (highest, lowest) };
+        let (ahead, behind) = if self.reverse {
+            (self.length - lowest, self.length - highest)
+        } else {
+            (highest, lowest)
+        };
         if self.from + ROUNDING < behind { f32::NEG_INFINITY } else { ahead }
     }
 

@@ -1,4 +1,5 @@
-//! The columns that the manager publishes: what robots are about, whom they wait for, and where they go.
+//! The columns that the manager publishes: what robots are about, whom they wait for, and where
+//! they go.
 
 use std::time::Duration;
 
@@ -29,8 +30,15 @@ impl ManagerColumns {
 
     /// Publishes what the manager has made of a frame.
     ///
-    /// `doing` is what each robot of the frame does, by id, and `cost` the time that the cycle took.
-    pub(crate) fn publish(&mut self, frame: &Frame<'_>, manager: &Manager, doing: &[Doing], cost: Duration) -> Result {
+    /// `doing` is what each robot of the frame does, by id, and `cost` the time that the cycle
+    /// took.
+    pub(crate) fn publish(
+        &mut self,
+        frame: &Frame<'_>,
+        manager: &Manager,
+        doing: &[Doing],
+        cost: Duration,
+    ) -> Result {
         let id = |id: Option<u32>| id.map_or(f32::NAN, |id| id as f32);
         let Self { activity, waits_for, goal, values } = self;
         activity.set_cost(cost);

@@ -1,12 +1,14 @@
 //! How many robots may be under way at a time.
 //!
-//! Roads carry most robots at a certain density; with more, each waits for others, and fewer arrive (the macroscopic
-//! fundamental diagram: N. Geroliminis, C. Daganzo: Existence of urban-scale macroscopic fundamental diagrams, 2008).
+//! Roads carry most robots at a certain density; with more, each waits for others, and fewer arrive
+//! (the macroscopic fundamental diagram: N. Geroliminis, C. Daganzo: Existence of urban-scale
+//! macroscopic fundamental diagrams, 2008).
 
 /// What can be set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DensitySettings {
-    /// The share of robots under way that may wait for others, from 0 to 1; 1 for no limit on the robots under way.
+    /// The share of robots under way that may wait for others, from 0 to 1; 1 for no limit on the
+    /// robots under way.
     pub waiting_share: f64,
     /// How much the number of robots changes for each unit by which the share differs, per second.
     pub gain: f64,
@@ -46,12 +48,13 @@ impl Density {
         self.out += 1;
     }
 
-    /// Changes the number of robots that may be under way, after some seconds in which `waiting` of `out` robots have been
-    /// waiting.
+    /// Changes the number of robots that may be under way, after some seconds in which `waiting` of
+    /// `out` robots have been waiting.
     pub fn adapt(&mut self, out: usize, waiting: usize, seconds: f32) {
         self.out = out;
         let share = waiting as f64 / out.max(1) as f64;
-        let change = self.settings.gain * (self.settings.waiting_share - share) * f64::from(seconds);
+        let change =
+            self.settings.gain * (self.settings.waiting_share - share) * f64::from(seconds);
         // What nobody has tried says nothing about how many may be there.
         let tried = self.least.max(1.1 * out as f64 + 1.0);
         self.most = (self.most * (1.0 + change)).clamp(self.least, tried);
@@ -78,7 +81,11 @@ mod tests {
         let mut density = Density::new(DensitySettings::default(), 10.0);
         density.most = 100.0;
         (0..600).for_each(|_| density.adapt(99, 60, 0.1));
-        assert!(density.most < 50.0 && !density.is_open(), "{} robots after a minute", density.most);
+        assert!(
+            density.most < 50.0 && !density.is_open(),
+            "{} robots after a minute",
+            density.most
+        );
         (0..6000).for_each(|_| density.adapt(9, 9, 0.1));
         assert!(density.is_open(), "the least number is always admitted");
     }

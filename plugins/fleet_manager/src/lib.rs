@@ -1,4 +1,5 @@
-//! A fleet manager: takes transport orders and steers the robots of any fleet through the contract alone.
+//! A fleet manager: takes transport orders and steers the robots of any fleet through the contract
+//! alone.
 //!
 //! | module | |
 //! |---|---|

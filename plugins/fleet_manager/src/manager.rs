@@ -1,6 +1,8 @@
-//! The manager of a fleet: gives tasks to robots, sends them from stop to stop, and steers them there.
+//! The manager of a fleet: gives tasks to robots, sends them from stop to stop, and steers them
+//! there.
 //!
-//! A cycle is a function of what came before, of the frame and of the requests: in lockstep a run repeats bit by bit.
+//! A cycle is a function of what came before, of the frame and of the requests: in lockstep a run
+//! repeats bit by bit.
 
 mod activity;
 mod charge;
@@ -54,7 +56,12 @@ pub struct Manager {
 
 impl Manager {
     /// Makes the manager of a fleet on some roads.
-    pub fn new(roads: Arc<Roads>, planner: Box<dyn Planner>, settings: Settings, tasks: TaskBook) -> Self {
+    pub fn new(
+        roads: Arc<Roads>,
+        planner: Box<dyn Planner>,
+        settings: Settings,
+        tasks: TaskBook,
+    ) -> Self {
         Self {
             times: DrivingTimes::new(&roads),
             steering: Steering::new(roads, planner, settings),
@@ -100,9 +107,16 @@ impl Manager {
         self.steering.take_back(robot);
     }
 
-    /// Takes a frame at a simulated time in seconds; returns what to order. `robot_types` has an index for each robot, or is
-    /// empty if all are of the first type; `charges` likewise in per cent, empty if no robot has a battery.
-    pub fn cycle(&mut self, now_secs: f64, columns: &Columns<'_>, robot_types: &[f32], charges: &[f32]) -> &[Command] {
+    /// Takes a frame at a simulated time in seconds; returns what to order. `robot_types` has an
+    /// index for each robot, or is empty if all are of the first type; `charges` likewise in per
+    /// cent, empty if no robot has a battery.
+    pub fn cycle(
+        &mut self,
+        now_secs: f64,
+        columns: &Columns<'_>,
+        robot_types: &[f32],
+        charges: &[f32],
+    ) -> &[Command] {
         self.see(columns, robot_types);
         self.charging.see(columns.state.len(), charges, robot_types);
         self.times.begin();
@@ -143,7 +157,8 @@ impl Manager {
         }
     }
 
-    /// A robot has left the fleet: its task is given to another one, or has failed if its load is gone with it.
+    /// A robot has left the fleet: its task is given to another one, or has failed if its load is
+    /// gone with it.
     fn lose(&mut self, robot: u32) {
         if self.steering.robot(robot).is_none() {
             return;
@@ -152,7 +167,9 @@ impl Manager {
         self.charging.lose(robot);
         self.errands[robot as usize] = Errand::None;
         self.tasks.recall(robot, self.steering.now());
-        if self.tasks.task_of(robot).is_some() && self.tasks.withdraw(robot, self.steering.now()).is_err() {
+        if self.tasks.task_of(robot).is_some()
+            && self.tasks.withdraw(robot, self.steering.now()).is_err()
+        {
             self.tasks.failed(robot, self.steering.now(), "the robot was removed");
         }
     }
@@ -167,7 +184,8 @@ impl Manager {
         }
         if let Errand::To(node) = self.errands[robot as usize] {
             if self.steering.has_arrived(robot, node) && self.tasks.arrived(robot, now_secs) {
-                let dwell_secs = self.tasks.current_stop(robot).map_or(0.0, |stop: Stop| stop.dwell_secs);
+                let dwell_secs =
+                    self.tasks.current_stop(robot).map_or(0.0, |stop: Stop| stop.dwell_secs);
                 self.errands[robot as usize] = Errand::Handling(now_secs + dwell_secs);
                 self.steering.stay(robot);
             } else if self.steering.is_unreachable(robot) {
@@ -187,19 +205,23 @@ impl Manager {
         }
     }
 
-    /// Gives the orders of robots that are out of service to others, unless they have begun, and tries orders again that
-    /// couldn't be reached before roads were closed or opened.
+    /// Gives the orders of robots that are out of service to others, unless they have begun, and
+    /// tries orders again that couldn't be reached before roads were closed or opened.
     fn reopen(&mut self, now_secs: f64) {
         for index in 0..self.present.len() {
             let robot = self.present[index];
-            if self.steering.is_out_of_service(robot) && self.tasks.withdraw(robot, now_secs).is_ok() {
+            if self.steering.is_out_of_service(robot)
+                && self.tasks.withdraw(robot, now_secs).is_ok()
+            {
                 self.halt(robot);
             }
         }
         if self.closures != self.steering.closures() {
             self.closures = self.steering.closures();
-            let is_back = |order: &&Order| order.state() == State::Unroutable && !self.is_out_of_reach(order);
-            let back: Vec<TaskId> = self.tasks.open_orders().filter(is_back).map(Order::id).collect();
+            let is_back =
+                |order: &&Order| order.state() == State::Unroutable && !self.is_out_of_reach(order);
+            let back: Vec<TaskId> =
+                self.tasks.open_orders().filter(is_back).map(Order::id).collect();
             for task in back {
                 self.tasks.reopen(task, now_secs);
             }
@@ -219,8 +241,9 @@ impl Manager {
         next.is_some_and(|stop| self.steering.is_out_of_reach(stop.node))
     }
 
-    /// Gives a task up to whose next stop no way leads. Where closures have cut off the robot and not the stop, another robot
-    /// may carry it out; a robot that has begun it waits until roads are open again.
+    /// Gives a task up to whose next stop no way leads. Where closures have cut off the robot and
+    /// not the stop, another robot may carry it out; a robot that has begun it waits until roads
+    /// are open again.
     fn give_up(&mut self, robot: u32, now_secs: f64) {
         if self.steering.has_closures() && self.tasks.is_bound(robot) {
             return;
@@ -260,7 +283,10 @@ impl Manager {
         let (steering, times, charging) = (&self.steering, &self.times, &self.charging);
         let secs = |robot: u32, node: u32| {
             let secs = times.between(&roads, steering.base_end_node(robot)?, node)?;
-            after.get(&node).is_none_or(|rest| rest.is_affordable(charging, robot, secs)).then_some(secs)
+            after
+                .get(&node)
+                .is_none_or(|rest| rest.is_affordable(charging, robot, secs))
+                .then_some(secs)
         };
         let changes = self.tasks.assign(now_secs, &self.candidates, &secs);
         changes.withdrawn.into_iter().for_each(|(_, robot)| self.halt(robot));
@@ -285,7 +311,8 @@ impl Manager {
                 && let Some(node) = self.steering.base_end_node(robot)
                 && !self.steering.is_cut_off(node)
             {
-                self.candidates.push(Candidate { robot, position: self.steering.roads().position(node) });
+                self.candidates
+                    .push(Candidate { robot, position: self.steering.roads().position(node) });
             }
         }
     }

@@ -1,4 +1,5 @@
-//! A kinematic model of a fleet, for tests: robots that are late, slow and stall at random. None may ever touch another.
+//! A kinematic model of a fleet, for tests: robots that are late, slow and stall at random. None
+//! may ever touch another.
 
 mod body;
 mod drive;
@@ -30,7 +31,8 @@ pub struct Random(pub u64);
 impl Random {
     /// A number below `count`.
     pub fn below(&mut self, count: u32) -> u32 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         ((self.0 >> 33) % u64::from(count)) as u32
     }
 }
@@ -56,7 +58,11 @@ impl Planner for Timed {
         self.0.plan(traffic, plans);
         let passed = start.elapsed();
         let (spent, counts) = &mut *self.1.lock();
-        *spent = Spent { cycles: spent.cycles + 1, sum: spent.sum + passed, longest: spent.longest.max(passed) };
+        *spent = Spent {
+            cycles: spent.cycles + 1,
+            sum: spent.sum + passed,
+            longest: spent.longest.max(passed),
+        };
         *counts = self.0.counts();
     }
 }
@@ -98,7 +104,8 @@ impl Model {
         let measured = Measured::default();
         let timed = Timed(planner(&roads), Arc::clone(&measured));
         let outlines = Outlines::new(&view);
-        let bodies: Vec<Body> = starts.iter().map(|&(leg, place)| Body::new(&outlines, leg, place)).collect();
+        let bodies: Vec<Body> =
+            starts.iter().map(|&(leg, place)| Body::new(&outlines, leg, place)).collect();
         let count = bodies.len();
         Self {
             steering: Steering::new(roads.clone(), Box::new(timed), settings),
@@ -156,7 +163,9 @@ impl Model {
             self.send(robot);
         }
         for command in self.steering.step(f64::from(self.tick) * f64::from(TICK_SECS)) {
-            let (Command::Route { robot, .. } | Command::Release { robot, .. } | Command::Cancel { robot }) = command;
+            let (Command::Route { robot, .. }
+            | Command::Release { robot, .. }
+            | Command::Cancel { robot }) = command;
             self.bodies[*robot as usize].obey(command, &self.roads);
         }
         let broken = if self.tick >= BREAKDOWN { self.broken } else { 0 };
@@ -196,22 +205,30 @@ impl Model {
     }
 
     fn check(&self) {
-        let outlines: Vec<Rectangle> = self.bodies.iter().map(|body| body.outline(&self.outlines)).collect();
+        let outlines: Vec<Rectangle> =
+            self.bodies.iter().map(|body| body.outline(&self.outlines)).collect();
         for (a, b) in (0..outlines.len()).flat_map(|a| (0..a).map(move |b| (a, b))) {
             let touch = outlines[a].touches(&outlines[b]);
-            assert!(!touch, "tick {}: {a} {:?} and {b} {:?}", self.tick, self.bodies[a], self.bodies[b]);
+            assert!(
+                !touch,
+                "tick {}: {a} {:?} and {b} {:?}",
+                self.tick, self.bodies[a], self.bodies[b]
+            );
         }
     }
 }
 
-/// The places where robots can stand at the start: the ends of edges, no two of which touch, in random order.
+/// The places where robots can stand at the start: the ends of edges, no two of which touch, in
+/// random order.
 pub fn places(world: &WorldData, count: usize, seed: u64) -> Vec<(Leg, f32)> {
     let view = world.view(1, 1);
     let roads = Roads::new(&view);
     let outlines = Outlines::new(&view);
     let mut edges: Vec<u32> = (0..roads.edges().len() as u32).collect();
     let mut random = Random(seed);
-    (1..edges.len()).rev().for_each(|index| edges.swap(index, random.below(index as u32 + 1) as usize));
+    (1..edges.len())
+        .rev()
+        .for_each(|index| edges.swap(index, random.below(index as u32 + 1) as usize));
     let mut taken: Vec<Rectangle> = Vec::new();
     let mut starts = Vec::new();
     for edge in edges {

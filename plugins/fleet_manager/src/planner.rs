@@ -1,6 +1,7 @@
 //! Planners: which way robots go, and who goes first.
 //!
-//! A planner is free to decide as it likes: robots get only space that nobody else claims, whatever it says.
+//! A planner is free to decide as it likes: robots get only space that nobody else claims, whatever
+//! it says.
 
 mod backstop;
 mod driving_times;
@@ -24,10 +25,11 @@ use crate::traffic::Traffic;
 
 /// Decides which way robots go, and who goes first.
 ///
-/// The plans of a lockstep run must be a function of what the planner has seen: no time of day, no order of threads.
+/// The plans of a lockstep run must be a function of what the planner has seen: no time of day, no
+/// order of threads.
 pub trait Planner: fmt::Debug + Send {
-    /// Plans after a frame. A robot with [`needs_route`](crate::traffic::Robot::needs_route) stands still at the end of its
-    /// base until it gets a route, or is told unreachable.
+    /// Plans after a frame. A robot with [`needs_route`](crate::traffic::Robot::needs_route) stands
+    /// still at the end of its base until it gets a route, or is told unreachable.
     fn plan(&mut self, traffic: &Traffic<'_>, plans: &mut Plans);
 
     /// Figures of the run so far, by name, for logs and reports.
@@ -43,8 +45,8 @@ pub struct Plans {
     pub(crate) precedences: Vec<(u32, f64)>,
     pub(crate) holds: Vec<(u32, usize)>,
     pub(crate) follows: Vec<u32>,
-    /// By how many legs the bases of robots may grow that are kept out of a region. Unlike those that are held, they wait for
-    /// room: the ring guard knows where they will go on to.
+    /// By how many legs the bases of robots may grow that are kept out of a region. Unlike those
+    /// that are held, they wait for room: the ring guard knows where they will go on to.
     pub(crate) kept_out: Vec<(u32, usize)>,
     /// Robots whose bases stay as they are in this cycle.
     pub(crate) frozen: Vec<u32>,
@@ -57,7 +59,8 @@ pub struct Plans {
 }
 
 impl Plans {
-    /// Gives a robot a route: these legs, from the end of its base on, instead of those it had. No leg may be one of its base.
+    /// Gives a robot a route: these legs, from the end of its base on, instead of those it had. No
+    /// leg may be one of its base.
     pub fn route(&mut self, robot: u32, legs: Vec<Leg>) {
         self.routes.push((robot, Some(legs)));
     }
@@ -67,8 +70,9 @@ impl Plans {
         self.routes.push((robot, None));
     }
 
-    /// Sets when a robot's base is extended, in ascending order of the keys; the default key of a robot is the time at which it
-    /// was sent to its goal, in simulated seconds. Holds for this cycle.
+    /// Sets when a robot's base is extended, in ascending order of the keys; the default key of a
+    /// robot is the time at which it was sent to its goal, in simulated seconds. Holds for this
+    /// cycle.
     pub fn precede(&mut self, robot: u32, key: f64) {
         self.precedences.push((robot, key));
     }
@@ -78,8 +82,9 @@ impl Plans {
         self.holds.push((robot, legs));
     }
 
-    /// Lets a robot follow closely: its base may end anywhere, as far as those ahead let it, not only where it is in nobody's way.
-    /// That is for robots which are sure to go on, as those ahead drive on to places of their own. Holds for this cycle.
+    /// Lets a robot follow closely: its base may end anywhere, as far as those ahead let it, not
+    /// only where it is in nobody's way. That is for robots which are sure to go on, as those ahead
+    /// drive on to places of their own. Holds for this cycle.
     pub fn follow(&mut self, robot: u32) {
         self.follows.push(robot);
     }

@@ -17,8 +17,8 @@ use regatta_plugin::order::RouteLeg;
 use regatta_plugin::ports::tasks::TaskPublisher;
 use regatta_plugin::task::TaskRecord;
 use regatta_plugin::{
-    ClosureReader, ColumnReader, Error, Events, Frame, LOAD_VARIABLE, ManagerServer, OpenError, Options, OrderError,
-    Orders, Participant, Plugin, Rate, Result, World, tell, usage_line,
+    ClosureReader, ColumnReader, Error, Events, Frame, LOAD_VARIABLE, ManagerServer, OpenError,
+    Options, OrderError, Orders, Participant, Plugin, Rate, Result, World, tell, usage_line,
 };
 
 pub use self::planner_kind::PlannerKind;
@@ -37,12 +37,15 @@ type PlannerFactory = Box<dyn FnMut(&Roads) -> Box<dyn Planner>>;
 
 /// The command line of `regatta plugin fleet-manager`.
 #[derive(Clone, Debug, Parser)]
-#[command(about = "Carries transport orders out: steers the robots of a fleet, without one ever touching another")]
+#[command(
+    about = "Carries transport orders out: steers the robots of a fleet, without one ever touching another"
+)]
 pub struct Cli {
     /// A file of transport orders with times, YAML or CSV
     #[arg(long, value_name = "FILE")]
     pub orders: Option<PathBuf>,
-    /// A YAML file with a load: generators of orders [default: that of the scenario, under `regatta run`]
+    /// A YAML file with a load: generators of orders [default: that of the scenario, under `regatta
+    /// run`]
     #[arg(long, value_name = "FILE")]
     pub load: Option<PathBuf>,
     /// The seed of the load, instead of its own
@@ -57,7 +60,8 @@ pub struct Cli {
     /// A file with the token that HTTP requests must have; addresses other than loopback need one
     #[arg(long, value_name = "FILE")]
     pub token_file: Option<PathBuf>,
-    /// Keep what is worked out of large worlds in this folder: the next start is faster [default: the user's cache folder]
+    /// Keep what is worked out of large worlds in this folder: the next start is faster [default:
+    /// the user's cache folder]
     #[arg(long, value_name = "FOLDER")]
     pub cache: Option<PathBuf>,
     /// Work large worlds out at each start
@@ -69,7 +73,8 @@ pub struct Cli {
     /// Let robots drive through each other: the bound of what any management can reach
     #[arg(long, hide = true)]
     pub no_conflicts: bool,
-    /// Give orders to robots in turn, wherever they are: then an endless load sends each robot to random nodes
+    /// Give orders to robots in turn, wherever they are: then an endless load sends each robot to
+    /// random nodes
     #[arg(long, hide = true)]
     pub in_turn: bool,
     /// At the end, write the figures to this file as JSON
@@ -86,12 +91,14 @@ pub struct Cli {
 /// Runs the plugin with a command line, whose first argument is the name of the program.
 ///
 /// # Errors
-/// Fails if an option is invalid, a file can't be used, the fleet has a manager already, or as [`regatta_plugin::run`] does.
+/// Fails if an option is invalid, a file can't be used, the fleet has a manager already, or as
+/// [`regatta_plugin::run`] does.
 pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) -> Result {
     run(args, None)
 }
 
-/// As [`run_from`], with a planner of your own instead of one that the command line names. It is made anew for each world.
+/// As [`run_from`], with a planner of your own instead of one that the command line names. It is
+/// made anew for each world.
 ///
 /// # Errors
 /// As [`run_from`].
@@ -104,7 +111,10 @@ where
     run(args, Some(Box::new(move |roads: &Roads| Box::new(planner(roads)))))
 }
 
-fn run<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>, planner: Option<PlannerFactory>) -> Result {
+fn run<A: Into<OsString> + Clone>(
+    args: impl IntoIterator<Item = A>,
+    planner: Option<PlannerFactory>,
+) -> Result {
     match Cli::try_parse_from(args) {
         Ok(cli) => {
             let manager = FleetManager::new(cli, planner);
@@ -113,7 +123,9 @@ fn run<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>, planner: Op
             manager.cli.options.clone().run(manager, "fleet-manager")
         }
         Err(error) if !error.use_stderr() => Ok(error.print()?),
-        Err(error) => Err(Error::new(format_args!("{}; --help lists the options", usage_line(&error)))),
+        Err(error) => {
+            Err(Error::new(format_args!("{}; --help lists the options", usage_line(&error))))
+        }
     }
 }
 
@@ -177,7 +189,8 @@ impl FleetManager {
     }
 
     fn roads(&self, world: &World<'_>) -> Roads {
-        let folder = self.cli.cache.clone().or_else(default_cache_folder).filter(|_| !self.cli.no_cache);
+        let folder =
+            self.cli.cache.clone().or_else(default_cache_folder).filter(|_| !self.cli.no_cache);
         let Some(folder) = folder else { return Roads::new(world) };
         let (roads, kept) = Roads::cached(world, &folder);
         if let Err(error) = kept {
@@ -208,12 +221,19 @@ impl FleetManager {
         Ok(())
     }
 
-    /// Sends what the manager has decided. Orders that can't be sent now are sent with the next ones.
-    fn send(orders: &mut Orders, pending: &mut BTreeMap<u64, u32>, commands: &[Command], roads: &Roads) -> Result {
+    /// Sends what the manager has decided. Orders that can't be sent now are sent with the next
+    /// ones.
+    fn send(
+        orders: &mut Orders,
+        pending: &mut BTreeMap<u64, u32>,
+        commands: &[Command],
+        roads: &Roads,
+    ) -> Result {
         for command in commands {
             let (token, robot) = match command {
                 Command::Route { robot, legs } => {
-                    let legs: Vec<RouteLeg> = legs.iter().map(|leg| route_leg(*leg, roads).horizon()).collect();
+                    let legs: Vec<RouteLeg> =
+                        legs.iter().map(|leg| route_leg(*leg, roads).horizon()).collect();
                     (orders.extend(*robot, &legs), *robot)
                 }
                 Command::Release { robot, leg, metres } => {
@@ -233,7 +253,9 @@ impl FleetManager {
     fn answer(ports: &mut Ports, manager: Option<&mut Manager>, run_id: u64) -> Result {
         match manager {
             Some(manager) => ports.requests.answer(|request| manager.request(request, run_id))?,
-            None => ports.requests.answer(|request| ManagerResponse::new(request, ManagerAnswer::NotReady, 0))?,
+            None => ports
+                .requests
+                .answer(|request| ManagerResponse::new(request, ManagerAnswer::NotReady, 0))?,
         }
         Ok(())
     }
@@ -247,7 +269,8 @@ impl FleetManager {
     ) -> Result {
         let places = manager.tasks().places().clone();
         let events = manager.tasks_mut().events().inspect(|event| figures.take(event));
-        let records: Vec<TaskRecord> = events.filter_map(|event| log.record(&event, &places)).collect();
+        let records: Vec<TaskRecord> =
+            events.filter_map(|event| log.record(&event, &places)).collect();
         if !records.is_empty() {
             ports.tasks.publish(frame.run_id(), frame.tick(), 0, &records)?;
         }
@@ -261,14 +284,20 @@ impl FleetManager {
         if self.cli.summary {
             println!("{}\n{}", figures.markdown(), run.markdown());
             let (mean, longest) = (run.mean_cycle_ms(), run.longest_cycle_ms());
-            println!("{} robots, {:.0} s; {mean:.2} ms a cycle, longest {longest:.1} ms", run.robots, run.now_secs);
+            println!(
+                "{} robots, {:.0} s; {mean:.2} ms a cycle, longest {longest:.1} ms",
+                run.robots, run.now_secs
+            );
         }
         if let Some(path) = &self.cli.json {
             let mut json = figures.json();
             json["run"] = run.json();
             let text = format!("{json:#}\n");
             std::fs::write(path, text).map_err(|error| {
-                Error::new(format_args!("can't write {} ({error}); choose another file with --json", path.display()))
+                Error::new(format_args!(
+                    "can't write {} ({error}); choose another file with --json",
+                    path.display()
+                ))
             })?;
         }
         Ok(())
@@ -310,17 +339,21 @@ impl Plugin for FleetManager {
             self.begin(opening, frame.sim_time().as_secs_f64())?;
             self.figures.add_start(start.elapsed());
         }
-        let (Some(ports), Some(manager)) = (&mut self.ports, &mut self.manager) else { return Ok(()) };
+        let (Some(ports), Some(manager)) = (&mut self.ports, &mut self.manager) else {
+            return Ok(());
+        };
         let start = Instant::now();
         Self::answer(ports, Some(manager), frame.run_id())?;
         ports.types.latest()?;
         let types = ports.types.current()?.map_or(&[][..], |types| types.values);
         ports.batteries.latest()?;
-        let charges = ports.batteries.current()?.filter(|charges| charges.header.run_id == frame.run_id());
+        let charges =
+            ports.batteries.current()?.filter(|charges| charges.header.run_id == frame.run_id());
         let charges = charges.map_or(&[][..], |charges| charges.values);
         let (now_secs, columns) = (frame.sim_time().as_secs_f64(), frame.columns());
         let secs = now_secs - self.figures.now_secs;
-        self.figures.see(now_secs, frame.len(), |robot| columns.state[robot] != RobotState::Absent as u8);
+        self.figures
+            .see(now_secs, frame.len(), |robot| columns.state[robot] != RobotState::Absent as u8);
         let roads = manager.steering().roads().clone();
         ports.closures.take()?;
         manager.close_edges(ports.closures.closed(frame.run_id()));
@@ -329,8 +362,13 @@ impl Plugin for FleetManager {
         manager.show_vehicles(&columns, charges);
         Self::publish_tasks(ports, &mut self.log, &mut self.figures, manager, frame)?;
         self.doing.clear();
-        self.doing.extend((0..).zip(columns.speed).map(|(robot, speed)| manager.doing(robot, *speed)));
-        let present = self.doing.iter().zip(columns.state).filter(|(_, state)| **state != RobotState::Absent as u8);
+        self.doing
+            .extend((0..).zip(columns.speed).map(|(robot, speed)| manager.doing(robot, *speed)));
+        let present = self
+            .doing
+            .iter()
+            .zip(columns.state)
+            .filter(|(_, state)| **state != RobotState::Absent as u8);
         self.figures.spend(secs.max(0.0), present.map(|(doing, _)| *doing));
         manager.tasks_mut().publish(now_secs);
         ports.columns.publish(frame, manager, &self.doing, start.elapsed())?;
@@ -380,9 +418,9 @@ impl Plugin for FleetManager {
 /// Whoever writes the task log of a fleet is its manager.
 fn only_one(error: OpenError) -> Error {
     match error {
-        OpenError::TasksTaken { fleet, owner } => {
-            Error::new(format_args!("fleet '{fleet}' has a fleet manager already, {owner}; stop that one first"))
-        }
+        OpenError::TasksTaken { fleet, owner } => Error::new(format_args!(
+            "fleet '{fleet}' has a fleet manager already, {owner}; stop that one first"
+        )),
         error => error.into(),
     }
 }

@@ -1,5 +1,5 @@
-//! The roads of a world: its legs, where they lead, which stretches of them get in each other's way, and where a robot may
-//! stand without blocking others.
+//! The roads of a world: its legs, where they lead, which stretches of them get in each other's
+//! way, and where a robot may stand without blocking others.
 
 mod cache;
 mod conflicts;
@@ -76,7 +76,8 @@ pub struct Road {
 /// The outline of robots that stand in the way of others alike.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Footprint {
-    /// Half of the size along and across the heading, in metres. A circle counts as the square around it.
+    /// Half of the size along and across the heading, in metres. A circle counts as the square
+    /// around it.
     pub half: [f32; 2],
 }
 
@@ -115,8 +116,8 @@ pub struct Roads {
     stubs: Stubs,
 }
 
-/// The largest difference in radians between the headings of consecutive legs that robots drive through without a turn on
-/// the spot: 5°, as in the engine.
+/// The largest difference in radians between the headings of consecutive legs that robots drive
+/// through without a turn on the spot: 5°, as in the engine.
 pub const SMOOTH: f32 = 5.0 * core::f32::consts::PI / 180.0;
 
 impl Roads {
@@ -134,7 +135,8 @@ impl Roads {
         let turns = roads.classes.iter().any(|class| class.turns);
         let discs = if turns { roads.turning_nodes() } else { Vec::new() };
         roads.conflicts = Conflicts::new(&roads, &sweeps, &discs);
-        roads.stops = (0..roads.footprints.len()).map(|footprint| Stops::new(&roads, footprint)).collect();
+        roads.stops =
+            (0..roads.footprints.len()).map(|footprint| Stops::new(&roads, footprint)).collect();
         roads.reservoirs = reservoirs::reservoirs(&roads);
         roads
     }
@@ -166,7 +168,9 @@ impl Roads {
     /// Writes what was worked out.
     fn write(&self, writer: &mut Writer) {
         writer.floats(self.edges.iter().map(|edge| edge.length));
-        [0, 1].into_iter().for_each(|end| writer.floats(self.edges.iter().map(|edge| edge.headings[end])));
+        [0, 1]
+            .into_iter()
+            .for_each(|end| writer.floats(self.edges.iter().map(|edge| edge.headings[end])));
         self.conflicts.write(writer);
         self.stops.iter().for_each(|stops| stops.write(writer));
         writer.list(self.reservoirs.iter().map(|is_reservoir| u32::from(*is_reservoir)));
@@ -175,14 +179,19 @@ impl Roads {
     /// Reads what was worked out for a world; `None` if it is of something else.
     fn read(world: &World<'_>, reader: &mut Reader<'_>) -> Option<Self> {
         let count = world.edges().len();
-        let (lengths, starts, ends) = (reader.floats(count)?, reader.floats(count)?, reader.floats(count)?);
+        let (lengths, starts, ends) =
+            (reader.floats(count)?, reader.floats(count)?, reader.floats(count)?);
         let shapes = lengths.into_iter().zip(starts.into_iter().zip(ends));
         let edges = world.edges().iter().zip(shapes);
-        let mut roads =
-            Self::of_edges(world, edges.map(|(edge, (length, (start, end)))| road(edge, length, [start, end])));
+        let mut roads = Self::of_edges(
+            world,
+            edges.map(|(edge, (length, (start, end)))| road(edge, length, [start, end])),
+        );
         roads.conflicts = Conflicts::read(&roads, reader)?;
-        roads.stops = roads.footprints.iter().map(|_| Stops::read(count, reader)).collect::<Option<_>>()?;
-        roads.reservoirs = reader.list_of(count)?.into_iter().map(|is_reservoir| is_reservoir != 0).collect();
+        roads.stops =
+            roads.footprints.iter().map(|_| Stops::read(count, reader)).collect::<Option<_>>()?;
+        roads.reservoirs =
+            reader.list_of(count)?.into_iter().map(|is_reservoir| is_reservoir != 0).collect();
         Some(roads)
     }
 
@@ -243,7 +252,8 @@ impl Roads {
 
     /// The legs that leave a node.
     pub fn exits(&self, node: u32) -> &[Leg] {
-        &self.exits[self.exit_starts[node as usize] as usize..self.exit_starts[node as usize + 1] as usize]
+        &self.exits
+            [self.exit_starts[node as usize] as usize..self.exit_starts[node as usize + 1] as usize]
     }
 
     /// An edge that leads to a node; `None` if there is none.
@@ -279,7 +289,8 @@ impl Roads {
         angle_between(self.headings(from)[1], self.headings(to)[0]) > SMOOTH
     }
 
-    /// The number of the track of a node at which robots turn on the spot; tracks below it are the edges.
+    /// The number of the track of a node at which robots turn on the spot; tracks below it are the
+    /// edges.
     pub fn disc(&self, node: u32) -> u32 {
         self.edges.len() as u32 + node
     }
@@ -303,7 +314,11 @@ impl Roads {
 pub fn angle_between(a: f32, b: f32) -> f32 {
     let difference = (a - b).abs();
     // Headings are in (-π, π]: a remainder is rarely needed, and takes longer than all else here.
-    let difference = if difference < core::f32::consts::TAU { difference } else { difference % core::f32::consts::TAU };
+    let difference = if difference < core::f32::consts::TAU {
+        difference
+    } else {
+        difference % core::f32::consts::TAU
+    };
     difference.min(core::f32::consts::TAU - difference)
 }
 
@@ -332,7 +347,8 @@ fn classes(types: &[RobotTypeRecord]) -> (Vec<RobotClass>, Vec<Footprint>) {
             Shape::Circle => [0.5 * robot_type.length; 2],
         };
         let footprint = Footprint { half };
-        let index = footprints.iter().position(|known| *known == footprint).unwrap_or(footprints.len());
+        let index =
+            footprints.iter().position(|known| *known == footprint).unwrap_or(footprints.len());
         if index == footprints.len() {
             footprints.push(footprint);
         }
@@ -358,7 +374,9 @@ fn exits(edges: &[Road], nodes: usize) -> (Vec<Leg>, Vec<u32>) {
         }
     }
     legs.sort_unstable();
-    let starts = (0..=nodes).map(|node| legs.partition_point(|(start, _)| (*start as usize) < node) as u32).collect();
+    let starts = (0..=nodes)
+        .map(|node| legs.partition_point(|(start, _)| (*start as usize) < node) as u32)
+        .collect();
     (legs.into_iter().map(|(_, leg)| leg).collect(), starts)
 }
 

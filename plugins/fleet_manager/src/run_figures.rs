@@ -67,7 +67,8 @@ impl RunFigures {
             Change::Finished { robot } => {
                 count(&mut self.orders, event.secs);
                 if let Some(finished) = self.finished_secs.get_mut(robot as usize) {
-                    self.longest_without_finish_secs = self.longest_without_finish_secs.max(event.secs - *finished);
+                    self.longest_without_finish_secs =
+                        self.longest_without_finish_secs.max(event.secs - *finished);
                     *finished = event.secs;
                 }
             }
@@ -154,7 +155,11 @@ mod tests {
         figures.see(5.0, 2, |_| true);
         figures.take(&finished(45.0, 0));
         figures.see(60.0, 2, |_| true);
-        assert_eq!(figures.longest_without_finish_secs(), 55.0, "robot 1 has finished nothing since it came");
+        assert_eq!(
+            figures.longest_without_finish_secs(),
+            55.0,
+            "robot 1 has finished nothing since it came"
+        );
         figures.see(90.0, 2, |robot| robot == 0);
         assert_eq!(figures.longest_without_finish_secs(), 45.0, "robot 1 has left");
         figures.take(&finished(95.0, 0));
@@ -166,7 +171,11 @@ mod tests {
     fn stops_are_counted_by_period() {
         let mut figures = RunFigures::begin(Duration::ZERO);
         for secs in [0.0, 9.9, 10.0, 35.0] {
-            figures.take(&TaskEvent { secs, task: TaskId(1), change: Change::Handled { robot: 0, stop: 0 } });
+            figures.take(&TaskEvent {
+                secs,
+                task: TaskId(1),
+                change: Change::Handled { robot: 0, stop: 0 },
+            });
         }
         assert_eq!(figures.json()["stops_by_period"], json!([2, 1, 0, 1]));
     }

@@ -1,7 +1,8 @@
 //! Steering: sends robots to nodes, without one ever touching another.
 //!
-//! Each cycle: what a frame shows gives claims back behind the robots; robots without a route get one; then bases are
-//! extended, as late as possible and one robot after the other, into space that nobody else claims.
+//! Each cycle: what a frame shows gives claims back behind the robots; robots without a route get
+//! one; then bases are extended, as late as possible and one robot after the other, into space that
+//! nobody else claims.
 
 mod admission;
 mod adopt;
@@ -53,7 +54,8 @@ pub enum Command {
 /// What can be set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// The time from a frame to the moment at which an order that answers it takes effect, in seconds.
+    /// The time from a frame to the moment at which an order that answers it takes effect, in
+    /// seconds.
     pub latency_secs: f32,
     /// How far a base reaches at least beyond what a robot needs to brake, in metres.
     pub lead: f32,
@@ -63,7 +65,8 @@ pub struct Settings {
     pub stub_guard: bool,
     /// How many robots may be on the roads at a time.
     pub admission: AdmissionSettings,
-    /// Whether robots keep apart. Without it, throughput is the bound of what any management can reach.
+    /// Whether robots keep apart. Without it, throughput is the bound of what any management can
+    /// reach.
     pub conflicts: bool,
 }
 
@@ -180,7 +183,8 @@ impl Steering {
         }
     }
 
-    /// Leaves a robot without a goal: it stops at the end of its base, and may be sent out of others' way.
+    /// Leaves a robot without a goal: it stops at the end of its base, and may be sent out of
+    /// others' way.
     pub fn halt(&mut self, robot: u32) {
         let Some(state) = self.robot_mut(robot) else { return };
         state.goal = None;
@@ -221,10 +225,11 @@ impl Steering {
     pub fn has_arrived(&self, robot: u32, goal: u32) -> bool {
         let Some(state) = self.robot(robot) else { return false };
         let Some(end) = self.claims.end(robot) else { return false };
-        let is_at_end = state.speed == 0.0 && self.traffic().left(robot) < 2e-3 && state.horizon.is_empty();
-        let at_node = end
-            .leg
-            .is_some_and(|leg| self.roads.end(leg) == goal && end.to >= self.roads.edge(leg.edge()).length - 2e-3);
+        let is_at_end =
+            state.speed == 0.0 && self.traffic().left(robot) < 2e-3 && state.horizon.is_empty();
+        let at_node = end.leg.is_some_and(|leg| {
+            self.roads.end(leg) == goal && end.to >= self.roads.edge(leg.edge()).length - 2e-3
+        });
         is_at_end && at_node && !state.needs_route
     }
 
@@ -259,14 +264,16 @@ impl Steering {
     /// Lets the planner plan, and takes its plans over.
     fn plan(&mut self) {
         for state in self.robots.iter_mut().flatten() {
-            (state.most_legs, state.precedence, state.is_following) = (usize::MAX, state.sent, false);
+            (state.most_legs, state.precedence, state.is_following) =
+                (usize::MAX, state.sent, false);
             (state.legs_outside, state.is_frozen, state.is_admitted) = (usize::MAX, false, false);
         }
         let mut plans = std::mem::take(&mut self.plans);
         // Not `self.traffic()`: the planner is borrowed beside it.
         let Self { roads, claims, robots, closed, now, .. } = self;
         let stub_guard = self.settings.stub_guard;
-        self.planner.plan(&Traffic { roads, claims, robots, closed, stub_guard, now: *now }, &mut plans);
+        self.planner
+            .plan(&Traffic { roads, claims, robots, closed, stub_guard, now: *now }, &mut plans);
         plans.evicted.drain(..).for_each(|(robot, goal)| self.evict(robot, goal));
         plans.routes.drain(..).for_each(|(robot, legs)| self.set_route(robot, legs));
         for (robot, key) in plans.precedences.drain(..) {
@@ -288,7 +295,9 @@ impl Steering {
             self.robot_mut(robot).into_iter().for_each(|state| state.is_admitted = true);
         }
         for robot in plans.released.drain(..) {
-            self.robot_mut(robot).into_iter().for_each(|state| state.needs_route |= state.goal.is_some());
+            self.robot_mut(robot)
+                .into_iter()
+                .for_each(|state| state.needs_route |= state.goal.is_some());
         }
         self.plans = plans;
     }

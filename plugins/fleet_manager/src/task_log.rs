@@ -30,7 +30,9 @@ impl TaskLog {
         let task = event.task.0;
         let of = |kind, robot: Option<u32>| record(task, kind, robot);
         Some(match &event.change {
-            Change::Created { stops, .. } => TaskRecord { detail: *stops, ..of(TaskKind::Created, None) },
+            Change::Created { stops, .. } => {
+                TaskRecord { detail: *stops, ..of(TaskKind::Created, None) }
+            }
             Change::Stop { stop, node, action, dwell_secs } => {
                 let of_stop = Stop { node: *node, action: *action, dwell_secs: *dwell_secs };
                 let record = stop_record(of(TaskKind::Stop, None), *stop, &of_stop, places);
@@ -39,8 +41,12 @@ impl TaskLog {
             }
             Change::Assigned { robot } => of(TaskKind::Assigned, Some(*robot)),
             Change::Withdrawn { robot } => of(TaskKind::Withdrawn, Some(*robot)),
-            Change::Arrived { robot, stop } => self.at_stop(of(TaskKind::Arrived, Some(*robot)), *stop),
-            Change::Handled { robot, stop } => self.at_stop(of(TaskKind::Handled, Some(*robot)), *stop),
+            Change::Arrived { robot, stop } => {
+                self.at_stop(of(TaskKind::Arrived, Some(*robot)), *stop)
+            }
+            Change::Handled { robot, stop } => {
+                self.at_stop(of(TaskKind::Handled, Some(*robot)), *stop)
+            }
             Change::Finished { robot } => self.end(of(TaskKind::Finished, Some(*robot))),
             Change::Failed { robot, .. } => self.end(of(TaskKind::Failed, *robot)),
             Change::Cancelled { robot, .. } => self.end(of(TaskKind::Cancelled, *robot)),

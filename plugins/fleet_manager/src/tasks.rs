@@ -10,8 +10,8 @@
 //! | [`figures`] | how many, how long |
 //! | [`store`], [`web`], [`client`] | where orders are kept; orders over HTTP, and a client of it |
 //!
-//! A manager calls the [`TaskBook`] once a tick, like this. All times are in seconds of simulated time; nodes are indices in
-//! the world's nodes.
+//! A manager calls the [`TaskBook`] once a tick, like this. All times are in seconds of simulated
+//! time; nodes are indices in the world's nodes.
 //!
 //! ```
 //! use std::sync::Arc;
@@ -76,7 +76,8 @@ pub use file::{FileError, TimedDraft, read_orders};
 pub use load::Load;
 pub use office::{TaskSettings, TasksError};
 pub use order::{
-    Action, Change, HistoryEntry, NameError, NewOrder, Order, OrderName, State, Stop, TaskEvent, TaskId, UnknownAction,
+    Action, Change, HistoryEntry, NameError, NewOrder, Order, OrderName, State, Stop, TaskEvent,
+    TaskId, UnknownAction,
 };
 pub use places::{Place, Places};
 pub use store::StoreError;

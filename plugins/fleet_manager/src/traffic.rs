@@ -63,8 +63,9 @@ impl<'a> Traffic<'a> {
     /// Returns who is in a stub that a robot would enter, from one leg to the next.
     pub(crate) fn stub_occupant(&self, robot: u32, [leg, next]: [Leg; 2]) -> Option<u32> {
         let stubs = self.roads.stubs();
-        let stub =
-            stubs.of(next.edge()).filter(|_| self.stub_guard && stubs.of(leg.edge()) != stubs.of(next.edge()))?;
+        let stub = stubs
+            .of(next.edge())
+            .filter(|_| self.stub_guard && stubs.of(leg.edge()) != stubs.of(next.edge()))?;
         // The backstop decides who drives when.
         self.robot(robot).filter(|state| !state.is_admitted)?;
         self.claims.occupant(stubs.edges(stub), robot)

@@ -42,19 +42,25 @@ fn start(store: &std::path::Path) -> (Child, SocketAddr) {
         .spawn()
         .expect("a child");
     let lines = BufReader::new(child.stdout.take().expect("its output")).lines();
-    let address = lines.map_while(Result::ok).find_map(|line| line.strip_prefix("serving ").map(str::to_owned));
+    let address = lines
+        .map_while(Result::ok)
+        .find_map(|line| line.strip_prefix("serving ").map(str::to_owned));
     (child, address.expect("an address").parse().expect("an address"))
 }
 
-/// Posts orders one after another until the server is gone. Returns the number that was acknowledged.
+/// Posts orders one after another until the server is gone. Returns the number that was
+/// acknowledged.
 fn post_until_death(address: SocketAddr, client: usize, first: impl Fn()) -> usize {
     let mut stream = TcpStream::connect(address).expect("connected");
     let body = r#"{"destinations": [{"locationName": 1}]}"#;
     for number in 0.. {
-        let head = format!("POST /v1/transportOrders/order-{client}-{number} HTTP/1.1\r\nHost: {address}\r\n");
+        let head = format!(
+            "POST /v1/transportOrders/order-{client}-{number} HTTP/1.1\r\nHost: {address}\r\n"
+        );
         let request = format!("{head}Content-Length: {}\r\n\r\n{body}", body.len());
         let mut answer = [0; 12];
-        if stream.write_all(request.as_bytes()).is_err() || stream.read_exact(&mut answer).is_err() {
+        if stream.write_all(request.as_bytes()).is_err() || stream.read_exact(&mut answer).is_err()
+        {
             return number;
         }
         assert_eq!(&answer, b"HTTP/1.1 201");
@@ -79,7 +85,8 @@ fn finish(stream: &mut TcpStream) -> bool {
         }
     }
     let head = String::from_utf8_lossy(&head).into_owned();
-    let length = head.split_once("content-length: ").and_then(|(_, rest)| rest.split("\r\n").next());
+    let length =
+        head.split_once("content-length: ").and_then(|(_, rest)| rest.split("\r\n").next());
     let length = length.and_then(|length| length.parse().ok()).expect("a length");
     stream.read_exact(&mut vec![0; length]).is_ok()
 }
@@ -93,17 +100,22 @@ fn every_acknowledged_order_survives_a_kill() {
     let clients: Vec<_> = (0..4)
         .map(|client| {
             let sender = sender.clone();
-            std::thread::spawn(move || post_until_death(address, client, || sender.send(()).expect("a receiver")))
+            std::thread::spawn(move || {
+                post_until_death(address, client, || sender.send(()).expect("a receiver"))
+            })
         })
         .collect();
     // In the middle of the work of all clients.
     (0..4).for_each(|_| receiver.recv().expect("some orders are acknowledged"));
     child.kill().expect("killed");
     child.wait().expect("ended");
-    let acknowledged: Vec<_> = clients.into_iter().map(|client| client.join().expect("a count")).collect();
+    let acknowledged: Vec<_> =
+        clients.into_iter().map(|client| client.join().expect("a count")).collect();
 
-    let book = TaskBook::open(&TaskSettings { http: None, ..settings(store) }, places(), 1, 0.0).expect("a book");
-    let names: Vec<_> = book.open_orders().map(|order| order.content().name().to_string()).collect();
+    let book = TaskBook::open(&TaskSettings { http: None, ..settings(store) }, places(), 1, 0.0)
+        .expect("a book");
+    let names: Vec<_> =
+        book.open_orders().map(|order| order.content().name().to_string()).collect();
     for (client, count) in acknowledged.into_iter().enumerate() {
         for number in 0..count {
             let name = format!("order-{client}-{number}");

@@ -68,10 +68,17 @@ impl Meter {
         }
     }
 
-    /// Takes the records of a tick at a simulated time in seconds, and the number of samples that are missing before them.
-    /// `sequence` is the number of the sample in the run, from 1.
-    pub fn take_tasks(&mut self, records: &[TaskRecord], sequence: u64, missed: u64, now_secs: f64) {
-        // What was published before the meter joined the log isn't counted as missing, but isn't known either.
+    /// Takes the records of a tick at a simulated time in seconds, and the number of samples that
+    /// are missing before them. `sequence` is the number of the sample in the run, from 1.
+    pub fn take_tasks(
+        &mut self,
+        records: &[TaskRecord],
+        sequence: u64,
+        missed: u64,
+        now_secs: f64,
+    ) {
+        // What was published before the meter joined the log isn't counted as missing, but isn't
+        // known either.
         let joined_late = !std::mem::replace(&mut self.has_begun, true) && missed == 0;
         self.samples_missed += if joined_late { sequence.saturating_sub(1) } else { missed };
         records.iter().for_each(|record| self.orders.take(record, now_secs));
@@ -91,7 +98,8 @@ impl Meter {
             effort.ordered_secs += if has_order { secs } else { 0.0 };
             effort.waiting_secs += if state == RobotState::Waiting as u8 { secs } else { 0.0 };
             let metres = f64::from(speed.abs()) * secs;
-            *(if is_loaded { &mut effort.loaded_metres } else { &mut effort.empty_metres }) += metres;
+            *(if is_loaded { &mut effort.loaded_metres } else { &mut effort.empty_metres }) +=
+                metres;
         }
         self.robots = robots;
         effort.robot_secs = robots as f64 * secs;
@@ -142,7 +150,8 @@ mod tests {
     fn effort_is_kept_by_period_and_by_load() {
         let mut meter = Meter::default();
         meter.begin(1);
-        let states = [RobotState::Driving as u8, RobotState::Waiting as u8, RobotState::Absent as u8];
+        let states =
+            [RobotState::Driving as u8, RobotState::Waiting as u8, RobotState::Absent as u8];
         let speeds = [2.0, 0.0, 9.0];
         meter.take_frame(&columns(&speeds, &states), 0.0);
         let of = |kind| TaskRecord::new(1, kind).of_robot(0);
@@ -158,8 +167,13 @@ mod tests {
             loaded_metres: 10.0,
             empty_metres: 10.0,
         };
-        let second =
-            Effort { robot_secs: 4.0, ordered_secs: 2.0, waiting_secs: 2.0, loaded_metres: 4.0, empty_metres: 0.0 };
+        let second = Effort {
+            robot_secs: 4.0,
+            ordered_secs: 2.0,
+            waiting_secs: 2.0,
+            loaded_metres: 4.0,
+            empty_metres: 0.0,
+        };
         let figures = meter.figures();
         assert_eq!(figures.effort, [first, second]);
         assert_eq!((figures.robots, figures.open, figures.secs), (2, 1, 12.0));
@@ -173,8 +187,11 @@ mod tests {
     #[test]
     fn figures_are_the_same_after_a_file() {
         let finished = vec![Finished { at_secs: 1.1, service_secs: 0.3, stops: 1 }];
-        let figures =
-            Figures { finished, effort: vec![Effort { robot_secs: 0.1, ..Effort::default() }], ..Figures::default() };
+        let figures = Figures {
+            finished,
+            effort: vec![Effort { robot_secs: 0.1, ..Effort::default() }],
+            ..Figures::default()
+        };
         let text = serde_json::to_string(&figures).expect("JSON");
         assert_eq!(serde_json::from_str::<Figures>(&text).expect("figures"), figures);
     }

@@ -41,7 +41,8 @@ pub struct Orders {
 }
 
 impl Orders {
-    /// Takes a record of a tick at a simulated time in seconds. Records of unknown tasks and kinds are left out.
+    /// Takes a record of a tick at a simulated time in seconds. Records of unknown tasks and kinds
+    /// are left out.
     pub fn take(&mut self, record: &TaskRecord, now_secs: f64) {
         let Some(kind) = record.kind() else { return };
         if kind == TaskKind::Created {
@@ -115,7 +116,8 @@ impl Orders {
     }
 }
 
-/// Returns a time to the millisecond: ticks are no shorter, and files with many times are half as large.
+/// Returns a time to the millisecond: ticks are no shorter, and files with many times are half as
+/// large.
 fn rounded(secs: f64) -> f64 {
     (secs * 1e3).round() / 1e3
 }

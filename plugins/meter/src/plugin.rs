@@ -4,13 +4,17 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::Parser;
-use regatta_plugin::{Error, Frame, Options, Participant, Plugin, ReadError, Result, TaskReader, usage_line};
+use regatta_plugin::{
+    Error, Frame, Options, Participant, Plugin, ReadError, Result, TaskReader, usage_line,
+};
 
 use crate::meter::Meter;
 
 /// The command line of `regatta plugin meter`.
 #[derive(Clone, Debug, Parser)]
-#[command(about = "Measures what a fleet carries over time: orders, their times, and what robots spend on them")]
+#[command(
+    about = "Measures what a fleet carries over time: orders, their times, and what robots spend on them"
+)]
 pub struct Cli {
     /// At the end, write the figures to this file as JSON
     #[arg(long, value_name = "FILE.json")]
@@ -28,7 +32,9 @@ pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) ->
     match Cli::try_parse_from(args) {
         Ok(cli) => cli.options.clone().run(plugin(cli), "meter"),
         Err(error) if !error.use_stderr() => Ok(error.print()?),
-        Err(error) => Err(Error::new(format_args!("{}; --help lists the options", usage_line(&error)))),
+        Err(error) => {
+            Err(Error::new(format_args!("{}; --help lists the options", usage_line(&error))))
+        }
     }
 }
 
@@ -49,7 +55,12 @@ impl MeterPlugin {
         let Some(tasks) = &mut self.tasks else { return Ok(()) };
         tasks.take(|tasks| {
             let header = tasks.header;
-            self.meter.take_tasks(tasks.records, header.sequence, tasks.missed, header.tick as f64 * tick_secs);
+            self.meter.take_tasks(
+                tasks.records,
+                header.sequence,
+                tasks.missed,
+                header.tick as f64 * tick_secs,
+            );
             Ok::<_, ReadError>(())
         })?;
         Ok(())
@@ -70,13 +81,17 @@ impl Plugin for MeterPlugin {
     }
 
     fn on_stop(&mut self) -> Result {
-        let figures = serde_json::to_vec(&self.meter.figures()).map_err(|error| self.unwritable(&error))?;
+        let figures =
+            serde_json::to_vec(&self.meter.figures()).map_err(|error| self.unwritable(&error))?;
         std::fs::write(&self.cli.json, figures).map_err(|error| self.unwritable(&error))
     }
 }
 
 impl MeterPlugin {
     fn unwritable(&self, error: &dyn std::fmt::Display) -> Error {
-        Error::new(format_args!("can't write {} ({error}); choose another file", self.cli.json.display()))
+        Error::new(format_args!(
+            "can't write {} ({error}); choose another file",
+            self.cli.json.display()
+        ))
     }
 }

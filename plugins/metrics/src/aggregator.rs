@@ -10,7 +10,8 @@ use crate::rhythm::RealTimeFactor;
 use crate::snapshot::{Collisions, IntervalStats, Process, Run, Snapshot, Totals, Work};
 use crate::state_counts::StateCounts;
 
-/// Returns the time of day, in nanoseconds since the Unix epoch: the clock of [`FrameHeader::wall_time_nanos`].
+/// Returns the time of day, in nanoseconds since the Unix epoch: the clock of
+/// [`FrameHeader::wall_time_nanos`].
 pub fn wall_time_nanos() -> u64 {
     SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| time.as_nanos() as u64)
 }
@@ -42,7 +43,8 @@ pub struct Aggregator {
 struct PreviousFrame {
     header: FrameHeader,
     state_counts: StateCounts,
-    /// Whether it was published on schedule: a frame that shows a pause or a new speed may come at any time.
+    /// Whether it was published on schedule: a frame that shows a pause or a new speed may come at
+    /// any time.
     is_regular: bool,
 }
 
@@ -54,7 +56,9 @@ impl Aggregator {
         self.totals.frames_read += 1;
         self.totals.frames_skipped += frame.missed();
         self.frame_age.observe(seconds(now.saturating_sub(header.wall_time_nanos)));
-        let last = self.last.filter(|last| last.header.run_id == header.run_id && last.header.tick <= header.tick);
+        let last = self
+            .last
+            .filter(|last| last.header.run_id == header.run_id && last.header.tick <= header.tick);
         let is_regular = match &last {
             Some(last) => self.advance(last, &header, &state_counts, frame.missed() > 0),
             None => self.begin(&header),
@@ -74,7 +78,8 @@ impl Aggregator {
         self.totals.read_errors += 1;
     }
 
-    /// Returns the run id and the wall time in nanoseconds of the newest frame, while there is a producer.
+    /// Returns the run id and the wall time in nanoseconds of the newest frame, while there is a
+    /// producer.
     pub fn newest(&self) -> Option<(u64, u64)> {
         self.last.as_ref().map(|last| (last.header.run_id, last.header.wall_time_nanos))
     }
@@ -82,7 +87,11 @@ impl Aggregator {
     /// Returns the simulated time of the newest frame, while there is a producer.
     pub fn clock(&self) -> Option<RunClock> {
         let header = self.last.as_ref()?.header;
-        Some(RunClock { run_id: header.run_id, tick: header.tick, tick_secs: seconds(header.tick_period_nanos) })
+        Some(RunClock {
+            run_id: header.run_id,
+            tick: header.tick,
+            tick_secs: seconds(header.tick_period_nanos),
+        })
     }
 
     /// Returns a snapshot at the wall time `now`, in nanoseconds.
@@ -140,7 +149,8 @@ impl Aggregator {
         }
         self.tick_cost.observe(seconds(header.tick_cost_nanos));
         let simulated = gap as f64 * seconds(header.tick_period_nanos);
-        self.totals.driven_metres += 0.5 * (last.state_counts.speed_sum + state_counts.speed_sum) * simulated;
+        self.totals.driven_metres +=
+            0.5 * (last.state_counts.speed_sum + state_counts.speed_sum) * simulated;
         if last.is_regular && steady && !is_after_gap {
             self.note_jitter(&last.header, header, simulated);
         }
@@ -153,8 +163,8 @@ impl Aggregator {
         }
     }
 
-    /// Records the deviation of the wall time between two frames from the expected one. Full speed has no
-    /// expectation.
+    /// Records the deviation of the wall time between two frames from the expected one. Full speed
+    /// has no expectation.
     fn note_jitter(&mut self, last: &FrameHeader, header: &FrameHeader, simulated: f64) {
         if header.speed.is_finite() && header.speed > 0.0 {
             let wanted = simulated / f64::from(header.speed);
@@ -169,10 +179,12 @@ fn clock_rate(header: &FrameHeader) -> (u32, u32) {
     (header.clock, header.speed.to_bits())
 }
 
-/// Whether the clock ran evenly from one frame to the other. A request for more robots is shown by a frame off
-/// schedule, as a pause is.
+/// Whether the clock ran evenly from one frame to the other. A request for more robots is shown by
+/// a frame off schedule, as a pause is.
 fn is_steady(last: &FrameHeader, header: &FrameHeader) -> bool {
-    clock_rate(last) == clock_rate(header) && last.robots == header.robots && clock(header) == ClockState::Running
+    clock_rate(last) == clock_rate(header)
+        && last.robots == header.robots
+        && clock(header) == ClockState::Running
 }
 
 fn run(last: &PreviousFrame, real_time_factor: Option<f64>) -> Run {
@@ -186,7 +198,11 @@ fn run(last: &PreviousFrame, real_time_factor: Option<f64>) -> Run {
         speed: header.speed,
         tick_period: Duration::from_nanos(header.tick_period_nanos),
         late_ticks: header.late_ticks,
-        real_time_factor: if clock(header) == ClockState::Running { real_time_factor } else { Some(0.0) },
+        real_time_factor: if clock(header) == ClockState::Running {
+            real_time_factor
+        } else {
+            Some(0.0)
+        },
         state_counts: last.state_counts,
     }
 }

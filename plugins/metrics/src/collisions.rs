@@ -28,11 +28,16 @@ impl CollisionReader {
     /// Fails if the fleet uses another version of the contract, or has no room for another reader.
     pub fn open_on(participant: &Participant) -> Result<Self> {
         let contacts = ContactReader::open_on(participant)?;
-        Ok(Self { column: ColumnReader::open_on(participant, "collision")?, contacts, levels: None, pairs: None })
+        Ok(Self {
+            column: ColumnReader::open_on(participant, "collision")?,
+            contacts,
+            levels: None,
+            pairs: None,
+        })
     }
 
-    /// Reads new results at the wall time `now`, in nanoseconds. Results that can't be read are another program's
-    /// error: they are counted and skipped.
+    /// Reads new results at the wall time `now`, in nanoseconds. Results that can't be read are
+    /// another program's error: they are counted and skipped.
     pub fn update(&mut self, aggregator: &mut Aggregator, now: u64) {
         for outcome in [self.read_levels(now), self.read_pairs(now)] {
             if outcome.is_err() {
@@ -41,7 +46,8 @@ impl CollisionReader {
         }
     }
 
-    /// Returns the results that belong to the newest frame, given its run id and its wall time in nanoseconds.
+    /// Returns the results that belong to the newest frame, given its run id and its wall time in
+    /// nanoseconds.
     pub fn collisions(&self, newest: Option<(u64, u64)>) -> Collisions {
         let Some(newest) = newest else { return Collisions::default() };
         let pairs = self.pairs.as_ref().and_then(|pairs| pairs.if_current(newest));
@@ -55,7 +61,8 @@ impl CollisionReader {
     fn read_levels(&mut self, now: u64) -> Result<(), ReadError> {
         if let Some(column) = self.column.latest()? {
             let levels = count_levels(column.header.tick, column.values);
-            self.levels = Some(Received { run_id: column.header.run_id, received_nanos: now, value: levels });
+            self.levels =
+                Some(Received { run_id: column.header.run_id, received_nanos: now, value: levels });
         }
         Ok(())
     }
@@ -74,8 +81,14 @@ impl CollisionReader {
 }
 
 fn count_levels(tick: u64, values: &[f32]) -> RobotLevels {
-    let count = |level: ContactLevel| values.iter().filter(|&&value| value == level as u32 as f32).count() as u64;
-    RobotLevels { tick, possible: count(ContactLevel::Possible), touching: count(ContactLevel::Touching) }
+    let count = |level: ContactLevel| {
+        values.iter().filter(|&&value| value == level as u32 as f32).count() as u64
+    };
+    RobotLevels {
+        tick,
+        possible: count(ContactLevel::Possible),
+        touching: count(ContactLevel::Touching),
+    }
 }
 
 #[cfg(test)]
@@ -89,7 +102,8 @@ mod tests {
 
     /// Creates a checker and a reader on a fleet of their own.
     fn fleet(test: &str) -> (ColumnPublisher, ContactPublisher, CollisionReader) {
-        let name: FleetName = format!("unit-metrics-{test}-{}", std::process::id()).parse().expect("a name");
+        let name: FleetName =
+            format!("unit-metrics-{test}-{}", std::process::id()).parse().expect("a name");
         let participant = Participant::join(&name, "test").expect("joined");
         let column = ColumnPublisher::open_on(&participant, "collision").expect("a column");
         let contacts = ContactPublisher::open_on(&participant).expect("contacts");
@@ -104,18 +118,35 @@ mod tests {
         assert!(reader.collisions(Some((RUN, 0))).tick().is_none(), "no checker runs");
 
         let values = [0.0, 1.0, 2.0, 2.0, f32::NAN, 7.0];
-        column.write(RUN, 40, values.len(), |chunk| chunk.copy_from_slice(&values)).expect("published");
-        let header = ContactHeader { run_id: RUN, tick: 41, touching: 1, possible: 2, ..ContactHeader::default() };
-        let pairs = vec![ContactRecord { robots: [2, 3], level: 2, ..ContactRecord::default() }; MAX_LISTED + 5];
+        column
+            .write(RUN, 40, values.len(), |chunk| chunk.copy_from_slice(&values))
+            .expect("published");
+        let header = ContactHeader {
+            run_id: RUN,
+            tick: 41,
+            touching: 1,
+            possible: 2,
+            ..ContactHeader::default()
+        };
+        let pairs = vec![
+            ContactRecord { robots: [2, 3], level: 2, ..ContactRecord::default() };
+            MAX_LISTED + 5
+        ];
         contacts.publish(&header, &pairs).expect("published");
         reader.update(&mut aggregator, SECOND);
 
         let header = ContactHeader { sequence: 1, ..header };
         let collisions = reader.collisions(Some((RUN, SECOND)));
         assert_eq!(collisions.robots, Some(RobotLevels { tick: 40, possible: 1, touching: 2 }));
-        assert_eq!((collisions.pairs, collisions.list.len(), collisions.tick()), (Some(header), MAX_LISTED, Some(41)));
+        assert_eq!(
+            (collisions.pairs, collisions.list.len(), collisions.tick()),
+            (Some(header), MAX_LISTED, Some(41))
+        );
         assert!(reader.collisions(Some((RUN + 1, SECOND))).tick().is_none(), "another run");
-        assert!(reader.collisions(Some((RUN, 3 * SECOND))).tick().is_none(), "its checker has died");
+        assert!(
+            reader.collisions(Some((RUN, 3 * SECOND))).tick().is_none(),
+            "its checker has died"
+        );
         assert!(reader.collisions(None).tick().is_none(), "no engine");
     }
 }

@@ -1,4 +1,5 @@
-//! What the robots of a fleet manager drive: metres with a load and without, and the part of their time that is work.
+//! What the robots of a fleet manager drive: metres with a load and without, and the part of their
+//! time that is work.
 
 use regatta_plugin::Frame;
 use regatta_plugin::activity::Activity;
@@ -29,16 +30,23 @@ impl Effort {
         (metres > 0.0).then(|| self.empty_metres / metres)
     }
 
-    /// Adds what robots do for some seconds, given their states, their speeds and the values of the column `activity`.
+    /// Adds what robots do for some seconds, given their states, their speeds and the values of the
+    /// column `activity`.
     fn add(&mut self, states: &[u8], speeds: &[f32], activities: &[f32], secs: f64) {
         for ((&state, &speed), &activity) in states.iter().zip(speeds).zip(activities) {
-            let Some(activity) = Activity::from_value(activity).filter(|_| state != RobotState::Absent as u8) else {
+            let Some(activity) =
+                Activity::from_value(activity).filter(|_| state != RobotState::Absent as u8)
+            else {
                 continue;
             };
             self.robot_secs += secs;
             self.busy_secs += if activity.has_task() { secs } else { 0.0 };
             let metres = f64::from(speed.abs()) * secs;
-            *(if activity == Activity::Carrying { &mut self.loaded_metres } else { &mut self.empty_metres }) += metres;
+            *(if activity == Activity::Carrying {
+                &mut self.loaded_metres
+            } else {
+                &mut self.empty_metres
+            }) += metres;
         }
     }
 }
@@ -52,8 +60,8 @@ pub struct EffortTally {
 }
 
 impl EffortTally {
-    /// Adds the time from the frame before to this one; robots are taken to have done all the while what the column
-    /// `activity` says now.
+    /// Adds the time from the frame before to this one; robots are taken to have done all the while
+    /// what the column `activity` says now.
     pub fn add(&mut self, frame: &Frame<'_>, activities: &[f32]) {
         let (run_id, now_secs) = (frame.run_id(), frame.sim_time().as_secs_f64());
         match self.last.replace((run_id, now_secs)) {
@@ -77,7 +85,8 @@ mod tests {
     #[test]
     fn time_and_metres_add_up() {
         let (driving, absent) = (RobotState::Driving as u8, RobotState::Absent as u8);
-        let activities = [Activity::ToPick, Activity::Carrying, Activity::Idle, Activity::Idle].map(|a| a as u8 as f32);
+        let activities = [Activity::ToPick, Activity::Carrying, Activity::Idle, Activity::Idle]
+            .map(|a| a as u8 as f32);
         let mut effort = Effort::default();
         assert_eq!((effort.utilisation(), effort.empty_part()), (None, None));
         effort.add(&[driving, driving, driving, absent], &[1.0, -2.0, 0.0, 9.0], &activities, 0.5);

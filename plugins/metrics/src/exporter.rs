@@ -43,17 +43,22 @@ pub struct Cli {
 }
 
 fn address(text: &str) -> Result<SocketAddr, String> {
-    let mut addresses = text.to_socket_addrs().map_err(|_| "give IP:PORT, for example 127.0.0.1:9464".to_owned())?;
+    let mut addresses = text
+        .to_socket_addrs()
+        .map_err(|_| "give IP:PORT, for example 127.0.0.1:9464".to_owned())?;
     addresses.next().ok_or_else(|| "this host name has no address".to_owned())
 }
 
-/// Runs the plugin with a command line, whose first argument is the name of the program. `commit` is what the program was
-/// built from, if that is known.
+/// Runs the plugin with a command line, whose first argument is the name of the program. `commit`
+/// is what the program was built from, if that is known.
 ///
 /// # Errors
-/// Fails if an option is invalid, if the address can't be listened on, if the CSV file can't be opened or is something
-/// else, or as [`regatta_plugin::run`] does.
-pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>, commit: Option<&'static str>) -> Result {
+/// Fails if an option is invalid, if the address can't be listened on, if the CSV file can't be
+/// opened or is something else, or as [`regatta_plugin::run`] does.
+pub fn run_from<A: Into<OsString> + Clone>(
+    args: impl IntoIterator<Item = A>,
+    commit: Option<&'static str>,
+) -> Result {
     match Cli::try_parse_from(args) {
         Ok(cli) => cli.run(commit),
         Err(error) if !error.use_stderr() => Ok(error.print()?),
@@ -71,12 +76,16 @@ fn first_line(error: &clap::Error) -> Error {
 impl Cli {
     fn run(&self, commit: Option<&'static str>) -> Result {
         let fleet = &self.options.fleet;
-        let csv_file = self.csv.as_deref().map(|path| CsvFile::open(path, &header())).transpose()?;
+        let csv_file =
+            self.csv.as_deref().map(|path| CsvFile::open(path, &header())).transpose()?;
         let shared = Arc::new(Shared {
             fleet: fleet.clone(),
             state: Mutex::default(),
             processes: ProcessMonitor::start(fleet)?,
-            exporter: Mutex::new(ExporterState { rows: csv_file.as_ref().map(CsvFile::rows), commit }),
+            exporter: Mutex::new(ExporterState {
+                rows: csv_file.as_ref().map(CsvFile::rows),
+                commit,
+            }),
         });
         let server = Server::start(self.listen, Arc::clone(&shared))?;
         report(format_args!("fleet '{fleet}' at http://{}/metrics", server.address()));
@@ -92,7 +101,8 @@ fn report(line: impl std::fmt::Display) {
     let _ = writeln!(io::stderr(), "metrics: {line}");
 }
 
-/// The state that the threads share: the one that reads frames, the one that serves pages, and the one that writes rows.
+/// The state that the threads share: the one that reads frames, the one that serves pages, and the
+/// one that writes rows.
 struct Shared {
     fleet: FleetName,
     state: Mutex<State>,
@@ -114,7 +124,13 @@ impl Shared {
         let processes = self.processes.newest().unwrap_or_default();
         let state = self.state.lock();
         let (collisions, work) = (state.collisions.clone(), state.work.work(&state.aggregator));
-        let snapshot = state.aggregator.snapshot(self.fleet.clone(), collisions, work, processes, wall_time_nanos());
+        let snapshot = state.aggregator.snapshot(
+            self.fleet.clone(),
+            collisions,
+            work,
+            processes,
+            wall_time_nanos(),
+        );
         Snapshot { jams: state.jams.clone(), ..snapshot }
     }
 

@@ -18,25 +18,37 @@ pub enum Format {
 }
 
 impl Format {
-    /// Chooses the format that a client prefers by its header `Accept`: OpenMetrics only if it is named.
+    /// Chooses the format that a client prefers by its header `Accept`: OpenMetrics only if it is
+    /// named.
     pub fn accepted(accept: &str) -> Self {
         let [mut text, mut open_metrics] = [0.0_f32; 2];
         for range in accept.split(',') {
             let mut parts = range.split(';').map(str::trim);
             let media_type = parts.next().unwrap_or_default();
-            let parameters: Vec<_> = parts.filter_map(|parameter| parameter.split_once('=')).collect();
-            let parameter = |name: &str| parameters.iter().find(|(other, _)| *other == name).map(|(_, value)| *value);
+            let parameters: Vec<_> =
+                parts.filter_map(|parameter| parameter.split_once('=')).collect();
+            let parameter = |name: &str| {
+                parameters.iter().find(|(other, _)| *other == name).map(|(_, value)| *value)
+            };
             let quality: f32 = parameter("q").map_or(Ok(1.0), str::parse).unwrap_or(0.0);
             let version = parameter("version").map(|version| version.trim_matches('"'));
             match media_type {
-                "application/openmetrics-text" if version.is_none_or(|version| version == "1.0.0") => {
+                "application/openmetrics-text"
+                    if version.is_none_or(|version| version == "1.0.0") =>
+                {
                     open_metrics = quality.max(open_metrics);
                 }
-                "text/plain" if version.is_none_or(|version| version == "0.0.4") => text = quality.max(text),
+                "text/plain" if version.is_none_or(|version| version == "0.0.4") => {
+                    text = quality.max(text)
+                }
                 _ => {}
             }
         }
-        if open_metrics > 0.0 && open_metrics >= text { Self::OpenMetrics } else { Self::Prometheus }
+        if open_metrics > 0.0 && open_metrics >= text {
+            Self::OpenMetrics
+        } else {
+            Self::Prometheus
+        }
     }
 
     /// The `Content-Type` of a page.
@@ -102,8 +114,8 @@ impl<'a> Exposition<'a> {
         self.each(name, help, [([], value)]);
     }
 
-    /// Adds a family of samples that differ in their labels, unless there are none. Names that end in `_total` are
-    /// counters, those that end in `_info` are facts, all others gauges.
+    /// Adds a family of samples that differ in their labels, unless there are none. Names that end
+    /// in `_total` are counters, those that end in `_info` are facts, all others gauges.
     pub fn each<'l, const LABELS: usize>(
         &mut self,
         name: &str,
@@ -115,12 +127,13 @@ impl<'a> Exposition<'a> {
             return;
         }
         // In OpenMetrics, the endings belong to the samples rather than to the family.
-        let (family, kind) = match (self.format, name.strip_suffix("_total"), name.strip_suffix("_info")) {
-            (Format::OpenMetrics, Some(family), _) => (family, "counter"),
-            (Format::OpenMetrics, _, Some(family)) => (family, "info"),
-            (Format::Prometheus, Some(_), _) => (name, "counter"),
-            _ => (name, "gauge"),
-        };
+        let (family, kind) =
+            match (self.format, name.strip_suffix("_total"), name.strip_suffix("_info")) {
+                (Format::OpenMetrics, Some(family), _) => (family, "counter"),
+                (Format::OpenMetrics, _, Some(family)) => (family, "info"),
+                (Format::Prometheus, Some(_), _) => (name, "counter"),
+                _ => (name, "gauge"),
+            };
         self.head(family, help, kind);
         for (labels, value) in samples {
             self.sample(name, "", &labels, value.value());
@@ -151,7 +164,8 @@ impl<'a> Exposition<'a> {
         self.sample(name, "_count", &[], times.count.value());
     }
 
-    /// Returns the label of a bucket. OpenMetrics has one spelling of each number, that of Go: 1e-05, 0.5, 1.0.
+    /// Returns the label of a bucket. OpenMetrics has one spelling of each number, that of Go:
+    /// 1e-05, 0.5, 1.0.
     fn bound(&self, bound: f64) -> String {
         match self.format {
             Format::Prometheus => bound.to_string(),

@@ -1,8 +1,11 @@
-//! Durations in the buckets of a Prometheus histogram, and their statistics since the previous query.
+//! Durations in the buckets of a Prometheus histogram, and their statistics since the previous
+//! query.
 
-/// The upper bounds of the buckets, in seconds: 1, 2.5 and 5 of each power of ten from ten microseconds to ten seconds.
+/// The upper bounds of the buckets, in seconds: 1, 2.5 and 5 of each power of ten from ten
+/// microseconds to ten seconds.
 pub const BOUNDS: [f64; 19] = [
-    1e-5, 2.5e-5, 5e-5, 1e-4, 2.5e-4, 5e-4, 1e-3, 2.5e-3, 5e-3, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0,
+    1e-5, 2.5e-5, 5e-5, 1e-4, 2.5e-4, 5e-4, 1e-3, 2.5e-3, 5e-3, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5,
+    1.0, 2.5, 5.0, 10.0,
 ];
 
 /// A histogram of durations since the start.
@@ -18,7 +21,8 @@ pub struct Histogram {
 
 impl Histogram {
     fn observe(&mut self, seconds: f64) {
-        if let Some(bucket) = self.buckets.get_mut(BOUNDS.partition_point(|&bound| bound < seconds)) {
+        if let Some(bucket) = self.buckets.get_mut(BOUNDS.partition_point(|&bound| bound < seconds))
+        {
             *bucket += 1;
         }
         self.count += 1;

@@ -1,4 +1,5 @@
-//! Where robots wait: the edges at which they lose the most time, from the plugin `traffic`, if one runs and keeps up.
+//! Where robots wait: the edges at which they lose the most time, from the plugin `traffic`, if one
+//! runs and keeps up.
 
 use std::sync::Arc;
 
@@ -12,7 +13,8 @@ use crate::snapshot::Jam;
 pub const LISTED: usize = 10;
 /// The period of the figures among those of the traffic: the last ten minutes.
 const PERIOD: usize = 1;
-/// The largest age of figures relative to the newest frame, in simulated seconds: they are published once a second.
+/// The largest age of figures relative to the newest frame, in simulated seconds: they are
+/// published once a second.
 const MAX_AGE_SECS: f64 = 10.0;
 
 /// A reader of the traffic of a fleet, and of the names of its edges.
@@ -46,11 +48,13 @@ impl JamReader {
     /// # Errors
     /// Fails if the fleet uses another version of the contract, or has no room for another reader.
     pub fn open_on(participant: &Participant) -> Result<Self> {
-        let (traffic, world) = (TrafficReader::open_on(participant)?, WorldReader::open_on(participant)?);
+        let (traffic, world) =
+            (TrafficReader::open_on(participant)?, WorldReader::open_on(participant)?);
         Ok(Self { traffic, world, edges: Vec::new(), revision: 0, newest: None })
     }
 
-    /// Reads new figures. Those that can't be read are another program's error: they are counted and skipped.
+    /// Reads new figures. Those that can't be read are another program's error: they are counted
+    /// and skipped.
     pub fn update(&mut self, aggregator: &mut Aggregator) {
         for outcome in [self.read_world(), self.read_traffic()] {
             if outcome.is_err() {
@@ -59,7 +63,8 @@ impl JamReader {
         }
     }
 
-    /// Returns the worst edges, the worst one first; `None` if no plugin publishes the traffic of the newest frame's run.
+    /// Returns the worst edges, the worst one first; `None` if no plugin publishes the traffic of
+    /// the newest frame's run.
     pub fn jams(&self, newest: Option<RunClock>) -> Option<Arc<[Jam]>> {
         let (clock, jams) = (newest?, self.newest.as_ref()?);
         let age_secs = clock.tick.saturating_sub(jams.tick) as f64 * clock.tick_secs;
@@ -79,19 +84,25 @@ impl JamReader {
             && traffic.header.world_revision == self.revision
         {
             let list = worst(&self.edges, traffic.periods[PERIOD]);
-            self.newest = Some(Jams { run_id: traffic.header.run_id, tick: traffic.header.tick, list });
+            self.newest =
+                Some(Jams { run_id: traffic.header.run_id, tick: traffic.header.tick, list });
         }
         Ok(())
     }
 }
 
 fn edges(world: &World<'_>) -> Vec<Edge> {
-    world.edges().iter().map(|edge| Edge { id: edge.id, name: world.text(edge.name).into() }).collect()
+    world
+        .edges()
+        .iter()
+        .map(|edge| Edge { id: edge.id, name: world.text(edge.name).into() })
+        .collect()
 }
 
 /// Returns the edges where robots waited the longest, the worst one first.
 fn worst(edges: &[Edge], figures: &[EdgeTraffic]) -> Arc<[Jam]> {
-    let mut rows: Vec<_> = edges.iter().zip(figures).filter(|(_, figures)| figures.waiting_secs > 0.0).collect();
+    let mut rows: Vec<_> =
+        edges.iter().zip(figures).filter(|(_, figures)| figures.waiting_secs > 0.0).collect();
     let by_waiting = |a: &(&Edge, &EdgeTraffic), b: &(&Edge, &EdgeTraffic)| {
         b.1.waiting_secs.total_cmp(&a.1.waiting_secs).then(a.0.id.cmp(&b.0.id))
     };
@@ -100,8 +111,11 @@ fn worst(edges: &[Edge], figures: &[EdgeTraffic]) -> Arc<[Jam]> {
         rows.truncate(LISTED);
     }
     rows.sort_unstable_by(by_waiting);
-    let jam =
-        |(edge, figures): (&Edge, &EdgeTraffic)| Jam { edge: edge.id, name: edge.name.clone(), figures: *figures };
+    let jam = |(edge, figures): (&Edge, &EdgeTraffic)| Jam {
+        edge: edge.id,
+        name: edge.name.clone(),
+        figures: *figures,
+    };
     rows.into_iter().map(jam).collect()
 }
 
@@ -119,7 +133,8 @@ mod tests {
     #[test]
     fn the_worst_edges_come_first() {
         let edges: Vec<Edge> = (100..140).map(edge).collect();
-        let waiting = |secs: u32| EdgeTraffic { waiting_secs: secs as f32, ..EdgeTraffic::default() };
+        let waiting =
+            |secs: u32| EdgeTraffic { waiting_secs: secs as f32, ..EdgeTraffic::default() };
         let figures: Vec<_> = (0..40).map(|number| waiting(number * 7 % 40)).collect();
         let worst = worst(&edges, &figures);
         assert_eq!(
@@ -127,20 +142,26 @@ mod tests {
             [39.0, 38.0, 37.0, 36.0, 35.0, 34.0, 33.0, 32.0, 31.0, 30.0]
         );
         assert_eq!(worst[0].edge, 117);
-        assert_eq!(super::worst(&edges[..3], &figures[..3]).len(), 2, "nobody waited on the first edge");
+        assert_eq!(
+            super::worst(&edges[..3], &figures[..3]).len(),
+            2,
+            "nobody waited on the first edge"
+        );
     }
 
     #[test]
     fn figures_belong_to_the_run_of_the_newest_frame() {
-        let name: FleetName = format!("unit-metrics-jams-{}", std::process::id()).parse().expect("a name");
+        let name: FleetName =
+            format!("unit-metrics-jams-{}", std::process::id()).parse().expect("a name");
         let participant = Participant::join(&name, "test").expect("joined");
         let mut publisher = TrafficPublisher::open_on(&participant).expect("a publisher");
         let mut reader = JamReader::open_on(&participant).expect("a reader");
         let mut aggregator = Aggregator::default();
         (reader.edges, reader.revision) = (vec![edge(5), edge(6)], 3);
-        let header = TrafficHeader { run_id: 7, tick: 100, world_revision: 3, ..TrafficHeader::default() };
-        let figures =
-            [1.0, 2.0, 3.0, 4.0, 5.0, 6.0].map(|secs| EdgeTraffic { waiting_secs: secs, ..Default::default() });
+        let header =
+            TrafficHeader { run_id: 7, tick: 100, world_revision: 3, ..TrafficHeader::default() };
+        let figures = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
+            .map(|secs| EdgeTraffic { waiting_secs: secs, ..Default::default() });
         publisher.publish(&header, &figures).expect("published");
         reader.update(&mut aggregator);
         let clock = |run_id, tick| Some(RunClock { run_id, tick, tick_secs: 0.1 });
@@ -150,6 +171,9 @@ mod tests {
             [(6, 4.0), (5, 3.0)]
         );
         assert!(reader.jams(clock(7, 201)).is_none(), "the plugin has ended");
-        assert!(reader.jams(clock(8, 100)).is_none() && reader.jams(None).is_none(), "another run, no engine");
+        assert!(
+            reader.jams(clock(8, 100)).is_none() && reader.jams(None).is_none(),
+            "another run, no engine"
+        );
     }
 }

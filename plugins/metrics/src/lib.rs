@@ -1,8 +1,8 @@
 //! Metrics of a fleet: for Prometheus, as CSV, and live in a terminal.
 //!
-//! Frames, the column `collision`, contacts, the column `activity`, the task log, the traffic on edges and the fleet's processes are aggregated
-//! into a [`Snapshot`](snapshot::Snapshot). The exporter's page, a row of the CSV file and the screen of `regatta top`
-//! are three views of it.
+//! Frames, the column `collision`, contacts, the column `activity`, the task log, the traffic on
+//! edges and the fleet's processes are aggregated into a [`Snapshot`](snapshot::Snapshot). The
+//! exporter's page, a row of the CSV file and the screen of `regatta top` are three views of it.
 
 pub mod aggregator;
 pub mod collisions;

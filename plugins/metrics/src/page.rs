@@ -1,7 +1,8 @@
 //! The exporter's page: a snapshot as metrics.
 //!
-//! Names follow `promtool check metrics`: the prefix `regatta_`, base units at the end, `_total` for counters. Unknown
-//! values, such as the robots of a fleet without an engine, are left out rather than 0.
+//! Names follow `promtool check metrics`: the prefix `regatta_`, base units at the end, `_total`
+//! for counters. Unknown values, such as the robots of a fleet without an engine, are left out
+//! rather than 0.
 
 use std::collections::BTreeMap;
 
@@ -44,7 +45,11 @@ pub fn page(snapshot: &Snapshot, exporter: &ExporterState, format: Format) -> St
     add_processes(&mut page, &snapshot.processes);
     if let Some(rows) = exporter.rows {
         page.one("regatta_csv_rows_written_total", "Rows written to the CSV file.", rows.written);
-        page.one("regatta_csv_rows_lost_total", "Rows that could not be written to the CSV file.", rows.lost);
+        page.one(
+            "regatta_csv_rows_lost_total",
+            "Rows that could not be written to the CSV file.",
+            rows.lost,
+        );
     }
     page.finish()
 }
@@ -52,20 +57,33 @@ pub fn page(snapshot: &Snapshot, exporter: &ExporterState, format: Format) -> St
 fn add_build(page: &mut Exposition<'_>, commit: Option<&str>) {
     let contract = CONTRACT_VERSION.to_string();
     let commit = commit.filter(|commit| !commit.is_empty()).unwrap_or("unknown");
-    let labels = [("version", env!("CARGO_PKG_VERSION")), ("commit", commit), ("contract", &*contract)];
-    page.each("regatta_build_info", "Version of this exporter, its commit, and its contract.", [(labels, true)]);
+    let labels =
+        [("version", env!("CARGO_PKG_VERSION")), ("commit", commit), ("contract", &*contract)];
+    page.each(
+        "regatta_build_info",
+        "Version of this exporter, its commit, and its contract.",
+        [(labels, true)],
+    );
 }
 
 fn add_totals(page: &mut Exposition<'_>, totals: &Totals) {
-    page.one("regatta_frames_read_total", "Frames that this exporter has read.", totals.frames_read);
-    let help =
-        "Frames that were published but not read by this exporter, because it was too slow or didn't request them.";
+    page.one(
+        "regatta_frames_read_total",
+        "Frames that this exporter has read.",
+        totals.frames_read,
+    );
+    let help = "Frames that were published but not read by this exporter, because it was too slow or didn't request them.";
     page.one("regatta_frames_skipped_total", help, totals.frames_skipped);
     page.one("regatta_read_errors_total", "Messages that could not be read.", totals.read_errors);
     let help = "Distance that all robots together have driven, in metres.";
     page.one("regatta_driven_metres_total", help, totals.driven_metres);
-    page.histogram("regatta_tick_cost_seconds", "Time that the work of a tick took.", &totals.tick_cost);
-    let help = "Deviation of the wall time from frame to frame from the tick period at the wanted speed.";
+    page.histogram(
+        "regatta_tick_cost_seconds",
+        "Time that the work of a tick took.",
+        &totals.tick_cost,
+    );
+    let help =
+        "Deviation of the wall time from frame to frame from the tick period at the wanted speed.";
     page.histogram("regatta_tick_jitter_seconds", help, &totals.jitter);
     let help = "Time from publishing a frame to reading it in this exporter.";
     page.histogram("regatta_frame_age_seconds", help, &totals.frame_age);
@@ -79,15 +97,26 @@ fn add_run(page: &mut Exposition<'_>, run: &Run) {
     page.one("regatta_simulated_seconds_total", help, run.sim_time.as_secs_f64());
     let help = "Time at which the newest frame was published, in seconds since the Unix epoch.";
     page.one("regatta_last_frame_timestamp_seconds", help, run.wall_time.as_secs_f64());
-    page.one("regatta_paused", "Whether the clock is paused or stopped: 1 or 0.", run.clock != ClockState::Running);
-    page.one("regatta_tick_period_seconds", "Simulated time of one tick.", run.tick_period.as_secs_f64());
+    page.one(
+        "regatta_paused",
+        "Whether the clock is paused or stopped: 1 or 0.",
+        run.clock != ClockState::Running,
+    );
+    page.one(
+        "regatta_tick_period_seconds",
+        "Simulated time of one tick.",
+        run.tick_period.as_secs_f64(),
+    );
     let help = "Wanted simulated seconds per wall second.";
     page.one("regatta_wanted_speed_ratio", help, f64::from(run.speed));
     if let Some(factor) = run.real_time_factor {
         let help = "Simulated seconds per wall second, over about the last second.";
         page.one("regatta_real_time_ratio", help, factor);
     }
-    let states = STATE_NAMES.into_iter().zip(run.state_counts.by_state).map(|(name, count)| ([("state", name)], count));
+    let states = STATE_NAMES
+        .into_iter()
+        .zip(run.state_counts.by_state)
+        .map(|(name, count)| ([("state", name)], count));
     page.each("regatta_robots", "Robots by state.", states);
     let help = "Mean speed of all robots, in metres per second of simulated time.";
     page.one("regatta_mean_speed_metres_per_second", help, run.state_counts.mean_speed());
@@ -100,9 +129,17 @@ fn add_collisions(page: &mut Exposition<'_>, collisions: &Collisions, run: &Run)
     }
     if let Some(pairs) = collisions.pairs {
         let help = "Pairs of robots that touch or may touch.";
-        page.each("regatta_collision_pairs", help, by_level(pairs.possible.into(), pairs.touching.into()));
+        page.each(
+            "regatta_collision_pairs",
+            help,
+            by_level(pairs.possible.into(), pairs.touching.into()),
+        );
         let help = "Number of times that two robots began to touch, or to be a possible collision.";
-        page.each("regatta_collisions_total", help, by_level(pairs.possible_ever, pairs.touching_ever));
+        page.each(
+            "regatta_collisions_total",
+            help,
+            by_level(pairs.possible_ever, pairs.touching_ever),
+        );
         let help = "Frames that the collision checker was too slow for.";
         page.one("regatta_collision_frames_skipped_total", help, pairs.frames_skipped);
         let help = "Whether there are more pairs than the collision checker examines: 1 or 0.";
@@ -118,29 +155,50 @@ fn add_collisions(page: &mut Exposition<'_>, collisions: &Collisions, run: &Run)
 fn add_robots_at_work(page: &mut Exposition<'_>, work: &Work) {
     let keys = Activity::ALL.map(activity_key);
     let robots = keys.iter().zip(work.robots).map(|(key, robots)| ([("activity", &**key)], robots));
-    page.each("regatta_manager_robots", "Robots by what they are about, as the fleet manager sees it.", robots);
+    page.each(
+        "regatta_manager_robots",
+        "Robots by what they are about, as the fleet manager sees it.",
+        robots,
+    );
 }
 
 fn add_effort(page: &mut Exposition<'_>, work: &Work) {
     let Effort { busy_secs, robot_secs, loaded_metres, empty_metres } = work.effort;
     let help = "Simulated time that robots had a task, in the run since this exporter reads it.";
     page.one("regatta_manager_busy_robot_seconds_total", help, busy_secs);
-    page.one("regatta_manager_robot_seconds_total", "Simulated time that robots were there, as above.", robot_secs);
+    page.one(
+        "regatta_manager_robot_seconds_total",
+        "Simulated time that robots were there, as above.",
+        robot_secs,
+    );
     let metres = [([("load", "loaded")], loaded_metres), ([("load", "empty")], empty_metres)];
-    page.each("regatta_manager_driven_metres_total", "Distance with a load and without, as above, in metres.", metres);
+    page.each(
+        "regatta_manager_driven_metres_total",
+        "Distance with a load and without, as above, in metres.",
+        metres,
+    );
     if work.cycle.count > 0 {
         let help = "Wall time that the fleet manager spent on a frame.";
         page.summary("regatta_manager_cycle_seconds", help, &work.cycle);
-        page.one("regatta_manager_longest_cycle_seconds", "The longest of these times.", work.cycle.longest);
+        page.one(
+            "regatta_manager_longest_cycle_seconds",
+            "The longest of these times.",
+            work.cycle.longest,
+        );
     }
 }
 
 fn add_tasks(page: &mut Exposition<'_>, tasks: &TaskFigures) {
     let help = "Transport tasks that were created, in the run since this exporter reads it.";
     page.one("regatta_tasks_created_total", help, tasks.created);
-    let outcomes = [("finished", tasks.finished), ("failed", tasks.failed), ("cancelled", tasks.cancelled)];
+    let outcomes =
+        [("finished", tasks.finished), ("failed", tasks.failed), ("cancelled", tasks.cancelled)];
     let outcomes = outcomes.map(|(outcome, tasks)| ([("outcome", outcome)], tasks));
-    page.each("regatta_tasks_total", "Transport tasks that are over, by outcome, as above.", outcomes);
+    page.each(
+        "regatta_tasks_total",
+        "Transport tasks that are over, by outcome, as above.",
+        outcomes,
+    );
     if let Some(open) = tasks.open {
         page.one("regatta_tasks_open", "Transport tasks that are not over.", open);
     }
@@ -148,13 +206,23 @@ fn add_tasks(page: &mut Exposition<'_>, tasks: &TaskFigures) {
         let help = "Transport tasks finished per second of simulated time, over its last hour.";
         page.one("regatta_tasks_finished_per_second", help, rate);
     }
-    let help = "Simulated time from the creation of a transport task to its end, of finished tasks.";
+    let help =
+        "Simulated time from the creation of a transport task to its end, of finished tasks.";
     page.summary("regatta_task_service_seconds", help, &tasks.service);
-    let help = "Simulated time from the creation of a transport task to its first assignment to a robot.";
+    let help =
+        "Simulated time from the creation of a transport task to its first assignment to a robot.";
     page.summary("regatta_task_waiting_seconds", help, &tasks.waiting);
     for (name, help, times) in [
-        ("regatta_task_longest_service_seconds", "The longest of the service times.", &tasks.service),
-        ("regatta_task_longest_waiting_seconds", "The longest of the waiting times.", &tasks.waiting),
+        (
+            "regatta_task_longest_service_seconds",
+            "The longest of the service times.",
+            &tasks.service,
+        ),
+        (
+            "regatta_task_longest_waiting_seconds",
+            "The longest of the waiting times.",
+            &tasks.waiting,
+        ),
     ] {
         if times.count > 0 {
             page.one(name, help, times.longest);
@@ -169,9 +237,9 @@ fn add_jams(page: &mut Exposition<'_>, jams: &[Jam]) {
     let edges: Vec<String> = jams.iter().map(|jam| jam.edge.to_string()).collect();
     let each = |value: fn(&EdgeTraffic) -> f32| {
         let edges = edges.iter().map(String::as_str);
-        jams.iter()
-            .zip(edges)
-            .map(move |(jam, edge)| ([("edge", edge), ("name", &*jam.name)], f64::from(value(&jam.figures))))
+        jams.iter().zip(edges).map(move |(jam, edge)| {
+            ([("edge", edge), ("name", &*jam.name)], f64::from(value(&jam.figures)))
+        })
     };
     let help = "Time that robots waited on an edge in the last ten minutes, for the edges with the longest times.";
     page.each("regatta_edge_waiting_seconds", help, each(|figures| figures.waiting_secs));
@@ -195,12 +263,14 @@ fn add_processes(page: &mut Exposition<'_>, processes: &[Process]) {
         *shared += process.shared_bytes as f64;
         *cpu_seconds = process.cpu_seconds;
     }
-    let each = |index: usize| groups.iter().map(move |(name, values)| ([("name", *name)], values[index]));
+    let each =
+        |index: usize| groups.iter().map(move |(name, values)| ([("name", *name)], values[index]));
     let help = "Resident memory of the fleet's processes of a name, including the shared memory that they use.";
     page.each("regatta_process_resident_memory_bytes", help, each(0));
     let help = "Memory in the shared-memory segments that the fleet's processes of a name own.";
     page.each("regatta_process_shared_memory_bytes", help, each(1));
-    let help = "Processor time of the fleet's processes of a name, since the first of them started.";
+    let help =
+        "Processor time of the fleet's processes of a name, since the first of them started.";
     page.each("regatta_process_cpu_seconds_total", help, each(2));
 }
 

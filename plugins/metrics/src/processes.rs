@@ -19,8 +19,8 @@ const PERIOD: Duration = Duration::from_secs(1);
 /// The processes of a fleet, or why they can't be listed.
 type ProcessList = Result<Vec<Process>, String>;
 
-/// A monitor that samples the processes of a fleet once a second, on a thread of its own: listing them may take long on
-/// a machine with many.
+/// A monitor that samples the processes of a fleet once a second, on a thread of its own: listing
+/// them may take long on a machine with many.
 #[derive(Clone, Debug)]
 pub struct ProcessMonitor {
     newest: Arc<Mutex<ProcessList>>,
@@ -34,7 +34,9 @@ impl ProcessMonitor {
     pub fn start(fleet: &FleetName) -> io::Result<Self> {
         let newest = Arc::new(Mutex::new(Ok(Vec::new())));
         let (fleet, weak) = (fleet.clone(), Arc::downgrade(&newest));
-        thread::Builder::new().name("processes".to_owned()).spawn(move || sample_repeatedly(&fleet, &weak))?;
+        thread::Builder::new()
+            .name("processes".to_owned())
+            .spawn(move || sample_repeatedly(&fleet, &weak))?;
         Ok(Self { newest })
     }
 
@@ -74,7 +76,9 @@ impl Sampler {
         let pids: Vec<_> = processes.iter().map(|process| Pid::from_u32(process.pid)).collect();
         let system = match &mut self.system {
             Some(system) => system,
-            None => self.system.insert(System::new().map_err(|error| format!("can't list processes ({error})"))?),
+            None => self
+                .system
+                .insert(System::new().map_err(|error| format!("can't list processes ({error})"))?),
         };
         let refresh = ProcessRefreshKind::nothing().with_memory().with_cpu().without_tasks();
         system.refresh_processes_specifics(ProcessesToUpdate::Some(&pids), true, refresh);
@@ -91,10 +95,12 @@ impl Sampler {
         for process in &*processes {
             let before = self.before.get(&process.pid).map_or(0.0, |(_, seconds)| *seconds);
             let known = || self.totals.get(&process.name).copied().unwrap_or_default();
-            *totals.entry(process.name.clone()).or_insert_with(known) += (process.cpu_seconds - before).max(0.0);
+            *totals.entry(process.name.clone()).or_insert_with(known) +=
+                (process.cpu_seconds - before).max(0.0);
         }
         self.totals = totals;
-        self.before = processes.iter().map(|process| (process.pid, (now, process.cpu_seconds))).collect();
+        self.before =
+            processes.iter().map(|process| (process.pid, (now, process.cpu_seconds))).collect();
         for process in processes {
             process.cpu_seconds = self.totals.get(&process.name).copied().unwrap_or_default();
         }
@@ -107,7 +113,8 @@ fn members(occupants: &[Occupant], fleet: &FleetName) -> Vec<Process> {
     let mut members = BTreeMap::<u32, Process>::new();
     for occupant in occupants.iter().filter(|occupant| occupant.alive && occupant.pid != 0) {
         let Some(name) = occupant.name.strip_prefix(&prefix) else { continue };
-        // A process that has joined more than once is listed by the first of its names: occupants are sorted by name.
+        // A process that has joined more than once is listed by the first of its names: occupants
+        // are sorted by name.
         let member = members.entry(occupant.pid).or_insert_with(|| Process {
             name: name.to_owned(),
             pid: occupant.pid,
@@ -125,7 +132,12 @@ fn members(occupants: &[Occupant], fleet: &FleetName) -> Vec<Process> {
 }
 
 /// Fills in the operating system's figures of a process. Returns `false` if there are none.
-fn measure(process: &mut Process, system: &System, before: &BTreeMap<u32, (Instant, f64)>, now: Instant) -> bool {
+fn measure(
+    process: &mut Process,
+    system: &System,
+    before: &BTreeMap<u32, (Instant, f64)>,
+    now: Instant,
+) -> bool {
     let Some(sampled) = system.process(Pid::from_u32(process.pid)) else { return false };
     if sampled.status() == ProcessStatus::Zombie {
         return false;
@@ -161,8 +173,10 @@ mod tests {
             occupant("regatta/ff/producer", 14, true, 8),
             occupant("other", 15, true, 8),
         ];
-        let members: Vec<_> =
-            members(&occupants, &fleet).into_iter().map(|p| (p.name, p.pid, p.shared_bytes)).collect();
+        let members: Vec<_> = members(&occupants, &fleet)
+            .into_iter()
+            .map(|p| (p.name, p.pid, p.shared_bytes))
+            .collect();
         assert_eq!(members, [("control".to_owned(), 12, 3), ("zebra".to_owned(), 11, 4)]);
     }
 
@@ -171,10 +185,15 @@ mod tests {
         let fleet: FleetName = "f".parse().expect("a name");
         let mut sampler = Sampler::default();
         let mut sample = |running: &[(u32, f64)]| {
-            let occupants: Vec<_> =
-                running.iter().map(|(pid, _)| occupant("regatta/f/viewer", *pid, true, 0)).collect();
+            let occupants: Vec<_> = running
+                .iter()
+                .map(|(pid, _)| occupant("regatta/f/viewer", *pid, true, 0))
+                .collect();
             let mut processes = members(&occupants, &fleet);
-            processes.iter_mut().zip(running).for_each(|(process, (_, seconds))| process.cpu_seconds = *seconds);
+            processes
+                .iter_mut()
+                .zip(running)
+                .for_each(|(process, (_, seconds))| process.cpu_seconds = *seconds);
             sampler.add_up(&mut processes, Instant::now());
             processes.first().map(|process| process.cpu_seconds)
         };
@@ -188,7 +207,8 @@ mod tests {
 
     #[test]
     fn this_process_is_listed_with_its_memory_and_processor_time() {
-        let fleet: FleetName = format!("unit-metrics-watch-{}", std::process::id()).parse().expect("a name");
+        let fleet: FleetName =
+            format!("unit-metrics-watch-{}", std::process::id()).parse().expect("a name");
         let _participant = Participant::join(&fleet, "me").expect("joined");
         let mut sampler = Sampler::default();
         let busy = Instant::now();
@@ -200,6 +220,9 @@ mod tests {
         let processes = sampler.sample(&fleet).expect("listable");
         let [me] = &processes[..] else { panic!("{processes:?}") };
         assert_eq!((me.name.as_str(), me.pid, me.stopped), ("me", std::process::id(), false));
-        assert!(me.resident_bytes > 1 << 20 && me.cpu_seconds > 0.0 && me.cpu_cores > 0.0, "{me:?}");
+        assert!(
+            me.resident_bytes > 1 << 20 && me.cpu_seconds > 0.0 && me.cpu_cores > 0.0,
+            "{me:?}"
+        );
     }
 }

@@ -1,7 +1,7 @@
 //! Values that another plugin publishes, and whether they still belong to the newest frame.
 
-/// The largest age of results relative to the newest frame, in nanoseconds of wall time. With older results, their
-/// publisher has died or hangs.
+/// The largest age of results relative to the newest frame, in nanoseconds of wall time. With older
+/// results, their publisher has died or hangs.
 const MAX_AGE_NANOS: u64 = 2_000_000_000;
 
 /// A value of a run, with the wall time in nanoseconds at which it was received.
@@ -16,8 +16,10 @@ pub(crate) struct Received<T> {
 }
 
 impl<T> Received<T> {
-    /// Returns the value if it belongs to the newest frame, given its run id and its wall time in nanoseconds.
+    /// Returns the value if it belongs to the newest frame, given its run id and its wall time in
+    /// nanoseconds.
     pub fn if_current(&self, (run_id, wall): (u64, u64)) -> Option<&T> {
-        (self.run_id == run_id && wall.saturating_sub(self.received_nanos) < MAX_AGE_NANOS).then_some(&self.value)
+        (self.run_id == run_id && wall.saturating_sub(self.received_nanos) < MAX_AGE_NANOS)
+            .then_some(&self.value)
     }
 }

@@ -18,7 +18,8 @@ pub struct RealTimeFactor {
 const SECOND: u64 = 1_000_000_000;
 
 impl RealTimeFactor {
-    /// The least wall time between two moments, in nanoseconds. Frames that follow faster are merged into one moment.
+    /// The least wall time between two moments, in nanoseconds. Frames that follow faster are
+    /// merged into one moment.
     const APART: u64 = SECOND / 10;
 
     /// Restarts the measurement, for example after a pause.
@@ -40,8 +41,8 @@ impl RealTimeFactor {
         }
     }
 
-    /// Returns the factor at a wall time in nanoseconds: 0 when frames have stopped arriving, `None` with too few
-    /// frames.
+    /// Returns the factor at a wall time in nanoseconds: 0 when frames have stopped arriving,
+    /// `None` with too few frames.
     pub fn at(&self, now: u64) -> Option<f64> {
         let (first, last) = (self.moments.front()?, self.moments.back()?);
         if now.saturating_sub(last.wall) > SECOND.max(self.spacing()?).saturating_mul(2) {
@@ -64,11 +65,12 @@ mod tests {
 
     use super::*;
 
-    /// Returns the measurement of a run at that factor, with frames every `period` nanoseconds of wall time up to
-    /// `end`.
+    /// Returns the measurement of a run at that factor, with frames every `period` nanoseconds of
+    /// wall time up to `end`.
     fn run(factor: f64, period: u64, end: u64) -> RealTimeFactor {
         let mut measured = RealTimeFactor::default();
-        (0..=end / period).for_each(|k| measured.note(k * period, (k as f64 * period as f64 * factor) as u64));
+        (0..=end / period)
+            .for_each(|k| measured.note(k * period, (k as f64 * period as f64 * factor) as u64));
         measured
     }
 
@@ -84,7 +86,9 @@ mod tests {
     #[test]
     fn only_the_last_second_counts() {
         let mut measured = run(1.0, SECOND / 100, 10 * SECOND);
-        (1..=150).for_each(|k| measured.note(10 * SECOND + k * SECOND / 100, 10 * SECOND + k * SECOND / 50));
+        (1..=150).for_each(|k| {
+            measured.note(10 * SECOND + k * SECOND / 100, 10 * SECOND + k * SECOND / 50)
+        });
         let factor = measured.at(11 * SECOND + SECOND / 2).expect("enough frames");
         assert!((factor - 2.0).abs() < 0.01, "{factor}");
     }
@@ -93,7 +97,11 @@ mod tests {
     fn the_factor_is_zero_when_frames_stop() {
         let measured = run(1.0, SECOND / 100, 5 * SECOND);
         assert_eq!(measured.at(8 * SECOND), Some(0.0));
-        assert_eq!(run(1.0, 4 * SECOND, 20 * SECOND).at(25 * SECOND), Some(1.0), "slow frames have not stopped");
+        assert_eq!(
+            run(1.0, 4 * SECOND, 20 * SECOND).at(25 * SECOND),
+            Some(1.0),
+            "slow frames have not stopped"
+        );
         let mut one = RealTimeFactor::default();
         one.note(0, 0);
         assert_eq!(one.at(1), None);

@@ -23,8 +23,10 @@ fn cell(name: &str, value: Option<impl ToString>) -> Cell {
 
 /// Returns the names of all columns, as the first line of the file.
 pub fn header() -> String {
-    let names: Vec<_> =
-        cells(Duration::ZERO, None, &IntervalStats::default()).into_iter().map(|cell| cell.name).collect();
+    let names: Vec<_> = cells(Duration::ZERO, None, &IntervalStats::default())
+        .into_iter()
+        .map(|cell| cell.name)
+        .collect();
     names.join(",")
 }
 
@@ -44,9 +46,11 @@ fn cells(now: Duration, snapshot: Option<&Snapshot>, interval: &IntervalStats) -
     let mut cells = vec![cell("unix_time_seconds", Some(format!("{:.3}", now.as_secs_f64())))];
     cells.extend(run_cells(snapshot.and_then(|snapshot| snapshot.run.as_ref())));
     cells.extend(total_cells(snapshot));
-    for (name, stats) in
-        [("tick_cost", interval.tick_cost), ("tick_jitter", interval.jitter), ("frame_age", interval.frame_age)]
-    {
+    for (name, stats) in [
+        ("tick_cost", interval.tick_cost),
+        ("tick_jitter", interval.jitter),
+        ("frame_age", interval.frame_age),
+    ] {
         cells.extend(stats_cells(name, &stats));
     }
     cells.extend(collision_cells(snapshot));
@@ -67,7 +71,10 @@ fn run_cells(run: Option<&Run>) -> Vec<Cell> {
         cell("late_ticks", run.map(|run| run.late_ticks)),
     ];
     for (index, state) in STATE_NAMES.into_iter().enumerate() {
-        cells.push(cell(&format!("robots_{state}"), run.map(|run| run.state_counts.by_state[index])));
+        cells.push(cell(
+            &format!("robots_{state}"),
+            run.map(|run| run.state_counts.by_state[index]),
+        ));
     }
     cells.push(cell("mean_speed_metres_per_second", run.map(|run| run.state_counts.mean_speed())));
     cells
@@ -85,7 +92,10 @@ fn total_cells(snapshot: Option<&Snapshot>) -> Vec<Cell> {
 fn stats_cells(name: &str, stats: &DurationStats) -> [Cell; 2] {
     let seconds = |seconds: f64| format!("{seconds:.9}");
     let (mean, max) = stats.mean_and_max().unzip();
-    [cell(&format!("{name}_mean_seconds"), mean.map(seconds)), cell(&format!("{name}_max_seconds"), max.map(seconds))]
+    [
+        cell(&format!("{name}_mean_seconds"), mean.map(seconds)),
+        cell(&format!("{name}_max_seconds"), max.map(seconds)),
+    ]
 }
 
 fn collision_cells(snapshot: Option<&Snapshot>) -> Vec<Cell> {
@@ -116,14 +126,19 @@ fn work_cells(work: Option<&Work>) -> Vec<Cell> {
         cell("manager_loaded_metres", work.map(|work| work.effort.loaded_metres)),
         cell("manager_empty_metres", work.map(|work| work.effort.empty_metres)),
         cell("manager_cycle_mean_seconds", work.and_then(|work| work.cycle.mean())),
-        cell("manager_cycle_max_seconds", work.filter(|work| work.cycle.count > 0).map(|work| work.cycle.longest)),
+        cell(
+            "manager_cycle_max_seconds",
+            work.filter(|work| work.cycle.count > 0).map(|work| work.cycle.longest),
+        ),
     ]);
     cells
 }
 
 fn process_cells(processes: Option<&[Process]>) -> Vec<Cell> {
     // Not `sum`, which returns -0 for none.
-    let sum = |value: fn(&Process) -> f64| processes.map(|all| all.iter().map(value).fold(0.0, |sum, one| sum + one));
+    let sum = |value: fn(&Process) -> f64| {
+        processes.map(|all| all.iter().map(value).fold(0.0, |sum, one| sum + one))
+    };
     vec![
         cell("processes", processes.map(<[_]>::len)),
         cell("resident_memory_bytes", sum(|process| process.resident_bytes as f64)),
@@ -154,7 +169,9 @@ mod tests {
     fn cells_hold_the_values_of_the_snapshot() {
         let (snapshot, header) = (testing::snapshot(), header());
         let row = row(Duration::ZERO, &snapshot, &IntervalStats::default());
-        let value = |name: &str| header.split(',').zip(row.split(',')).find(|cell| cell.0 == name).expect(name).1;
+        let value = |name: &str| {
+            header.split(',').zip(row.split(',')).find(|cell| cell.0 == name).expect(name).1
+        };
         let run = snapshot.run.expect("a run");
         assert_eq!((value("run_id"), value("tick")), ("000000000000feed", &*run.tick.to_string()));
         assert_eq!(value("robots_driving"), run.state_counts.by_state[1].to_string());

@@ -1,8 +1,9 @@
 //! The exporter's web server, which serves a page at `/metrics`.
 //!
-//! It has a thread of its own with a runtime of one thread, so that clients cost the reader of frames nothing. Clients
-//! can't hold it up either: one that sends no request is closed after [`REQUEST_TIMEOUT`], and when there are
-//! [`max_connections`], the oldest connection makes room for the newest.
+//! It has a thread of its own with a runtime of one thread, so that clients cost the reader of
+//! frames nothing. Clients can't hold it up either: one that sends no request is closed after
+//! [`REQUEST_TIMEOUT`], and when there are [`max_connections`], the oldest connection makes room
+//! for the newest.
 
 use std::collections::VecDeque;
 use std::io;
@@ -39,12 +40,15 @@ const GRACE: Duration = Duration::from_millis(500);
 const MAX_CONNECTIONS: usize = 256;
 /// The largest number of bytes in a request.
 const MAX_REQUEST: usize = 16 << 10;
-/// The delay after a connection could not be accepted, for example because there are too many open files.
+/// The delay after a connection could not be accepted, for example because there are too many open
+/// files.
 const ACCEPT_RETRY_DELAY: Duration = Duration::from_millis(100);
 
 /// The error of listening on an address.
 #[derive(Debug, thiserror::Error)]
-#[error("can't listen on {address} ({reason}); if another exporter does, choose another port with --listen IP:PORT")]
+#[error(
+    "can't listen on {address} ({reason}); if another exporter does, choose another port with --listen IP:PORT"
+)]
 pub struct ListenError {
     address: SocketAddr,
     reason: io::Error,
@@ -112,14 +116,18 @@ fn router<P: PageSource>(pages: Arc<P>) -> Router {
         .with_state(pages)
 }
 
-async fn metrics<P: PageSource>(State(pages): State<Arc<P>>, headers: HeaderMap) -> impl IntoResponse {
-    let accept: Vec<_> = headers.get_all(ACCEPT).iter().filter_map(|accept| accept.to_str().ok()).collect();
+async fn metrics<P: PageSource>(
+    State(pages): State<Arc<P>>,
+    headers: HeaderMap,
+) -> impl IntoResponse {
+    let accept: Vec<_> =
+        headers.get_all(ACCEPT).iter().filter_map(|accept| accept.to_str().ok()).collect();
     let format = Format::accepted(&accept.join(","));
     ([(CONTENT_TYPE, format.content_type()), (VARY, "accept")], pages.metrics(format))
 }
 
-/// Returns the largest number of concurrent connections: at most a quarter of the files that the process may open, because
-/// shared memory needs some.
+/// Returns the largest number of concurrent connections: at most a quarter of the files that the
+/// process may open, because shared memory needs some.
 fn max_connections() -> usize {
     #[cfg(unix)]
     let files = rustix::process::getrlimit(rustix::process::Resource::Nofile).current;
@@ -146,7 +154,9 @@ async fn serve(listener: TcpListener, router: Router, mut end: watch::Receiver<(
             connections.pop_front().iter().for_each(tokio::task::AbortHandle::abort);
         }
         match accepted {
-            Ok((stream, _)) => connections.push_back(tasks.spawn(converse(stream, router.clone(), end.clone()))),
+            Ok((stream, _)) => {
+                connections.push_back(tasks.spawn(converse(stream, router.clone(), end.clone())))
+            }
             Err(_) => sleep(ACCEPT_RETRY_DELAY).await,
         }
     }
@@ -162,7 +172,8 @@ async fn converse(stream: TcpStream, router: Router, mut end: watch::Receiver<()
         .max_buf_size(MAX_REQUEST)
         .serve_connection(TokioIo::new(stream), TowerToHyperService::new(router));
     let mut connection = pin!(connection);
-    // Any error of a connection is the client's: it has disconnected, or its request was invalid and has been answered.
+    // Any error of a connection is the client's: it has disconnected, or its request was invalid
+    // and has been answered.
     tokio::select! {
         _ = connection.as_mut() => return,
         _ = end.changed() => {}

@@ -27,8 +27,8 @@ pub struct Snapshot {
     pub collisions: Collisions,
     /// Work of a fleet manager for that run; `None` while none publishes.
     pub work: Option<Work>,
-    /// Edges where robots waited the longest in the last ten minutes, the worst one first; `None` while no plugin publishes
-    /// traffic.
+    /// Edges where robots waited the longest in the last ten minutes, the worst one first; `None`
+    /// while no plugin publishes traffic.
     pub jams: Option<Arc<[Jam]>>,
     /// Processes that participate in the fleet.
     pub processes: Vec<Process>,
@@ -48,12 +48,13 @@ pub struct Jam {
 /// Totals since the reader started, over all runs.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Totals {
-    /// Number of frames read, including those that a producer publishes without a tick, for example to show a pause.
+    /// Number of frames read, including those that a producer publishes without a tick, for example
+    /// to show a pause.
     pub frames_read: u64,
     /// Number of frames published in between that were not read.
     pub frames_skipped: u64,
-    /// Distance that all robots together have driven, in metres: the mean of their speeds at two frames, times the
-    /// simulated time between.
+    /// Distance that all robots together have driven, in metres: the mean of their speeds at two
+    /// frames, times the simulated time between.
     pub driven_metres: f64,
     /// Number of messages that could not be read.
     pub read_errors: u64,
@@ -169,14 +170,15 @@ pub struct Process {
     pub shared_bytes: u64,
     /// Resident memory, including the shared memory that it uses, in bytes.
     pub resident_bytes: u64,
-    /// Processor time of all processes of this name, in seconds since the first of them started: it includes those that
-    /// have ended since, so that it never decreases while one is running.
+    /// Processor time of all processes of this name, in seconds since the first of them started: it
+    /// includes those that have ended since, so that it never decreases while one is running.
     pub cpu_seconds: f64,
     /// Processor seconds per second since the previous sample: 1 is one core in full use.
     pub cpu_cores: f64,
 }
 
-/// Statistics of durations since the previous call of [`take_interval`](crate::aggregator::Aggregator::take_interval).
+/// Statistics of durations since the previous call of
+/// [`take_interval`](crate::aggregator::Aggregator::take_interval).
 #[derive(Clone, Copy, Debug, Default)]
 pub struct IntervalStats {
     /// Cost of a tick.

@@ -9,10 +9,12 @@ pub const STATES: usize = RobotState::COUNT;
 pub const STATE_NAMES: [&str; STATES] =
     ["idle", "driving", "waiting", "held", "faulted", "turning", "stalled", "broken"];
 
-/// The highest speed that counts, in metres per second. Higher speeds and NaN count as 0, so that a sum stays a number.
+/// The highest speed that counts, in metres per second. Higher speeds and NaN count as 0, so that a
+/// sum stays a number.
 const MAX_SPEED: f32 = 1e6;
 
-/// The number of rows in a block. A count of them must fit into a byte, so that the compiler counts 32 rows at once.
+/// The number of rows in a block. A count of them must fit into a byte, so that the compiler counts
+/// 32 rows at once.
 const BLOCK: usize = 240;
 /// The number of partial sums, which the compiler keeps in SIMD registers.
 const LANES: usize = 16;
@@ -27,7 +29,8 @@ pub struct StateCounts {
 }
 
 impl StateCounts {
-    /// Counts the robots of a frame. Rows in an unknown state are absent: neither counted nor moving.
+    /// Counts the robots of a frame. Rows in an unknown state are absent: neither counted nor
+    /// moving.
     pub fn of(states: &[u8], speeds: &[f32]) -> Self {
         let mut state_counts = Self::default();
         for (states, speeds) in states.chunks(BLOCK).zip(speeds.chunks(BLOCK)) {
@@ -55,7 +58,8 @@ impl StateCounts {
             present += usize::from(robots);
         }
         // Absent rows are few, and mostly at the end: most blocks have none to leave out.
-        self.speed_sum += if present == states.len() { sum(speeds) } else { sum(&of_present(states, speeds)) };
+        self.speed_sum +=
+            if present == states.len() { sum(speeds) } else { sum(&of_present(states, speeds)) };
     }
 }
 
@@ -91,7 +95,8 @@ mod tests {
         for (&state, &speed) in states.iter().zip(speeds) {
             if RobotState::from_number(state) != RobotState::Absent {
                 state_counts.by_state[usize::from(state)] += 1;
-                state_counts.speed_sum += if speed.abs() <= MAX_SPEED { f64::from(speed.abs()) } else { 0.0 };
+                state_counts.speed_sum +=
+                    if speed.abs() <= MAX_SPEED { f64::from(speed.abs()) } else { 0.0 };
             }
         }
         state_counts

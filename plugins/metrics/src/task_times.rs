@@ -2,8 +2,8 @@
 
 use std::collections::BTreeMap;
 
-/// The bits of a number's mantissa that a group of times doesn't distinguish: 9 of 52 are left, so that two times of a
-/// group differ by less than 0.2 %.
+/// The bits of a number's mantissa that a group of times doesn't distinguish: 9 of 52 are left, so
+/// that two times of a group differ by less than 0.2 %.
 const IGNORED_BITS: u32 = 43;
 
 /// The distribution of some times, in seconds.
@@ -54,7 +54,8 @@ impl TimeRecorder {
         TimeSummary { count, sum, p50: self.percentile(50), p99: self.percentile(99), longest }
     }
 
-    /// Returns the smallest time that so many hundredths of all times don't exceed; 0 without times.
+    /// Returns the smallest time that so many hundredths of all times don't exceed; 0 without
+    /// times.
     fn percentile(&self, hundredths: u64) -> f64 {
         let rank = (self.count * hundredths).div_ceil(100);
         let mut cumulative = 0;
@@ -95,7 +96,10 @@ mod tests {
 
     #[test]
     fn without_times_there_is_no_mean() {
-        assert_eq!((TimeRecorder::default().summary(), TimeSummary::default().mean()), (TimeSummary::default(), None));
+        assert_eq!(
+            (TimeRecorder::default().summary(), TimeSummary::default().mean()),
+            (TimeSummary::default(), None)
+        );
         let mut recorder = TimeRecorder::default();
         [0.0, 1.0].into_iter().for_each(|secs| recorder.observe(secs));
         let summary = recorder.summary();

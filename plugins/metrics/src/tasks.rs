@@ -9,14 +9,15 @@ use crate::aggregator::RunClock;
 use crate::snapshot::TaskFigures;
 use crate::task_times::TimeRecorder;
 
-/// The largest number of open tasks that are tracked. Further ones are only counted when they are created and when they
-/// end.
+/// The largest number of open tasks that are tracked. Further ones are only counted when they are
+/// created and when they end.
 const MAX_OPEN: usize = 1 << 20;
 
 /// The length of a minute, in seconds.
 const MINUTE: f64 = 60.0;
 
-/// The number of minutes over which finished tasks are counted for their rate, the present one included.
+/// The number of minutes over which finished tasks are counted for their rate, the present one
+/// included.
 const RATE_MINUTES: u64 = 60;
 
 /// The tasks of one run since this reader began to read its task log.
@@ -39,7 +40,8 @@ pub struct TaskTally {
 /// A task that is not over.
 #[derive(Clone, Copy, Debug)]
 struct OpenTask {
-    /// Simulated time at which it was created, in seconds; `None` if that was before this reader began.
+    /// Simulated time at which it was created, in seconds; `None` if that was before this reader
+    /// began.
     created_secs: Option<f64>,
     was_assigned: bool,
 }
@@ -47,7 +49,8 @@ struct OpenTask {
 impl TaskTally {
     /// Adds the records of a tick, which takes `tick_secs` seconds of simulated time.
     ///
-    /// With another run the tally starts anew, and also with a tick before the last one: a replay was wound back.
+    /// With another run the tally starts anew, and also with a tick before the last one: a replay
+    /// was wound back.
     pub fn add(&mut self, tasks: &Tasks<'_>, tick_secs: f64) {
         let (run_id, tick) = (tasks.header.run_id, tasks.header.tick);
         if run_id != self.run_id || tick < self.ticks[1] {
@@ -125,7 +128,11 @@ impl TaskTally {
             Some((last, count)) if *last == minute => *count += 1,
             _ => self.finished_by_minute.push_back((minute, 1)),
         }
-        while self.finished_by_minute.front().is_some_and(|(first, _)| first + RATE_MINUTES <= minute) {
+        while self
+            .finished_by_minute
+            .front()
+            .is_some_and(|(first, _)| first + RATE_MINUTES <= minute)
+        {
             self.finished_by_minute.pop_front();
         }
     }

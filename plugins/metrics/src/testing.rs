@@ -10,7 +10,9 @@ use regatta_plugin::traffic::EdgeTraffic;
 
 use crate::effort::Effort;
 use crate::histogram::DurationRecorder;
-use crate::snapshot::{Collisions, Jam, Process, RobotLevels, Run, Snapshot, TaskFigures, Totals, Work};
+use crate::snapshot::{
+    Collisions, Jam, Process, RobotLevels, Run, Snapshot, TaskFigures, Totals, Work,
+};
 use crate::state_counts::StateCounts;
 use crate::task_times::TimeSummary;
 
@@ -39,7 +41,10 @@ pub fn snapshot() -> Snapshot {
             tick_period: Duration::from_millis(10),
             late_ticks: 3,
             real_time_factor: Some(0.998),
-            state_counts: StateCounts { by_state: [100, 812, 44, 33, 11, 0, 0, 0], speed_sum: 1_234.5 },
+            state_counts: StateCounts {
+                by_state: [100, 812, 44, 33, 11, 0, 0, 0],
+                speed_sum: 1_234.5,
+            },
         }),
         collisions: collisions(12, 30),
         work: Some(work()),
@@ -122,11 +127,28 @@ pub fn work() -> Work {
             cancelled: 7,
             open: Some(58),
             finished_per_second: Some(0.125),
-            service: TimeSummary { count: 4_000, sum: 244_000.0, p50: 55.0, p99: 120.0, longest: 300.0 },
-            waiting: TimeSummary { count: 4_050, sum: 34_020.0, p50: 6.0, p99: 40.0, longest: 96.0 },
+            service: TimeSummary {
+                count: 4_000,
+                sum: 244_000.0,
+                p50: 55.0,
+                p99: 120.0,
+                longest: 300.0,
+            },
+            waiting: TimeSummary {
+                count: 4_050,
+                sum: 34_020.0,
+                p50: 6.0,
+                p99: 40.0,
+                longest: 96.0,
+            },
             gaps: 2,
         },
-        effort: Effort { busy_secs: 900.0, robot_secs: 1_000.0, loaded_metres: 600.0, empty_metres: 400.0 },
+        effort: Effort {
+            busy_secs: 900.0,
+            robot_secs: 1_000.0,
+            loaded_metres: 600.0,
+            empty_metres: 400.0,
+        },
         cycle: TimeSummary { count: 600, sum: 1.8, p50: 0.0025, p99: 0.012, longest: 0.0314 },
     }
 }

@@ -46,12 +46,17 @@ const PAGE: isize = 10;
 /// Shows a fleet until `q`, Esc, Ctrl-C or `SIGTERM`.
 ///
 /// # Errors
-/// Fails if there is no terminal, if shared memory can't be used, or if the fleet uses another version of the contract.
+/// Fails if there is no terminal, if shared memory can't be used, or if the fleet uses another
+/// version of the contract.
 pub fn run(fleet: &FleetName) -> Result {
     let termination = Termination::watch()?;
     terminal::check()?;
     let mut reader = Reader::open(fleet)?;
-    let mut input = Input { commands: CommandQueue::start(fleet, NAME)?, shown_until: Instant::now(), ended: false };
+    let mut input = Input {
+        commands: CommandQueue::start(fleet, NAME)?,
+        shown_until: Instant::now(),
+        ended: false,
+    };
     let mut view = View::new(fleet);
     let mut terminal = TerminalGuard::enter()?;
     let mut next_drawing = Instant::now();
@@ -129,7 +134,8 @@ impl Reader {
         };
         view.process_error = error;
         let (fleet, work) = (self.fleet.clone(), self.tally.work(&self.aggregator));
-        let snapshot = self.aggregator.snapshot(fleet, collisions, work, processes, wall_time_nanos());
+        let snapshot =
+            self.aggregator.snapshot(fleet, collisions, work, processes, wall_time_nanos());
         view.snapshot = Snapshot { jams: self.jams.jams(self.aggregator.clock()), ..snapshot };
         if Instant::now() >= self.slot_end {
             view.history.add(&self.aggregator.take_interval(), &view.snapshot);

@@ -62,12 +62,17 @@ impl WorkReader {
     /// Adds what robots have done since the frame before.
     pub fn add_frame(&mut self, tally: &mut WorkTally, frame: &Frame<'_>) {
         // What can't be read is counted by `update`.
-        let column = self.column.current().ok().flatten().filter(|column| column.header.run_id == frame.run_id());
+        let column = self
+            .column
+            .current()
+            .ok()
+            .flatten()
+            .filter(|column| column.header.run_id == frame.run_id());
         tally.effort.add(frame, column.map_or(&[], |column| column.values));
     }
 
-    /// Adds what is new at the wall time `now`, in nanoseconds. What can't be read is another program's error: it is
-    /// counted and skipped.
+    /// Adds what is new at the wall time `now`, in nanoseconds. What can't be read is another
+    /// program's error: it is counted and skipped.
     pub fn update(&mut self, tally: &mut WorkTally, aggregator: &mut Aggregator, now: u64) {
         for outcome in [self.read_robots(tally, now), self.read_tasks(tally, aggregator)] {
             if outcome.is_err() {
@@ -86,7 +91,11 @@ impl WorkReader {
     }
 
     /// Reads the task log. Before the first frame, the length of a tick is unknown.
-    fn read_tasks(&mut self, tally: &mut WorkTally, aggregator: &Aggregator) -> Result<(), ReadError> {
+    fn read_tasks(
+        &mut self,
+        tally: &mut WorkTally,
+        aggregator: &Aggregator,
+    ) -> Result<(), ReadError> {
         let Some(clock) = aggregator.clock() else { return Ok(()) };
         self.tasks.take(|tasks| {
             tally.tasks.add(tasks, clock.tick_secs);
@@ -96,11 +105,17 @@ impl WorkReader {
 }
 
 impl WorkTally {
-    /// Returns the work that belongs to the newest frame; `None` if no manager publishes the column `activity`.
+    /// Returns the work that belongs to the newest frame; `None` if no manager publishes the column
+    /// `activity`.
     pub fn work(&self, aggregator: &Aggregator) -> Option<Work> {
         let robots = *self.robots.as_ref()?.if_current(aggregator.newest()?)?;
         let tasks = self.tasks.figures(&aggregator.clock()?);
-        Some(Work { robots, tasks, effort: self.effort.effort(), cycle: self.cycles.secs.summary() })
+        Some(Work {
+            robots,
+            tasks,
+            effort: self.effort.effort(),
+            cycle: self.cycles.secs.summary(),
+        })
     }
 }
 
@@ -155,7 +170,8 @@ mod tests {
 
     #[test]
     fn work_belongs_to_the_run_of_the_newest_frame() {
-        let name: FleetName = format!("unit-metrics-work-{}", std::process::id()).parse().expect("a name");
+        let name: FleetName =
+            format!("unit-metrics-work-{}", std::process::id()).parse().expect("a name");
         let participant = Participant::join(&name, "test").expect("joined");
         let mut column = ColumnPublisher::open_on(&participant, "activity").expect("a column");
         let mut log = TaskPublisher::open_on(&participant).expect("a log");
@@ -166,7 +182,9 @@ mod tests {
         assert_eq!(tally.work(&aggregator), None, "no manager runs");
 
         column.set_cost(std::time::Duration::from_micros(2500));
-        column.write(RUN, 40, 3, |chunk| chunk.copy_from_slice(&[2.0, 2.0, 0.0])).expect("published");
+        column
+            .write(RUN, 40, 3, |chunk| chunk.copy_from_slice(&[2.0, 2.0, 0.0]))
+            .expect("published");
         let record = |kind| [TaskRecord::new(5, kind)];
         log.publish(RUN, 10, 0, &record(TaskKind::Created)).expect("published");
         log.publish(RUN, 40, 0, &record(TaskKind::Finished)).expect("published");

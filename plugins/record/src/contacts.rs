@@ -1,8 +1,9 @@
 //! Lists of contacts, recorded as changes from list to list.
 //!
-//! With many robots most pairs stay in the list for many ticks, and their positions and speeds change evenly. An update
-//! therefore has the difference from an even change only: mostly one byte per number. A whole list now and then lets
-//! readers start in the middle, and limits what damage costs.
+//! With many robots most pairs stay in the list for many ticks, and their positions and speeds
+//! change evenly. An update therefore has the difference from an even change only: mostly one byte
+//! per number. A whole list now and then lets readers start in the middle, and limits what damage
+//! costs.
 
 mod decoder;
 mod encoder;

@@ -5,7 +5,9 @@ use regatta_plugin::contact::{ContactEvent, ContactHeader, ContactRecord};
 use regatta_plugin::event::{EventHeader, EventRecord};
 use regatta_plugin::order::OrderRecord;
 use regatta_plugin::task::{TaskHeader, TaskRecord};
-use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Texts, WorldData};
+use regatta_plugin::world::{
+    CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Texts, WorldData,
+};
 
 use crate::schema::regatta;
 
@@ -111,8 +113,12 @@ fn robot_type(robot_type: &regatta::RobotType) -> RobotTypeRecord {
 
 pub(crate) fn events(message: &[u8]) -> Result<(EventHeader, Vec<EventRecord>), MessageError> {
     let events = regatta::Events::decode(message)?;
-    let header =
-        EventHeader { run_id: events.run_id, tick: events.tick, dropped: events.dropped, ..EventHeader::default() };
+    let header = EventHeader {
+        run_id: events.run_id,
+        tick: events.tick,
+        dropped: events.dropped,
+        ..EventHeader::default()
+    };
     let event = |event: &regatta::Event| EventRecord {
         token: event.token,
         kind: event.kind as u32,
@@ -140,7 +146,8 @@ pub(crate) fn orders(message: &[u8]) -> Result<(u64, u64, Vec<OrderRecord>), Mes
     Ok((orders.run_id, orders.tick, orders.orders.iter().map(order).collect()))
 }
 
-/// Returns the header of the task log's records of a tick, the records, and how many ticks the recorder missed before it.
+/// Returns the header of the task log's records of a tick, the records, and how many ticks the
+/// recorder missed before it.
 pub(crate) fn tasks(message: &[u8]) -> Result<(TaskHeader, Vec<TaskRecord>, u64), MessageError> {
     let tasks = regatta::Tasks::decode(message)?;
     let regatta::Tasks { run_id, tick, dropped, sequence, .. } = tasks;
@@ -160,7 +167,9 @@ pub(crate) fn tasks(message: &[u8]) -> Result<(TaskHeader, Vec<TaskRecord>, u64)
 }
 
 /// Returns a whole list of contacts and its number.
-pub(crate) fn contacts(message: &[u8]) -> Result<(ContactHeader, Vec<ContactRecord>, u64), MessageError> {
+pub(crate) fn contacts(
+    message: &[u8],
+) -> Result<(ContactHeader, Vec<ContactRecord>, u64), MessageError> {
     let contacts = regatta::Contacts::decode(message)?;
     let header = ContactHeader {
         run_id: contacts.run_id,
@@ -208,7 +217,9 @@ pub(crate) fn contact(pair: &regatta::Contact) -> ContactRecord {
 }
 
 /// Returns the run, the tick, and the contacts that began or ended in it.
-pub(crate) fn contact_events(message: &[u8]) -> Result<(u64, u64, Vec<ContactEvent>), MessageError> {
+pub(crate) fn contact_events(
+    message: &[u8],
+) -> Result<(u64, u64, Vec<ContactEvent>), MessageError> {
     let events = regatta::ContactEvents::decode(message)?;
     let event = |event: &regatta::ContactEvent| ContactEvent {
         tick: event.tick,

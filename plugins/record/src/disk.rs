@@ -22,16 +22,18 @@ pub(crate) struct Growth {
 }
 
 impl Growth {
-    /// Takes the size of all files of the recording at a time since its start, and the free space of the disk, if it is
-    /// known. Returns a line to print, if there is something to say.
+    /// Takes the size of all files of the recording at a time since its start, and the free space
+    /// of the disk, if it is known. Returns a line to print, if there is something to say.
     pub fn observe(&mut self, now: Duration, bytes: u64, free: Option<u64>) -> Option<String> {
         self.samples.push_back((now, bytes));
         while self.samples.len() > 2 && self.samples[1].0 + WINDOW <= now {
             self.samples.pop_front();
         }
         let (rate, lasts) = (self.rate(), free.and_then(|free| self.lasts(free)));
-        let warnings = WARNINGS.iter().filter(|warning| lasts.is_some_and(|lasts| lasts < **warning)).count();
-        let is_first = now >= FIRST_REPORT && !std::mem::replace(&mut self.has_reported, now >= FIRST_REPORT);
+        let warnings =
+            WARNINGS.iter().filter(|warning| lasts.is_some_and(|lasts| lasts < **warning)).count();
+        let is_first =
+            now >= FIRST_REPORT && !std::mem::replace(&mut self.has_reported, now >= FIRST_REPORT);
         let is_urgent = warnings > self.warned && now >= FIRST_REPORT;
         // Once there is room for twice the time, a warning may come again.
         let has_room = lasts.is_none_or(|lasts| lasts > 2 * WARNINGS[0]);
@@ -43,16 +45,22 @@ impl Growth {
             self.warned
         };
         let text = format!("it grows by {}{}", per_second(rate), room(lasts, free));
-        (is_first || is_urgent).then(|| if warnings > 0 { format!("the disk will be full soon: {text}") } else { text })
+        (is_first || is_urgent).then(|| {
+            if warnings > 0 { format!("the disk will be full soon: {text}") } else { text }
+        })
     }
 
     /// Returns the growth in bytes per second.
     fn rate(&self) -> f64 {
-        let (Some((from, before)), Some((to, now))) = (self.samples.front(), self.samples.back()) else { return 0.0 };
+        let (Some((from, before)), Some((to, now))) = (self.samples.front(), self.samples.back())
+        else {
+            return 0.0;
+        };
         now.saturating_sub(*before) as f64 / (*to - *from).as_secs_f64().max(1e-3)
     }
 
-    /// Returns the time after which the free space is used up, or `None` if it practically never is.
+    /// Returns the time after which the free space is used up, or `None` if it practically never
+    /// is.
     fn lasts(&self, free: u64) -> Option<Duration> {
         Duration::try_from_secs_f64(free as f64 / self.rate()).ok()
     }
@@ -61,7 +69,9 @@ impl Growth {
 /// Says how long the disk lasts.
 fn room(lasts: Option<Duration>, free: Option<u64>) -> String {
     match (lasts, free) {
-        (Some(lasts), Some(free)) => format!("; the disk has {}, enough for {}", size(free as f64), rounded(lasts)),
+        (Some(lasts), Some(free)) => {
+            format!("; the disk has {}, enough for {}", size(free as f64), rounded(lasts))
+        }
         _ => String::new(),
     }
 }
@@ -81,7 +91,10 @@ fn per_second(rate: f64) -> String {
 pub(crate) fn size(bytes: f64) -> String {
     let units = [(1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB")];
     let unit = units.iter().find(|(unit, _)| bytes >= *unit);
-    unit.map_or_else(|| format!("{bytes:.0} B"), |(unit, name)| format!("{:.1} {name}", bytes / unit))
+    unit.map_or_else(
+        || format!("{bytes:.0} B"),
+        |(unit, name)| format!("{:.1} {name}", bytes / unit),
+    )
 }
 
 /// Returns a time like `29 min`.
@@ -99,7 +112,8 @@ fn rounded(time: Duration) -> String {
 /// Returns the space on the disk of a file that this process may use, or `None` if it is unknown.
 #[cfg(unix)]
 pub(crate) fn free_space(file: &Path) -> Option<u64> {
-    let folder = file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let folder =
+        file.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let disk = rustix::fs::statvfs(folder).ok()?;
     disk.f_bavail.checked_mul(disk.f_frsize)
 }
@@ -116,7 +130,8 @@ mod tests {
 
     const MB: u64 = 1_000_000;
 
-    /// Returns what is said about a recording of 20 MB/s, per second, with the free space at the start.
+    /// Returns what is said about a recording of 20 MB/s, per second, with the free space at the
+    /// start.
     fn said(seconds: u64, free: u64) -> Vec<(u64, String)> {
         let mut growth = Growth::default();
         let mut at = |second: u64| {

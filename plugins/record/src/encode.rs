@@ -1,7 +1,8 @@
 //! Encodes the records of the plugin contract as messages.
 //!
-//! A column's values have the same layout in the message as in memory, because protocol buffers store packed numbers of
-//! fixed width contiguously and little-endian. Encoding a frame is therefore a copy of its columns.
+//! A column's values have the same layout in the message as in memory, because protocol buffers
+//! store packed numbers of fixed width contiguously and little-endian. Encoding a frame is
+//! therefore a copy of its columns.
 
 use bytemuck::Pod;
 use prost::Message;
@@ -17,7 +18,8 @@ use regatta_plugin::{ColumnValues, ContactEvents, Events, Frame, OrderLog, Tasks
 use crate::contacts::ContactList;
 use crate::schema::regatta;
 
-const _: () = assert!(cfg!(target_endian = "little"), "columns are copied with their layout in memory");
+const _: () =
+    assert!(cfg!(target_endian = "little"), "columns are copied with their layout in memory");
 
 /// Field numbers of a frame's columns: x, y, theta, speed, s, edge, state.
 pub(crate) const FRAME_COLUMNS: [u32; 7] = [16, 17, 18, 19, 20, 21, 22];
@@ -75,7 +77,8 @@ fn frame_scalars(header: &FrameHeader) -> regatta::Frame {
 pub(crate) fn column(column: &ColumnValues<'_>) -> Vec<u8> {
     let (run_id, tick) = (column.header.run_id, column.header.tick);
     let head = regatta::Column { run_id, tick, ..regatta::Column::default() };
-    let mut out = Vec::with_capacity(head.encoded_len() + size_of_val(column.values) + FIELD_OVERHEAD);
+    let mut out =
+        Vec::with_capacity(head.encoded_len() + size_of_val(column.values) + FIELD_OVERHEAD);
     head.encode_raw(&mut out);
     packed(COLUMN_VALUES, column.values, &mut out);
     out

@@ -55,7 +55,9 @@ pub enum ExportError {
         recorded: String,
     },
     /// None of the requested robots was recorded.
-    #[error("no frame of the recording has any of these robots; its robots have ids from 0 to {last}")]
+    #[error(
+        "no frame of the recording has any of these robots; its robots have ids from 0 to {last}"
+    )]
     NoRobots {
         /// The highest recorded id.
         last: usize,
@@ -74,8 +76,8 @@ impl From<Interrupted> for ExportError {
 /// Exports a recording. Returns one line that describes the written files.
 ///
 /// # Errors
-/// Returns an [`ExportError`] if the recording can't be read, a table can't be written, or the requested columns or
-/// robots weren't recorded. Nothing is left of the files then.
+/// Returns an [`ExportError`] if the recording can't be read, a table can't be written, or the
+/// requested columns or robots weren't recorded. Nothing is left of the files then.
 pub fn export(args: &ExportArgs) -> Result<String, ExportError> {
     let recording = Recording::open(&args.file)?;
     let targets = args.targets()?;
@@ -106,7 +108,8 @@ fn folders(targets: &[Target]) -> Result<Vec<Folder>, ExportError> {
         Place::Folder(folder) => Some(folder.clone()),
         Place::File(_) => None,
     };
-    let create = |path: PathBuf| Folder::create(&path).map_err(|reason| ExportError::Write { path, reason });
+    let create =
+        |path: PathBuf| Folder::create(&path).map_err(|reason| ExportError::Write { path, reason });
     targets.iter().filter_map(folder).map(create).collect()
 }
 
@@ -123,7 +126,12 @@ enum Sheet {
 }
 
 impl Sheets {
-    fn create(targets: &[Target], table: Table, force: bool, columns: &[Column]) -> Result<Self, ExportError> {
+    fn create(
+        targets: &[Target],
+        table: Table,
+        force: bool,
+        columns: &[Column],
+    ) -> Result<Self, ExportError> {
         let sheet = |target: &Target| match &target.place {
             Place::Folder(folder) if target.is_per_robot(table) => {
                 Ok(Sheet::CsvPerRobot(csv::Tables::create(folder, force, columns)))
@@ -158,10 +166,18 @@ impl Sheets {
 }
 
 impl Sheet {
-    fn create(path: &Path, format: Format, table: Table, force: bool, columns: &[Column]) -> Result<Self, ExportError> {
+    fn create(
+        path: &Path,
+        format: Format,
+        table: Table,
+        force: bool,
+        columns: &[Column],
+    ) -> Result<Self, ExportError> {
         match format {
             Format::Csv => csv::Table::create(path, force, columns).map(Self::Csv),
-            Format::Parquet => parquet::Table::create(path, force, table.file_stem(), columns).map(Self::Parquet),
+            Format::Parquet => {
+                parquet::Table::create(path, force, table.file_stem(), columns).map(Self::Parquet)
+            }
         }
     }
 }

@@ -12,7 +12,8 @@ use crate::recorded::RecordedFrame;
 use crate::schema::Topic;
 
 impl Recording {
-    /// Calls `each` with every frame and its time in the recording, in order, until it returns an error.
+    /// Calls `each` with every frame and its time in the recording, in order, until it returns an
+    /// error.
     ///
     /// # Errors
     /// Returns a [`ReadingError`] if the recording is damaged, or the error of `each`.
@@ -28,7 +29,8 @@ impl Recording {
             let robots = recorded.len();
             lines.resize(frame_lines(robots), Line::default());
             recorded.copy_to(&mut ColumnsMut::split(&mut lines, robots));
-            let header = FrameHeader { stride_lines: stride_lines(robots) as u32, ..recorded.header };
+            let header =
+                FrameHeader { stride_lines: stride_lines(robots) as u32, ..recorded.header };
             if let Some(frame) = Frame::new(&header, &lines) {
                 each(Duration::from_nanos(entry.log_time), &frame)?;
             }
@@ -36,7 +38,8 @@ impl Recording {
         Ok(())
     }
 
-    /// Calls `each` with every list of contacts and its time in the recording, in order, until it returns an error.
+    /// Calls `each` with every list of contacts and its time in the recording, in order, until it
+    /// returns an error.
     ///
     /// # Errors
     /// Returns a [`ReadingError`] if the recording is damaged, or the error of `each`.
@@ -45,7 +48,8 @@ impl Recording {
         mut each: impl FnMut(Duration, &ContactHeader, &[ContactRecord]) -> Result<(), E>,
     ) -> Result<(), E> {
         let mut decoder = ContactDecoder::default();
-        let mut reader = self.read(&Selection::all_of(vec![Topic::Contacts, Topic::ContactUpdates]))?;
+        let mut reader =
+            self.read(&Selection::all_of(vec![Topic::Contacts, Topic::ContactUpdates]))?;
         while let Some(entry) = reader.next()? {
             let damaged = |reason| self.malformed(entry.topic, entry.log_time, reason);
             let is_new = decoder.decode(entry.topic, entry.message).map_err(damaged)?;

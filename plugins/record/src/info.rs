@@ -79,7 +79,8 @@ pub fn info(path: &Path) -> Result<Info, ReadingError> {
     let recording = Recording::open(path)?;
     let (start, end) = recording.span();
     let seconds = (end - start).as_secs_f64();
-    let rate = |count: u64| if seconds > 0.0 { count.saturating_sub(1) as f64 / seconds } else { 0.0 };
+    let rate =
+        |count: u64| if seconds > 0.0 { count.saturating_sub(1) as f64 / seconds } else { 0.0 };
     let metadata = recording.metadata()?;
     let fact = |record: &str, name: &str| metadata.get(record)?.get(name).cloned();
     let count = |name: &str| fact("regatta.end", name)?.parse().ok();
@@ -87,7 +88,8 @@ pub fn info(path: &Path) -> Result<Info, ReadingError> {
     let Worlds { runs, graph } = worlds(&recording)?;
     let sizes = sizes::of(&recording)?;
     let topic = |topic: &Topic| {
-        let (messages, sizes) = (recording.count(topic), sizes.get(topic).copied().unwrap_or_default());
+        let (messages, sizes) =
+            (recording.count(topic), sizes.get(topic).copied().unwrap_or_default());
         TopicInfo {
             name: topic.name(),
             messages,
@@ -124,7 +126,9 @@ pub fn info(path: &Path) -> Result<Info, ReadingError> {
 fn frames(recording: &Recording) -> Result<(Option<[u64; 2]>, Option<u32>), ReadingError> {
     let header = |time: u64, message: &[u8]| {
         let frame = RecordedFrame::parse(message);
-        frame.map(|frame| frame.header).map_err(|reason| recording.malformed(&Topic::Frames, time, reason))
+        frame
+            .map(|frame| frame.header)
+            .map_err(|reason| recording.malformed(&Topic::Frames, time, reason))
     };
     let mut reader = recording.read(&Selection::all_of(vec![Topic::Frames]))?;
     let Some(first) = reader.next()? else { return Ok((None, None)) };
@@ -148,7 +152,8 @@ fn worlds(recording: &Recording) -> Result<Worlds, ReadingError> {
     let mut reader = recording.read(&Selection::all_of(vec![Topic::World]))?;
     while let Some(entry) = reader.next()? {
         let world = decode::world(entry.message);
-        let world = world.map_err(|reason| recording.malformed(entry.topic, entry.log_time, reason))?;
+        let world =
+            world.map_err(|reason| recording.malformed(entry.topic, entry.log_time, reason))?;
         worlds.graph = Some((world.data.nodes.len(), world.data.edges.len()));
         if !worlds.runs.contains(&world.run_id) {
             worlds.runs.push(world.run_id);
@@ -164,18 +169,29 @@ impl fmt::Display for Info {
         line("file", format!("{}, {}", self.file.display(), size(self.bytes as f64)))?;
         line(
             "fleet",
-            format!("{}, recorded {} by Regatta {}", known(&self.fleet), known(&self.began), known(&self.version)),
+            format!(
+                "{}, recorded {} by Regatta {}",
+                known(&self.fleet),
+                known(&self.began),
+                known(&self.version)
+            ),
         )?;
         let seconds = self.end_s - self.start_s;
         line("time", format!("{:.2} s to {:.2} s: {seconds:.2} s", self.start_s, self.end_s))?;
-        let ticks = self.ticks.map_or_else(String::new, |[first, last]| format!(", ticks {first} to {last}"));
+        let ticks = self
+            .ticks
+            .map_or_else(String::new, |[first, last]| format!(", ticks {first} to {last}"));
         line("frames", format!("{}{ticks}, {:.1} per second", self.frames, self.frames_per_s))?;
         if let (Some(robots), Some(nodes), Some(edges)) = (self.robots, self.nodes, self.edges) {
             line("robots", format!("{robots}, on {nodes} nodes and {edges} edges"))?;
         }
         line("runs", self.runs.join(", "))?;
         line("complete", self.completeness())?;
-        writeln!(f, "\n{:<24}{:>10}{:>12}{:>12}{:>12}", "topic", "messages", "per second", "size", "in file")?;
+        writeln!(
+            f,
+            "\n{:<24}{:>10}{:>12}{:>12}{:>12}",
+            "topic", "messages", "per second", "size", "in file"
+        )?;
         for TopicInfo { name, messages, messages_per_s, bytes, bytes_in_file } in &self.topics {
             let (bytes, in_file) = (size(*bytes as f64), size(*bytes_in_file as f64));
             writeln!(f, "{name:<24}{messages:>10}{messages_per_s:>12.1}{bytes:>12}{in_file:>12}")?;
@@ -188,12 +204,19 @@ impl Info {
     /// Says whether something is missing.
     fn completeness(&self) -> String {
         match (self.is_closed, self.frames_missed, self.others_missed) {
-            (false, ..) => "no: it was never closed; `regatta record --repair` closes it".to_owned(),
+            (false, ..) => {
+                "no: it was never closed; `regatta record --repair` closes it".to_owned()
+            }
             (true, Some(0), Some(0)) => "yes".to_owned(),
             (true, Some(frames), others) => {
-                format!("no: {frames} frames and {} other messages were missed", others.unwrap_or(0))
+                format!(
+                    "no: {frames} frames and {} other messages were missed",
+                    others.unwrap_or(0)
+                )
             }
-            (true, None, _) => "unknown: the recording goes on in another file, or was repaired".to_owned(),
+            (true, None, _) => {
+                "unknown: the recording goes on in another file, or was repaired".to_owned()
+            }
         }
     }
 }

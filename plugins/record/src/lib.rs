@@ -75,8 +75,8 @@ pub struct RecordArgs {
     /// Keep only the newest part of the recording, of this time or size: 10min, 1GB …
     #[arg(long, value_name = "LIMIT")]
     ring: Option<Limit>,
-    /// Record only these topics, and the world: frames, events, orders, tasks, contacts, contact_events, columns,
-    /// columns/NAME, poses, robots, graph
+    /// Record only these topics, and the world: frames, events, orders, tasks, contacts,
+    /// contact_events, columns, columns/NAME, poses, robots, graph
     #[arg(long, value_name = "NAMES")]
     topics: Option<TopicSet>,
     /// Record only every Nth frame, with the columns and contacts of that frame
@@ -89,7 +89,8 @@ pub struct RecordArgs {
     /// Poses per second for Foxglove, Rerun and PlotJuggler; 0 for none
     #[arg(long, value_name = "HZ", default_value = "10", value_parser = parse_poses_rate, allow_negative_numbers = true)]
     poses_rate: f64,
-    /// Repair a recording that was cut off, instead of recording: a copy with --output, or else the file itself
+    /// Repair a recording that was cut off, instead of recording: a copy with --output, or else the
+    /// file itself
     #[arg(long, value_name = "FILE")]
     repair: Option<PathBuf>,
 }
@@ -112,8 +113,8 @@ pub fn record(args: &RecordArgs) -> Result {
         println!("{}: {repair}", written.display());
         return Ok(());
     }
-    // Signals are handled before the file is created: writing beyond the file size limit then returns an error instead
-    // of killing the process.
+    // Signals are handled before the file is created: writing beyond the file size limit then
+    // returns an error instead of killing the process.
     Termination::watch()?;
     let path = args.output.clone().unwrap_or_else(|| default_path(&args.options));
     let division = match (args.split, args.ring) {
@@ -121,7 +122,8 @@ pub fn record(args: &RecordArgs) -> Result {
         (None, Some(limit)) => Division::Ring(limit),
         (None, None) => Division::None,
     };
-    let settings = sink::Settings { overwrite: args.force, compression: args.compression, division };
+    let settings =
+        sink::Settings { overwrite: args.force, compression: args.compression, division };
     let mut sink = Sink::create(&path, settings)?;
     sink.note(
         "regatta",
@@ -133,9 +135,11 @@ pub fn record(args: &RecordArgs) -> Result {
             ("began", humantime::format_rfc3339_seconds(SystemTime::now()).to_string()),
         ],
     );
-    let poses_period = (args.poses_rate > 0.0).then(|| Duration::from_secs_f64(1.0 / args.poses_rate));
+    let poses_period =
+        (args.poses_rate > 0.0).then(|| Duration::from_secs_f64(1.0 / args.poses_rate));
     let topics = args.topics.clone().unwrap_or_else(TopicSet::all);
-    let settings = Settings { topics, every: args.every, poses_period, sees_all: args.options.rate.is_none() };
+    let settings =
+        Settings { topics, every: args.every, poses_period, sees_all: args.options.rate.is_none() };
     args.options.run(Recorder::new(sink, settings), "record")
 }
 
@@ -150,7 +154,9 @@ pub fn record_from(args: Vec<String>) -> Result {
         #[command(flatten)]
         args: RecordArgs,
     }
-    let parsed = Cli::command().try_get_matches_from(args).and_then(|matches| Cli::from_arg_matches(&matches));
+    let parsed = Cli::command()
+        .try_get_matches_from(args)
+        .and_then(|matches| Cli::from_arg_matches(&matches));
     match parsed {
         Ok(cli) => record(&cli.args),
         Err(error) if error.kind() == clap::error::ErrorKind::DisplayHelp => Ok(error.print()?),

@@ -62,14 +62,22 @@ impl FromStr for Limit {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let invalid = || format!("invalid limit '{text}'; give a time or a size, for example 10min, 90s, 500MB or 1GB");
+        let invalid = || {
+            format!(
+                "invalid limit '{text}'; give a time or a size, for example 10min, 90s, 500MB or 1GB"
+            )
+        };
         let limit = match humantime::parse_duration(text) {
             Ok(time) => Self::Time(time),
             Err(_) => Self::Bytes(bytes(text).ok_or_else(invalid)?),
         };
         match limit {
-            Self::Time(time) if time < LEAST_TIME => Err(format!("'{text}' is too short; the least is 1s")),
-            Self::Bytes(bytes) if bytes < LEAST_BYTES => Err(format!("'{text}' is too small; the least is 1MB")),
+            Self::Time(time) if time < LEAST_TIME => {
+                Err(format!("'{text}' is too short; the least is 1s"))
+            }
+            Self::Bytes(bytes) if bytes < LEAST_BYTES => {
+                Err(format!("'{text}' is too small; the least is 1MB"))
+            }
             limit => Ok(limit),
         }
     }

@@ -41,24 +41,32 @@ impl McapFile {
             .compression_level(1)
             .compression_threads(0)
             .chunk_size(Some(chunk_bytes))
-            // Chunks are assembled in memory and written in one piece, so that a kill rarely leaves a partial chunk.
+            // Chunks are assembled in memory and written in one piece, so that a kill rarely leaves
+            // a partial chunk.
             .disable_seeking(true)
             .create(NoSeek::new(file))?;
         Ok(Self { writer, channels: HashMap::new() })
     }
 
-    /// Returns the channel of a topic and the number of its messages. Defines the channel first if it is new.
+    /// Returns the channel of a topic and the number of its messages. Defines the channel first if
+    /// it is new.
     pub fn channel(&mut self, topic: &Topic) -> McapResult<&mut (u16, u32)> {
         if !self.channels.contains_key(topic) {
             let schema = self.writer.add_schema(topic.schema(), PROTOBUF, topic.descriptors())?;
-            let channel = self.writer.add_channel(schema, &topic.name(), PROTOBUF, &BTreeMap::new())?;
+            let channel =
+                self.writer.add_channel(schema, &topic.name(), PROTOBUF, &BTreeMap::new())?;
             self.channels.insert(topic.clone(), (channel, 0));
         }
         Ok(self.channels.get_mut(topic).expect("it was just inserted"))
     }
 
     /// Writes a message. Sets the channel and sequence number of its header.
-    pub fn write(&mut self, topic: &Topic, header: MessageHeader, message: &[u8]) -> McapResult<()> {
+    pub fn write(
+        &mut self,
+        topic: &Topic,
+        header: MessageHeader,
+        message: &[u8],
+    ) -> McapResult<()> {
         let (channel_id, count) = self.channel(topic)?;
         *count = count.wrapping_add(1);
         let header = MessageHeader { channel_id: *channel_id, sequence: *count, ..header };

@@ -20,7 +20,8 @@ pub(crate) struct RecordSpan {
 }
 
 impl RecordSpan {
-    /// Reads the header of the record that starts at `start`. Returns `None` if the record reaches beyond `limit`.
+    /// Reads the header of the record that starts at `start`. Returns `None` if the record reaches
+    /// beyond `limit`.
     pub fn read(file: &mut (impl Read + Seek), start: u64, limit: u64) -> io::Result<Option<Self>> {
         if start + RECORD_HEADER > limit {
             return Ok(None);

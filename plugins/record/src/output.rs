@@ -1,4 +1,5 @@
-//! Writes the files of exports, plots and repairs. A file appears under its name only once it is complete.
+//! Writes the files of exports, plots and repairs. A file appears under its name only once it is
+//! complete.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read};
@@ -7,8 +8,8 @@ use std::path::{Path, PathBuf};
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use mcap::MAGIC;
 
-/// Parses the path of an option. Recordings, pictures and tables are files that are complete or not there, so standard output
-/// is none of them.
+/// Parses the path of an option. Recordings, pictures and tables are files that are complete or not
+/// there, so standard output is none of them.
 pub(crate) fn path_parser() -> impl TypedValueParser<Value = PathBuf> {
     PathBufValueParser::new().try_map(|path| match path.as_os_str() == "-" {
         true => Err("this command can't write to standard output; give a path"),
@@ -20,24 +21,32 @@ pub(crate) fn path_parser() -> impl TypedValueParser<Value = PathBuf> {
 #[derive(Debug)]
 pub(crate) struct Draft {
     path: PathBuf,
-    /// The file with the content so far; `None` if `path` is no regular file but, for example, a pipe.
+    /// The file with the content so far; `None` if `path` is no regular file but, for example, a
+    /// pipe.
     draft: Option<PathBuf>,
 }
 
 impl Draft {
-    /// Starts to write a file. An existing file is replaced only with `force`, and a recording never: it may be the one
-    /// that is being read.
+    /// Starts to write a file. An existing file is replaced only with `force`, and a recording
+    /// never: it may be the one that is being read.
     pub fn create(path: &Path, force: bool) -> io::Result<(Self, File)> {
         let existing = path.metadata().ok();
         if existing.as_ref().is_some_and(|metadata| !metadata.is_file() && !metadata.is_dir()) {
             let file = OpenOptions::new().write(true).open(path)?;
             return Ok((Self { path: path.to_owned(), draft: None }, file));
         }
-        let refused = |reason: &str| Err(io::Error::new(io::ErrorKind::AlreadyExists, reason.to_owned()));
+        let refused =
+            |reason: &str| Err(io::Error::new(io::ErrorKind::AlreadyExists, reason.to_owned()));
         match existing {
             Some(metadata) if metadata.is_dir() => return refused("it is a folder"),
-            Some(_) if is_recording(path) => return refused("it is a recording; choose another file, or remove it"),
-            Some(_) if !force => return refused("it exists already; choose another file, or --force to overwrite it"),
+            Some(_) if is_recording(path) => {
+                return refused("it is a recording; choose another file, or remove it");
+            }
+            Some(_) if !force => {
+                return refused(
+                    "it exists already; choose another file, or --force to overwrite it",
+                );
+            }
             _ => {}
         }
         let name = path.file_name().unwrap_or_default().to_string_lossy();
@@ -53,7 +62,9 @@ impl Draft {
 
     /// Gives the complete file its name.
     pub fn commit(mut self) -> io::Result<()> {
-        self.draft.take().map_or(Ok(()), |draft| fs::rename(&draft, &self.path).inspect_err(|_| remove(&draft)))
+        self.draft
+            .take()
+            .map_or(Ok(()), |draft| fs::rename(&draft, &self.path).inspect_err(|_| remove(&draft)))
     }
 }
 

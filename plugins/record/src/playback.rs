@@ -1,4 +1,5 @@
-//! Reads a whole recording as what its fleet published, for programs that judge or sum up a run without a fleet.
+//! Reads a whole recording as what its fleet published, for programs that judge or sum up a run
+//! without a fleet.
 
 use std::path::Path;
 
@@ -27,14 +28,18 @@ pub enum Published<'a> {
     Frame(Frame<'a>),
 }
 
-/// Passes what a recorded fleet published to `take`: in the order of time; of one time the frame last.
+/// Passes what a recorded fleet published to `take`: in the order of time; of one time the frame
+/// last.
 ///
 /// # Errors
 /// [`ReadingError`] if the file isn't a recording with frames, or is damaged.
 pub fn play(path: &Path, mut take: impl FnMut(Published<'_>)) -> Result<(), ReadingError> {
     let recording = Recording::open_frames(path)?;
     let types = PRODUCERS_COLUMN.parse().map(Topic::Column).ok();
-    let topics = [Topic::World, Topic::Events, Topic::Tasks, Topic::Frames].into_iter().chain(types).collect();
+    let topics = [Topic::World, Topic::Events, Topic::Tasks, Topic::Frames]
+        .into_iter()
+        .chain(types)
+        .collect();
     let mut reader = recording.read(&Selection::all_of(topics))?;
     let mut player = Player::default();
     let mut frames: Vec<Vec<u8>> = Vec::new();
@@ -64,7 +69,12 @@ struct Player {
 }
 
 impl Player {
-    fn publish(&self, topic: &Topic, message: &[u8], take: &mut impl FnMut(Published<'_>)) -> Result<(), MessageError> {
+    fn publish(
+        &self,
+        topic: &Topic,
+        message: &[u8],
+        take: &mut impl FnMut(Published<'_>),
+    ) -> Result<(), MessageError> {
         match topic {
             Topic::World => {
                 let world = decode::world(message)?;
@@ -86,7 +96,11 @@ impl Player {
         Ok(())
     }
 
-    fn frame(&mut self, message: &[u8], take: &mut impl FnMut(Published<'_>)) -> Result<(), MessageError> {
+    fn frame(
+        &mut self,
+        message: &[u8],
+        take: &mut impl FnMut(Published<'_>),
+    ) -> Result<(), MessageError> {
         let recorded = RecordedFrame::parse(message)?;
         let robots = recorded.len();
         let header = FrameHeader { stride_lines: stride_lines(robots) as u32, ..recorded.header };

@@ -1,4 +1,5 @@
-//! Draws one robot's track in a recording: its path on the map, and its pose, speed and state over time.
+//! Draws one robot's track in a recording: its path on the map, and its pose, speed and state over
+//! time.
 
 mod axis;
 mod charts;
@@ -51,7 +52,9 @@ pub enum PlotError {
     #[error(transparent)]
     Reading(#[from] ReadingError),
     /// The robot isn't in the recording in the requested time range.
-    #[error("robot {robot} is not in {path} between {from:.2} s and {to:.2} s; its robots have ids from 0 to {last}")]
+    #[error(
+        "robot {robot} is not in {path} between {from:.2} s and {to:.2} s; its robots have ids from 0 to {last}"
+    )]
     NoRobot {
         /// The robot's id.
         robot: u32,
@@ -100,8 +103,8 @@ impl From<Interrupted> for PlotError {
 /// Draws a robot's track. Returns one line that describes the written file.
 ///
 /// # Errors
-/// Returns a [`PlotError`] if the recording can't be read, the picture can't be written, the time range is invalid, or
-/// the robot isn't in the recording in that range.
+/// Returns a [`PlotError`] if the recording can't be read, the picture can't be written, the time
+/// range is invalid, or the robot isn't in the recording in that range.
 pub fn plot(args: &PlotArgs) -> Result<String, PlotError> {
     if let (Some(from), Some(to)) = (args.from, args.to)
         && from > to
@@ -119,8 +122,11 @@ pub fn plot(args: &PlotArgs) -> Result<String, PlotError> {
     let track = track(&recording, args)?;
     let name = args.file.file_name().unwrap_or_default().to_string_lossy();
     let svg = picture(&track, &format!("Robot {}", args.robot), &name);
-    let bytes =
-        if is_png { png::png(&svg).map_err(|reason| failed(io::Error::other(reason)))? } else { svg.into_bytes() };
+    let bytes = if is_png {
+        png::png(&svg).map_err(|reason| failed(io::Error::other(reason)))?
+    } else {
+        svg.into_bytes()
+    };
     file.write_all(&bytes).and_then(|()| draft.commit()).map_err(failed)?;
     let samples = track.samples().count();
     Ok(format!("{}: {samples} frames of robot {}", args.output.display(), args.robot))
@@ -178,12 +184,22 @@ fn picture(track: &Track, title: &str, recording: &str) -> String {
     let (metres, seconds) = (track.length(), end - start);
     svg.text((MARGIN, 52.0), "title", title);
     let mean = if seconds > 0.0 { metres / seconds } else { 0.0 };
-    let about = format!("{recording} · {start:.2} s to {end:.2} s · {metres:.1} m driven · {mean:.2} m/s on average");
+    let about = format!(
+        "{recording} · {start:.2} s to {end:.2} s · {metres:.1} m driven · {mean:.2} m/s on average"
+    );
     svg.text((MARGIN, 76.0), "about", &about);
     let middle = SIZE.0 * 0.53;
     let bottom = SIZE.1 - MARGIN - 24.0;
-    map::draw(&mut svg, Area { left: MARGIN + 44.0, top: TOP, right: middle - 26.0, bottom }, track);
-    charts::draw(&mut svg, Area { left: middle + 56.0, top: TOP, right: SIZE.0 - MARGIN, bottom }, track);
+    map::draw(
+        &mut svg,
+        Area { left: MARGIN + 44.0, top: TOP, right: middle - 26.0, bottom },
+        track,
+    );
+    charts::draw(
+        &mut svg,
+        Area { left: middle + 56.0, top: TOP, right: SIZE.0 - MARGIN, bottom },
+        track,
+    );
     svg.finish()
 }
 
@@ -194,7 +210,14 @@ mod tests {
     fn segment(from: f64, theta: impl Fn(f64) -> f64) -> Vec<Sample> {
         let sample = |i: u32| {
             let time = from + f64::from(i) * 0.1;
-            Sample { time, x: time, y: (time / 3.0).sin(), theta: theta(time), speed: 1.0, state: 1 }
+            Sample {
+                time,
+                x: time,
+                y: (time / 3.0).sin(),
+                theta: theta(time),
+                speed: 1.0,
+                state: 1,
+            }
         };
         (0..100).map(sample).collect()
     }
@@ -205,12 +228,17 @@ mod tests {
 
     #[test]
     fn each_segment_is_a_line_and_a_heading_is_unwrapped() {
-        let turning =
-            |time: f64| (time + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU) - std::f64::consts::PI;
-        let track = Track { segments: vec![segment(0.0, turning), segment(20.0, |_| 0.5)], curves: Vec::new() };
+        let turning = |time: f64| {
+            (time + std::f64::consts::PI).rem_euclid(std::f64::consts::TAU) - std::f64::consts::PI
+        };
+        let track = Track {
+            segments: vec![segment(0.0, turning), segment(20.0, |_| 0.5)],
+            curves: Vec::new(),
+        };
         let svg = picture(&track, "Robot 1", "run.mcap");
         assert_eq!(count(&svg, "path"), 2);
-        // Four values in two segments. The heading wraps around at π and 3π, but is drawn as one line.
+        // Four values in two segments. The heading wraps around at π and 3π, but is drawn as one
+        // line.
         assert_eq!(count(&svg, "line"), 4 * 2);
         // It turns by 9.9 rad.
         assert!(svg.contains(">540<") && !svg.contains(">−180<"), "{svg}");
@@ -219,7 +247,11 @@ mod tests {
     #[test]
     fn a_robot_that_never_moves_is_drawn() {
         let still = Sample { time: 5.0, x: 1.0, y: 2.0, theta: 0.0, speed: 0.0, state: 0 };
-        let svg = picture(&Track { segments: vec![vec![still]], curves: Vec::new() }, "Robot 1", "run.mcap");
+        let svg = picture(
+            &Track { segments: vec![vec![still]], curves: Vec::new() },
+            "Robot 1",
+            "run.mcap",
+        );
         assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
     }
 }

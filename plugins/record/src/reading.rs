@@ -10,7 +10,9 @@ use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use mcap::sans_io::{IndexedReader, IndexedReaderOptions, SummaryReadEvent, SummaryReader, SummaryReaderOptions};
+use mcap::sans_io::{
+    IndexedReader, IndexedReaderOptions, SummaryReadEvent, SummaryReader, SummaryReaderOptions,
+};
 use mcap::{McapError, McapResult, Summary};
 
 use crate::decode::MessageError;
@@ -32,7 +34,9 @@ pub enum ReadingError {
         reason: io::Error,
     },
     /// The file is not an MCAP file, or is damaged.
-    #[error("can't read {path} as a recording ({reason}); `regatta record --repair` keeps its undamaged parts")]
+    #[error(
+        "can't read {path} as a recording ({reason}); `regatta record --repair` keeps its undamaged parts"
+    )]
     Mcap {
         /// The file.
         path: PathBuf,
@@ -147,7 +151,8 @@ impl Recording {
         &self.path
     }
 
-    /// Whether the recording was closed. If not, the messages after its last complete chunk are missing.
+    /// Whether the recording was closed. If not, the messages after its last complete chunk are
+    /// missing.
     pub fn is_closed(&self) -> bool {
         self.closed
     }
@@ -161,33 +166,48 @@ impl Recording {
     /// Returns the times of the first and the last message.
     pub fn span(&self) -> (Duration, Duration) {
         let stats = self.summary.stats.as_ref();
-        let (start, end) = stats.map_or((0, 0), |stats| (stats.message_start_time, stats.message_end_time));
+        let (start, end) =
+            stats.map_or((0, 0), |stats| (stats.message_start_time, stats.message_end_time));
         (Duration::from_nanos(start), Duration::from_nanos(end))
     }
 
     /// Returns the number of messages on a topic.
     pub fn count(&self, topic: &Topic) -> u64 {
         let counts = self.summary.stats.as_ref().map(|stats| &stats.channel_message_counts);
-        let of = |channel: &u16| counts.and_then(|counts| counts.get(channel)).copied().unwrap_or(0);
-        self.topics.iter().filter(|(_, other)| *other == topic).map(|(channel, _)| of(channel)).sum()
+        let of =
+            |channel: &u16| counts.and_then(|counts| counts.get(channel)).copied().unwrap_or(0);
+        self.topics
+            .iter()
+            .filter(|(_, other)| *other == topic)
+            .map(|(channel, _)| of(channel))
+            .sum()
     }
 
-    /// Reads messages in order of time. Messages of the same time keep the order in which they were recorded.
+    /// Reads messages in order of time. Messages of the same time keep the order in which they were
+    /// recorded.
     pub(crate) fn read(&self, selection: &Selection) -> Result<Reader<'_>, ReadingError> {
-        let options = IndexedReaderOptions::new().starting_at(selection.from).ending_at(selection.to);
+        let options =
+            IndexedReaderOptions::new().starting_at(selection.from).ending_at(selection.to);
         self.reader(options, &selection.topics)
     }
 
-    fn reader(&self, options: IndexedReaderOptions, topics: &[Topic]) -> Result<Reader<'_>, ReadingError> {
+    fn reader(
+        &self,
+        options: IndexedReaderOptions,
+        topics: &[Topic],
+    ) -> Result<Reader<'_>, ReadingError> {
         let is_recorded = |topic: &Topic| self.topics.values().any(|recorded| recorded == topic);
         let options = match topics {
             [] => options,
-            topics if topics.iter().any(is_recorded) => options.include_topics(topics.iter().map(Topic::name)),
+            topics if topics.iter().any(is_recorded) => {
+                options.include_topics(topics.iter().map(Topic::name))
+            }
             // Nothing: with topics that don't exist, the reader would read all messages.
             _ => IndexedReaderOptions::new().starting_at(0).ending_before(0),
         };
         let options = options.with_record_length_limit(MAX_RECORD);
-        let reader = IndexedReader::new_with_options(&self.summary, options).map_err(|error| self.damaged(error))?;
+        let reader = IndexedReader::new_with_options(&self.summary, options)
+            .map_err(|error| self.damaged(error))?;
         Ok(Reader::new(self, reader))
     }
 
@@ -200,7 +220,12 @@ impl Recording {
     }
 
     /// Returns the error of an invalid message, with the message's topic and time.
-    pub(crate) fn malformed(&self, topic: &Topic, log_time: u64, reason: MessageError) -> ReadingError {
+    pub(crate) fn malformed(
+        &self,
+        topic: &Topic,
+        log_time: u64,
+        reason: MessageError,
+    ) -> ReadingError {
         let (path, at) = (self.path.clone(), Duration::from_nanos(log_time));
         ReadingError::Message { path, topic: topic.name(), at, reason }
     }
@@ -209,7 +234,8 @@ impl Recording {
 /// Reads the summary at the end of a file. Returns `None` if the file was never closed.
 pub(crate) fn summary(file: &mut File) -> McapResult<Option<Summary>> {
     let length = file.seek(SeekFrom::End(0))?;
-    let options = SummaryReaderOptions::default().with_file_size(length).with_record_length_limit(MAX_RECORD);
+    let options =
+        SummaryReaderOptions::default().with_file_size(length).with_record_length_limit(MAX_RECORD);
     let mut reader = SummaryReader::new_with_options(options);
     while let Some(event) = reader.next_event() {
         match event? {

@@ -25,7 +25,9 @@ impl<'message> RecordedFrame<'message> {
             let (tag, wire_type) = decode_key(&mut message)?;
             match FRAME_COLUMNS.iter().position(|column| *column == tag) {
                 Some(column) => columns[column] = packed(wire_type, &mut message)?,
-                None => scalars.merge_field(tag, wire_type, &mut message, DecodeContext::default())?,
+                None => {
+                    scalars.merge_field(tag, wire_type, &mut message, DecodeContext::default())?
+                }
             }
         }
         let robots = scalars.robots as usize;
@@ -66,7 +68,9 @@ impl<'message> RecordedFrame<'message> {
     /// Returns a robot's row, or `None` if the frame has no such row.
     pub fn row(&self, robot: usize) -> Option<Row> {
         let [x, y, theta, speed, s, edge, state] = self.columns;
-        let word = |column: &[u8]| column[robot * 4..].first_chunk().map(|bytes| u32::from_le_bytes(*bytes));
+        let word = |column: &[u8]| {
+            column[robot * 4..].first_chunk().map(|bytes| u32::from_le_bytes(*bytes))
+        };
         let float = |column: &[u8]| word(column).map(f32::from_bits);
         Some(Row {
             state: *state.get(robot)?,
@@ -112,10 +116,14 @@ fn frame_header(frame: &regatta::Frame) -> FrameHeader {
 }
 
 /// Splits the bytes of a packed field off the message.
-fn packed<'message>(wire_type: WireType, message: &mut &'message [u8]) -> Result<&'message [u8], MessageError> {
+fn packed<'message>(
+    wire_type: WireType,
+    message: &mut &'message [u8],
+) -> Result<&'message [u8], MessageError> {
     prost::encoding::check_wire_type(WireType::LengthDelimited, wire_type)?;
     let length = usize::try_from(decode_varint(message)?).unwrap_or(usize::MAX);
-    // A field that claims to be longer than the message gets the rest of it, which then fails the length check.
+    // A field that claims to be longer than the message gets the rest of it, which then fails the
+    // length check.
     let (bytes, rest) = message.split_at(length.min(message.remaining()));
     *message = rest;
     Ok(bytes)

@@ -70,7 +70,8 @@ struct Pending {
 
 impl Recorder {
     pub fn new(sink: Sink, settings: Settings) -> Self {
-        let poses = |period: Duration| Poses { period: period.as_nanos() as u64, run_id: 0, next: 0 };
+        let poses =
+            |period: Duration| Poses { period: period.as_nanos() as u64, run_id: 0, next: 0 };
         Self {
             sink,
             topics: settings.topics,
@@ -91,9 +92,15 @@ impl Recorder {
 
     fn record_pending(&mut self) {
         for Pending { topic, tick, message } in self.pending.drain(..) {
-            let log_time = tick.map_or(self.timeline.now(), |(run_id, tick)| self.timeline.time_of(run_id, tick));
+            let log_time = tick
+                .map_or(self.timeline.now(), |(run_id, tick)| self.timeline.time_of(run_id, tick));
             if self.topics.includes(&topic) {
-                self.sink.send(topic, log_time, self.newest.wall_time_nanos, Payload::Message(message));
+                self.sink.send(
+                    topic,
+                    log_time,
+                    self.newest.wall_time_nanos,
+                    Payload::Message(message),
+                );
             }
         }
     }
@@ -114,7 +121,10 @@ impl Recorder {
             if self.topics.includes(&Topic::Frames) {
                 self.send(Topic::Frames, log_time, encode::frame(frame));
             }
-            let held = self.thinning.as_mut().map(|thinning| thinning.record_frame(frame.run_id(), frame.tick()));
+            let held = self
+                .thinning
+                .as_mut()
+                .map(|thinning| thinning.record_frame(frame.run_id(), frame.tick()));
             self.record_held(held.into_iter().flatten());
         }
         if self.poses.as_mut().is_some_and(|poses| poses.are_due(frame)) {
@@ -155,7 +165,8 @@ impl Recorder {
         })
     }
 
-    /// Records the other sources, unless no frame has come yet: before the first, there is no time to record.
+    /// Records the other sources, unless no frame has come yet: before the first, there is no time
+    /// to record.
     fn record_sources_if_started(&mut self) -> Result {
         if self.newest.run_id == 0 { Ok(()) } else { self.record_sources() }
     }
@@ -167,7 +178,10 @@ impl Recorder {
             (tally.lost.frames_dropped, "that the disk was too slow for"),
             (tally.lost.frames_failed, "that could not be written"),
         ];
-        let lost = lost.iter().filter(|(count, _)| *count > 0).map(|(count, why)| format!("{count} {why}"));
+        let lost = lost
+            .iter()
+            .filter(|(count, _)| *count > 0)
+            .map(|(count, why)| format!("{count} {why}"));
         let lost = match lost.collect::<Vec<_>>().join(", ") {
             none if none.is_empty() => "no frame lost".to_owned(),
             lost => format!("frames lost: {lost}"),
@@ -178,7 +192,9 @@ impl Recorder {
         };
         let (seconds, megabytes) = (self.timeline.now() as f64 * 1e-9, tally.bytes as f64 * 1e-6);
         let Tally { name, frames, growth, .. } = tally;
-        format!("{name}: {frames} frames up to {seconds:.2} s, {megabytes:.1} MB ({growth}); {lost}{others}")
+        format!(
+            "{name}: {frames} frames up to {seconds:.2} s, {megabytes:.1} MB ({growth}); {lost}{others}"
+        )
     }
 }
 
@@ -190,8 +206,8 @@ impl Poses {
         }
         let due = now >= self.next;
         if due {
-            // One period after the last due time rather than after `now`, so that the mean rate doesn't depend on the
-            // tick period.
+            // One period after the last due time rather than after `now`, so that the mean rate
+            // doesn't depend on the tick period.
             self.next = (self.next + self.period).max(now.saturating_sub(self.period));
         }
         due
@@ -231,7 +247,9 @@ impl Plugin for Recorder {
     fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
         let log_time = self.timeline.advance(frame.header());
         let starts_run = frame.run_id() != self.newest.run_id;
-        if let Some(sources) = self.sources.as_mut().filter(|_| starts_run && frame.header().lockstep != 0) {
+        if let Some(sources) =
+            self.sources.as_mut().filter(|_| starts_run && frame.header().lockstep != 0)
+        {
             // The producer waits for this plugin, so that nothing is missed meanwhile.
             sources.open_columns()?;
         }
@@ -251,7 +269,8 @@ impl Plugin for Recorder {
         let held = self.thinning.as_mut().map(Thinning::flush);
         self.record_held(held.into_iter().flatten());
         let missed = [("frames_missed", self.frames_missed), ("others_missed", self.others_missed)];
-        let (tally, error) = self.sink.finish("regatta.end", &missed.map(|(name, count)| (name, count.to_string())));
+        let (tally, error) =
+            self.sink.finish("regatta.end", &missed.map(|(name, count)| (name, count.to_string())));
         regatta_plugin::tell!("record: {}", self.report(&tally));
         match error {
             Some(error @ SinkError::Write { .. }) => {

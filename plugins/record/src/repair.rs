@@ -1,4 +1,5 @@
-//! Closes a recording that was cut off by a kill, a crash or a full disk, and removes damaged chunks.
+//! Closes a recording that was cut off by a kill, a crash or a full disk, and removes damaged
+//! chunks.
 
 mod tail;
 
@@ -69,8 +70,10 @@ impl fmt::Display for Repair {
             return f.write_str("; the recording is closed and undamaged, nothing to repair");
         }
         write!(f, " kept, {} bytes after them removed", self.removed_bytes)?;
-        let lost =
-            self.lost.iter().map(|(from, to)| format!("{:.2} s to {:.2} s", from.as_secs_f64(), to.as_secs_f64()));
+        let lost = self
+            .lost
+            .iter()
+            .map(|(from, to)| format!("{:.2} s to {:.2} s", from.as_secs_f64(), to.as_secs_f64()));
         if !self.lost.is_empty() {
             write!(f, "; damaged and lost: {}", lost.collect::<Vec<_>>().join(", "))?;
         }
@@ -78,16 +81,20 @@ impl fmt::Display for Repair {
             0 => {}
             chunks => write!(f, " ({chunks} chunks among them, because the disk is full)")?,
         }
-        if self.has_world { Ok(()) } else { f.write_str("; the graph and the robot types are not in it") }
+        if self.has_world {
+            Ok(())
+        } else {
+            f.write_str("; the graph and the robot types are not in it")
+        }
     }
 }
 
-/// Closes a recording in place, after its last complete chunk. From a recording that is already closed, removes damaged
-/// chunks.
+/// Closes a recording in place, after its last complete chunk. From a recording that is already
+/// closed, removes damaged chunks.
 ///
 /// # Errors
-/// Returns a [`RepairError`] if the file can't be read or written, or isn't a recording. The file may then be shorter than
-/// before, but keeps its complete chunks.
+/// Returns a [`RepairError`] if the file can't be read or written, or isn't a recording. The file
+/// may then be shorter than before, but keeps its complete chunks.
 pub fn repair(path: &Path) -> Result<Repair, RepairError> {
     let failed = |reason| RepairError::Io { path: path.to_owned(), reason };
     let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(failed)?;
@@ -97,8 +104,8 @@ pub fn repair(path: &Path) -> Result<Repair, RepairError> {
 /// Writes a repaired copy of a recording, and leaves the recording as it is.
 ///
 /// # Errors
-/// Returns a [`RepairError`] as [`repair`], and also if the copy exists already and `force` is false. Nothing is left of
-/// the copy then.
+/// Returns a [`RepairError`] as [`repair`], and also if the copy exists already and `force` is
+/// false. Nothing is left of the copy then.
 pub fn repair_copy(path: &Path, copy: &Path, force: bool) -> Result<Repair, RepairError> {
     let failed = |path: &Path| {
         let path = path.to_owned();
@@ -154,7 +161,8 @@ fn repair_of(summary: &Summary) -> Repair {
         removed_chunks: 0,
         lost: Vec::new(),
         has_world: stats.is_some_and(|stats| {
-            let is_world = |id: &u16| summary.channels.get(id).is_some_and(|channel| channel.topic == world);
+            let is_world =
+                |id: &u16| summary.channels.get(id).is_some_and(|channel| channel.topic == world);
             stats.channel_message_counts.iter().any(|(id, count)| *count > 0 && is_world(id))
         }),
         was_closed: false,
@@ -162,11 +170,17 @@ fn repair_of(summary: &Summary) -> Repair {
 }
 
 /// Scans a closed recording and removes its damaged chunks.
-fn remove_damage(file: &mut File, summary: &Summary, report: &mut Report<'_>) -> io::Result<Repair> {
+fn remove_damage(
+    file: &mut File,
+    summary: &Summary,
+    report: &mut Report<'_>,
+) -> io::Result<Repair> {
     let chunks = summary.chunk_indexes.iter().map(|chunk| chunk.chunk_start_offset);
-    let record_starts = chunks.chain(summary.metadata_indexes.iter().map(|index| index.offset)).collect();
+    let record_starts =
+        chunks.chain(summary.metadata_indexes.iter().map(|index| index.offset)).collect();
     let mut scan = scan(file, &record_starts, report)?;
-    let undamaged: HashSet<_> = scan.summary.chunk_indexes.iter().map(|chunk| chunk.chunk_start_offset).collect();
+    let undamaged: HashSet<_> =
+        scan.summary.chunk_indexes.iter().map(|chunk| chunk.chunk_start_offset).collect();
     let lost = lost(summary, &undamaged);
     if lost.is_empty() && scan.damage.is_empty() {
         return Ok(Repair { was_closed: true, ..repair_of(summary) });
@@ -184,7 +198,8 @@ fn lost(summary: &Summary, undamaged: &HashSet<u64>) -> Vec<(Duration, Duration)
     let is_lost = |chunk: &ChunkIndex| !undamaged.contains(&chunk.chunk_start_offset);
     let mut chunks = summary.chunk_indexes.clone();
     chunks.sort_by_key(|chunk| chunk.chunk_start_offset);
-    let groups = chunks.chunk_by(|a, b| is_lost(a) == is_lost(b)).filter(|group| is_lost(&group[0]));
+    let groups =
+        chunks.chunk_by(|a, b| is_lost(a) == is_lost(b)).filter(|group| is_lost(&group[0]));
     let span = |group: &[ChunkIndex]| {
         let from = group.iter().map(|chunk| chunk.message_start_time).min().unwrap_or(0);
         let to = group.iter().map(|chunk| chunk.message_end_time).max().unwrap_or(0);
@@ -203,8 +218,8 @@ fn hide(file: &mut File, range: &Range<u64>) -> io::Result<()> {
 /// An opcode that the MCAP format reserves for applications.
 const PRIVATE: u8 = 0xf0;
 
-/// Truncates a file after its last complete chunk and closes the recording. On a full disk, chunks at the end are removed
-/// until there is room for the tail.
+/// Truncates a file after its last complete chunk and closes the recording. On a full disk, chunks
+/// at the end are removed until there is room for the tail.
 pub(crate) fn close(file: &mut File) -> io::Result<Repair> {
     close_reporting(file, &mut |_| Ok(()))
 }

@@ -29,11 +29,15 @@ use teller::Teller;
 /// # Errors
 /// [`ReplayError`].
 pub fn replay(args: &ReplayArgs) -> Result<(), ReplayError> {
-    let termination = Termination::watch().map_err(|error| ReplayError::Signals(error.to_string()))?;
+    let termination =
+        Termination::watch().map_err(|error| ReplayError::Signals(error.to_string()))?;
     let recording = Recording::open_frames(&args.file)?;
     let (start, end) = recording.span();
     if !recording.is_closed() {
-        regatta_plugin::tell!("replay: {} was never closed; `regatta record --repair` closes it", args.file.display());
+        regatta_plugin::tell!(
+            "replay: {} was never closed; `regatta record --repair` closes it",
+            args.file.display()
+        );
     }
     let mut topics = recording.topics();
     topics.retain(|topic| !args.no_columns || !topic.is_from_plugin());
@@ -79,13 +83,17 @@ struct Replay<'recording> {
     worlds: BTreeSet<u64>,
     /// How often the world had changed when these times were noted.
     world_changes: u64,
-    /// Decodes contacts after a jump. `None` in lockstep, where they are there with the frame, and for a recording that was never
-    /// closed, which would have to be scanned once more.
+    /// Decodes contacts after a jump. `None` in lockstep, where they are there with the frame, and
+    /// for a recording that was never closed, which would have to be scanned once more.
     contact_search: Option<ContactSearch>,
 }
 
 impl<'recording> Replay<'recording> {
-    fn new(recording: &'recording Recording, stage: Stage, args: &ReplayArgs) -> Result<Self, ReplayError> {
+    fn new(
+        recording: &'recording Recording,
+        stage: Stage,
+        args: &ReplayArgs,
+    ) -> Result<Self, ReplayError> {
         Ok(Self {
             recording,
             reader: recording.read(&selection(recording))?,
@@ -101,16 +109,20 @@ impl<'recording> Replay<'recording> {
         })
     }
 
-    /// Publishes the next moment: all messages of the same time, its frame last, so that a reader that has the frame
-    /// has the rest. A frame that the producer published again counts once. Returns whether there was a frame.
+    /// Publishes the next moment: all messages of the same time, its frame last, so that a reader
+    /// that has the frame has the rest. A frame that the producer published again counts once.
+    /// Returns whether there was a frame.
     ///
-    /// With `withhold`, messages that reach only readers that are there already wait for the next moment.
+    /// With `withhold`, messages that reach only readers that are there already wait for the next
+    /// moment.
     fn show_moment(&mut self, session: &mut Session, withhold: bool) -> Result<bool, ReplayError> {
         let Some(time) = self.reader.peek()? else { return Ok(false) };
         (self.time, self.stage.time) = (time, time);
         let Self { recording, reader, stage, frame, withheld, .. } = self;
         for (topic, message) in withheld.drain(..) {
-            stage.publish(session, &topic, &message).map_err(|error| explain(recording, &topic, time, error))?;
+            stage
+                .publish(session, &topic, &message)
+                .map_err(|error| explain(recording, &topic, time, error))?;
         }
         frame.clear();
         while reader.peek()? == Some(time) {
@@ -138,11 +150,18 @@ impl<'recording> Replay<'recording> {
         let (start, end) = self.recording.span();
         let [start, end, time] = [start, end, time].map(|time| time.as_secs_f64());
         let outside = !(start..=end).contains(&time);
-        outside.then(|| format!("the recording goes from {start:.3} s to {end:.3} s; {time:.3} s is outside"))
+        outside.then(|| {
+            format!("the recording goes from {start:.3} s to {end:.3} s; {time:.3} s is outside")
+        })
     }
 
     /// Shows the newest frame at or before `time`, and continues from there.
-    fn go_to(&mut self, session: &mut Session, time: Duration, withhold: bool) -> Result<(), ReplayError> {
+    fn go_to(
+        &mut self,
+        session: &mut Session,
+        time: Duration,
+        withhold: bool,
+    ) -> Result<(), ReplayError> {
         let time = time.as_nanos() as u64;
         let frame = self.recording.time_until(&Topic::Frames, time)?.unwrap_or(0);
         if frame < self.time {
@@ -151,7 +170,8 @@ impl<'recording> Replay<'recording> {
         self.withheld.clear();
         session.begin_jump();
         self.show_state_before(session, frame)?;
-        self.reader = self.recording.read(&Selection { from: frame, ..selection(self.recording) })?;
+        self.reader =
+            self.recording.read(&Selection { from: frame, ..selection(self.recording) })?;
         // The first moments of a recording may have no frame.
         while self.reader.peek()?.is_some() && !self.show_moment(session, withhold)? {}
         session.jump(Moment { tick: session.tick(), sim_nanos: self.time });
@@ -167,7 +187,9 @@ impl<'recording> Replay<'recording> {
             if self.is_shown(&topic, frame)? {
                 continue;
             }
-            let Some((time, message)) = self.recording.state_before(&topic, frame)? else { continue };
+            let Some((time, message)) = self.recording.state_before(&topic, frame)? else {
+                continue;
+            };
             let shown = self.stage.publish(session, &topic, &message);
             shown.map_err(|error| explain(self.recording, &topic, time, error))?;
             if topic == Topic::World {
@@ -182,8 +204,8 @@ impl<'recording> Replay<'recording> {
         Ok(self.stage.take_contacts(session, contacts)?)
     }
 
-    /// Whether what is valid before a frame need not be read: a column of the frame itself replaces it, or the world is the one
-    /// that is shown. The index tells.
+    /// Whether what is valid before a frame need not be read: a column of the frame itself replaces
+    /// it, or the world is the one that is shown. The index tells.
     fn is_shown(&mut self, topic: &Topic, frame: u64) -> Result<bool, ReplayError> {
         if topic.column().is_some() {
             return Ok(self.recording.time_until(topic, frame)? == Some(frame));
@@ -193,11 +215,14 @@ impl<'recording> Replay<'recording> {
             self.worlds.clear();
         }
         let Some(before) = frame.checked_sub(1) else { return Ok(false) };
-        Ok(self.recording.time_until(topic, before)?.is_some_and(|time| self.worlds.contains(&time)))
+        Ok(self
+            .recording
+            .time_until(topic, before)?
+            .is_some_and(|time| self.worlds.contains(&time)))
     }
 
-    /// Publishes the list of contacts of the frame that the playhead jumped to, if it hasn't been published yet. It is needed now:
-    /// the next one may be a change of it.
+    /// Publishes the list of contacts of the frame that the playhead jumped to, if it hasn't been
+    /// published yet. It is needed now: the next one may be a change of it.
     fn finish_jump(&mut self, session: &mut Session) -> Result<(), ReplayError> {
         if self.contact_search.as_mut().is_some_and(ContactSearch::cancel) {
             let contacts = self.recording.contacts_before(self.time.saturating_add(1))?;
@@ -210,7 +235,9 @@ impl<'recording> Replay<'recording> {
 /// What a replay reads: everything but what was recorded for other programs.
 fn selection(recording: &Recording) -> Selection {
     let mut topics = recording.topics();
-    topics.retain(|topic| !matches!(topic, Topic::Poses | Topic::Robots | Topic::Graph | Topic::GraphPoints));
+    topics.retain(|topic| {
+        !matches!(topic, Topic::Poses | Topic::Robots | Topic::Graph | Topic::GraphPoints)
+    });
     Selection::all_of(topics)
 }
 

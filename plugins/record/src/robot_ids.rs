@@ -18,7 +18,9 @@ impl RobotIds {
 
     /// Returns the ids below `robots` in ascending order.
     pub fn below(&self, robots: usize) -> impl Iterator<Item = usize> {
-        let clip = move |range: &RangeInclusive<u32>| *range.start() as usize..(*range.end() as usize + 1).min(robots);
+        let clip = move |range: &RangeInclusive<u32>| {
+            *range.start() as usize..(*range.end() as usize + 1).min(robots)
+        };
         self.ranges.iter().flat_map(clip)
     }
 
@@ -74,7 +76,10 @@ mod tests {
         assert_eq!(listed("9,3..6, 5..7,1", 7), [1, 3, 4, 5, 6]);
         assert_eq!(listed("4294967295,0", 1), [0]);
         let ids: RobotIds = "1,5,7..9".parse().unwrap();
-        assert_eq!((0..12).filter(|robot| ids.contains(*robot)).collect::<Vec<_>>(), [1, 5, 7, 8, 9]);
+        assert_eq!(
+            (0..12).filter(|robot| ids.contains(*robot)).collect::<Vec<_>>(),
+            [1, 5, 7, 8, 9]
+        );
         assert_eq!(RobotIds::all().below(3).collect::<Vec<_>>(), [0, 1, 2]);
         for bad in ["", "a", "1,", "3..1", "-1", "1..", "..4", "4294967296"] {
             assert!(bad.parse::<RobotIds>().is_err(), "{bad:?}");

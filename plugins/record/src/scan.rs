@@ -26,12 +26,12 @@ pub(crate) struct Scan {
     pub damage: Vec<Range<u64>>,
 }
 
-/// Scans a recording. After damage it continues at the next of the offsets in `record_starts`; without one, the damage
-/// ends the scan. Calls `report` with the part that is done, from 0 to 1.
+/// Scans a recording. After damage it continues at the next of the offsets in `record_starts`;
+/// without one, the damage ends the scan. Calls `report` with the part that is done, from 0 to 1.
 ///
 /// # Errors
-/// Returns an error of `report`, or an error if the file can't be read, doesn't start like an MCAP file (`InvalidData`), or ends within its header
-/// (`UnexpectedEof`).
+/// Returns an error of `report`, or an error if the file can't be read, doesn't start like an MCAP
+/// file (`InvalidData`), or ends within its header (`UnexpectedEof`).
 pub(crate) fn scan(
     file: &mut (impl Read + Seek),
     record_starts: &BTreeSet<u64>,
@@ -42,7 +42,10 @@ pub(crate) fn scan(
     let mut magic = [0; MAGIC.len()];
     file.read_exact(&mut magic)?;
     if magic != *MAGIC {
-        return Err(io::Error::new(io::ErrorKind::InvalidData, "it doesn't start like an MCAP file"));
+        return Err(io::Error::new(
+            io::ErrorKind::InvalidData,
+            "it doesn't start like an MCAP file",
+        ));
     }
     let mut scan = Scan::default();
     let mut end = MAGIC.len() as u64;
@@ -50,7 +53,8 @@ pub(crate) fn scan(
         report(end as f64 / length.max(1) as f64)?;
         let next = record_starts.range(end + 1..).next().copied();
         let record = RecordSpan::read(file, end, next.unwrap_or(length).min(length))?;
-        let record = record.filter(|record| is_data(record.opcode) && scan.add(file, record).is_ok());
+        let record =
+            record.filter(|record| is_data(record.opcode) && scan.add(file, record).is_ok());
         match (record, next) {
             (Some(record), _) => end = record.end(),
             (None, Some(next)) => {
@@ -91,9 +95,15 @@ impl Scan {
             op::MESSAGE_INDEX => self.add_index(file, record),
             op::METADATA => {
                 let content = record.read_content(file)?;
-                let Record::Metadata(metadata) = parse_record(op::METADATA, &content)? else { return Ok(()) };
+                let Record::Metadata(metadata) = parse_record(op::METADATA, &content)? else {
+                    return Ok(());
+                };
                 let (offset, length) = (record.start, RECORD_HEADER + record.length);
-                self.summary.metadata_indexes.push(MetadataIndex { offset, length, name: metadata.name });
+                self.summary.metadata_indexes.push(MetadataIndex {
+                    offset,
+                    length,
+                    name: metadata.name,
+                });
                 Ok(())
             }
             // After a damaged length, anything may look like a record.
@@ -101,7 +111,8 @@ impl Scan {
                 let content = record.read_content(file)?;
                 parse_record(record.opcode, &content).map(drop)
             }
-            // Regatta writes no other records outside of chunks. Those of other programs are left unchanged.
+            // Regatta writes no other records outside of chunks. Those of other programs are left
+            // unchanged.
             _ => Ok(()),
         }
     }
@@ -112,7 +123,9 @@ impl Scan {
         file.seek(SeekFrom::Start(span.start))?;
         let mut record = vec![0; RECORD_HEADER as usize + length];
         file.read_exact(&mut record)?;
-        let Record::Chunk { header, .. } = parse_record(op::CHUNK, &record[RECORD_HEADER as usize..])? else {
+        let Record::Chunk { header, .. } =
+            parse_record(op::CHUNK, &record[RECORD_HEADER as usize..])?
+        else {
             return Err(McapError::BadIndex);
         };
         let index = ChunkIndex {
@@ -130,11 +143,16 @@ impl Scan {
         let chunk = ChunkContent::read(&record)?;
         chunk::validate(&index, &record)?;
         self.last_indexes = chunk.indexes;
-        chunk.schemas.into_iter().for_each(|schema| drop(self.summary.schemas.insert(schema.id, Arc::new(schema))));
+        chunk
+            .schemas
+            .into_iter()
+            .for_each(|schema| drop(self.summary.schemas.insert(schema.id, Arc::new(schema))));
         for channel in chunk.channels {
             let schema = self.summary.schemas.get(&channel.schema_id).cloned();
             let records::Channel { id, topic, message_encoding, metadata, .. } = channel;
-            self.summary.channels.insert(id, Arc::new(Channel { id, topic, schema, message_encoding, metadata }));
+            self.summary
+                .channels
+                .insert(id, Arc::new(Channel { id, topic, schema, message_encoding, metadata }));
         }
         self.count(&header);
         self.summary.chunk_indexes.push(index);
@@ -152,15 +170,19 @@ impl Scan {
         }
         stats.message_count += messages;
         for index in &self.last_indexes {
-            *stats.channel_message_counts.entry(index.channel_id).or_default() += index.records.len() as u64;
+            *stats.channel_message_counts.entry(index.channel_id).or_default() +=
+                index.records.len() as u64;
         }
     }
 
     fn add_index(&mut self, file: &mut (impl Read + Seek), record: &RecordSpan) -> McapResult<()> {
         let content = record.read_content(file)?;
-        let Record::MessageIndex(index) = parse_record(op::MESSAGE_INDEX, &content)? else { return Ok(()) };
+        let Record::MessageIndex(index) = parse_record(op::MESSAGE_INDEX, &content)? else {
+            return Ok(());
+        };
         // An index that doesn't match the chunk before it belongs to a damaged chunk.
-        let matches_chunk = self.last_indexes.iter().any(|of_chunk| of_chunk.channel_id == index.channel_id);
+        let matches_chunk =
+            self.last_indexes.iter().any(|of_chunk| of_chunk.channel_id == index.channel_id);
         if let Some(chunk) = self.summary.chunk_indexes.last_mut().filter(|_| matches_chunk) {
             chunk.message_index_offsets.insert(index.channel_id, record.start);
             chunk.message_index_length += RECORD_HEADER + record.length;
@@ -173,8 +195,8 @@ impl Scan {
         let indexes = std::mem::take(&mut self.last_indexes).len();
         let chunk = self.summary.chunk_indexes.last_mut();
         if let Some(chunk) = chunk.filter(|chunk| chunk.message_index_offsets.len() < indexes) {
-            // If some indexes were listed and others not, readers would miss the messages of the others. If none is
-            // listed, readers read the chunk itself.
+            // If some indexes were listed and others not, readers would miss the messages of the
+            // others. If none is listed, readers read the chunk itself.
             chunk.message_index_offsets.clear();
             chunk.message_index_length = 0;
         }
@@ -191,14 +213,17 @@ impl Scan {
             summary.channels.entry(*id).or_insert_with(|| Arc::clone(channel));
         }
         let stats = summary.stats.get_or_insert_default();
-        (stats.schema_count, stats.channel_count) = (summary.schemas.len() as u16, summary.channels.len() as u32);
+        (stats.schema_count, stats.channel_count) =
+            (summary.schemas.len() as u16, summary.channels.len() as u32);
     }
 
-    /// Completes the statistics. If a chunk is the last record, or only its indexes follow, the indexes may be incomplete
-    /// and are left to be written again.
+    /// Completes the statistics. If a chunk is the last record, or only its indexes follow, the
+    /// indexes may be incomplete and are left to be written again.
     fn finish(mut self, end: u64) -> Self {
         self.end = end;
-        if let Some(chunk) = self.summary.chunk_indexes.last_mut().filter(|_| !self.last_indexes.is_empty()) {
+        if let Some(chunk) =
+            self.summary.chunk_indexes.last_mut().filter(|_| !self.last_indexes.is_empty())
+        {
             chunk.message_index_offsets.clear();
             chunk.message_index_length = 0;
             self.end = chunk.chunk_start_offset + chunk.chunk_length;

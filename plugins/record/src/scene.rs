@@ -8,8 +8,8 @@ use regatta_plugin::{Frame, World};
 
 use crate::schema::FRAME_ID;
 use crate::schema::foxglove::{
-    Color, LinePrimitive, PackedElementField, Point3, PointCloud, Pose, PosesInFrame, Quaternion, SceneEntity,
-    SceneUpdate, Vector3, line_primitive, packed_element_field::NumericType,
+    Color, LinePrimitive, PackedElementField, Point3, PointCloud, Pose, PosesInFrame, Quaternion,
+    SceneEntity, SceneUpdate, Vector3, line_primitive, packed_element_field::NumericType,
 };
 
 /// The number of line segments that approximate a curve.
@@ -28,7 +28,8 @@ pub(crate) fn poses(frame: &Frame<'_>, log_time: u64) -> Vec<u8> {
         .filter(|(_, state)| RobotState::from_number(**state) != RobotState::Absent)
         .map(|(((x, y), theta), _)| pose(f64::from(*x), f64::from(*y), f64::from(*theta)))
         .collect();
-    PosesInFrame { timestamp: Some(timestamp(log_time)), frame_id: FRAME_ID.to_owned(), poses }.encode_to_vec()
+    PosesInFrame { timestamp: Some(timestamp(log_time)), frame_id: FRAME_ID.to_owned(), poses }
+        .encode_to_vec()
 }
 
 fn pose(x: f64, y: f64, theta: f64) -> Pose {
@@ -43,7 +44,9 @@ fn pose(x: f64, y: f64, theta: f64) -> Pose {
 pub(crate) fn robots(frame: &Frame<'_>, log_time: u64) -> Vec<u8> {
     let columns = frame.columns();
     let rows = columns.x.iter().zip(columns.y).zip(columns.state);
-    let points = rows.filter_map(|((x, y), state)| Some(([*x, *y, 0.0], colour(RobotState::from_number(*state))?)));
+    let points = rows.filter_map(|((x, y), state)| {
+        Some(([*x, *y, 0.0], colour(RobotState::from_number(*state))?))
+    });
     cloud(points, log_time)
 }
 
@@ -62,7 +65,8 @@ fn colour(state: RobotState) -> Option<[u8; 4]> {
     }
 }
 
-/// Encodes points along the route graph, slightly below the robots' points so that they don't cover them.
+/// Encodes points along the route graph, slightly below the robots' points so that they don't cover
+/// them.
 pub(crate) fn graph_points(world: &World<'_>, log_time: u64) -> Vec<u8> {
     let curves = world.edges().iter().flat_map(|edge| world.curves(edge));
     let points = curves.flat_map(|record| curve(&record.control_points, SEGMENTS));
@@ -122,12 +126,14 @@ fn lines(curve: &CurveRecord) -> impl Iterator<Item = Point3> + use<> {
     pairs.into_iter().map(|[x, y]| Point3 { x, y, z: 0.0 })
 }
 
-/// Returns points on a cubic Bézier curve: the two ends of a straight one, or else `segments + 1` points.
+/// Returns points on a cubic Bézier curve: the two ends of a straight one, or else `segments + 1`
+/// points.
 fn polyline(control_points: &[[f32; 2]; 4], segments: usize) -> Vec<[f64; 2]> {
     let [p0, p1, p2, p3] = control_points.map(|point| point.map(f64::from));
     let [dx, dy] = [p3[0] - p0[0], p3[1] - p0[1]];
     let chord = dx.hypot(dy);
-    let off_chord = |p: [f64; 2]| (dx * (p[1] - p0[1]) - dy * (p[0] - p0[0])).abs() / chord.max(1e-9);
+    let off_chord =
+        |p: [f64; 2]| (dx * (p[1] - p0[1]) - dy * (p[0] - p0[0])).abs() / chord.max(1e-9);
     if chord > 0.0 && off_chord(p1).max(off_chord(p2)) < 1e-3 {
         return vec![p0, p3];
     }
@@ -135,13 +141,21 @@ fn polyline(control_points: &[[f32; 2]; 4], segments: usize) -> Vec<[f64; 2]> {
 }
 
 /// Returns `segments + 1` points on a cubic Bézier curve.
-fn curve(control_points: &[[f32; 2]; 4], segments: usize) -> impl Iterator<Item = [f64; 2]> + use<> {
+fn curve(
+    control_points: &[[f32; 2]; 4],
+    segments: usize,
+) -> impl Iterator<Item = [f64; 2]> + use<> {
     let [p0, p1, p2, p3] = control_points.map(|point| point.map(f64::from));
     let at = move |i: usize| {
         let t = i as f64 / segments as f64;
         let u = 1.0 - t;
         let weights = [u * u * u, 3.0 * u * u * t, 3.0 * u * t * t, t * t * t];
-        [0, 1].map(|axis| weights[0] * p0[axis] + weights[1] * p1[axis] + weights[2] * p2[axis] + weights[3] * p3[axis])
+        [0, 1].map(|axis| {
+            weights[0] * p0[axis]
+                + weights[1] * p1[axis]
+                + weights[2] * p2[axis]
+                + weights[3] * p3[axis]
+        })
     };
     (0..=segments).map(at)
 }

@@ -144,12 +144,15 @@ impl Topic {
     pub(crate) fn is_from_plugin(&self) -> bool {
         match self {
             Self::Column(name) => name.as_str() != PRODUCERS_COLUMN,
-            _ => matches!(self, Self::Tasks | Self::Contacts | Self::ContactUpdates | Self::ContactEvents),
+            _ => matches!(
+                self,
+                Self::Tasks | Self::Contacts | Self::ContactUpdates | Self::ContactEvents
+            ),
         }
     }
 
-    /// Whether each message is a state that is valid until the next message, or an update of one. A reader that starts in
-    /// the middle of a recording needs the state at its start.
+    /// Whether each message is a state that is valid until the next message, or an update of one. A
+    /// reader that starts in the middle of a recording needs the state at its start.
     pub(crate) fn is_state(&self) -> bool {
         matches!(self, Self::World | Self::Column(_) | Self::Contacts | Self::ContactUpdates)
     }
@@ -179,7 +182,9 @@ mod tests {
         for topic in all() {
             let set = prost_types::FileDescriptorSet::decode(topic.descriptors()).unwrap();
             let names = set.file.iter().flat_map(|file| {
-                file.message_type.iter().map(move |message| format!("{}.{}", file.package(), message.name()))
+                file.message_type
+                    .iter()
+                    .map(move |message| format!("{}.{}", file.package(), message.name()))
             });
             assert!(names.into_iter().any(|name| name == topic.schema()), "{topic:?}");
         }

@@ -143,13 +143,17 @@ impl Sink {
     /// Creates the first file and starts the thread that writes it.
     ///
     /// # Errors
-    /// Returns a [`SinkError`] if the file can't be created, or if it exists and isn't to be overwritten.
+    /// Returns a [`SinkError`] if the file can't be created, or if it exists and isn't to be
+    /// overwritten.
     pub fn create(path: &Path, settings: Settings) -> Result<Self, SinkError> {
         let queued = Arc::default();
         let drain = Drain::create(path, settings, Arc::clone(&queued))?;
         let (sender, jobs) = channel();
-        let thread = std::thread::Builder::new().name("recording".to_owned()).spawn(move || drain.run(&jobs));
-        let thread = thread.map_err(|reason| SinkError::Create { path: path.to_owned(), reason })?;
+        let thread = std::thread::Builder::new()
+            .name("recording".to_owned())
+            .spawn(move || drain.run(&jobs));
+        let thread =
+            thread.map_err(|reason| SinkError::Create { path: path.to_owned(), reason })?;
         Ok(Self { jobs: Some(sender), queued, thread: Some(thread), dropped: Lost::default() })
     }
 
@@ -179,8 +183,8 @@ impl Sink {
         }
     }
 
-    /// Waits until all messages are written, closes the last file with metadata, and returns the counts and the first
-    /// error.
+    /// Waits until all messages are written, closes the last file with metadata, and returns the
+    /// counts and the first error.
     pub fn finish(&mut self, name: &str, facts: &[(&str, String)]) -> (Tally, Option<SinkError>) {
         self.hand_over(Job::End(metadata(name, facts)));
         self.jobs = None;

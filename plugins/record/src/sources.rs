@@ -1,4 +1,5 @@
-//! Reads what a fleet publishes besides frames, world and events: columns, orders, tasks and contacts.
+//! Reads what a fleet publishes besides frames, world and events: columns, orders, tasks and
+//! contacts.
 
 use std::collections::BTreeSet;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -7,8 +8,8 @@ use std::time::Duration;
 
 use regatta_plugin::services::COLUMN_BUFFER;
 use regatta_plugin::{
-    ColumnName, ColumnReader, ContactEventReader, ContactReader, FleetName, OrderLogReader, Participant, Result,
-    TaskReader, column_names,
+    ColumnName, ColumnReader, ContactEventReader, ContactReader, FleetName, OrderLogReader,
+    Participant, Result, TaskReader, column_names,
 };
 
 use crate::contacts::ContactList;
@@ -19,8 +20,8 @@ use crate::topics::TopicSet;
 
 /// The time between two searches for new columns.
 const SEARCH_PERIOD: Duration = Duration::from_millis(500);
-/// The largest number of samples read from one column per poll, so that a publisher that is faster than the recorder
-/// can't keep it busy forever.
+/// The largest number of samples read from one column per poll, so that a publisher that is faster
+/// than the recorder can't keep it busy forever.
 const MAX_SAMPLES: usize = 2 * COLUMN_BUFFER;
 
 /// The readers of all services that the plugin runner doesn't read itself.
@@ -68,10 +69,15 @@ impl Sources {
             topics: topics.clone(),
             orders: has(Topic::Orders).then(|| OrderLogReader::open_on(participant)).transpose()?,
             tasks: has(Topic::Tasks).then(|| TaskReader::open_on(participant)).transpose()?,
-            contacts: has(Topic::Contacts).then(|| ContactReader::open_for_all_on(participant)).transpose()?,
-            contact_events: has(Topic::ContactEvents).then(|| ContactEventReader::open_on(participant)).transpose()?,
+            contacts: has(Topic::Contacts)
+                .then(|| ContactReader::open_for_all_on(participant))
+                .transpose()?,
+            contact_events: has(Topic::ContactEvents)
+                .then(|| ContactEventReader::open_on(participant))
+                .transpose()?,
         };
-        // Opening takes a while, so that the producer's column and all existing ones are opened before the first frame.
+        // Opening takes a while, so that the producer's column and all existing ones are opened
+        // before the first frame.
         sources.open_column(PRODUCERS_COLUMN.parse()?)?;
         sources.open_columns()?;
         Ok(sources)
@@ -79,19 +85,23 @@ impl Sources {
 
     /// Opens all existing columns. This is too slow to be called for every frame.
     pub fn open_columns(&mut self) -> Result {
-        column_names(self.participant.fleet()).into_iter().try_for_each(|name| self.open_column(name))
+        column_names(self.participant.fleet())
+            .into_iter()
+            .try_for_each(|name| self.open_column(name))
     }
 
     /// Calls `each` with all new samples.
     pub fn poll(&mut self, mut each: impl FnMut(Sample)) -> Result {
-        // At most one column is opened per call, because opening several could take so long that a frame is missed.
+        // At most one column is opened per call, because opening several could take so long that a
+        // frame is missed.
         if let Ok(name) = self.new_columns.try_recv() {
             self.open_column(name)?;
         }
         for (name, reader) in &mut self.columns {
             for _ in 0..MAX_SAMPLES {
                 let Some(column) = reader.take_next()? else { break };
-                let (run_id, tick, missed) = (column.header.run_id, column.header.tick, column.missed);
+                let (run_id, tick, missed) =
+                    (column.header.run_id, column.header.tick, column.missed);
                 let payload = Payload::Message(encode::column(&column));
                 each(Sample { topic: Topic::Column(name.clone()), run_id, tick, missed, payload });
             }
@@ -115,9 +125,16 @@ impl Sources {
         if let Some(reader) = &mut self.contacts {
             for _ in 0..MAX_SAMPLES {
                 let Some(contacts) = reader.take_next()? else { break };
-                let (run_id, tick, missed) = (contacts.header.run_id, contacts.header.tick, contacts.missed);
+                let (run_id, tick, missed) =
+                    (contacts.header.run_id, contacts.header.tick, contacts.missed);
                 let list = ContactList { header: *contacts.header, pairs: contacts.pairs.to_vec() };
-                each(Sample { topic: Topic::Contacts, run_id, tick, missed, payload: Payload::Contacts(list) });
+                each(Sample {
+                    topic: Topic::Contacts,
+                    run_id,
+                    tick,
+                    missed,
+                    payload: Payload::Contacts(list),
+                });
             }
         }
         let Some(contact_events) = &mut self.contact_events else { return Ok(()) };

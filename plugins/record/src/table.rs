@@ -42,7 +42,8 @@ impl Snapshot<'_> {
         self.world.data.edges.get(row.edge as usize)
     }
 
-    /// Returns a robot's newest value in a column at this time. `column` is an index into the list of requested columns.
+    /// Returns a robot's newest value in a column at this time. `column` is an index into the list
+    /// of requested columns.
     pub fn column(&self, column: usize, robot: usize) -> Option<f32> {
         self.columns.get(column)?.get(robot).copied()
     }
@@ -73,7 +74,11 @@ pub(crate) struct Span {
 
 impl Span {
     /// Returns the requested part of a recording: all of it, unless it is limited.
-    pub fn of(recording: &Recording, from: Option<humantime::Duration>, to: Option<humantime::Duration>) -> Self {
+    pub fn of(
+        recording: &Recording,
+        from: Option<humantime::Duration>,
+        to: Option<humantime::Duration>,
+    ) -> Self {
         let (start, end) = recording.span();
         let nanos = |time: Duration| u64::try_from(time.as_nanos()).unwrap_or(u64::MAX);
         Self { from: nanos(from.map_or(start, Into::into)), to: nanos(to.map_or(end, Into::into)) }
@@ -95,8 +100,10 @@ pub(crate) fn for_each_snapshot<E: From<ReadingError>>(
 ) -> Result<(), E> {
     let Span { from, to } = *span;
     let mut state = State::before(recording, columns, from)?;
-    let topics = [Topic::Frames, Topic::World].into_iter().chain(columns.iter().cloned().map(Topic::Column));
-    let mut reader = recording.read(&Selection { from, to: to.max(from), topics: topics.collect() })?;
+    let topics =
+        [Topic::Frames, Topic::World].into_iter().chain(columns.iter().cloned().map(Topic::Column));
+    let mut reader =
+        recording.read(&Selection { from, to: to.max(from), topics: topics.collect() })?;
     while let Some(time) = reader.peek()? {
         // A column may come after the frame of the same time.
         while reader.peek()? == Some(time) {
@@ -111,7 +118,9 @@ pub(crate) fn for_each_snapshot<E: From<ReadingError>>(
             }
         }
         let snapshot = state.snapshot(time);
-        if let Some(snapshot) = snapshot.map_err(|reason| recording.malformed(&Topic::Frames, time, reason))? {
+        if let Some(snapshot) =
+            snapshot.map_err(|reason| recording.malformed(&Topic::Frames, time, reason))?
+        {
             each(&snapshot)?;
         }
     }
@@ -120,7 +129,11 @@ pub(crate) fn for_each_snapshot<E: From<ReadingError>>(
 
 impl State {
     /// Returns the state before a time.
-    fn before(recording: &Recording, columns: &[ColumnName], time: u64) -> Result<Self, ReadingError> {
+    fn before(
+        recording: &Recording,
+        columns: &[ColumnName],
+        time: u64,
+    ) -> Result<Self, ReadingError> {
         let mut state = Self {
             names: columns.to_vec(),
             columns: vec![Vec::new(); columns.len()],
@@ -132,7 +145,9 @@ impl State {
         };
         for topic in [Topic::World].into_iter().chain(columns.iter().cloned().map(Topic::Column)) {
             if let Some((at, message)) = recording.state_before(&topic, time)? {
-                state.update(&topic, &message).map_err(|reason| recording.malformed(&topic, at, reason))?;
+                state
+                    .update(&topic, &message)
+                    .map_err(|reason| recording.malformed(&topic, at, reason))?;
             }
         }
         Ok(state)
@@ -143,7 +158,8 @@ impl State {
             Topic::World => self.world = decode::world(message)?,
             Topic::Column(name) => {
                 if let Some(column) = self.names.iter().position(|requested| requested == name) {
-                    let (recorded, values) = (RecordedColumn::parse(message)?, &mut self.columns[column]);
+                    let (recorded, values) =
+                        (RecordedColumn::parse(message)?, &mut self.columns[column]);
                     values.resize(recorded.len(), 0.0);
                     recorded.copy_to(values);
                 }

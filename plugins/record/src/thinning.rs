@@ -8,7 +8,8 @@ use crate::sources::Sample;
 /// The number of recorded frames that are remembered, because samples may arrive after their frame.
 const REMEMBERED: usize = 64;
 
-/// Chooses the samples to record if not every frame is recorded: for each recorded frame, the newest sample at its tick.
+/// Chooses the samples to record if not every frame is recorded: for each recorded frame, the
+/// newest sample at its tick.
 #[derive(Debug, Default)]
 pub(crate) struct Thinning {
     run_id: u64,
@@ -37,11 +38,15 @@ impl Thinning {
         if self.recorded.len() > REMEMBERED {
             self.recorded.pop_front();
         }
-        let of_tick = self.newest.values_mut().filter_map(|held| held.take_if(|held| held.sample.tick == tick));
+        let of_tick = self
+            .newest
+            .values_mut()
+            .filter_map(|held| held.take_if(|held| held.sample.tick == tick));
         rest.into_iter().chain(of_tick).collect()
     }
 
-    /// Takes a sample. Returns the one before it, if that is recorded only now, and this one, if it is recorded already.
+    /// Takes a sample. Returns the one before it, if that is recorded only now, and this one, if it
+    /// is recorded already.
     pub fn take(&mut self, sample: Sample, log_time: u64) -> [Option<Held>; 2] {
         let (run_id, tick) = (sample.run_id, sample.tick);
         let is_recorded = self.run_id == run_id && self.recorded.contains(&tick);
@@ -49,7 +54,11 @@ impl Thinning {
         let was_newest = |held: &mut Held| {
             let is_over = |recorded: &&u64| held.sample.run_id != run_id || **recorded < tick;
             self.run_id == held.sample.run_id
-                && self.recorded.iter().filter(is_over).any(|recorded| *recorded >= held.sample.tick)
+                && self
+                    .recorded
+                    .iter()
+                    .filter(is_over)
+                    .any(|recorded| *recorded >= held.sample.tick)
         };
         let before = held.take_if(was_newest);
         match is_recorded {
@@ -67,7 +76,9 @@ impl Thinning {
     /// Returns the held samples of the run's recorded frames, at its end.
     pub fn flush(&mut self) -> Vec<Held> {
         let Self { run_id, recorded, newest } = self;
-        let ended = newest.values_mut().filter_map(|held| held.take_if(|held| held.sample.run_id == *run_id));
+        let ended = newest
+            .values_mut()
+            .filter_map(|held| held.take_if(|held| held.sample.run_id == *run_id));
         ended.filter(|held| recorded.iter().any(|tick| *tick >= held.sample.tick)).collect()
     }
 }
@@ -78,7 +89,13 @@ mod tests {
     use crate::sink::Payload;
 
     fn sample(tick: u64) -> Sample {
-        Sample { topic: Topic::Contacts, run_id: 1, tick, missed: 0, payload: Payload::Message(Vec::new()) }
+        Sample {
+            topic: Topic::Contacts,
+            run_id: 1,
+            tick,
+            missed: 0,
+            payload: Payload::Message(Vec::new()),
+        }
     }
 
     /// Returns the recorded ticks of samples, if every tenth frame is recorded.
@@ -102,7 +119,8 @@ mod tests {
     #[test]
     fn each_recorded_frame_has_its_newest_sample() {
         let all: Vec<_> = (0..100).collect();
-        let (tens, some) = ((0..100).step_by(10).collect::<Vec<_>>(), [3, 5, 9, 21, 22, 58, 60, 91]);
+        let (tens, some) =
+            ((0..100).step_by(10).collect::<Vec<_>>(), [3, 5, 9, 21, 22, 58, 60, 91]);
         for comes_before in [true, false] {
             assert_eq!(recorded(&all, comes_before), tens);
             assert_eq!(recorded(&some, comes_before), [9, 22, 60]);

@@ -2,8 +2,8 @@
 
 use regatta_plugin::frame::FrameHeader;
 
-/// The recording's clock, in nanoseconds. It is the simulated time of the first run; each further run in the recording
-/// follows the previous one without a gap.
+/// The recording's clock, in nanoseconds. It is the simulated time of the first run; each further
+/// run in the recording follows the previous one without a gap.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Timeline {
     newest: FrameHeader,
@@ -22,7 +22,8 @@ impl Timeline {
         if header.run_id != self.newest.run_id {
             let is_first_run = self.newest.run_id == 0;
             self.first = simulated;
-            self.start = if is_first_run { simulated } else { self.now + header.tick_period_nanos.max(1) };
+            self.start =
+                if is_first_run { simulated } else { self.now + header.tick_period_nanos.max(1) };
         }
         self.newest = *header;
         self.now = self.start + simulated.saturating_sub(self.first);
@@ -34,8 +35,8 @@ impl Timeline {
         self.now
     }
 
-    /// Returns the time of a tick. A tick of another run gets the time of the newest frame; a tick before the run's first
-    /// recorded frame gets that frame's time.
+    /// Returns the time of a tick. A tick of another run gets the time of the newest frame; a tick
+    /// before the run's first recorded frame gets that frame's time.
     pub fn time_of(&self, run_id: u64, tick: u64) -> u64 {
         if run_id != self.newest.run_id {
             return self.now;
@@ -52,7 +53,13 @@ mod tests {
 
     fn frame(run_id: u64, tick: u64) -> FrameHeader {
         let sim_time_nanos = tick * 10;
-        FrameHeader { run_id, tick, sim_time_nanos, tick_period_nanos: 10, ..FrameHeader::default() }
+        FrameHeader {
+            run_id,
+            tick,
+            sim_time_nanos,
+            tick_period_nanos: 10,
+            ..FrameHeader::default()
+        }
     }
 
     #[test]

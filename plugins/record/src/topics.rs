@@ -14,8 +14,18 @@ pub struct TopicSet {
 }
 
 /// The names that a command line can have, besides those of columns.
-const NAMES: [&str; 10] =
-    ["frames", "events", "orders", "tasks", "contacts", "contact_events", "columns", "poses", "robots", "graph"];
+const NAMES: [&str; 10] = [
+    "frames",
+    "events",
+    "orders",
+    "tasks",
+    "contacts",
+    "contact_events",
+    "columns",
+    "poses",
+    "robots",
+    "graph",
+];
 
 impl TopicSet {
     /// Returns the set of all topics.
@@ -47,14 +57,17 @@ impl FromStr for TopicSet {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let names: Vec<_> = text.split(',').map(|name| name.trim().trim_start_matches('/').to_owned()).collect();
-        let is_column =
-            |name: &str| name.strip_prefix("columns/").is_some_and(|name| name.parse::<ColumnName>().is_ok());
+        let names: Vec<_> =
+            text.split(',').map(|name| name.trim().trim_start_matches('/').to_owned()).collect();
+        let is_column = |name: &str| {
+            name.strip_prefix("columns/").is_some_and(|name| name.parse::<ColumnName>().is_ok())
+        };
         match names.iter().find(|name| !NAMES.contains(&name.as_str()) && !is_column(name)) {
             None => Ok(Self { names: Some(names) }),
-            Some(unknown) => {
-                Err(format!("unknown topic '{unknown}'; the topics are {}, and columns/NAME", NAMES.join(", ")))
-            }
+            Some(unknown) => Err(format!(
+                "unknown topic '{unknown}'; the topics are {}, and columns/NAME",
+                NAMES.join(", ")
+            )),
         }
     }
 }
@@ -70,10 +83,23 @@ mod tests {
         for name in ["/frames", "/contacts", "/contact_updates", "/columns/load", "/world"] {
             assert!(has(name), "{name}");
         }
-        for name in ["/events", "/orders", "/contact_events", "/columns/type", "/poses", "/robots", "/graph_points"] {
+        for name in [
+            "/events",
+            "/orders",
+            "/contact_events",
+            "/columns/type",
+            "/poses",
+            "/robots",
+            "/graph_points",
+        ] {
             assert!(!has(name), "{name}");
         }
-        assert!("columns".parse::<TopicSet>().unwrap().includes(&Topic::Column("type".parse().unwrap())));
+        assert!(
+            "columns"
+                .parse::<TopicSet>()
+                .unwrap()
+                .includes(&Topic::Column("type".parse().unwrap()))
+        );
         assert!(Topic::FIXED.iter().all(|topic| TopicSet::all().includes(topic)));
     }
 

@@ -17,7 +17,10 @@ use tempfile::TempDir;
 /// The packages, and the files that they are in.
 const PACKAGES: [(&str, &[&str]); 2] = [
     ("regatta", &["regatta.proto"]),
-    ("foxglove", &["foxglove/PointCloud.proto", "foxglove/PosesInFrame.proto", "foxglove/SceneUpdate.proto"]),
+    (
+        "foxglove",
+        &["foxglove/PointCloud.proto", "foxglove/PosesInFrame.proto", "foxglove/SceneUpdate.proto"],
+    ),
 ];
 
 fn generate(proto: &Path, out: &Path) -> Result<(), Box<dyn Error>> {
@@ -40,12 +43,19 @@ fn the_generated_files_are_current() {
     }
     let out = TempDir::new().expect("a folder");
     generate(&proto, out.path()).expect("generated");
-    let mut names: Vec<_> =
-        fs::read_dir(out.path()).expect("listed").map(|entry| entry.expect("listed").file_name()).collect();
+    let mut names: Vec<_> = fs::read_dir(out.path())
+        .expect("listed")
+        .map(|entry| entry.expect("listed").file_name())
+        .collect();
     names.sort();
     assert_eq!(names, ["foxglove.descriptors", "foxglove.rs", "regatta.descriptors", "regatta.rs"]);
     for name in names {
-        let [expected, found] = [out.path(), &committed].map(|folder| fs::read(folder.join(&name)).expect("readable"));
-        assert!(expected == found, "{} is not what proto/ compiles to: see the top of this file", name.display());
+        let [expected, found] =
+            [out.path(), &committed].map(|folder| fs::read(folder.join(&name)).expect("readable"));
+        assert!(
+            expected == found,
+            "{} is not what proto/ compiles to: see the top of this file",
+            name.display()
+        );
     }
 }

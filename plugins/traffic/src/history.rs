@@ -4,7 +4,9 @@ use std::time::{Duration, Instant};
 
 use regatta_plugin::history::HistoryHeader;
 use regatta_plugin::traffic::EdgeTraffic;
-use regatta_plugin::{ContactReader, Frame, HistoryPublisher, OpenError, Participant, Result, RunHistory};
+use regatta_plugin::{
+    ContactReader, Frame, HistoryPublisher, OpenError, Participant, Result, RunHistory,
+};
 
 /// The time between two publications, unless they take long.
 const PUBLISH_EVERY: Duration = Duration::from_millis(500);
@@ -46,9 +48,11 @@ impl PublishedHistory {
         self.contacts.latest()?;
         let has_checker = self.contacts.has_publisher();
         let contacts = self.contacts.current().filter(|_| has_checker);
-        self.run.add(frame, contacts.map(|contacts| (contacts.header, contacts.pairs)), || match figures {
-            [] => None,
-            figures => Some(figures.iter().map(|edge| edge.entered_per_hour).sum()),
+        self.run.add(frame, contacts.map(|contacts| (contacts.header, contacts.pairs)), || {
+            match figures {
+                [] => None,
+                figures => Some(figures.iter().map(|edge| edge.entered_per_hour).sum()),
+            }
         });
         self.publish(frame)
     }

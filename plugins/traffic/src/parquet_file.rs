@@ -24,9 +24,12 @@ type Group<'a> = SerializedRowGroupWriter<'a, File>;
 pub fn write(path: &Path, report: &Report<'_>) -> io::Result<()> {
     let zstd = Compression::ZSTD(ZstdLevel::try_new(1)?);
     let properties = WriterProperties::builder().set_compression(zstd).build();
-    let mut writer = SerializedFileWriter::new(File::create(path)?, Arc::new(schema()?), Arc::new(properties))?;
+    let mut writer =
+        SerializedFileWriter::new(File::create(path)?, Arc::new(schema()?), Arc::new(properties))?;
     let mut group = writer.next_row_group()?;
-    let ids = |id: fn(&Edge) -> u32| report.edges.iter().map(|edge| id(edge).cast_signed()).collect::<Vec<i32>>();
+    let ids = |id: fn(&Edge) -> u32| {
+        report.edges.iter().map(|edge| id(edge).cast_signed()).collect::<Vec<i32>>()
+    };
     column::<Int32Type>(&mut group, &ids(|edge| edge.id))?;
     column::<Int32Type>(&mut group, &ids(|edge| edge.nodes[0]))?;
     column::<Int32Type>(&mut group, &ids(|edge| edge.nodes[1]))?;
@@ -44,20 +47,23 @@ pub fn write(path: &Path, report: &Report<'_>) -> io::Result<()> {
 /// The columns of the CSV file.
 fn schema() -> Result<Type, ParquetError> {
     let field = |name: &str, physical, converted| {
-        let builder = Type::primitive_type_builder(name, physical).with_repetition(Repetition::REQUIRED);
+        let builder =
+            Type::primitive_type_builder(name, physical).with_repetition(Repetition::REQUIRED);
         builder.with_converted_type(converted).build().map(Arc::new)
     };
     let ids = ["edge", "origin", "destination"];
     let ids = ids.map(|name| field(name, PhysicalType::INT32, ConvertedType::UINT_32));
     let name = field("name", PhysicalType::BYTE_ARRAY, ConvertedType::UTF8);
-    let figures =
-        FIGURES.map(|(name, _): (_, fn(&EdgeTraffic) -> f32)| field(name, PhysicalType::FLOAT, ConvertedType::NONE));
+    let figures = FIGURES.map(|(name, _): (_, fn(&EdgeTraffic) -> f32)| {
+        field(name, PhysicalType::FLOAT, ConvertedType::NONE)
+    });
     let fields = ids.into_iter().chain([name]).chain(figures).collect::<Result<Vec<_>, _>>()?;
     Type::group_type_builder("traffic").with_fields(fields).build()
 }
 
 fn column<T: DataType>(group: &mut Group<'_>, values: &[T::T]) -> Result<(), ParquetError> {
-    let mut column = group.next_column()?.ok_or_else(|| ParquetError::General("too few columns".to_owned()))?;
+    let mut column =
+        group.next_column()?.ok_or_else(|| ParquetError::General("too few columns".to_owned()))?;
     column.typed::<T>().write_batch(values, None, None)?;
     column.close()
 }
@@ -86,9 +92,13 @@ mod tests {
             planned: 3.0 * number,
         });
         write(&path, &Report { secs: 60.0, edges: &edges, figures: &figures }).expect("written");
-        let reader = SerializedFileReader::new(File::open(&path).expect("a file")).expect("readable");
-        let rows: Vec<String> =
-            reader.get_row_iter(None).expect("rows").map(|row| row.expect("a row").to_string()).collect();
+        let reader =
+            SerializedFileReader::new(File::open(&path).expect("a file")).expect("readable");
+        let rows: Vec<String> = reader
+            .get_row_iter(None)
+            .expect("rows")
+            .map(|row| row.expect("a row").to_string())
+            .collect();
         assert_eq!(
             rows,
             [

@@ -46,7 +46,15 @@ impl Counts {
     }
 
     fn values(&self) -> [f32; VALUES] {
-        [self.robots, self.entered, self.metres, self.waiting, self.touching, self.released, self.planned]
+        [
+            self.robots,
+            self.entered,
+            self.metres,
+            self.waiting,
+            self.touching,
+            self.released,
+            self.planned,
+        ]
     }
 }
 
@@ -80,7 +88,11 @@ impl Periods {
     /// Adds the counts of a frame that lasted for some simulated seconds.
     pub fn add(&mut self, counts: &[Counts], secs: f64) {
         self.part.secs += secs;
-        self.part.counts.iter_mut().zip(counts).for_each(|(sum, counts)| sum.add(counts, secs as f32));
+        self.part
+            .counts
+            .iter_mut()
+            .zip(counts)
+            .for_each(|(sum, counts)| sum.add(counts, secs as f32));
         if self.part.secs >= PART_SECS {
             self.end_part();
         }
@@ -89,8 +101,11 @@ impl Periods {
     fn end_part(&mut self) {
         let edges = self.run.len();
         // The memory of the oldest part is used again.
-        let mut next =
-            if self.parts.len() < PARTS { Span::new(edges) } else { self.parts.pop_front().unwrap_or_default() };
+        let mut next = if self.parts.len() < PARTS {
+            Span::new(edges)
+        } else {
+            self.parts.pop_front().unwrap_or_default()
+        };
         (next.secs, _) = (0.0, next.counts.fill(Counts::default()));
         let part = std::mem::replace(&mut self.part, next);
         self.run_secs += part.secs;
@@ -111,11 +126,14 @@ impl Periods {
 
     /// Returns the length of each period, in simulated seconds.
     pub fn secs(&self) -> [f64; TRAFFIC_PERIODS] {
-        let sum = |spans: &VecDeque<Span>| spans.iter().map(|span| span.secs).sum::<f64>() + self.part.secs;
+        let sum = |spans: &VecDeque<Span>| {
+            spans.iter().map(|span| span.secs).sum::<f64>() + self.part.secs
+        };
         [sum(&self.parts), sum(&self.minutes) + self.minute.0.secs, self.run_secs + self.part.secs]
     }
 
-    /// Writes the figures of all edges for each period. `limits` are the speed limits of the edges, in metres per second.
+    /// Writes the figures of all edges for each period. `limits` are the speed limits of the edges,
+    /// in metres per second.
     pub fn figures(&self, limits: &[f32], figures: &mut Vec<EdgeTraffic>) {
         figures.clear();
         let secs = self.secs();
@@ -123,17 +141,30 @@ impl Periods {
             figures.push(self.figure(self.parts.iter(), edge, secs[0], limit));
         }
         for (edge, &limit) in limits.iter().enumerate().take(self.run.len()) {
-            figures.push(self.figure(self.minutes.iter().chain([&self.minute.0]), edge, secs[1], limit));
+            figures.push(self.figure(
+                self.minutes.iter().chain([&self.minute.0]),
+                edge,
+                secs[1],
+                limit,
+            ));
         }
         for (run, (edge, &limit)) in self.run.iter().zip(limits.iter().enumerate()) {
             let mut sums = *run;
-            sums.iter_mut().zip(self.part.counts[edge].values()).for_each(|(sum, value)| *sum += f64::from(value));
+            sums.iter_mut()
+                .zip(self.part.counts[edge].values())
+                .for_each(|(sum, value)| *sum += f64::from(value));
             figures.push(traffic(sums, secs[2], limit));
         }
     }
 
     /// The figure of an edge over some spans and the part that isn't over yet.
-    fn figure<'a>(&self, spans: impl Iterator<Item = &'a Span>, edge: usize, secs: f64, limit: f32) -> EdgeTraffic {
+    fn figure<'a>(
+        &self,
+        spans: impl Iterator<Item = &'a Span>,
+        edge: usize,
+        secs: f64,
+        limit: f32,
+    ) -> EdgeTraffic {
         let mut sum = self.part.counts[edge];
         spans.for_each(|span| sum.add_counts(&span.counts[edge]));
         traffic(sum.values().map(f64::from), secs, limit)
@@ -165,7 +196,15 @@ mod tests {
 
     fn frame(robots: f32, entered: f32) -> Counts {
         let (released, planned) = (robots, 2.0 * robots);
-        Counts { robots, entered, metres: robots, waiting: 0.5 * robots, touching: 0.0, released, planned }
+        Counts {
+            robots,
+            entered,
+            metres: robots,
+            waiting: 0.5 * robots,
+            touching: 0.0,
+            released,
+            planned,
+        }
     }
 
     #[test]
@@ -179,18 +218,28 @@ mod tests {
         assert_eq!(periods.secs(), [65.0, 605.0, 665.0]);
         assert!((figures[0].occupancy - 3.0).abs() < 1e-3, "{figures:?}");
         assert!((figures[0].entered_per_hour - 3600.0).abs() < 5.0, "one a second: {figures:?}");
-        assert!((figures[0].released - 3.0).abs() < 1e-3 && (figures[0].planned - 6.0).abs() < 1e-3, "{figures:?}");
-        assert!((figures[0].relative_speed - 0.5).abs() < 1e-3 && (figures[0].waiting_secs - 97.5).abs() < 0.5);
+        assert!(
+            (figures[0].released - 3.0).abs() < 1e-3 && (figures[0].planned - 6.0).abs() < 1e-3,
+            "{figures:?}"
+        );
+        assert!(
+            (figures[0].relative_speed - 0.5).abs() < 1e-3
+                && (figures[0].waiting_secs - 97.5).abs() < 0.5
+        );
         assert!((figures[2].occupancy - (600.0 + 195.0) / 665.0).abs() < 1e-3, "{figures:?}");
         // Half an hour later the minute and the ten minutes have forgotten them.
         (0..18_000).for_each(|_| periods.add(&[frame(0.0, 0.0)], 0.125));
         periods.figures(&[2.0], &mut figures);
-        assert_eq!((figures[0].occupancy, figures[1].waiting_secs, figures[0].relative_speed), (0.0, 0.0, 0.0));
+        assert_eq!(
+            (figures[0].occupancy, figures[1].waiting_secs, figures[0].relative_speed),
+            (0.0, 0.0, 0.0)
+        );
         assert!((figures[2].waiting_secs - 397.5).abs() < 0.5, "the run has not: {figures:?}");
     }
 
     proptest! {
-        /// Whatever the lengths of frames are: the run is the sum of all, and shorter periods hold the newest of them.
+        /// Whatever the lengths of frames are: the run is the sum of all, and shorter periods hold
+        /// the newest of them.
         #[test]
         fn periods_hold_what_was_added(frames in prop::collection::vec((0.0_f32..5.0, 0.01_f64..20.0), 1..400)) {
             let mut periods = Periods::new(2);

@@ -7,7 +7,8 @@ use std::path::PathBuf;
 use clap::Parser;
 use regatta_plugin::traffic::{EdgeTraffic, TRAFFIC_PERIODS, TrafficHeader};
 use regatta_plugin::{
-    ColumnReader, Error, Frame, Options, Participant, Plugin, Rate, Result, TrafficPublisher, World, usage_line,
+    ColumnReader, Error, Frame, Options, Participant, Plugin, Rate, Result, TrafficPublisher,
+    World, usage_line,
 };
 
 use crate::history::PublishedHistory;
@@ -19,17 +20,21 @@ use crate::tally::Tally;
 
 /// How often figures are published, in simulated seconds.
 const PUBLISH_SECS: f64 = 1.0;
-/// The longest time that a frame stands for, in simulated seconds at the speed 1: what happened in a longer gap isn't known.
+/// The longest time that a frame stands for, in simulated seconds at the speed 1: what happened in
+/// a longer gap isn't known.
 const LONGEST_GAP_SECS: f64 = 10.0;
 
 /// The command line of `regatta plugin traffic`.
 #[derive(Clone, Debug, Parser)]
-#[command(about = "Publishes what happens on each edge: occupancy, throughput, speed, waiting, contacts, routes")]
+#[command(
+    about = "Publishes what happens on each edge: occupancy, throughput, speed, waiting, contacts, routes"
+)]
 pub struct Cli {
     /// At the end, write the figures of all edges for the run to this file
     #[arg(long, value_name = "FILE.csv")]
     pub csv: Option<PathBuf>,
-    /// At the end, write the figures of all edges for the run to this file as a table in Apache Parquet
+    /// At the end, write the figures of all edges for the run to this file as a table in Apache
+    /// Parquet
     #[arg(long, value_name = "FILE.parquet")]
     pub parquet: Option<PathBuf>,
     /// At the end, write the figures of all edges for the run to this file as JSON
@@ -46,8 +51,8 @@ pub struct Cli {
 /// Runs the plugin with a command line, whose first argument is the name of the program.
 ///
 /// # Errors
-/// Fails if an option is invalid, a file can't be written, the fleet has such a plugin already, or as [`regatta_plugin::run`]
-/// does.
+/// Fails if an option is invalid, a file can't be written, the fleet has such a plugin already, or
+/// as [`regatta_plugin::run`] does.
 pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) -> Result {
     match Cli::try_parse_from(args) {
         Ok(cli) => {
@@ -57,7 +62,9 @@ pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) ->
             cli.options.clone().run(TrafficPlugin::new(cli), "traffic")
         }
         Err(error) if !error.use_stderr() => Ok(error.print()?),
-        Err(error) => Err(Error::new(format_args!("{}; --help lists the options", usage_line(&error)))),
+        Err(error) => {
+            Err(Error::new(format_args!("{}; --help lists the options", usage_line(&error))))
+        }
     }
 }
 
@@ -76,8 +83,8 @@ struct Ports {
     routes: Option<RouteWatch>,
 }
 
-/// The history of the run. It is opened with the first frame: a replay, which knows that of its whole recording, has opened its
-/// services by then.
+/// The history of the run. It is opened with the first frame: a replay, which knows that of its
+/// whole recording, has opened its services by then.
 enum History {
     Unopened,
     /// Another process publishes it.
@@ -87,10 +94,15 @@ enum History {
 
 impl History {
     /// Adds a frame, with the figures of the last minute.
-    fn add(&mut self, participant: &Participant, frame: &Frame<'_>, figures: &[EdgeTraffic]) -> Result {
+    fn add(
+        &mut self,
+        participant: &Participant,
+        frame: &Frame<'_>,
+        figures: &[EdgeTraffic],
+    ) -> Result {
         if let Self::Unopened = self {
-            *self =
-                PublishedHistory::open(participant)?.map_or(Self::Taken, |history| Self::Published(Box::new(history)));
+            *self = PublishedHistory::open(participant)?
+                .map_or(Self::Taken, |history| Self::Published(Box::new(history)));
         }
         match self {
             Self::Published(history) => history.add(frame, figures),
@@ -154,10 +166,12 @@ impl TrafficPlugin {
         self.figures.clear();
     }
 
-    /// Returns for how long a frame stands, in simulated seconds: 0 for the first one, and after a jump or a long gap.
+    /// Returns for how long a frame stands, in simulated seconds: 0 for the first one, and after a
+    /// jump or a long gap.
     fn secs_of(&mut self, frame: &Frame<'_>) -> f64 {
         let sim_secs = frame.sim_time().as_secs_f64();
-        let now = Before { run_id: frame.run_id(), tick: frame.tick(), jumps: frame.jumps(), sim_secs };
+        let now =
+            Before { run_id: frame.run_id(), tick: frame.tick(), jumps: frame.jumps(), sim_secs };
         // A replay that goes back begins anew.
         if self.before.is_some_and(|before| before.run_id != now.run_id || before.tick > now.tick) {
             self.begin();
@@ -198,7 +212,11 @@ impl TrafficPlugin {
     fn report(&mut self) -> Result {
         self.periods.figures(&self.limits, &mut self.figures);
         let run = self.figures.len() - self.edges.len();
-        let report = Report { secs: self.periods.secs()[2], edges: &self.edges, figures: &self.figures[run..] };
+        let report = Report {
+            secs: self.periods.secs()[2],
+            edges: &self.edges,
+            figures: &self.figures[run..],
+        };
         if self.cli.summary {
             // Whoever reads this may be gone, which is no error.
             let _ = write!(std::io::stdout(), "{}", report.summary());
@@ -220,7 +238,13 @@ impl Plugin for TrafficPlugin {
     fn on_start(&mut self, fleet: &Participant) -> Result {
         let contacts = ColumnReader::open_on(fleet, "collision")?;
         let (traffic, participant) = (TrafficPublisher::open_on(fleet)?, fleet.clone());
-        self.ports = Some(Ports { traffic, contacts, history: History::Unopened, participant, routes: None });
+        self.ports = Some(Ports {
+            traffic,
+            contacts,
+            history: History::Unopened,
+            participant,
+            routes: None,
+        });
         Ok(())
     }
 
@@ -236,12 +260,17 @@ impl Plugin for TrafficPlugin {
         let secs = self.secs_of(frame);
         let Some(ports) = &mut self.ports else { return Ok(()) };
         ports.contacts.latest()?;
-        let contacts = ports.contacts.current()?.filter(|column| column.header.run_id == frame.run_id());
+        let contacts =
+            ports.contacts.current()?.filter(|column| column.header.run_id == frame.run_id());
         let has_contacts = contacts.is_some();
-        let mut counts = self.tally.count(&frame.columns(), contacts.map_or(&[][..], |column| column.values));
+        let mut counts =
+            self.tally.count(&frame.columns(), contacts.map_or(&[][..], |column| column.values));
         // When an answer comes is never the same twice.
         let routes = if frame.header().lockstep == 0 {
-            ports.routes.get_or_insert_with(|| RouteWatch::start(ports.participant.fleet())).newest(frame.run_id())
+            ports
+                .routes
+                .get_or_insert_with(|| RouteWatch::start(ports.participant.fleet()))
+                .newest(frame.run_id())
         } else {
             None
         };
@@ -284,12 +313,23 @@ mod tests {
         let mut plugin = TrafficPlugin::new(Cli::parse_from(["traffic"]));
         let mut secs_of = |secs: f64, jumps, speed| {
             let (run_id, sim_time_nanos, tick) = (1, (secs * 1e9) as u64, (secs * 10.0) as u64);
-            let header = FrameHeader { run_id, sim_time_nanos, tick, jumps, speed, ..FrameHeader::default() };
+            let header = FrameHeader {
+                run_id,
+                sim_time_nanos,
+                tick,
+                jumps,
+                speed,
+                ..FrameHeader::default()
+            };
             plugin.secs_of(&Frame::new(&header, &[]).expect("a frame without robots"))
         };
         assert_eq!([secs_of(1.0, 1, 1.0), secs_of(1.5, 1, 1.0)], [0.0, 0.5]);
         assert_eq!([secs_of(4.5, 2, 1.0), secs_of(5.0, 2, 1.0)], [0.0, 0.5], "a jump");
         assert_eq!([secs_of(25.0, 2, 1.0), secs_of(26.0, 2, 1.0)], [0.0, 1.0], "a gap");
-        assert_eq!([secs_of(46.0, 2, 100.0), secs_of(96.0, 2, f32::INFINITY)], [20.0, 50.0], "high speeds");
+        assert_eq!(
+            [secs_of(46.0, 2, 100.0), secs_of(96.0, 2, f32::INFINITY)],
+            [20.0, 50.0],
+            "high speeds"
+        );
     }
 }

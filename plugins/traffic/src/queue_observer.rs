@@ -15,8 +15,9 @@ struct QueueObserver {
     queues: Queues,
 }
 
-/// Returns a plugin that writes to a file, at its end, the edges that robots were kept out of: `{"edges": [{"edge": ID,
-/// "caused_secs": SECONDS}]}`, with robot seconds of the robots that were kept out and of those behind them.
+/// Returns a plugin that writes to a file, at its end, the edges that robots were kept out of:
+/// `{"edges": [{"edge": ID, "caused_secs": SECONDS}]}`, with robot seconds of the robots that were
+/// kept out and of those behind them.
 pub fn queue_observer(file: PathBuf) -> impl Plugin {
     QueueObserver { file, ids: Vec::new(), queues: Queues::default() }
 }
@@ -41,7 +42,8 @@ impl Plugin for QueueObserver {
     fn on_stop(&mut self) -> Result {
         let caused = self.queues.caused_secs();
         let edges = self.ids.iter().zip(caused).filter(|(_, secs)| *secs > 0.0);
-        let edges: Vec<_> = edges.map(|(edge, secs)| json!({"edge": edge, "caused_secs": secs})).collect();
+        let edges: Vec<_> =
+            edges.map(|(edge, secs)| json!({"edge": edge, "caused_secs": secs})).collect();
         report::write(&self.file, &format!("{:#}\n", json!({ "edges": edges })))
     }
 }

@@ -1,8 +1,8 @@
-//! What robots wait for. A robot that stands is kept out of the next edge of its way, and those behind it are kept back by it:
-//! so all of a queue waits for what its head is kept out of.
+//! What robots wait for. A robot that stands is kept out of the next edge of its way, and those
+//! behind it are kept back by it: so all of a queue waits for what its head is kept out of.
 //!
-//! Only frames are read, so it holds for any manager. They don't say where a robot wants to go, but where it went: so samples
-//! are kept, and judged at the end of the run.
+//! Only frames are read, so it holds for any manager. They don't say where a robot wants to go, but
+//! where it went: so samples are kept, and judged at the end of the run.
 
 use std::collections::BTreeMap;
 
@@ -119,10 +119,18 @@ impl Queues {
             }
             let deed = match state {
                 state if state == RobotState::Waiting as u8 => Deed::Waits,
-                state if state == RobotState::Driving as u8 || columns.speed[robot] != 0.0 => Deed::Drives,
+                state if state == RobotState::Driving as u8 || columns.speed[robot] != 0.0 => {
+                    Deed::Drives
+                }
                 _ => Deed::Stays,
             };
-            rows.push(Row { robot: robot as u32, edge, s: columns.s[robot], deed, is_reverse: self.is_reverse[robot] });
+            rows.push(Row {
+                robot: robot as u32,
+                edge,
+                s: columns.s[robot],
+                deed,
+                is_reverse: self.is_reverse[robot],
+            });
         }
         self.rows += rows.len();
         self.samples.push(Sample { frame: self.frame, rows });
@@ -137,12 +145,15 @@ impl Queues {
         }
     }
 
-    /// Returns by edge for how many robot seconds robots waited because they, or those before them, were kept out of it.
+    /// Returns by edge for how many robot seconds robots waited because they, or those before them,
+    /// were kept out of it.
     pub fn caused_secs(&self) -> Vec<f64> {
         let mut caused = vec![0.0; self.tracks.len()];
         for sample in &self.samples {
             let places = Places::new(self, sample);
-            for (index, _) in sample.rows.iter().enumerate().filter(|(_, row)| row.deed == Deed::Waits) {
+            for (index, _) in
+                sample.rows.iter().enumerate().filter(|(_, row)| row.deed == Deed::Waits)
+            {
                 caused[places.cause(index) as usize] += self.sample_secs;
             }
         }
@@ -156,7 +167,8 @@ impl Queues {
         visits.get(next).map(|visit| visit.edge).filter(|edge| (*edge as usize) < self.tracks.len())
     }
 
-    /// Whether a robot waits on its edge in a frame or after it: one that drives then just moves up in a queue.
+    /// Whether a robot waits on its edge in a frame or after it: one that drives then just moves up
+    /// in a queue.
     fn is_in_queue(&self, robot: u32, frame: u32) -> bool {
         let visits = &self.visits[robot as usize];
         let index = visits.partition_point(|visit| visit.entered <= frame).checked_sub(1);
@@ -186,21 +198,26 @@ enum Blocker {
 
 impl<'a> Places<'a> {
     fn new(queues: &'a Queues, sample: &'a Sample) -> Self {
-        let (mut on_edge, mut at_node) = (BTreeMap::<u32, Vec<usize>>::new(), BTreeMap::<u32, Vec<usize>>::new());
+        let (mut on_edge, mut at_node) =
+            (BTreeMap::<u32, Vec<usize>>::new(), BTreeMap::<u32, Vec<usize>>::new());
         for (index, row) in sample.rows.iter().enumerate() {
             on_edge.entry(row.edge).or_default().push(index);
             let track = queues.tracks[row.edge as usize];
-            for (node, metres) in [(track.origin, row.s), (track.destination, track.length - row.s)] {
+            for (node, metres) in [(track.origin, row.s), (track.destination, track.length - row.s)]
+            {
                 if row.deed != Deed::Drives && metres <= REACH {
                     at_node.entry(node).or_default().push(index);
                 }
             }
         }
-        on_edge.values_mut().for_each(|rows| rows.sort_by(|a, b| sample.rows[*a].s.total_cmp(&sample.rows[*b].s)));
+        on_edge
+            .values_mut()
+            .for_each(|rows| rows.sort_by(|a, b| sample.rows[*a].s.total_cmp(&sample.rows[*b].s)));
         Self { queues, sample, on_edge, at_node }
     }
 
-    /// Returns the edge that keeps a robot waiting: the one that the head of its queue is kept out of.
+    /// Returns the edge that keeps a robot waiting: the one that the head of its queue is kept out
+    /// of.
     fn cause(&self, index: usize) -> u32 {
         let mut chain = vec![index];
         let mut cause = self.sample.rows[index].edge;
@@ -209,8 +226,13 @@ impl<'a> Places<'a> {
             let next = self.queues.next_edge(row.robot, self.sample.frame);
             cause = next.unwrap_or(cause);
             match self.blocker(last, next) {
-                // Robots that wait for each other in a ring: what the last one is kept out of is as good as any.
-                Blocker::Waiting(other) if chain.contains(&other) || chain.len() >= LONGEST_CHAIN => break,
+                // Robots that wait for each other in a ring: what the last one is kept out of is as
+                // good as any.
+                Blocker::Waiting(other)
+                    if chain.contains(&other) || chain.len() >= LONGEST_CHAIN =>
+                {
+                    break;
+                }
                 Blocker::Waiting(other) => chain.push(other),
                 Blocker::Before => return row.edge,
                 Blocker::Other => break,
@@ -224,7 +246,9 @@ impl<'a> Places<'a> {
         let track = self.queues.tracks[row.edge as usize];
         let found = |other: usize, is_before: bool| match self.sample.rows[other].deed {
             Deed::Waits => Blocker::Waiting(other),
-            Deed::Drives if self.queues.is_in_queue(self.sample.rows[other].robot, self.sample.frame) => {
+            Deed::Drives
+                if self.queues.is_in_queue(self.sample.rows[other].robot, self.sample.frame) =>
+            {
                 Blocker::Waiting(other)
             }
             Deed::Stays if is_before => Blocker::Before,
@@ -236,16 +260,21 @@ impl<'a> Places<'a> {
         let exit = if row.is_reverse { track.origin } else { track.destination };
         let standing = |node: u32| {
             let others = self.at_node.get(&node).into_iter().flatten().copied();
-            others.filter(|other| *other != index).find(|other| self.sample.rows[*other].edge != row.edge)
+            others
+                .filter(|other| *other != index)
+                .find(|other| self.sample.rows[*other].edge != row.edge)
         };
-        let Some(next) = next else { return standing(exit).map_or(Blocker::Other, |other| found(other, true)) };
+        let Some(next) = next else {
+            return standing(exit).map_or(Blocker::Other, |other| found(other, true));
+        };
         let after = self.queues.tracks[next as usize];
         let is_entered_at_origin = after.origin == exit;
         if let Some(rows) = self.on_edge.get(&next) {
             let nearest = if is_entered_at_origin { rows.first() } else { rows.last() };
             return nearest.map_or(Blocker::Other, |other| found(*other, false));
         }
-        // Another robot in the way on the node between the edges, or on the one beyond: it came there by another edge.
+        // Another robot in the way on the node between the edges, or on the one beyond: it came
+        // there by another edge.
         let far = if is_entered_at_origin { after.destination } else { after.origin };
         let between = standing(exit).filter(|other| !self.is_kept_back_by(*other, index));
         match between {
@@ -254,12 +283,15 @@ impl<'a> Places<'a> {
         }
     }
 
-    /// Whether a robot that stands at the same node wants to go where another one is: then it isn't in its way.
+    /// Whether a robot that stands at the same node wants to go where another one is: then it isn't
+    /// in its way.
     fn is_kept_back_by(&self, robot: usize, other: usize) -> bool {
         let row = &self.sample.rows[robot];
         let next = self.queues.next_edge(row.robot, self.sample.frame);
         let other = &self.sample.rows[other];
-        next.is_some() && (next == Some(other.edge) || next == self.queues.next_edge(other.robot, self.sample.frame))
+        next.is_some()
+            && (next == Some(other.edge)
+                || next == self.queues.next_edge(other.robot, self.sample.frame))
     }
 
     /// Returns the next robot before another one on the same edge.

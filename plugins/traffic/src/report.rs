@@ -63,8 +63,16 @@ impl Report<'_> {
         rows.sort_by(|a, b| b.1.waiting_secs.total_cmp(&a.1.waiting_secs));
         let waiting: f64 = self.figures.iter().map(|figures| f64::from(figures.waiting_secs)).sum();
         let mut text = format!("traffic in {:.0} s: robots waited for {waiting:.0} s\n", self.secs);
-        for (edge, figures) in rows.into_iter().filter(|row| row.1.waiting_secs > 0.0).take(LISTED) {
-            let EdgeTraffic { occupancy, entered_per_hour, relative_speed, waiting_secs, contact_secs, .. } = figures;
+        for (edge, figures) in rows.into_iter().filter(|row| row.1.waiting_secs > 0.0).take(LISTED)
+        {
+            let EdgeTraffic {
+                occupancy,
+                entered_per_hour,
+                relative_speed,
+                waiting_secs,
+                contact_secs,
+                ..
+            } = figures;
             let [from, to] = edge.nodes;
             let _ = writeln!(
                 text,
@@ -145,12 +153,23 @@ mod tests {
             Edge { id: 6, nodes: [2, 3], ..Edge::default() },
             Edge { id: 7, nodes: [3, 1], ..Edge::default() },
         ];
-        let waiting = |secs: f32| EdgeTraffic { waiting_secs: secs, relative_speed: 0.5, ..EdgeTraffic::default() };
-        let report = Report { secs: 60.0, edges: &edges, figures: &[waiting(3.0), waiting(0.0), waiting(9.0)] };
+        let waiting = |secs: f32| EdgeTraffic {
+            waiting_secs: secs,
+            relative_speed: 0.5,
+            ..EdgeTraffic::default()
+        };
+        let report = Report {
+            secs: 60.0,
+            edges: &edges,
+            figures: &[waiting(3.0), waiting(0.0), waiting(9.0)],
+        };
         let summary = report.summary();
         let lines: Vec<&str> = summary.lines().collect();
         assert_eq!(lines.len(), 3, "an edge where nobody waited isn't listed: {summary}");
-        assert!(lines[0].contains("12 s") && lines[1].contains("edge      7 (3 to 1): waiting 9 s"), "{summary}");
+        assert!(
+            lines[0].contains("12 s") && lines[1].contains("edge      7 (3 to 1): waiting 9 s"),
+            "{summary}"
+        );
         let csv = report.csv();
         assert_eq!(csv.lines().nth(1), Some("5,1,2,\"dock, \"\"north\"\"\",0,0,0.5,3,0,0,0"));
         let json: serde_json::Value = serde_json::from_str(&report.json()).expect("JSON");

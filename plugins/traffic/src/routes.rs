@@ -1,5 +1,5 @@
-//! Whose routes lead over which edge. A thread asks for the routes of all robots under way, some at a time, round after round, so
-//! that no frame waits for it.
+//! Whose routes lead over which edge. A thread asks for the routes of all robots under way, some at
+//! a time, round after round, so that no frame waits for it.
 
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender, SyncSender};
 use std::thread::JoinHandle;
@@ -9,8 +9,9 @@ use regatta_plugin::frame::RobotState;
 use regatta_plugin::route::RouteResponse;
 use regatta_plugin::{FleetName, Frame, Participant, Result, RouteClient, Subscriber, WorldReader};
 
-/// The most robots whose routes are asked for in a round: an answer takes a kilobyte, and the engine answers eight per tick.
-/// Of more robots, a sample is asked for, and each of it counts for several.
+/// The most robots whose routes are asked for in a round: an answer takes a kilobyte, and the
+/// engine answers eight per tick. Of more robots, a sample is asked for, and each of it counts for
+/// several.
 const MAX_SAMPLE: usize = 16_384;
 /// The number of routes that are asked for at once.
 const AT_ONCE: usize = 8;
@@ -24,16 +25,17 @@ const ROUND_EVERY: Duration = Duration::from_secs(1);
 pub struct Reservations {
     /// The run.
     pub run_id: u64,
-    /// By edge: the robots whose released route leads over it, and the others whose planned one does. Of fleets with more than
-    /// 16,384 robots under way, these are estimates.
+    /// By edge: the robots whose released route leads over it, and the others whose planned one
+    /// does. Of fleets with more than 16,384 robots under way, these are estimates.
     pub edges: Vec<[u32; 2]>,
 }
 
 impl Reservations {
-    /// Counts a robot, which stands for `weight` robots, once on each edge of its route. Edges that the world doesn't have are
-    /// left out.
+    /// Counts a robot, which stands for `weight` robots, once on each edge of its route. Edges that
+    /// the world doesn't have are left out.
     fn count(&mut self, route: &RouteResponse, weight: u32) {
-        let mut legs: Vec<(u32, bool)> = route.legs().map(|leg| (leg.edge, !leg.released)).collect();
+        let mut legs: Vec<(u32, bool)> =
+            route.legs().map(|leg| (leg.edge, !leg.released)).collect();
         // Of an edge that the route leads over twice, the released time comes first.
         legs.sort_unstable();
         legs.dedup_by_key(|(edge, _)| *edge);
@@ -56,7 +58,8 @@ pub struct RouteWatch {
 }
 
 impl RouteWatch {
-    /// Starts to ask. If the thread can't be started, or the fleet can't be joined, there are no reservations, which is told.
+    /// Starts to ask. If the thread can't be started, or the fleet can't be joined, there are no
+    /// reservations, which is told.
     pub fn start(fleet: &FleetName) -> Self {
         let (stop, stopped) = mpsc::sync_channel(1);
         let (found, rounds) = mpsc::channel();
@@ -66,7 +69,9 @@ impl RouteWatch {
                 regatta_plugin::tell!("traffic: routes aren't known: {error}");
             }
         });
-        let thread = thread.inspect_err(|error| regatta_plugin::tell!("traffic: routes aren't known: {error}")).ok();
+        let thread = thread
+            .inspect_err(|error| regatta_plugin::tell!("traffic: routes aren't known: {error}"))
+            .ok();
         Self { rounds, newest: None, stop: Some(stop), thread }
     }
 
@@ -88,7 +93,8 @@ impl Drop for RouteWatch {
 
 fn run(fleet: &FleetName, found: &Sender<Option<Reservations>>, stopped: &Receiver<()>) -> Result {
     let participant = Participant::join(fleet, "traffic-routes")?;
-    let (mut frames, mut worlds) = (Subscriber::open_on(&participant)?, WorldReader::open_on(&participant)?);
+    let (mut frames, mut worlds) =
+        (Subscriber::open_on(&participant)?, WorldReader::open_on(&participant)?);
     let mut client = RouteClient::open_on(&participant)?;
     loop {
         let start = Instant::now();
@@ -109,10 +115,18 @@ fn run(fleet: &FleetName, found: &Sender<Option<Reservations>>, stopped: &Receiv
     }
 }
 
-/// Asks for the routes of the robots that are under way in a frame, or of a sample of them. `None` if there are no answers now, or the plugin ends.
-fn round(client: &mut RouteClient, frame: &Frame<'_>, edges: usize, stopped: &Receiver<()>) -> Option<Reservations> {
+/// Asks for the routes of the robots that are under way in a frame, or of a sample of them. `None`
+/// if there are no answers now, or the plugin ends.
+fn round(
+    client: &mut RouteClient,
+    frame: &Frame<'_>,
+    edges: usize,
+    stopped: &Receiver<()>,
+) -> Option<Reservations> {
     let mut found = Reservations { run_id: frame.run_id(), edges: vec![[0; 2]; edges] };
-    let is_under_way = |robot: &u32| !matches!(frame.state_of(*robot as usize), RobotState::Absent | RobotState::Idle);
+    let is_under_way = |robot: &u32| {
+        !matches!(frame.state_of(*robot as usize), RobotState::Absent | RobotState::Idle)
+    };
     let mut robots: Vec<u32> = (0..frame.len() as u32).filter(is_under_way).collect();
     let weight = thin_out(&mut robots, MAX_SAMPLE);
     for batch in robots.chunks(AT_ONCE) {
@@ -127,8 +141,8 @@ fn round(client: &mut RouteClient, frame: &Frame<'_>, edges: usize, stopped: &Re
     Some(found)
 }
 
-/// Leaves every n-th robot, so that at most `max` are left, and returns n. Robots of one type, or of one place at the start, have
-/// numbers in a row, so each of these groups keeps its share.
+/// Leaves every n-th robot, so that at most `max` are left, and returns n. Robots of one type, or
+/// of one place at the start, have numbers in a row, so each of these groups keeps its share.
 fn thin_out(robots: &mut Vec<u32>, max: usize) -> u32 {
     let step = robots.len().div_ceil(max).max(1);
     let mut place = 0..;
@@ -144,7 +158,11 @@ mod tests {
     fn a_robot_counts_once_on_each_edge_and_as_released_if_it_may_drive_there_now() {
         let mut found = Reservations { run_id: 1, edges: vec![[0; 2]; 4] };
         let route = |released, edges: &[u32]| {
-            RouteResponse::default().with_legs(released, edges.len(), edges.iter().map(|edge| (*edge, false)))
+            RouteResponse::default().with_legs(
+                released,
+                edges.len(),
+                edges.iter().map(|edge| (*edge, false)),
+            )
         };
         found.count(&route(2, &[0, 1, 2, 0, 2]), 1);
         found.count(&route(1, &[2, 3, 77]), 3);

@@ -58,7 +58,8 @@ impl Tally {
         self.edges.fill(NO_EDGE);
     }
 
-    /// Adds the robots whose routes lead over each edge to the counts of a frame: whose released, and whose planned one.
+    /// Adds the robots whose routes lead over each edge to the counts of a frame: whose released,
+    /// and whose planned one.
     pub fn count_routes(&mut self, routes: &[[u32; 2]]) -> &[Counts] {
         for (counts, [released, planned]) in self.counts.iter_mut().zip(routes) {
             (counts.released, counts.planned) = (*released as f32, *planned as f32);
@@ -66,8 +67,9 @@ impl Tally {
         &self.counts
     }
 
-    /// Counts the robots of a frame. `contacts` has a [`ContactLevel`] for each robot, or is empty if nobody checks for contacts.
-    /// Robots on edges that the world doesn't have are left out. Returns the counts by edge.
+    /// Counts the robots of a frame. `contacts` has a [`ContactLevel`] for each robot, or is empty
+    /// if nobody checks for contacts. Robots on edges that the world doesn't have are left out.
+    /// Returns the counts by edge.
     pub fn count(&mut self, columns: &Columns<'_>, contacts: &[f32]) -> &[Counts] {
         self.counts.fill(Counts::default());
         self.edges.resize(columns.edge.len(), NO_EDGE);
@@ -102,11 +104,16 @@ mod tests {
     use super::*;
 
     /// Robots by edge, speed and state, as columns of a frame.
-    fn count(tally: &mut Tally, robots: &[(u32, f32, RobotState)], contacts: &[f32]) -> Vec<Counts> {
+    fn count(
+        tally: &mut Tally,
+        robots: &[(u32, f32, RobotState)],
+        contacts: &[f32],
+    ) -> Vec<Counts> {
         let mut lines = vec![Line::default(); frame_lines(robots.len())];
         let columns = ColumnsMut::split(&mut lines, robots.len());
         for (row, (edge, speed, state)) in robots.iter().enumerate() {
-            (columns.edge[row], columns.speed[row], columns.state[row]) = (*edge, *speed, *state as u8);
+            (columns.edge[row], columns.speed[row], columns.state[row]) =
+                (*edge, *speed, *state as u8);
         }
         tally.count(&Columns::split(&lines, robots.len()).expect("lines"), contacts).to_vec()
     }
@@ -115,16 +122,37 @@ mod tests {
     fn robots_count_where_they_are() {
         let mut tally = Tally::default();
         tally.begin(3);
-        let (driving, waiting, absent) = (RobotState::Driving, RobotState::Waiting, RobotState::Absent);
-        let robots =
-            [(0, 2.0, driving), (0, -1.0, driving), (1, 0.0, waiting), (2, 1.0, absent), (NO_EDGE, 0.0, driving)];
+        let (driving, waiting, absent) =
+            (RobotState::Driving, RobotState::Waiting, RobotState::Absent);
+        let robots = [
+            (0, 2.0, driving),
+            (0, -1.0, driving),
+            (1, 0.0, waiting),
+            (2, 1.0, absent),
+            (NO_EDGE, 0.0, driving),
+        ];
         let counts = count(&mut tally, &robots, &[0.0, 2.0, 1.0, 2.0, 2.0]);
-        assert_eq!(counts[0], Counts { robots: 2.0, metres: 3.0, touching: 1.0, ..Counts::default() });
-        assert_eq!(counts[1], Counts { robots: 1.0, waiting: 1.0, ..Counts::default() }, "a possible contact is none");
+        assert_eq!(
+            counts[0],
+            Counts { robots: 2.0, metres: 3.0, touching: 1.0, ..Counts::default() }
+        );
+        assert_eq!(
+            counts[1],
+            Counts { robots: 1.0, waiting: 1.0, ..Counts::default() },
+            "a possible contact is none"
+        );
         assert_eq!(counts[2], Counts::default());
-        let counts = count(&mut tally, &[(1, 2.0, driving), (0, 1.0, driving), (9, 0.0, driving)], &[]);
+        let counts =
+            count(&mut tally, &[(1, 2.0, driving), (0, 1.0, driving), (9, 0.0, driving)], &[]);
         assert_eq!((counts[0].entered, counts[1].entered), (0.0, 1.0), "robot 0 has driven on");
-        let counts = count(&mut tally, &[(1, 2.0, driving), (NO_EDGE, 1.0, driving), (1, 0.0, driving)], &[]);
-        assert_eq!(counts[1], Counts { robots: 2.0, metres: 2.0, entered: 1.0, ..Counts::default() });
+        let counts = count(
+            &mut tally,
+            &[(1, 2.0, driving), (NO_EDGE, 1.0, driving), (1, 0.0, driving)],
+            &[],
+        );
+        assert_eq!(
+            counts[1],
+            Counts { robots: 2.0, metres: 2.0, entered: 1.0, ..Counts::default() }
+        );
     }
 }

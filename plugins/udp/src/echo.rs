@@ -1,13 +1,14 @@
 //! Compares a visualiser's answers with the poses that were sent.
 //!
-//! An answer contains a robot and a pose, but not the line that it answers. Therefore the recently sent lines are stored
-//! by frame, and an answer is assigned to the newest unanswered line of its robot that has the answer's pose. Lines with
-//! equal poses (of a robot that stands still) can't be distinguished, which doesn't affect any count.
+//! An answer contains a robot and a pose, but not the line that it answers. Therefore the recently
+//! sent lines are stored by frame, and an answer is assigned to the newest unanswered line of its
+//! robot that has the answer's pose. Lines with equal poses (of a robot that stands still) can't be
+//! distinguished, which doesn't affect any count.
 //!
-//! A line without an answer is *missing* after the deadline. If it is answered within another deadline, it is *late*
-//! instead. An answer with a pose that was not sent recently is *differing*, and is assigned to the oldest unanswered line
-//! of its robot. An answer to a line that is already answered is *repeated*. An answer for a robot of which no line was sent
-//! recently is *unknown*.
+//! A line without an answer is *missing* after the deadline. If it is answered within another
+//! deadline, it is *late* instead. An answer with a pose that was not sent recently is *differing*,
+//! and is assigned to the oldest unanswered line of its robot. An answer to a line that is already
+//! answered is *repeated*. An answer for a robot of which no line was sent recently is *unknown*.
 
 mod rules;
 mod sent;
@@ -21,8 +22,8 @@ pub use rules::EchoRules;
 pub use sent::SentFrame;
 use sent::Status;
 
-/// The largest number of stored lines, of 16 bytes each. If more lines are sent within two deadlines, the oldest ones are
-/// dropped and counted as *unchecked*.
+/// The largest number of stored lines, of 16 bytes each. If more lines are sent within two
+/// deadlines, the oldest ones are dropped and counted as *unchecked*.
 pub const MAX_LINES: usize = 1 << 24;
 
 /// The counts of a check. All but `repeated` and `unknown` are numbers of sent lines.
@@ -92,7 +93,8 @@ impl EchoCheck {
         }
     }
 
-    /// Returns an empty frame, to be filled with the lines of robots from `first` on that are sent at `at`.
+    /// Returns an empty frame, to be filled with the lines of robots from `first` on that are sent
+    /// at `at`.
     pub fn frame(&mut self, first: u32, at: Instant) -> SentFrame {
         let mut lines = self.spare.take().map(|frame| frame.lines).unwrap_or_default();
         lines.clear();
@@ -114,14 +116,18 @@ impl EchoCheck {
         }
     }
 
-    /// Counts the lines whose deadline has passed at `now`, and drops those that have passed two deadlines.
+    /// Counts the lines whose deadline has passed at `now`, and drops those that have passed two
+    /// deadlines.
     pub fn pass_time(&mut self, now: Instant) {
         let deadline = self.rules.deadline;
         let age = |frame: &SentFrame| now.saturating_duration_since(frame.at);
         let Self { frames, totals, errors, .. } = self;
         for frame in frames.iter_mut().filter(|frame| !frame.overdue && age(frame) > deadline) {
             frame.overdue = true;
-            for (id, line) in (frame.first..).zip(&mut frame.lines).filter(|(_, line)| line.status == Status::Open) {
+            for (id, line) in (frame.first..)
+                .zip(&mut frame.lines)
+                .filter(|(_, line)| line.status == Status::Open)
+            {
                 line.status = Status::Missing;
                 totals.missing += 1;
                 errors[id as usize].missing += 1;
@@ -172,7 +178,9 @@ impl EchoCheck {
     }
 
     fn count_late(&mut self, index: usize, id: u32) {
-        let Some(line) = self.frames.get_mut(index).and_then(|frame| frame.line_mut(id)) else { return };
+        let Some(line) = self.frames.get_mut(index).and_then(|frame| frame.line_mut(id)) else {
+            return;
+        };
         let errors = &mut self.errors[id as usize];
         if line.status == Status::Missing {
             self.totals.missing -= 1;
@@ -196,9 +204,15 @@ impl EchoCheck {
         self.last_difference = Some((sent, *answer));
     }
 
-    /// Lists the first robots with an error: `robot 7`, `2 robots: 3, 4` or `30 robots: 0, 1, 2, 3, 4, …`.
+    /// Lists the first robots with an error: `robot 7`, `2 robots: 3, 4` or `30 robots: 0, 1, 2, 3,
+    /// 4, …`.
     fn robots_with(&self, error: impl Fn(&RobotErrors) -> u32) -> String {
-        let ids = || (0..).zip(&self.errors).filter(|(_, robot)| error(robot) > 0).map(|(id, _): (u32, _)| id);
+        let ids = || {
+            (0..)
+                .zip(&self.errors)
+                .filter(|(_, robot)| error(robot) > 0)
+                .map(|(id, _): (u32, _)| id)
+        };
         let first: Vec<_> = ids().take(5).map(|id| id.to_string()).collect();
         match ids().count() {
             0 => "0 robots".to_owned(),
@@ -212,14 +226,21 @@ impl EchoCheck {
 /// Formats the results as one line of text.
 impl fmt::Display for EchoCheck {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let EchoTotals { sent, answered, missing, late, differing, unchecked, repeated, unknown } = self.totals;
+        let EchoTotals { sent, answered, missing, late, differing, unchecked, repeated, unknown } =
+            self.totals;
         write!(f, "{answered} of {sent} lines answered, ")?;
         write!(f, "{missing} missing ({}), ", self.robots_with(|robot| robot.missing))?;
         write!(f, "{late} late ({}), ", self.robots_with(|robot| robot.late))?;
         write!(f, "{differing} differing ({})", self.robots_with(|robot| robot.differing))?;
-        let rest =
-            [(self.totals.open(), "open"), (repeated, "repeated"), (unknown, "unknown"), (unchecked, "unchecked")];
-        rest.iter().filter(|(count, _)| *count > 0).try_for_each(|(count, name)| write!(f, ", {count} {name}"))?;
+        let rest = [
+            (self.totals.open(), "open"),
+            (repeated, "repeated"),
+            (unknown, "unknown"),
+            (unchecked, "unchecked"),
+        ];
+        rest.iter()
+            .filter(|(count, _)| *count > 0)
+            .try_for_each(|(count, name)| write!(f, ", {count} {name}"))?;
         match &self.last_difference {
             Some((sent, answer)) => write!(
                 f,

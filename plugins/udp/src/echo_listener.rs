@@ -55,7 +55,8 @@ impl EchoListener {
         work(&mut self.shared.lock().0)
     }
 
-    /// Waits for the last answers, at most until the deadline of the last line, and ends the thread.
+    /// Waits for the last answers, at most until the deadline of the last line, and ends the
+    /// thread.
     pub fn finish(&mut self) {
         let start = Instant::now();
         while start.elapsed() < FINISH_TIMEOUT && self.with(|check| check.totals().open() > 0) {

@@ -1,16 +1,18 @@
-//! Writes numbers as text with a fixed number of decimals: the same text as `format!("{value:.3}")`, ten times as fast.
+//! Writes numbers as text with a fixed number of decimals: the same text as
+//! `format!("{value:.3}")`, ten times as fast.
 
 use std::io::Write as _;
 
-/// The largest number of decimals. The product of an `f32` and ten to this power is exact in an `f64`, so that the
-/// rounding is exact too.
+/// The largest number of decimals. The product of an `f32` and ten to this power is exact in an
+/// `f64`, so that the rounding is exact too.
 pub const MAX_DECIMALS: usize = 9;
 
 const POWERS: [f64; MAX_DECIMALS + 1] = [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9];
 /// The scaled value from which on the result may not fit in a `u64`.
 const LIMIT: f64 = 1e18;
 
-/// Appends `value` with `decimals` decimals, rounded to the nearest: the same bytes as `format!("{value:.decimals$}")`.
+/// Appends `value` with `decimals` decimals, rounded to the nearest: the same bytes as
+/// `format!("{value:.decimals$}")`.
 ///
 /// # Panics
 /// Panics if `decimals` is greater than [`MAX_DECIMALS`].
@@ -68,7 +70,8 @@ mod tests {
             prop_assert_eq!(written(value, decimals), format!("{value:.decimals$}"));
         }
 
-        /// Uses odd multiples of powers of two, which include values exactly halfway between two decimals.
+        /// Uses odd multiples of powers of two, which include values exactly halfway between two
+        /// decimals.
         #[test]
         fn ties_are_rounded_as_the_standard_library_does(
             odd in -4_000_i32..4_000, halvings in 0_i32..12, decimals in 0..=MAX_DECIMALS

@@ -1,5 +1,6 @@
-//! The dissertation's UDP protocol in both directions: [`run`] sends a fleet's poses as text lines and checks the answers;
-//! [`source::run`] publishes a fleet from the lines that another program sends.
+//! The dissertation's UDP protocol in both directions: [`run`] sends a fleet's poses as text lines
+//! and checks the answers; [`source::run`] publishes a fleet from the lines that another program
+//! sends.
 //!
 //! ```text
 //! program to visualiser:   id,x,y,theta       metres; degrees, or radians with --radians

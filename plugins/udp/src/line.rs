@@ -1,8 +1,8 @@
 //! The text lines of a datagram.
 //!
-//! Poses are sent as `id,x,y,theta`; the visualiser answers with `id x y theta`. One type represents both, since they
-//! differ only in the separator. A line ends with a newline, optionally after a carriage return; the last line of a
-//! datagram may have no newline.
+//! Poses are sent as `id,x,y,theta`; the visualiser answers with `id x y theta`. One type
+//! represents both, since they differ only in the separator. A line ends with a newline, optionally
+//! after a carriage return; the last line of a datagram may have no newline.
 
 use core::f32::consts::PI;
 use core::f64::consts::TAU;
@@ -18,7 +18,8 @@ pub struct PoseLine {
     pub x: f32,
     /// Metres north; finite.
     pub y: f32,
-    /// Heading, counter-clockwise from east, in the protocol's [`AngleUnit`]; finite, not limited to one turn.
+    /// Heading, counter-clockwise from east, in the protocol's [`AngleUnit`]; finite, not limited
+    /// to one turn.
     pub theta: f32,
 }
 
@@ -84,10 +85,15 @@ impl PoseLine {
     pub fn parse(line: &[u8], separator: Separator) -> Result<Self, LineFault> {
         let text = core::str::from_utf8(line).map_err(|_| LineFault::Malformed)?;
         let [id, x, y, theta] = fields(text, separator).ok_or(LineFault::Malformed)?;
-        // The numbers are parsed before the id, because a malformed line is counted as malformed whatever its id.
+        // The numbers are parsed before the id, because a malformed line is counted as malformed
+        // whatever its id.
         let (x, y, theta) = (number(x)?, number(y)?, number(theta)?);
         let line = Self { id: id_of(id)?, x, y, theta };
-        if x.is_finite() && y.is_finite() && theta.is_finite() { Ok(line) } else { Err(LineFault::NotFinite) }
+        if x.is_finite() && y.is_finite() && theta.is_finite() {
+            Ok(line)
+        } else {
+            Err(LineFault::NotFinite)
+        }
     }
 
     /// Appends the line with its newline, at most [`MAX_LINE_BYTES`] bytes.
@@ -114,7 +120,8 @@ impl Separator {
 }
 
 impl LineFormat {
-    /// Creates a format with `decimals` decimals. Angles in radians get two more, since a radian is 57 degrees.
+    /// Creates a format with `decimals` decimals. Angles in radians get two more, since a radian is
+    /// 57 degrees.
     pub fn new(separator: Separator, decimals: usize, unit: AngleUnit) -> Self {
         let theta_decimals = match unit {
             AngleUnit::Degrees => decimals,
@@ -166,7 +173,8 @@ fn fields(line: &str, separator: Separator) -> Option<[&str; 4]> {
     }
 }
 
-/// Splits a line like `line.split(',')` in half the time, because its vectorised search is slow for short fields.
+/// Splits a line like `line.split(',')` in half the time, because its vectorised search is slow for
+/// short fields.
 fn at_commas(line: &str) -> impl Iterator<Item = &str> {
     let mut rest = Some(line);
     core::iter::from_fn(move || {
@@ -195,7 +203,9 @@ fn id_of(field: &str) -> Result<u32, LineFault> {
     if digits.is_empty() || !digits.iter().all(u8::is_ascii_digit) {
         return Err(LineFault::Malformed);
     }
-    let id = digits.iter().try_fold(0_u32, |id, digit| id.checked_mul(10)?.checked_add(u32::from(digit - b'0')));
+    let id = digits
+        .iter()
+        .try_fold(0_u32, |id, digit| id.checked_mul(10)?.checked_add(u32::from(digit - b'0')));
     match (negative, id) {
         (true, Some(0)) => Ok(0),
         (true, _) => Err(LineFault::NegativeId),

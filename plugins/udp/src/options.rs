@@ -46,7 +46,8 @@ impl FromStr for Offset {
     type Err = ParseOffsetError;
 
     fn from_str(text: &str) -> Result<Self, ParseOffsetError> {
-        let number = |text: &str| text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
+        let number =
+            |text: &str| text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
         let both = text.split_once(',').and_then(|(x, y)| Some(Self([number(x)?, number(y)?])));
         both.ok_or(ParseOffsetError)
     }
@@ -65,7 +66,8 @@ impl FromStr for RobotRange {
     type Err = ParseRangeError;
 
     fn from_str(text: &str) -> Result<Self, ParseRangeError> {
-        let end = |text: &str, open: u32| if text.is_empty() { Some(open) } else { text.parse().ok() };
+        let end =
+            |text: &str, open: u32| if text.is_empty() { Some(open) } else { text.parse().ok() };
         let range = text.split_once("..").and_then(|(a, b)| Some(end(a, 0)?..end(b, u32::MAX)?));
         range.filter(|range| !range.is_empty()).map(Self).ok_or(ParseRangeError)
     }
@@ -96,9 +98,11 @@ fn within(text: &str, range: std::ops::RangeInclusive<usize>) -> Result<usize, S
     text.parse().ok().filter(|number| range.contains(number)).ok_or_else(wrong)
 }
 
-/// Parses a command line, whose first argument is the plugin's name. Prints the help and returns `None` if it was
-/// requested. Errors have one line.
-pub fn parse<Options: Parser>(args: impl IntoIterator<Item: Into<OsString> + Clone>) -> Result<Option<Options>> {
+/// Parses a command line, whose first argument is the plugin's name. Prints the help and returns
+/// `None` if it was requested. Errors have one line.
+pub fn parse<Options: Parser>(
+    args: impl IntoIterator<Item: Into<OsString> + Clone>,
+) -> Result<Option<Options>> {
     match Options::try_parse_from(args) {
         Ok(options) => Ok(Some(options)),
         Err(error) if error.kind() == ErrorKind::DisplayHelp => {
@@ -109,7 +113,8 @@ pub fn parse<Options: Parser>(args: impl IntoIterator<Item: Into<OsString> + Clo
     }
 }
 
-/// Returns the first paragraph of clap's message as one line. The rest is the usage, which `--help` shows.
+/// Returns the first paragraph of clap's message as one line. The rest is the usage, which `--help`
+/// shows.
 fn one_line(error: &clap::Error) -> String {
     let text = error.to_string();
     let paragraph = text.split("\n\n").next().unwrap_or_default().trim_start_matches("error: ");

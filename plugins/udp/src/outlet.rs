@@ -44,8 +44,8 @@ pub struct Outlet {
 }
 
 impl Outlet {
-    /// Opens a socket that sends to `to`. `plugin` is the name in messages; `pace` is the part of the time between frames
-    /// over which a frame's batches are spread, 0 to 1.
+    /// Opens a socket that sends to `to`. `plugin` is the name in messages; `pace` is the part of
+    /// the time between frames over which a frame's batches are spread, 0 to 1.
     pub fn open(plugin: &'static str, to: SocketAddr, pace: f64) -> Result<Self, SocketError> {
         Ok(Self {
             plugin,
@@ -63,7 +63,8 @@ impl Outlet {
     pub fn start_frame(&mut self, now: Instant, frame: &FrameHeader) {
         self.batches = [0, self.batches[0]];
         // At infinite speed the scheduled time is always 0, so that batches aren't delayed.
-        let schedule = Duration::from_nanos((frame.sim_time_nanos as f64 / f64::from(frame.speed)) as u64);
+        let schedule =
+            Duration::from_nanos((frame.sim_time_nanos as f64 / f64::from(frame.speed)) as u64);
         self.pacer.start_frame(now, schedule, self.batches[1], frame.lockstep != 0);
     }
 
@@ -90,7 +91,11 @@ impl Outlet {
     /// Prints that the receiver is unreachable, unless it was unreachable a short time ago.
     fn report_unreachable(&mut self, now: Instant) {
         if self.unreachable_at.is_none_or(|before| now - before > REACHABLE_AFTER) {
-            regatta_plugin::tell!("{}: no program receives at {}; sending continues", self.plugin, self.to);
+            regatta_plugin::tell!(
+                "{}: no program receives at {}; sending continues",
+                self.plugin,
+                self.to
+            );
         }
         self.unreachable_at = Some(now);
     }

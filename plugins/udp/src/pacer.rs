@@ -1,11 +1,12 @@
-//! Spreads a frame's batches over a part of the time until the next frame, so that they don't overrun the receiver's
-//! buffer.
+//! Spreads a frame's batches over a part of the time until the next frame, so that they don't
+//! overrun the receiver's buffer.
 
 use std::time::{Duration, Instant};
 
 /// The largest assumed time between frames.
 const LONGEST_PERIOD: Duration = Duration::from_secs(1);
-/// The shortest pause between batches. Shorter ones are omitted, because waking up takes about as long.
+/// The shortest pause between batches. Shorter ones are omitted, because waking up takes about as
+/// long.
 const SHORTEST_PAUSE: Duration = Duration::from_micros(100);
 
 /// The schedule of a frame's batches.
@@ -23,17 +24,33 @@ pub struct Pacer {
 impl Pacer {
     /// Creates a pacer that spreads batches over `part` of the time between frames, 0 to 1.
     pub fn new(part: f64) -> Self {
-        Self { part: part.clamp(0.0, 1.0), frame_at: None, span: Duration::ZERO, batches: 1, sent: 0 }
+        Self {
+            part: part.clamp(0.0, 1.0),
+            frame_at: None,
+            span: Duration::ZERO,
+            batches: 1,
+            sent: 0,
+        }
     }
 
-    /// Starts a frame of about `batches` batches that arrived at `now`. `scheduled` is its time in the producer's schedule,
-    /// which doesn't advance while the fleet is paused. With `immediately`, its batches aren't delayed.
-    pub fn start_frame(&mut self, now: Instant, scheduled: Duration, batches: usize, immediately: bool) {
+    /// Starts a frame of about `batches` batches that arrived at `now`. `scheduled` is its time in
+    /// the producer's schedule, which doesn't advance while the fleet is paused. With
+    /// `immediately`, its batches aren't delayed.
+    pub fn start_frame(
+        &mut self,
+        now: Instant,
+        scheduled: Duration,
+        batches: usize,
+        immediately: bool,
+    ) {
         let period = self.frame_at.map_or(Duration::ZERO, |(last, last_scheduled)| {
-            now.saturating_duration_since(last).min(scheduled.saturating_sub(last_scheduled)).min(LONGEST_PERIOD)
+            now.saturating_duration_since(last)
+                .min(scheduled.saturating_sub(last_scheduled))
+                .min(LONGEST_PERIOD)
         });
         self.span = if immediately { Duration::ZERO } else { period.mul_f64(self.part) };
-        (self.frame_at, self.batches, self.sent) = (Some((now, scheduled)), batches.max(1) as u32, 0);
+        (self.frame_at, self.batches, self.sent) =
+            (Some((now, scheduled)), batches.max(1) as u32, 0);
     }
 
     /// Returns the time to wait at `now` before the next batch of this frame is sent.

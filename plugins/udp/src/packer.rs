@@ -2,7 +2,8 @@
 
 use crate::line::{LineFormat, MAX_LINE_BYTES, PoseLine};
 
-/// The largest payload of a UDP datagram over IPv4, in bytes, which is also the limit of one system call.
+/// The largest payload of a UDP datagram over IPv4, in bytes, which is also the limit of one system
+/// call.
 pub const MAX_DATAGRAM_BYTES: usize = 65_507;
 /// The smallest accepted length of datagrams, in bytes, into which every line fits.
 pub const MIN_DATAGRAM_BYTES: usize = 200;
@@ -11,7 +12,8 @@ const _: () = assert!(MIN_DATAGRAM_BYTES >= MAX_LINE_BYTES);
 /// A batch of contiguous datagrams.
 #[derive(Clone, Copy, Debug)]
 pub struct Batch<'packer> {
-    /// The datagrams. Each is [`datagram_bytes`](Self::datagram_bytes) long, except that the last may be shorter.
+    /// The datagrams. Each is [`datagram_bytes`](Self::datagram_bytes) long, except that the last
+    /// may be shorter.
     pub bytes: &'packer [u8],
     /// The length of a datagram in bytes.
     pub datagram_bytes: usize,
@@ -21,8 +23,9 @@ pub struct Batch<'packer> {
 
 /// A packer of lines into datagrams of equal length. Lines are never split.
 ///
-/// The system can send many datagrams in one call if they have the same length (generic segmentation offload). Therefore
-/// the angle in the last line of a full datagram is padded with zeros, which don't change the number.
+/// The system can send many datagrams in one call if they have the same length (generic
+/// segmentation offload). Therefore the angle in the last line of a full datagram is padded with
+/// zeros, which don't change the number.
 #[derive(Debug)]
 pub struct Packer {
     format: LineFormat,
@@ -39,9 +42,13 @@ impl Packer {
     /// Creates a packer of datagrams of `datagram_bytes` bytes.
     ///
     /// # Panics
-    /// Panics if `datagram_bytes` is not in [`MIN_DATAGRAM_BYTES`]..=[`MAX_DATAGRAM_BYTES`], or the format has no decimals.
+    /// Panics if `datagram_bytes` is not in [`MIN_DATAGRAM_BYTES`]..=[`MAX_DATAGRAM_BYTES`], or the
+    /// format has no decimals.
     pub fn new(format: LineFormat, datagram_bytes: usize) -> Self {
-        assert!((MIN_DATAGRAM_BYTES..=MAX_DATAGRAM_BYTES).contains(&datagram_bytes), "{datagram_bytes} bytes");
+        assert!(
+            (MIN_DATAGRAM_BYTES..=MAX_DATAGRAM_BYTES).contains(&datagram_bytes),
+            "{datagram_bytes} bytes"
+        );
         assert!(format.theta_decimals > 0, "without decimals, padding would change the number");
         let batch_bytes = MAX_DATAGRAM_BYTES / datagram_bytes * datagram_bytes;
         Self {
@@ -72,7 +79,11 @@ impl Packer {
     /// Calls `flush` with the current batch, unless it is empty.
     pub fn flush(&mut self, flush: impl FnOnce(Batch<'_>)) {
         if !self.text.is_empty() {
-            flush(Batch { bytes: &self.text, datagram_bytes: self.datagram_bytes, lines: self.lines });
+            flush(Batch {
+                bytes: &self.text,
+                datagram_bytes: self.datagram_bytes,
+                lines: self.lines,
+            });
         }
         self.text.clear();
         (self.start, self.lines) = (0, 0);
@@ -134,7 +145,8 @@ mod tests {
                 prop_assert!(read.id == sent.id && near(read.x, sent.x) && near(read.y, sent.y));
                 prop_assert!(near(read.theta, sent.theta));
             }
-            // All datagrams but the last have the full length, so that the system can split batches into datagrams.
+            // All datagrams but the last have the full length, so that the system can split batches
+            // into datagrams.
             let full = datagrams.iter().filter(|datagram| datagram.len() == datagram_bytes).count();
             prop_assert!(full + 1 >= datagrams.len());
         }

@@ -37,7 +37,13 @@ struct SenderOptions {
     #[arg(long, value_name = "[HOST:]PORT")]
     listen: Option<Listen>,
     /// Offset that the other program adds to positions before it answers, in metres
-    #[arg(long, value_name = "X,Y", default_value = "0,0", allow_hyphen_values = true, requires = "listen")]
+    #[arg(
+        long,
+        value_name = "X,Y",
+        default_value = "0,0",
+        allow_hyphen_values = true,
+        requires = "listen"
+    )]
     echo_offset: Offset,
     /// Decimals of the answers [default: those of the sent lines]
     #[arg(long, value_name = "N", value_parser = options::decimals, requires = "listen")]
@@ -84,7 +90,13 @@ impl Sender {
         let verbose = options.plugin.verbose > 0;
         let echo = options.listen.as_ref().map(|listen| -> Result<_> {
             let decimals = options.echo_decimals.unwrap_or(crate::fixed::MAX_DECIMALS);
-            let rules = EchoRules::new(format, decimals, unit, options.echo_offset.0, options.echo_deadline);
+            let rules = EchoRules::new(
+                format,
+                decimals,
+                unit,
+                options.echo_offset.0,
+                options.echo_deadline,
+            );
             let socket = Socket::listen(listen)?;
             regatta_plugin::tell!("udp: listening for answers on {}", socket.local_address()?);
             Ok(EchoListener::start(socket, rules, verbose))
@@ -109,8 +121,12 @@ impl Sender {
         (self.robots.0.start.min(end)..end).filter_map(move |id| {
             let row = id as usize;
             let is_present = columns.state[row] != RobotState::Absent as u8;
-            let line =
-                || PoseLine { id, x: columns.x[row], y: columns.y[row], theta: unit.from_radians(columns.theta[row]) };
+            let line = || PoseLine {
+                id,
+                x: columns.x[row],
+                y: columns.y[row],
+                theta: unit.from_radians(columns.theta[row]),
+            };
             is_present.then(line)
         })
     }
@@ -124,7 +140,11 @@ impl Sender {
             regatta_plugin::tell!("udp: {}", self.summary());
         }
         if let Some(error) = self.outlet.failure.take() {
-            regatta_plugin::tell!("udp: can't send all lines to {}: {}", self.outlet.to, describe(&error));
+            regatta_plugin::tell!(
+                "udp: can't send all lines to {}: {}",
+                self.outlet.to,
+                describe(&error)
+            );
         }
     }
 
@@ -168,7 +188,8 @@ impl Plugin for Sender {
 
     fn on_frame(&mut self, frame: &Frame) -> Result {
         let now = Instant::now();
-        let finite = |line: &PoseLine| line.x.is_finite() && line.y.is_finite() && line.theta.is_finite();
+        let finite =
+            |line: &PoseLine| line.x.is_finite() && line.y.is_finite() && line.theta.is_finite();
         if let Some(echo) = &self.echo {
             let mut sent = echo.with(|check| check.frame(self.robots.0.start, now));
             self.lines(frame).filter(finite).for_each(|line| sent.push(&line));

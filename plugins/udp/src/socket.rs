@@ -1,5 +1,5 @@
-//! UDP sockets that send and receive many datagrams per system call where the system supports it: with generic
-//! segmentation offload, `recvmmsg` and generic receive offload.
+//! UDP sockets that send and receive many datagrams per system call where the system supports it:
+//! with generic segmentation offload, `recvmmsg` and generic receive offload.
 
 mod address;
 
@@ -15,7 +15,8 @@ use crate::packer::MAX_DATAGRAM_BYTES;
 use address::source_of;
 pub use address::{Listen, SocketError, resolve, resolve_receiver};
 
-/// The requested size of the system's socket buffers. The system may grant less (`net.core.rmem_max` on Linux).
+/// The requested size of the system's socket buffers. The system may grant less
+/// (`net.core.rmem_max` on Linux).
 const KERNEL_BUFFER_BYTES: usize = 8 << 20;
 /// The number of buffers. Each receives one datagram, or on Linux up to 64 that arrived together.
 const BUFFERS: usize = 16;
@@ -65,8 +66,9 @@ impl Socket {
         let open = || {
             let socket = UdpSocket::bind(source_of(address))?;
             socket.set_broadcast(true)?;
-            // On a connected socket, Linux reports that no program receives at the address. Other systems don't accept
-            // the destination that each send call gives for a connected socket.
+            // On a connected socket, Linux reports that no program receives at the address. Other
+            // systems don't accept the destination that each send call gives for a connected
+            // socket.
             if cfg!(target_os = "linux") {
                 socket.connect(address)?;
             }
@@ -77,7 +79,8 @@ impl Socket {
         open().map_err(|reason| SocketError::Send { address, reason })
     }
 
-    /// Returns the socket's own address. If port 0 was requested, it has the port that the system chose.
+    /// Returns the socket's own address. If port 0 was requested, it has the port that the system
+    /// chose.
     ///
     /// # Errors
     /// Returns the system's error.
@@ -85,23 +88,26 @@ impl Socket {
         self.socket.local_addr()
     }
 
-    /// Returns the size of the receive buffer in bytes, as the system counts them (with its own overhead).
+    /// Returns the size of the receive buffer in bytes, as the system counts them (with its own
+    /// overhead).
     pub fn receive_buffer_bytes(&self) -> usize {
         SockRef::from(&self.socket).recv_buffer_size().unwrap_or(0)
     }
 
-    /// Sends contiguous datagrams, each `datagram_bytes` long except the last, in as few calls as the system allows.
-    /// Returns false if the system has reported that no program receives at the address.
+    /// Sends contiguous datagrams, each `datagram_bytes` long except the last, in as few calls as
+    /// the system allows. Returns false if the system has reported that no program receives at the
+    /// address.
     ///
     /// # Errors
     /// Returns the system's error. The rest of the datagrams is then not sent.
     pub fn send(&self, to: SocketAddr, bytes: &[u8], datagram_bytes: usize) -> io::Result<bool> {
-        let together = (MAX_DATAGRAM_BYTES / datagram_bytes).clamp(1, self.state.max_gso_segments());
+        let together =
+            (MAX_DATAGRAM_BYTES / datagram_bytes).clamp(1, self.state.max_gso_segments());
         let mut reachable = true;
         for part in bytes.chunks(together * datagram_bytes) {
             match self.send_together(to, part, datagram_bytes) {
-                // The network path doesn't support segmentation offload. The state remembers that, and the datagrams are
-                // sent one by one.
+                // The network path doesn't support segmentation offload. The state remembers that,
+                // and the datagrams are sent one by one.
                 Err(_) if together > 1 && self.state.max_gso_segments() == 1 => {
                     for one in part.chunks(datagram_bytes) {
                         reachable &= self.send_together(to, one, datagram_bytes)?;
@@ -113,9 +119,19 @@ impl Socket {
         Ok(reachable)
     }
 
-    fn send_together(&self, to: SocketAddr, bytes: &[u8], datagram_bytes: usize) -> io::Result<bool> {
-        let transmit =
-            Transmit { destination: to, ecn: None, contents: bytes, segment_size: Some(datagram_bytes), src_ip: None };
+    fn send_together(
+        &self,
+        to: SocketAddr,
+        bytes: &[u8],
+        datagram_bytes: usize,
+    ) -> io::Result<bool> {
+        let transmit = Transmit {
+            destination: to,
+            ecn: None,
+            contents: bytes,
+            segment_size: Some(datagram_bytes),
+            src_ip: None,
+        };
         let send = || self.state.try_send((&self.socket).into(), &transmit);
         match send() {
             Err(error) if error.kind() == ErrorKind::WouldBlock => {
@@ -128,7 +144,8 @@ impl Socket {
         }
     }
 
-    /// Waits until a datagram has arrived, but not longer than `timeout`. Returns whether one may have arrived.
+    /// Waits until a datagram has arrived, but not longer than `timeout`. Returns whether one may
+    /// have arrived.
     pub fn wait_to_receive(&self, timeout: Duration) -> bool {
         self.wait(PollFlags::IN, timeout)
     }
@@ -139,7 +156,8 @@ impl Socket {
         poll(&mut [PollFd::new(&self.socket, event)], timeout.as_ref()).is_ok_and(|ready| ready > 0)
     }
 
-    /// Calls `each` with the datagrams that have arrived, up to a limit. Returns whether there were any.
+    /// Calls `each` with the datagrams that have arrived, up to a limit. Returns whether there were
+    /// any.
     ///
     /// # Errors
     /// Returns the system's error.
@@ -160,13 +178,18 @@ impl Socket {
         Ok(received > 0)
     }
 
-    /// Returns the number of packets that the system has dropped because the receive buffer was full, since the socket was
-    /// opened. Up to 64 datagrams that arrive together count as one packet. `None` on systems that don't report it.
+    /// Returns the number of packets that the system has dropped because the receive buffer was
+    /// full, since the socket was opened. Up to 64 datagrams that arrive together count as one
+    /// packet. `None` on systems that don't report it.
     pub fn dropped(&self) -> Option<u64> {
         #[cfg(target_os = "linux")]
         {
             let inode = rustix::fs::fstat(&self.socket).ok()?.st_ino.to_string();
-            let table = if self.socket.local_addr().ok()?.is_ipv4() { "/proc/net/udp" } else { "/proc/net/udp6" };
+            let table = if self.socket.local_addr().ok()?.is_ipv4() {
+                "/proc/net/udp"
+            } else {
+                "/proc/net/udp6"
+            };
             let table = std::fs::read_to_string(table).ok()?;
             let row = table.lines().map(|row| row.split_ascii_whitespace().collect::<Vec<_>>());
             row.into_iter().find(|row| row.get(9) == Some(&inode.as_str()))?.last()?.parse().ok()
@@ -176,9 +199,13 @@ impl Socket {
     }
 }
 
-/// Whether an error only means that no datagram has arrived. Windows also reports a closed port of a peer.
+/// Whether an error only means that no datagram has arrived. Windows also reports a closed port of
+/// a peer.
 fn is_transient(error: &io::Error) -> bool {
-    matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted | ErrorKind::ConnectionReset)
+    matches!(
+        error.kind(),
+        ErrorKind::WouldBlock | ErrorKind::Interrupted | ErrorKind::ConnectionReset
+    )
 }
 
 #[cfg(test)]

@@ -12,7 +12,9 @@ use std::time::{Duration, Instant};
 
 use regatta_plugin::producer::{LockstepOptions, Session, Speed};
 use regatta_plugin::world::RobotTypeRecord;
-use regatta_plugin::{NAME_VARIABLE, Participant, ProducerPorts, Result, Termination, set_verbosity};
+use regatta_plugin::{
+    NAME_VARIABLE, Participant, ProducerPorts, Result, Termination, set_verbosity,
+};
 
 use crate::line::{LineFormat, Separator};
 use crate::options::parse;
@@ -23,14 +25,15 @@ use figures::Trouble;
 use intake::Intake;
 use options::SourceOptions;
 
-/// How long to wait after an error of the socket: an error that persists then takes no processor time.
+/// How long to wait after an error of the socket: an error that persists then takes no processor
+/// time.
 const ERROR_PAUSE: Duration = Duration::from_millis(1);
 
 /// Runs the source with a command line, whose first argument is the plugin.
 ///
 /// # Errors
-/// If an option is invalid, the address can't be listened on, the fleet has a producer already, or shared memory
-/// fails.
+/// If an option is invalid, the address can't be listened on, the fleet has a producer already, or
+/// shared memory fails.
 pub fn run(args: impl IntoIterator<Item: Into<OsString> + Clone>) -> Result {
     let Some(options) = parse::<SourceOptions>(args)? else { return Ok(()) };
     set_verbosity(options.verbose);
@@ -42,7 +45,8 @@ pub fn run(args: impl IntoIterator<Item: Into<OsString> + Clone>) -> Result {
     ports.check_room(options.max_robots as usize)?;
     let mut source = Source::new(socket, &options)?;
     let tick_period = Duration::from_secs_f64(1.0 / options.rate);
-    let mut session = Session::new(ports, tick_period, Speed::default(), LockstepOptions::default());
+    let mut session =
+        Session::new(ports, tick_period, Speed::default(), LockstepOptions::default());
     let result = session.run(&mut source, &termination);
     source.report_end(&session, options.json);
     result
@@ -69,7 +73,10 @@ impl Source {
     fn new(socket: Socket, options: &SourceOptions) -> Result<Self> {
         let unit = options.form.unit();
         let format = LineFormat::new(Separator::Space, options.form.decimals, unit);
-        let answers = options.echo_to.as_ref().map(|to| Answers::open(resolve_receiver(to)?, format, options.form.mtu));
+        let answers = options
+            .echo_to
+            .as_ref()
+            .map(|to| Answers::open(resolve_receiver(to)?, format, options.form.mtu));
         regatta_plugin::tell!(
             "udp-source: listening on {} with {} bytes of receive buffer, for fleet '{}'",
             socket.local_address()?,

@@ -92,8 +92,8 @@ impl Effort {
         self.started.elapsed().as_secs_f64()
     }
 
-    /// Returns the processor time that this process has used since the start, in seconds; `None` on systems that don't
-    /// report it.
+    /// Returns the processor time that this process has used since the start, in seconds; `None` on
+    /// systems that don't report it.
     pub fn cpu_secs(&self) -> Option<f64> {
         Some(process_time()?.saturating_sub(self.cpu?).as_secs_f64())
     }
@@ -139,7 +139,10 @@ mod tests {
         ] {
             faults.count(fault);
         }
-        assert_eq!(faults.to_string(), "1 malformed lines, 2 negative ids, 1 ids too large, 1 lines not finite");
+        assert_eq!(
+            faults.to_string(),
+            "1 malformed lines, 2 negative ids, 1 ids too large, 1 lines not finite"
+        );
     }
 
     #[test]
@@ -147,7 +150,8 @@ mod tests {
         let start = Instant::now();
         let mut second = EverySecond::new(start);
         let at = |millis| start + Duration::from_millis(millis);
-        let passed: Vec<_> = [0, 999, 1_000, 1_001, 5_000, 5_500].map(|t| second.has_passed(at(t))).to_vec();
+        let passed: Vec<_> =
+            [0, 999, 1_000, 1_001, 5_000, 5_500].map(|t| second.has_passed(at(t))).to_vec();
         assert_eq!(passed, [false, false, true, false, true, false]);
     }
 

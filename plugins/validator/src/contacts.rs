@@ -1,5 +1,5 @@
-//! Contacts: pairs of robots whose footprints overlap. A uniform grid finds the pairs that are near, and the separating axes
-//! of rectangles and circles decide.
+//! Contacts: pairs of robots whose footprints overlap. A uniform grid finds the pairs that are
+//! near, and the separating axes of rectangles and circles decide.
 
 use std::collections::BTreeMap;
 
@@ -39,15 +39,18 @@ pub(crate) struct Grid {
 }
 
 impl Grid {
-    /// Calls `each` with the overlapping pairs, and by how much they overlap in metres. The lower index comes first.
+    /// Calls `each` with the overlapping pairs, and by how much they overlap in metres. The lower
+    /// index comes first.
     pub fn overlaps(&mut self, bodies: &[Body], mut each: impl FnMut(usize, usize, f32)) {
         let Some(columns) = self.sort(bodies) else { return };
         let rows = (self.starts.len() - 1) / columns;
         let place = |cell: usize| self.starts[cell] as usize;
-        for (row, column) in (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column))) {
+        for (row, column) in (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column)))
+        {
             let cell = row * columns + column;
             let (end, is_last) = (place(cell + 1), column + 1 == columns);
-            // This cell and the next one of its row lie side by side in memory, as do the three of the next row.
+            // This cell and the next one of its row lie side by side in memory, as do the three of
+            // the next row.
             let beside = if is_last { end } else { place(cell + 2) };
             for at in place(cell)..end {
                 let first = self.order[at] as usize;
@@ -71,7 +74,8 @@ impl Grid {
         }
     }
 
-    /// Sorts bodies into cells that are as wide as the largest one, and returns the number of columns.
+    /// Sorts bodies into cells that are as wide as the largest one, and returns the number of
+    /// columns.
     fn sort(&mut self, bodies: &[Body]) -> Option<usize> {
         let first = bodies.first()?;
         let (mut low, mut high, mut radius) = ([first.x, first.y], [first.x, first.y], 0.0_f32);
@@ -111,7 +115,8 @@ impl Grid {
     }
 }
 
-/// By how much two footprints overlap, in metres: how far one must move for them to part. Zero or less if they don't.
+/// By how much two footprints overlap, in metres: how far one must move for them to part. Zero or
+/// less if they don't.
 pub(crate) fn overlap(a: &Body, b: &Body) -> f32 {
     let (dx, dy) = (b.x - a.x, b.y - a.y);
     let reach = a.radius + b.radius;
@@ -130,7 +135,10 @@ pub(crate) fn overlap(a: &Body, b: &Body) -> f32 {
 fn circle_overlap(rectangle: &Body, radius: f32, [dx, dy]: [f32; 2]) -> f32 {
     let (sin, cos) = rectangle.theta.sin_cos();
     // How far the centre is beyond each pair of sides.
-    let beyond = [(dx * cos + dy * sin).abs() - rectangle.half[0], (dy * cos - dx * sin).abs() - rectangle.half[1]];
+    let beyond = [
+        (dx * cos + dy * sin).abs() - rectangle.half[0],
+        (dy * cos - dx * sin).abs() - rectangle.half[1],
+    ];
     if beyond[0] > 0.0 && beyond[1] > 0.0 {
         return radius - beyond[0].hypot(beyond[1]);
     }
@@ -170,7 +178,8 @@ pub(crate) struct Contacts {
 }
 
 impl Contacts {
-    /// Takes the bodies of a frame; `seconds` have passed since the frame before. `edge` is the id of a robot's edge.
+    /// Takes the bodies of a frame; `seconds` have passed since the frame before. `edge` is the id
+    /// of a robot's edge.
     pub fn take(
         &mut self,
         bodies: &[Body],

@@ -20,7 +20,8 @@ pub enum Kind {
     Speed,
     /// A robot speeds up faster than its type allows.
     Acceleration,
-    /// A robot slows down faster than its type allows. The engine brakes so only when an order takes its road away.
+    /// A robot slows down faster than its type allows. The engine brakes so only when an order
+    /// takes its road away.
     HardBraking,
     /// A robot turns on the spot faster than its type allows.
     Rotation,
@@ -110,7 +111,11 @@ impl Kind {
     /// The unit of a finding's value and limit; empty if it has none.
     pub fn unit(self) -> &'static str {
         match self {
-            Self::Contact | Self::OffGraph | Self::Teleport | Self::WrongPlace | Self::WrongDirection => "m",
+            Self::Contact
+            | Self::OffGraph
+            | Self::Teleport
+            | Self::WrongPlace
+            | Self::WrongDirection => "m",
             Self::Heading => "rad",
             Self::Speed => "m/s",
             Self::Acceleration | Self::HardBraking => "m/s²",
@@ -188,7 +193,11 @@ pub(crate) struct Findings {
 
 impl Findings {
     pub fn new(most_examples: usize) -> Self {
-        Self { counts: [0; Kind::ALL.len()], examples: std::array::from_fn(|_| Vec::new()), most_examples }
+        Self {
+            counts: [0; Kind::ALL.len()],
+            examples: std::array::from_fn(|_| Vec::new()),
+            most_examples,
+        }
     }
 
     /// Counts a finding; `make` makes the example, if there is room for one.

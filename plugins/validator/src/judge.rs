@@ -43,14 +43,17 @@ const ANY_ROBOT: u32 = u32::MAX;
 struct Track {
     /// `None` if it was absent or invalid, or was spawned since.
     before: Option<Row>,
-    /// The kinds that the robot has shown since the last frame in which it didn't: each counts once.
+    /// The kinds that the robot has shown since the last frame in which it didn't: each counts
+    /// once.
     active: u32,
-    /// Since when it has done nothing while tasks waited, in seconds; infinite if it does something.
+    /// Since when it has done nothing while tasks waited, in seconds; infinite if it does
+    /// something.
     idle_since: f64,
     reported_idle: bool,
 }
 
-/// Judges one fleet. Feed it everything in the order of time: the world, then for each tick its events, tasks and frame.
+/// Judges one fleet. Feed it everything in the order of time: the world, then for each tick its
+/// events, tasks and frame.
 #[derive(Debug)]
 pub struct Judge {
     settings: Settings,
@@ -111,15 +114,25 @@ impl Judge {
         self.types.extend(types.iter().map(|number| *number as u16));
     }
 
-    /// Takes the events of a tick. Only those matter that tell of robots which join or leave, or are flat. `is_incomplete` says that
-    /// events before them, or some of them, were lost.
-    pub fn take_events(&mut self, header: &EventHeader, events: &[EventRecord], is_incomplete: bool) {
+    /// Takes the events of a tick. Only those matter that tell of robots which join or leave, or
+    /// are flat. `is_incomplete` says that events before them, or some of them, were lost.
+    pub fn take_events(
+        &mut self,
+        header: &EventHeader,
+        events: &[EventRecord],
+        is_incomplete: bool,
+    ) {
         let at = (header.run_id, header.tick);
         if is_incomplete || header.dropped > 0 {
             self.placed.push_back((at, ANY_ROBOT));
         }
-        events.iter().filter(|event| is_flat(event)).for_each(|event| self.find_flat(header.tick, event.robot));
-        let is_placed = |event: &&EventRecord| matches!(event.kind(), Some(EventKind::Spawned | EventKind::Removed));
+        events
+            .iter()
+            .filter(|event| is_flat(event))
+            .for_each(|event| self.find_flat(header.tick, event.robot));
+        let is_placed = |event: &&EventRecord| {
+            matches!(event.kind(), Some(EventKind::Spawned | EventKind::Removed))
+        };
         self.placed.extend(events.iter().filter(is_placed).map(|event| (at, event.robot)));
     }
 
@@ -135,18 +148,20 @@ impl Judge {
         });
     }
 
-    /// Forgets where robots were that have been placed anew by now. (Events can be there some frames before their tick's.)
+    /// Forgets where robots were that have been placed anew by now. (Events can be there some
+    /// frames before their tick's.)
     fn forget_placed(&mut self, run: u64, tick: u64) {
         let is_due = |((of, at), _): &mut ((u64, u64), u32)| *of != run || *at <= tick;
         while let Some((_, robot)) = self.placed.pop_front_if(is_due) {
             let all = robot == ANY_ROBOT;
-            let tracks = if all { 0..self.tracks.len() } else { robot as usize..robot as usize + 1 };
+            let tracks =
+                if all { 0..self.tracks.len() } else { robot as usize..robot as usize + 1 };
             self.tracks.get_mut(tracks).into_iter().flatten().for_each(|track| track.before = None);
         }
     }
 
-    /// Takes the task log's records of a tick, before or after the frame of that tick. `missed` is the number of samples that
-    /// were lost before it.
+    /// Takes the task log's records of a tick, before or after the frame of that tick. `missed` is
+    /// the number of samples that were lost before it.
     pub fn take_tasks(&mut self, header: &TaskHeader, missed: u64, records: &[TaskRecord]) {
         self.report.task_samples_missed += missed;
         let is_current = self.run == Some(header.run_id);
@@ -221,7 +236,9 @@ impl Judge {
         }
         let edges = columns.edge;
         let site = &self.site;
-        let edge = |robot: u32| edges.get(robot as usize).and_then(|edge| Some(site.edge(*edge)?.record.id));
+        let edge = |robot: u32| {
+            edges.get(robot as usize).and_then(|edge| Some(site.edge(*edge)?.record.id))
+        };
         let numbers = [self.report.frames, self.now.tick];
         self.contacts.take(&self.bodies, numbers, [self.now.seconds, gap.seconds], edge);
     }
@@ -233,7 +250,8 @@ impl Judge {
             *track = Track { idle_since: f64::INFINITY, ..Track::default() };
             return;
         }
-        let robot_type = self.site.robot_type(self.types.get(robot).map_or(0, |index| usize::from(*index)));
+        let robot_type =
+            self.site.robot_type(self.types.get(robot).map_or(0, |index| usize::from(*index)));
         self.faults.clear();
         let (site, faults) = (&self.site, &mut self.faults);
         let before = track.before.take();
@@ -295,7 +313,8 @@ impl Judge {
         let are_waiting = self.tasks.are_waiting();
         for (robot, track) in self.tracks.iter_mut().enumerate() {
             let Some(row) = track.before else { continue };
-            let is_free = row.speed == 0.0 && matches!(row.state, RobotState::Idle | RobotState::Waiting);
+            let is_free =
+                row.speed == 0.0 && matches!(row.state, RobotState::Idle | RobotState::Waiting);
             if !is_free || !are_waiting || self.tasks.has_task(robot as u32) {
                 (track.idle_since, track.reported_idle) = (f64::INFINITY, false);
                 continue;
@@ -306,7 +325,10 @@ impl Judge {
                 let edge = frame.edge()[robot];
                 self.findings.add(Kind::Idle, || Finding {
                     robots: vec![robot as u32],
-                    edge: (edge != NO_EDGE).then(|| self.site.edge(edge)).flatten().map(|edge| edge.record.id),
+                    edge: (edge != NO_EDGE)
+                        .then(|| self.site.edge(edge))
+                        .flatten()
+                        .map(|edge| edge.record.id),
                     place: Some([row.x, row.y]),
                     value: Some(idle),
                     limit: Some(limit),
@@ -333,7 +355,8 @@ impl Judge {
 
 /// Whether an event tells that a robot stops because its battery is flat.
 fn is_flat(event: &EventRecord) -> bool {
-    event.kind() == Some(EventKind::BrokenDown) && event.detail == BreakdownCause::FlatBattery as u32
+    event.kind() == Some(EventKind::BrokenDown)
+        && event.detail == BreakdownCause::FlatBattery as u32
 }
 
 #[cfg(test)]

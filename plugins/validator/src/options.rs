@@ -67,7 +67,8 @@ impl JudgeOptions {
     /// Writes the report to the files that were asked for. (The caller prints it.)
     ///
     /// # Errors
-    /// [`JudgeError::Write`], or [`JudgeError::Findings`] if there are findings of other kinds than those that are allowed.
+    /// [`JudgeError::Write`], or [`JudgeError::Findings`] if there are findings of other kinds than
+    /// those that are allowed.
     pub fn conclude(&self, report: &Report) -> Result<(), JudgeError> {
         let files = [(&self.json, report.to_json()), (&self.markdown, report.to_markdown())];
         for (path, text) in files {
@@ -79,8 +80,11 @@ impl JudgeOptions {
         if count == 0 {
             return Ok(());
         }
-        let found = Kind::ALL.into_iter().filter(|kind| !self.allow.contains(kind) && report.count(*kind) > 0);
-        let kinds: Vec<_> = found.map(|kind| format!("{} {}", report.count(kind), kind.name())).collect();
+        let found = Kind::ALL
+            .into_iter()
+            .filter(|kind| !self.allow.contains(kind) && report.count(*kind) > 0);
+        let kinds: Vec<_> =
+            found.map(|kind| format!("{} {}", report.count(kind), kind.name())).collect();
         Err(JudgeError::Findings { count, kinds: kinds.join(", ") })
     }
 }

@@ -6,7 +6,8 @@ use std::time::{Duration, Instant};
 
 use clap::Parser;
 use regatta_plugin::{
-    ColumnReader, Error, Events, Frame, Options, Participant, Plugin, ReadError, Result, TaskReader, World, usage_line,
+    ColumnReader, Error, Events, Frame, Options, Participant, Plugin, ReadError, Result,
+    TaskReader, World, usage_line,
 };
 
 use crate::judge::Judge;
@@ -31,12 +32,15 @@ pub struct Cli {
 /// Runs the plugin with a command line, whose first argument is the name of the program.
 ///
 /// # Errors
-/// If an option is invalid, if the fleet can't be read, if the report can't be written, or if there are findings.
+/// If an option is invalid, if the fleet can't be read, if the report can't be written, or if there
+/// are findings.
 pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) -> Result {
     match Cli::try_parse_from(args) {
         Ok(cli) => cli.options.run(Validator::new(cli.judge.clone()), "validator"),
         Err(error) if !error.use_stderr() => Ok(error.print()?),
-        Err(error) => Err(Error::new(format_args!("{}; --help lists the options", usage_line(&error)))),
+        Err(error) => {
+            Err(Error::new(format_args!("{}; --help lists the options", usage_line(&error))))
+        }
     }
 }
 
@@ -59,10 +63,13 @@ impl Validator {
         Self { options, judge, ports: None, run_id: 0, robot_types: 0 }
     }
 
-    /// Gives the judge the robots' types. At the start of a run they may come a little after the first frame.
+    /// Gives the judge the robots' types. At the start of a run they may come a little after the
+    /// first frame.
     fn take_types(&mut self, frame: &Frame<'_>) -> Result {
         let Some((types, _)) = &mut self.ports else { return Ok(()) };
-        if std::mem::replace(&mut self.run_id, frame.run_id()) != frame.run_id() && self.robot_types > 1 {
+        if std::mem::replace(&mut self.run_id, frame.run_id()) != frame.run_id()
+            && self.robot_types > 1
+        {
             let start = Instant::now();
             while types.latest()?.is_none()
                 && types.current()?.is_none_or(|old| old.header.run_id != frame.run_id())

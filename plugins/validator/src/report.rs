@@ -68,13 +68,27 @@ impl Report {
 
     /// The number of findings of all kinds but these.
     pub fn count_without(&self, allowed: &[Kind]) -> u64 {
-        Kind::ALL.into_iter().filter(|kind| !allowed.contains(kind)).map(|kind| self.count(kind)).sum()
+        Kind::ALL
+            .into_iter()
+            .filter(|kind| !allowed.contains(kind))
+            .map(|kind| self.count(kind))
+            .sum()
     }
 
     /// What was judged, in one line.
     fn subject(&self) -> String {
-        let Self { frames, robots, tasks, ticks_between, frames_missed, task_samples_missed, seconds, .. } = self;
-        let mut line = format!("{frames} frames of {robots} robots in {seconds:.2} s, {tasks} tasks");
+        let Self {
+            frames,
+            robots,
+            tasks,
+            ticks_between,
+            frames_missed,
+            task_samples_missed,
+            seconds,
+            ..
+        } = self;
+        let mut line =
+            format!("{frames} frames of {robots} robots in {seconds:.2} s, {tasks} tasks");
         for (count, what) in [
             (ticks_between, "ticks between frames"),
             (frames_missed, "frames missed"),
@@ -95,9 +109,16 @@ impl Report {
 
     /// Returns the report as Markdown.
     pub fn to_markdown(&self) -> String {
-        let mut text = format!("# Validation\n\n{}.\n\n| kind | findings | first |\n|---|---|---|\n", self.subject());
+        let mut text = format!(
+            "# Validation\n\n{}.\n\n| kind | findings | first |\n|---|---|---|\n",
+            self.subject()
+        );
         for report in &self.kinds {
-            let first = report.examples.first().map(|finding| describe(finding, report.unit)).unwrap_or_default();
+            let first = report
+                .examples
+                .first()
+                .map(|finding| describe(finding, report.unit))
+                .unwrap_or_default();
             let _ = writeln!(text, "| {} | {} | {first} |", report.kind, report.count);
         }
         for report in self.kinds.iter().filter(|report| report.count > 0) {
@@ -117,10 +138,15 @@ impl Report {
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let total = self.count_without(&[]);
-        let findings = if total == 0 { "no findings".to_owned() } else { format!("{total} findings") };
+        let findings =
+            if total == 0 { "no findings".to_owned() } else { format!("{total} findings") };
         writeln!(f, "validator: {findings} in {}", self.subject())?;
         for report in self.kinds.iter().filter(|report| report.count > 0) {
-            let first = report.examples.first().map(|finding| describe(finding, report.unit)).unwrap_or_default();
+            let first = report
+                .examples
+                .first()
+                .map(|finding| describe(finding, report.unit))
+                .unwrap_or_default();
             writeln!(f, "  {:<18} {:>8}  first: {first}", report.kind, report.count)?;
         }
         Ok(())

@@ -18,7 +18,10 @@ impl Row {
     /// Whether all values are numbers of a sensible size.
     pub fn is_valid(&self) -> bool {
         let place = [self.x, self.y].iter().all(|value| value.abs() <= 1e7);
-        place && self.theta.abs() <= 1e3 && self.speed.is_finite() && (self.edge == NO_EDGE || self.s.is_finite())
+        place
+            && self.theta.abs() <= 1e3
+            && self.speed.is_finite()
+            && (self.edge == NO_EDGE || self.s.is_finite())
     }
 
     pub fn is_absent(&self) -> bool {

@@ -3,7 +3,8 @@
 use regatta_plugin::World;
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, Orientation, RobotTypeRecord};
 
-/// The distance in metres between two samples of a curve with which the search for a fine enough one begins.
+/// The distance in metres between two samples of a curve with which the search for a fine enough
+/// one begins.
 const STEP_METRES: f64 = 0.4;
 const FEWEST_STEPS: usize = 8;
 /// From this number of samples on, a curve isn't sampled more finely: it has a cusp.
@@ -19,14 +20,16 @@ pub(crate) struct Site {
     pub nodes: Vec<NodeRecord>,
     pub edges: Vec<Edge>,
     pub types: Vec<RobotTypeRecord>,
-    /// The legs that leave node `n` are `leaving[first_leaving[n]..first_leaving[n + 1]]`: edge, and whether in reverse gear.
+    /// The legs that leave node `n` are `leaving[first_leaving[n]..first_leaving[n + 1]]`: edge,
+    /// and whether in reverse gear.
     first_leaving: Vec<usize>,
     leaving: Vec<(u32, bool)>,
     /// Metres per second on the fastest edge in either gear; infinite if there are no edges.
     pub fastest: f64,
 }
 
-/// An edge and its curves. Consecutive ones may meet at a corner, so that each has samples of its own.
+/// An edge and its curves. Consecutive ones may meet at a corner, so that each has samples of its
+/// own.
 #[derive(Debug)]
 pub(crate) struct Edge {
     pub record: EdgeRecord,
@@ -51,7 +54,8 @@ struct Part {
 impl Site {
     pub fn new(world: &World<'_>) -> Self {
         let nodes = world.nodes().to_vec();
-        let edges: Vec<_> = world.edges().iter().map(|edge| Edge::new(*edge, world.curves(edge))).collect();
+        let edges: Vec<_> =
+            world.edges().iter().map(|edge| Edge::new(*edge, world.curves(edge))).collect();
         let mut legs: Vec<(u32, u32, bool)> = Vec::new();
         for (number, edge) in (0..).zip(&edges) {
             legs.push((edge.record.origin, number, false));
@@ -60,9 +64,14 @@ impl Site {
             }
         }
         legs.sort_unstable();
-        let first_leaving = (0..=nodes.len()).map(|node| legs.partition_point(|leg| (leg.0 as usize) < node)).collect();
-        let fastest = edges.iter().flat_map(|edge| [edge.record.velocity_forward, edge.record.velocity_backwards]);
-        let fastest = if edges.is_empty() { f64::INFINITY } else { fastest.fold(0.0, f32::max).into() };
+        let first_leaving = (0..=nodes.len())
+            .map(|node| legs.partition_point(|leg| (leg.0 as usize) < node))
+            .collect();
+        let fastest = edges
+            .iter()
+            .flat_map(|edge| [edge.record.velocity_forward, edge.record.velocity_backwards]);
+        let fastest =
+            if edges.is_empty() { f64::INFINITY } else { fastest.fold(0.0, f32::max).into() };
         let leaving = legs.into_iter().map(|(_, edge, reverse)| (edge, reverse)).collect();
         Self { nodes, edges, types: world.robot_types().to_vec(), first_leaving, leaving, fastest }
     }
@@ -96,8 +105,13 @@ impl Edge {
     pub fn new(record: EdgeRecord, curves: &[CurveRecord]) -> Self {
         let (mut parts, mut start) = (Vec::new(), 0.0);
         for curve in curves {
-            let (samples, length) = if is_straight(curve) { straight_samples(curve) } else { curved_samples(curve) };
-            let ([Some(first), Some(last)], true) = ([samples.first(), samples.last()], length > 0.0) else { continue };
+            let (samples, length) =
+                if is_straight(curve) { straight_samples(curve) } else { curved_samples(curve) };
+            let ([Some(first), Some(last)], true) =
+                ([samples.first(), samples.last()], length > 0.0)
+            else {
+                continue;
+            };
             let (ends, tangent) = ([*first, *last], first[3].atan2(first[2]));
             let samples = if samples.len() > 2 { samples } else { Vec::new() };
             parts.push(Part { start: start as f32, length: length as f32, ends, tangent, samples });
@@ -111,8 +125,8 @@ impl Edge {
         Self { record, parts }
     }
 
-    /// Returns the position and the angle of the tangent at a distance from the origin, in metres. `None` if the world has
-    /// no curve for the edge.
+    /// Returns the position and the angle of the tangent at a distance from the origin, in metres.
+    /// `None` if the world has no curve for the edge.
     pub fn at(&self, s: f32) -> Option<([f32; 2], f32)> {
         let part = match &self.parts[..] {
             [part] => part,
@@ -141,16 +155,22 @@ impl Part {
         };
         let place = fraction * last as f32;
         let index = (place as usize).min(last - 1);
-        let (samples, distance) = ([self.samples[index], self.samples[index + 1]], self.length / last as f32);
+        let (samples, distance) =
+            ([self.samples[index], self.samples[index + 1]], self.length / last as f32);
         let [x, y, tx, ty] = between(samples, distance, place - index as f32);
         ([x, y], ty.atan2(tx))
     }
 }
 
 /// Returns position and tangent between two samples that are so far apart, by Hermite's cubic.
-fn between([[ax, ay, atx, aty], [bx, by, btx, bty]]: [[f32; 4]; 2], distance: f32, t: f32) -> [f32; 4] {
+fn between(
+    [[ax, ay, atx, aty], [bx, by, btx, bty]]: [[f32; 4]; 2],
+    distance: f32,
+    t: f32,
+) -> [f32; 4] {
     let (t2, t3) = (t * t, t * t * t);
-    let (h01, h10, h11) = (3.0 * t2 - 2.0 * t3, (t3 - 2.0 * t2 + t) * distance, (t3 - t2) * distance);
+    let (h01, h10, h11) =
+        (3.0 * t2 - 2.0 * t3, (t3 - 2.0 * t2 + t) * distance, (t3 - t2) * distance);
     let x = ax + h01 * (bx - ax) + h10 * atx + h11 * btx;
     let y = ay + h01 * (by - ay) + h10 * aty + h11 * bty;
     [x, y, atx + t * (btx - atx), aty + t * (bty - aty)]
@@ -176,16 +196,22 @@ fn straight_samples(curve: &CurveRecord) -> (Vec<[f32; 4]>, f64) {
     let [a, _, _, d] = points(curve);
     let (dx, dy) = (d[0] - a[0], d[1] - a[1]);
     let length = dx.hypot(dy);
-    ([a, d].map(|[x, y]| [x, y, dx / length, dy / length].map(|value| value as f32)).to_vec(), length)
+    (
+        [a, d].map(|[x, y]| [x, y, dx / length, dy / length].map(|value| value as f32)).to_vec(),
+        length,
+    )
 }
 
 /// Returns samples at evenly spaced arc lengths, and the length.
 fn curved_samples(curve: &CurveRecord) -> (Vec<[f32; 4]>, f64) {
     let table = Table::new(points(curve));
     let length = table.length();
-    let mut steps = ((length / STEP_METRES).ceil() as usize).clamp(FEWEST_STEPS, MOST_STEPS).next_multiple_of(2);
+    let mut steps = ((length / STEP_METRES).ceil() as usize)
+        .clamp(FEWEST_STEPS, MOST_STEPS)
+        .next_multiple_of(2);
     loop {
-        let samples: Vec<_> = (0..=steps).map(|step| table.sample(length * step as f64 / steps as f64)).collect();
+        let samples: Vec<_> =
+            (0..=steps).map(|step| table.sample(length * step as f64 / steps as f64)).collect();
         if steps >= MOST_STEPS || is_fine(&samples, (length / steps as f64) as f32) {
             return (samples, length);
         }
@@ -216,7 +242,8 @@ impl Table {
         let mut table = Self { points, lengths: vec![0.0] };
         let mut length = 0.0;
         for interval in 0..INTERVALS {
-            let (from, to) = (interval as f64 / INTERVALS as f64, (interval + 1) as f64 / INTERVALS as f64);
+            let (from, to) =
+                (interval as f64 / INTERVALS as f64, (interval + 1) as f64 / INTERVALS as f64);
             length += table.length_between(from, to);
             table.lengths.push(length);
         }
@@ -230,13 +257,17 @@ impl Table {
     fn derivative(&self, t: f64) -> [f64; 2] {
         let u = 1.0 - t;
         let [a, b, c, d] = self.points;
-        [0, 1].map(|i| 3.0 * (u * u * (b[i] - a[i]) + 2.0 * u * t * (c[i] - b[i]) + t * t * (d[i] - c[i])))
+        [0, 1].map(|i| {
+            3.0 * (u * u * (b[i] - a[i]) + 2.0 * u * t * (c[i] - b[i]) + t * t * (d[i] - c[i]))
+        })
     }
 
     fn position(&self, t: f64) -> [f64; 2] {
         let u = 1.0 - t;
         let [a, b, c, d] = self.points;
-        [0, 1].map(|i| u * u * u * a[i] + 3.0 * u * u * t * b[i] + 3.0 * u * t * t * c[i] + t * t * t * d[i])
+        [0, 1].map(|i| {
+            u * u * u * a[i] + 3.0 * u * u * t * b[i] + 3.0 * u * t * t * c[i] + t * t * t * d[i]
+        })
     }
 
     /// Gauss and Legendre's rule of three points.
@@ -312,7 +343,8 @@ mod tests {
 
     #[test]
     fn a_line_is_straight_however_its_handles_are_spaced() {
-        let curve = CurveRecord { control_points: [[1.0, 1.0], [1.0, 1.0], [1.0, 1.0], [1.0, 9.0]] };
+        let curve =
+            CurveRecord { control_points: [[1.0, 1.0], [1.0, 1.0], [1.0, 1.0], [1.0, 9.0]] };
         let record = EdgeRecord { length: 8.0, ..EdgeRecord::default() };
         let edge = Edge::new(record, &[curve]);
         assert_eq!(edge.at(2.0).map(|(position, _)| position), Some([1.0, 3.0]));
@@ -333,7 +365,10 @@ mod tests {
                 let s = table.length() * f64::from(step) / 5000.0;
                 let ([x, y], _) = edge.at(s as f32).expect("a curve");
                 let [tx, ty, ..] = table.sample(s);
-                assert!((x - tx).hypot(y - ty) < 2e-3, "{control_points:?} at {s}: ({x}, {y}), not ({tx}, {ty})");
+                assert!(
+                    (x - tx).hypot(y - ty) < 2e-3,
+                    "{control_points:?} at {s}: ({x}, {y}), not ({tx}, {ty})"
+                );
             }
         }
     }
@@ -342,14 +377,24 @@ mod tests {
     #[test]
     fn a_corner_within_an_edge_is_sharp() {
         let east = CurveRecord::straight([0.0, 0.0], [5.0, 0.0]);
-        let north = CurveRecord { control_points: [[5.0, 0.0], [5.0, 1.2], [5.6, 1.8], [6.8, 1.8]] };
+        let north =
+            CurveRecord { control_points: [[5.0, 0.0], [5.0, 1.2], [5.6, 1.8], [6.8, 1.8]] };
         let length = 5.0 + Table::new(points(&north)).length() as f32;
         let edge = Edge::new(EdgeRecord { length, ..EdgeRecord::default() }, &[east, north]);
         let (position, tangent) = edge.at(4.999).expect("a curve");
-        assert!((position[0] - 4.999).abs() < 1e-5 && position[1] == 0.0 && tangent == 0.0, "{position:?} {tangent}");
+        assert!(
+            (position[0] - 4.999).abs() < 1e-5 && position[1] == 0.0 && tangent == 0.0,
+            "{position:?} {tangent}"
+        );
         let (position, tangent) = edge.at(5.001).expect("a curve");
-        assert!((position[1] - 0.001).abs() < 1e-5 && (tangent - 1.570).abs() < 2e-3, "{position:?} {tangent}");
+        assert!(
+            (position[1] - 0.001).abs() < 1e-5 && (tangent - 1.570).abs() < 2e-3,
+            "{position:?} {tangent}"
+        );
         let (position, _) = edge.at(length).expect("a curve");
-        assert!((position[0] - 6.8).abs() < 1e-5 && (position[1] - 1.8).abs() < 1e-5, "{position:?}");
+        assert!(
+            (position[0] - 6.8).abs() < 1e-5 && (position[1] - 1.8).abs() < 1e-5,
+            "{position:?}"
+        );
     }
 }

@@ -43,7 +43,8 @@ pub(crate) enum Presence {
 #[derive(Debug, Default)]
 pub(crate) struct Stands {
     robots: Vec<Robot>,
-    /// The largest number of ticks between two frames of late, less one: what happens between them is not seen.
+    /// The largest number of ticks between two frames of late, less one: what happens between them
+    /// is not seen.
     unseen: u64,
     /// The smallest number of ticks between two frames; 0 before there were two.
     usual: u64,
@@ -103,11 +104,14 @@ impl Stands {
 
     /// Whether a robot didn't stand still from one tick to another, as far as that is known.
     pub fn moved(&self, robot: u32, from: u64, to: u64) -> bool {
-        let Some(robot) = self.robots.get(robot as usize).filter(|robot| robot.is_there) else { return true };
+        let Some(robot) = self.robots.get(robot as usize).filter(|robot| robot.is_there) else {
+            return true;
+        };
         if !robot.knows(from) || from < self.gap_end {
             return false;
         }
-        let holds = |stand: &Stand| stand.from <= from + self.unseen && stand.until + self.unseen >= to;
+        let holds =
+            |stand: &Stand| stand.from <= from + self.unseen && stand.until + self.unseen >= to;
         !robot.stands[..robot.count].iter().any(holds)
     }
 }

@@ -1,4 +1,5 @@
-//! Rules of tasks: what the task log says is checked against itself and against where the robots were.
+//! Rules of tasks: what the task log says is checked against itself and against where the robots
+//! were.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -68,7 +69,8 @@ pub(crate) struct Context<'a> {
 impl Tasks {
     /// Takes the records of a tick. `is_incomplete` says that samples before them are missing.
     pub fn take(&mut self, header: &TaskHeader, records: &[TaskRecord], is_incomplete: bool) {
-        // What was published before the judge joined the log isn't counted as missing, but isn't known either.
+        // What was published before the judge joined the log isn't counted as missing, but isn't
+        // known either.
         let joined_late = !std::mem::replace(&mut self.has_begun, true) && header.sequence > 1;
         if is_incomplete || joined_late || header.dropped > 0 {
             self.lose();
@@ -101,7 +103,13 @@ impl Tasks {
         }
         let Some(task) = self.tasks.get(&record.task) else {
             if !has_gaps {
-                report(context, at, record, Kind::TaskOrder, "a record of a task that wasn't created");
+                report(
+                    context,
+                    at,
+                    record,
+                    Kind::TaskOrder,
+                    "a record of a task that wasn't created",
+                );
             }
             let unknown = Task { created_secs: at.seconds, ..Task::default() };
             self.tasks.insert(record.task, unknown);
@@ -142,15 +150,31 @@ impl Tasks {
         let Some(task) = self.tasks.get_mut(&record.task) else { return };
         let is_next = record.stop as usize == task.stops.len() && record.stop < task.wanted_stops;
         if task.is_whole && (!is_next || task.robot.is_some()) {
-            report(context, at, record, Kind::TaskOrder, "a stop that isn't the next one of a new task");
+            report(
+                context,
+                at,
+                record,
+                Kind::TaskOrder,
+                "a stop that isn't the next one of a new task",
+            );
         }
-        task.stops.push(Stop { node: record.node, action: record.action(), dwell_secs: record.dwell_secs });
+        task.stops.push(Stop {
+            node: record.node,
+            action: record.action(),
+            dwell_secs: record.dwell_secs,
+        });
     }
 
     fn assign(&mut self, at: Now, record: &TaskRecord, context: &mut Context<'_>) {
         let Some(task) = self.tasks.get_mut(&record.task) else { return };
         if task.is_whole && task.stops.len() != task.wanted_stops as usize {
-            report(context, at, record, Kind::TaskOrder, "assigned before all of its stops were told");
+            report(
+                context,
+                at,
+                record,
+                Kind::TaskOrder,
+                "assigned before all of its stops were told",
+            );
         }
         if task.is_whole && task.robot.is_some() {
             report(context, at, record, Kind::TaskOrder, "assigned although it has a robot");
@@ -163,16 +187,29 @@ impl Tasks {
         } else {
             self.waiting -= 1;
         }
-        let other = self.robots.insert(record.robot, record.task).filter(|other| *other != record.task);
+        let other =
+            self.robots.insert(record.robot, record.task).filter(|other| *other != record.task);
         if other.and_then(|other| self.tasks.get(&other)).is_some_and(|other| other.is_whole) {
-            report(context, at, record, Kind::TwoTasks, "assigned to a robot that has another task");
+            report(
+                context,
+                at,
+                record,
+                Kind::TwoTasks,
+                "assigned to a robot that has another task",
+            );
         }
     }
 
     fn withdraw(&mut self, at: Now, record: &TaskRecord, context: &mut Context<'_>) {
         let Some(task) = self.tasks.get_mut(&record.task) else { return };
         if task.is_whole && task.robot != Some(record.robot) {
-            report(context, at, record, Kind::TaskOrder, "withdrawn from a robot that doesn't have it");
+            report(
+                context,
+                at,
+                record,
+                Kind::TaskOrder,
+                "withdrawn from a robot that doesn't have it",
+            );
         } else if task.is_whole && task.loads > 0 {
             report(context, at, record, Kind::TaskOrder, "withdrawn after the pick");
         }
@@ -189,7 +226,13 @@ impl Tasks {
             check_stop(task, at, record, context);
             check_turn(task, at, record, context);
             if task.arrived.is_some() {
-                report(context, at, record, Kind::TaskOrder, "arrived at a stop before the last one was handled");
+                report(
+                    context,
+                    at,
+                    record,
+                    Kind::TaskOrder,
+                    "arrived at a stop before the last one was handled",
+                );
             }
         }
         check_presence(at, record, context);
@@ -210,7 +253,8 @@ impl Tasks {
             }
         }
         check_presence(at, record, context);
-        let action = task.stops.get(record.stop as usize).map_or(record.action(), |stop| stop.action);
+        let action =
+            task.stops.get(record.stop as usize).map_or(record.action(), |stop| stop.action);
         match action {
             StopAction::Pick => task.loads += 1,
             StopAction::Drop if task.loads == 0 && task.is_whole => {
@@ -225,7 +269,13 @@ impl Tasks {
     fn finish(&mut self, at: Now, record: &TaskRecord, context: &mut Context<'_>) {
         let Some(task) = self.tasks.get(&record.task) else { return };
         if task.is_whole && task.handled < task.wanted_stops {
-            report(context, at, record, Kind::SkippedStop, "finished before all of its stops were handled");
+            report(
+                context,
+                at,
+                record,
+                Kind::SkippedStop,
+                "finished before all of its stops were handled",
+            );
         }
         if task.is_whole && task.robot.is_none() {
             report(context, at, record, Kind::TaskOrder, "finished without a robot");
@@ -236,7 +286,9 @@ impl Tasks {
     fn close(&mut self, number: u64) {
         let Some(task) = self.tasks.get_mut(&number) else { return };
         match task.robot.take() {
-            Some(robot) if self.robots.get(&robot) == Some(&number) => drop(self.robots.remove(&robot)),
+            Some(robot) if self.robots.get(&robot) == Some(&number) => {
+                drop(self.robots.remove(&robot))
+            }
             Some(_) => {}
             None => self.waiting -= 1,
         }
@@ -281,7 +333,9 @@ fn check_stop(task: &Task, at: Now, record: &TaskRecord, context: &mut Context<'
         report(context, at, record, Kind::TaskOrder, "a robot that doesn't have the task");
     }
     match task.stops.get(record.stop as usize) {
-        Some(stop) if stop.node != record.node => report(context, at, record, Kind::WrongPlace, "not the stop's node"),
+        Some(stop) if stop.node != record.node => {
+            report(context, at, record, Kind::WrongPlace, "not the stop's node")
+        }
         None => report(context, at, record, Kind::TaskOrder, "a stop that the task doesn't have"),
         _ => {}
     }
@@ -298,7 +352,8 @@ fn check_turn(task: &Task, at: Now, record: &TaskRecord, context: &mut Context<'
 
 /// Checks that a robot stood at the stop for its dwell time.
 fn check_dwell(task: &Task, since: u64, at: Now, record: &TaskRecord, context: &mut Context<'_>) {
-    let wanted = task.stops.get(record.stop as usize).map_or(0.0, |stop| f64::from(stop.dwell_secs));
+    let wanted =
+        task.stops.get(record.stop as usize).map_or(0.0, |stop| f64::from(stop.dwell_secs));
     let stayed = at.tick.saturating_sub(since) as f64 * at.period;
     // A dwell is over in the tick that completes it, however the time is rounded to ticks.
     if stayed + 1e-6 + 0.5 * at.period < wanted {
@@ -320,7 +375,13 @@ fn check_presence(at: Now, record: &TaskRecord, context: &mut Context<'_>) {
     };
     match context.stands.place(record.robot, at.tick) {
         Presence::Unknown => {}
-        Presence::Moving => report(context, at, record, Kind::WrongPlace, "the robot moves, or there is no such robot"),
+        Presence::Moving => report(
+            context,
+            at,
+            record,
+            Kind::WrongPlace,
+            "the robot moves, or there is no such robot",
+        ),
         Presence::Stands([x, y]) => {
             let away = (f64::from(x) - f64::from(node[0])).hypot(f64::from(y) - f64::from(node[1]));
             if away > STOP_TOLERANCE {

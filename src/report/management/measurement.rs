@@ -103,8 +103,8 @@ pub struct Measured {
     pub start_ms: f64,
     pub mean_cycle_ms: f64,
     pub longest_cycle_ms: f64,
-    /// The part of a core that the manager's process takes at 10 Hz: processor time per simulated second, the start included.
-    /// `None` where the system doesn't tell.
+    /// The part of a core that the manager's process takes at 10 Hz: processor time per simulated
+    /// second, the start included. `None` where the system doesn't tell.
     pub manager_cores: Option<f64>,
     /// Simulated seconds per wall second, from the first tick on.
     pub real_time_factor: f64,
@@ -115,8 +115,11 @@ pub struct Measured {
 
 impl Measured {
     pub fn json(&self, setup: &Setup) -> Value {
-        let findings: serde_json::Map<_, _> =
-            self.other_findings.iter().map(|(kind, count)| (kind.clone(), (*count).into())).collect();
+        let findings: serde_json::Map<_, _> = self
+            .other_findings
+            .iter()
+            .map(|(kind, count)| (kind.clone(), (*count).into()))
+            .collect();
         json!({
             "setup": setup.json(), "goals_per_sec": self.goals_per_sec,
             "longest_without_finish_secs": self.longest_without_finish_secs, "start_ms": self.start_ms,
@@ -173,7 +176,11 @@ impl Site {
             write(&graph, &LARGE_WAREHOUSE.generate()?)?;
         }
         let (seed, robots, rate) = (setup.seed, setup.robots, self.rate_hz);
-        let limit = if setup.limited { format!(", max_acceleration: {MAX_ACCELERATION}") } else { String::new() };
+        let limit = if setup.limited {
+            format!(", max_acceleration: {MAX_ACCELERATION}")
+        } else {
+            String::new()
+        };
         let share = f64::from(setup.stalling_percent) / 100.0;
         let stalls = format!(
             "disturbances: {{stalls: {{per_hour: {STALLS_PER_HOUR}, mean_secs: {STALL_SECS}, share: {share}}}}}\n"

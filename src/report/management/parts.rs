@@ -28,7 +28,8 @@ pub const BROKEN: [u32; 4] = [0, 1, 5, 20];
 const LARGE_SECS: u64 = 600;
 
 impl Part {
-    pub const ALL: [Self; 5] = [Self::Throughput, Self::Stalls, Self::Breakdowns, Self::Hour, Self::Large];
+    pub const ALL: [Self; 5] =
+        [Self::Throughput, Self::Stalls, Self::Breakdowns, Self::Hour, Self::Large];
 
     pub fn name(self) -> String {
         self.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default()
@@ -52,7 +53,10 @@ impl Part {
         let rows = match self {
             Self::Throughput => {
                 let kinds = [(false, true), (false, false), (true, true), (true, false)];
-                kinds.into_iter().flat_map(|(limited, conflicts)| throughput_rows(plan, limited, conflicts)).collect()
+                kinds
+                    .into_iter()
+                    .flat_map(|(limited, conflicts)| throughput_rows(plan, limited, conflicts))
+                    .collect()
             }
             Self::Stalls => stall_rows(plan),
             Self::Breakdowns => breakdown_rows(plan),
@@ -83,7 +87,9 @@ pub fn stall_rows(plan: &Plan) -> Vec<Row> {
     let mut rows = Vec::new();
     for robots in Part::Stalls.robots(plan) {
         for limited in [false, true] {
-            let stalling = |stalling_percent| row(plan, Setup { limited, stalling_percent, ..setup(plan, robots) });
+            let stalling = |stalling_percent| {
+                row(plan, Setup { limited, stalling_percent, ..setup(plan, robots) })
+            };
             rows.extend(STALLING_PERCENT.map(stalling));
         }
     }
@@ -92,8 +98,9 @@ pub fn stall_rows(plan: &Plan) -> Vec<Row> {
 
 pub fn breakdown_rows(plan: &Plan) -> Vec<Row> {
     let robots = Part::Breakdowns.robots(plan).into_iter();
-    let broken =
-        |robots: u32| BROKEN.map(|broken| row(plan, Setup { broken: broken.min(robots), ..setup(plan, robots) }));
+    let broken = |robots: u32| {
+        BROKEN.map(|broken| row(plan, Setup { broken: broken.min(robots), ..setup(plan, robots) }))
+    };
     robots.flat_map(broken).collect()
 }
 

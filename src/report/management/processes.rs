@@ -13,7 +13,8 @@ use crate::lockstep_run::{ENGINE, LockstepRun, POLL_INTERVAL, findings};
 
 const MANAGER: &str = "fleet-manager";
 const VALIDATOR: &str = "validator";
-/// Robots break down while steps are made: so many simulated seconds at a time, so that Ctrl-C is noticed.
+/// Robots break down while steps are made: so many simulated seconds at a time, so that Ctrl-C is
+/// noticed.
 const STEP_SECS: u64 = 20;
 
 /// A running measurement.
@@ -29,17 +30,29 @@ pub struct Run<'a> {
 impl<'a> Run<'a> {
     /// Starts the processes.
     pub fn start(setup: &'a Setup, scenario: &Path, rate_hz: u32) -> Result<Self, Failure> {
-        let mut run =
-            Self { setup, rate_hz, run: LockstepRun::new("report-management")?, manager_pid: 0, orders: None };
+        let mut run = Self {
+            setup,
+            rate_hz,
+            run: LockstepRun::new("report-management")?,
+            manager_pid: 0,
+            orders: None,
+        };
         let members = std::iter::once(MANAGER).chain(setup.conflicts.then_some(VALIDATOR));
         let ticks = run.ticks();
         run.run.start_engine(scenario, ticks, &members.collect::<Vec<_>>(), &[])?;
-        let mut manager = run.run.command(MANAGER, &["plugin", MANAGER, "--in-turn", "--no-cache"])?;
+        let mut manager =
+            run.run.command(MANAGER, &["plugin", MANAGER, "--in-turn", "--no-cache"])?;
         let settings: &[&str] = if setup.conflicts { &[] } else { &["--no-conflicts"] };
-        manager.arg("--load").arg(scenario).arg("--json").arg(run.run.json_file(MANAGER)).args(settings);
+        manager
+            .arg("--load")
+            .arg(scenario)
+            .arg("--json")
+            .arg(run.run.json_file(MANAGER))
+            .args(settings);
         run.manager_pid = run.run.start(MANAGER, &mut manager)?;
         if setup.conflicts {
-            let mut validator = run.run.command(VALIDATOR, &["plugin", VALIDATOR, "--after", MANAGER])?;
+            let mut validator =
+                run.run.command(VALIDATOR, &["plugin", VALIDATOR, "--after", MANAGER])?;
             validator.arg("--json").arg(run.run.json_file(VALIDATOR));
             run.run.start(VALIDATOR, &mut validator)?;
         }
@@ -65,7 +78,8 @@ impl<'a> Run<'a> {
             return Err(self.run.failure(failure, MANAGER));
         }
         let manager = self.run.json(MANAGER, MANAGER)?;
-        let validator = if self.setup.conflicts { Some(self.run.json(VALIDATOR, VALIDATOR)?) } else { None };
+        let validator =
+            if self.setup.conflicts { Some(self.run.json(VALIDATOR, VALIDATOR)?) } else { None };
         self.measured(&manager, validator.as_ref(), manager_secs)
     }
 
@@ -78,7 +92,9 @@ impl<'a> Run<'a> {
             }
             match control.pause() {
                 Ok(status) => break status.tick,
-                Err(ControlError::NoEngine { .. } | ControlError::Timeout { .. }) => wait(POLL_INTERVAL)?,
+                Err(ControlError::NoEngine { .. } | ControlError::Timeout { .. }) => {
+                    wait(POLL_INTERVAL)?
+                }
                 Err(error) => return Err(error.into()),
             }
         };
@@ -97,12 +113,21 @@ impl<'a> Run<'a> {
         Ok(())
     }
 
-    fn measured(&self, manager: &Value, validator: Option<&Value>, secs: Option<f64>) -> Result<Measured, Failure> {
+    fn measured(
+        &self,
+        manager: &Value,
+        validator: Option<&Value>,
+        secs: Option<f64>,
+    ) -> Result<Measured, Failure> {
         let run = &manager["run"];
-        let number = |key: &str| run[key].as_f64().ok_or_else(|| format!("the manager's figures lack {key}"));
+        let number = |key: &str| {
+            run[key].as_f64().ok_or_else(|| format!("the manager's figures lack {key}"))
+        };
         let simulated_secs = self.setup.secs as f64;
-        let wall_secs = wall_secs(&self.run.log(ENGINE), self.ticks()).ok_or("the engine ended early")?;
-        let findings = validator.map(|figures| findings(figures).collect::<Vec<_>>()).unwrap_or_default();
+        let wall_secs =
+            wall_secs(&self.run.log(ENGINE), self.ticks()).ok_or("the engine ended early")?;
+        let findings =
+            validator.map(|figures| findings(figures).collect::<Vec<_>>()).unwrap_or_default();
         let is_contact = |(kind, _): &(String, u64)| kind == "contact";
         Ok(Measured {
             goals_per_sec: goals_per_sec(run, self.setup),
@@ -112,7 +137,11 @@ impl<'a> Run<'a> {
             longest_cycle_ms: number("longest_cycle_ms")?,
             manager_cores: secs.map(|secs| secs / simulated_secs),
             real_time_factor: simulated_secs / wall_secs,
-            contacts: findings.iter().filter(|finding| is_contact(finding)).map(|(_, count)| count).sum(),
+            contacts: findings
+                .iter()
+                .filter(|finding| is_contact(finding))
+                .map(|(_, count)| count)
+                .sum(),
             other_findings: findings.into_iter().filter(|finding| !is_contact(finding)).collect(),
         })
     }
@@ -127,10 +156,12 @@ fn goals_per_sec(run: &Value, setup: &Setup) -> f64 {
     counted as f64 / ((end - first).max(1) * period_secs) as f64
 }
 
-/// The wall time of an engine that has made all its ticks: `600 ticks, 60.00 s simulated in 1.23 s, 0 late`.
+/// The wall time of an engine that has made all its ticks: `600 ticks, 60.00 s simulated in 1.23 s,
+/// 0 late`.
 fn wall_secs(log: &str, ticks: u64) -> Option<f64> {
     let start = format!("{ticks} ticks, ");
-    let (_, rest) = log.lines().rfind(|line| line.starts_with(&start))?.split_once(" s simulated in ")?;
+    let (_, rest) =
+        log.lines().rfind(|line| line.starts_with(&start))?.split_once(" s simulated in ")?;
     rest.split_whitespace().next()?.parse().ok().filter(|secs| *secs > 0.0)
 }
 
@@ -139,7 +170,8 @@ fn processor_secs(pid: u32) -> Option<f64> {
     /// Linux counts it in these units wherever it is published.
     const TICKS_PER_SEC: f64 = 100.0;
     let stat = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
-    // The name of the program, in brackets, may contain spaces. The 14th and 15th field are user and system time.
+    // The name of the program, in brackets, may contain spaces. The 14th and 15th field are user
+    // and system time.
     let (_, fields) = stat.rsplit_once(") ")?;
     let ticks = fields.split(' ').skip(11).take(2).map(str::parse::<f64>);
     Some(ticks.sum::<Result<f64, _>>().ok()? / TICKS_PER_SEC)
@@ -154,7 +186,11 @@ mod tests {
     #[test]
     fn an_engine_tells_how_long_it_took() {
         let log = "a warning\n600 ticks, 60.00 s simulated in 1.25 s, 0 late\n";
-        assert_eq!((wall_secs(log, 600), wall_secs(log, 700)), (Some(1.25), None), "only if it has made all ticks");
+        assert_eq!(
+            (wall_secs(log, 600), wall_secs(log, 700)),
+            (Some(1.25), None),
+            "only if it has made all ticks"
+        );
         assert_eq!(wall_secs("the engine failed", 600), None);
     }
 
@@ -163,7 +199,10 @@ mod tests {
         let run = json!({"period_secs": 10.0, "stops_by_period": [9, 4, 5, 6, 100]});
         let setup = Setup { secs: 40, ..Setup::of(1) };
         assert_eq!(goals_per_sec(&run, &setup), 0.5, "(4 + 5 + 6) / 30 s");
-        assert_eq!(goals_per_sec(&json!({"period_secs": 10.0, "stops_by_period": [1]}), &setup), 0.0);
+        assert_eq!(
+            goals_per_sec(&json!({"period_secs": 10.0, "stops_by_period": [1]}), &setup),
+            0.0
+        );
     }
 
     #[cfg(target_os = "linux")]

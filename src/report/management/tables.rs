@@ -15,8 +15,12 @@ enum Bar {
 }
 
 /// The bars of throughput, by the number of robots.
-const THROUGHPUT: [(u32, Bar); 4] =
-    [(200, Bar::OfBound(0.95)), (300, Bar::OfBound(0.9)), (500, Bar::Goals(3.6)), (1000, Bar::Goals(3.2))];
+const THROUGHPUT: [(u32, Bar); 4] = [
+    (200, Bar::OfBound(0.95)),
+    (300, Bar::OfBound(0.9)),
+    (500, Bar::Goals(3.6)),
+    (1000, Bar::Goals(3.2)),
+];
 /// The fleet whose breakdowns and speed have bars.
 const USUAL_ROBOTS: u32 = 300;
 /// The bars of breakdowns: the part of the undisturbed figure, by the number of broken robots.
@@ -143,7 +147,9 @@ fn unserved(runs: &[&Measured]) -> String {
 }
 
 fn busy(runs: &[&Measured], robots: u32) -> String {
-    let Some(busy) = mean(runs, |run| run.mean_cycle_ms * 1e-3 * MANAGER_HZ) else { return "–".to_owned() };
+    let Some(busy) = mean(runs, |run| run.mean_cycle_ms * 1e-3 * MANAGER_HZ) else {
+        return "–".to_owned();
+    };
     let text = format!("{:.1} %", busy * 100.0);
     match BUSY.iter().find(|(size, _)| *size == robots) {
         Some((_, bar)) => format!("{text} ({})", verdict(&percent(Some(*bar)), busy <= *bar)),
@@ -223,11 +229,16 @@ fn breakdowns(plan: &Plan, results: &Results) -> String {
     let rows = parts::breakdown_rows(plan);
     for row in &rows {
         let (setup, runs) = (row[0], runs(results, row));
-        let undisturbed = rows.iter().find(|other| other[0].robots == setup.robots && other[0].broken == 0);
+        let undisturbed =
+            rows.iter().find(|other| other[0].robots == setup.robots && other[0].broken == 0);
         let undisturbed = undisturbed.and_then(|row| mean_of(results, row, goals));
-        let part = mean(&runs, goals).zip(undisturbed).map(|(goals, undisturbed)| goals / undisturbed);
-        let bar = UNDISTURBED.iter().find(|(broken, _)| *broken == setup.broken && setup.robots == USUAL_ROBOTS);
-        let bar = bar.map_or("–".to_owned(), |(_, bar)| verdict(&percent(Some(*bar)), part >= Some(*bar)));
+        let part =
+            mean(&runs, goals).zip(undisturbed).map(|(goals, undisturbed)| goals / undisturbed);
+        let bar = UNDISTURBED
+            .iter()
+            .find(|(broken, _)| *broken == setup.broken && setup.robots == USUAL_ROBOTS);
+        let bar = bar
+            .map_or("–".to_owned(), |(_, bar)| verdict(&percent(Some(*bar)), part >= Some(*bar)));
         let _ = writeln!(
             text,
             "| {} | {} | {} | {} | {bar} | {} | {} |",
@@ -251,7 +262,8 @@ fn hour(plan: &Plan, results: &Results) -> String {
         let factor = |run: &Measured| run.real_time_factor;
         let is_met = mean(&runs, factor) >= Some(REAL_TIME_FACTOR);
         let has_bar = row[0].robots == USUAL_ROBOTS;
-        let bar = if has_bar { verdict(&REAL_TIME_FACTOR.to_string(), is_met) } else { "–".to_owned() };
+        let bar =
+            if has_bar { verdict(&REAL_TIME_FACTOR.to_string(), is_met) } else { "–".to_owned() };
         let cycle = spread(&runs, |run| run.mean_cycle_ms);
         let _ = writeln!(
             text,

@@ -14,7 +14,8 @@ use crate::sweep::Known;
 const LISTED: usize = 10;
 /// The factor of the speed on edges whose speed is raised.
 const FASTER: f64 = 1.5;
-/// The room beside a robot on a doubled edge, in metres: then robots on both don't touch in their middles.
+/// The room beside a robot on a doubled edge, in metres: then robots on both don't touch in their
+/// middles.
 const CLEARANCE: f64 = 0.6;
 
 /// A place that robots wait for, wherever they stand: a node.
@@ -26,7 +27,8 @@ pub struct Bottleneck {
     pub name: Option<String>,
     /// Metres east and north.
     pub position: [f64; 2],
-    /// The edges that they, or those before them, are kept out of, by id: those that end at the node, the worst first.
+    /// The edges that they, or those before them, are kept out of, by id: those that end at the
+    /// node, the worst first.
     pub edges: Vec<u32>,
     /// Robot hours that it costs in an hour.
     pub robots_waiting: f64,
@@ -62,7 +64,8 @@ impl Relief {
     }
 }
 
-/// Returns the places that robots wait for the most. `edges` are figures of runs of so many simulated seconds.
+/// Returns the places that robots wait for the most. `edges` are figures of runs of so many
+/// simulated seconds.
 pub fn bottlenecks(variant: &Variant, edges: &[EdgeOutcome], secs: u64) -> Vec<Bottleneck> {
     let graph = &variant.graph;
     let total: f64 = edges.iter().map(|edge| edge.caused_secs).sum();
@@ -95,13 +98,23 @@ pub fn bottlenecks(variant: &Variant, edges: &[EdgeOutcome], secs: u64) -> Vec<B
     found
 }
 
-/// Returns what may relieve a node: faster edges, if robots can drive faster than these allow, or else a second edge beside
-/// the one that robots are kept out of the most, or else beside the one that most robots leave the node by.
-fn remedy(variant: &Variant, node: NodeIndex, kept_out: &[EdgeOutcome], edges: &[EdgeOutcome]) -> Option<Remedy> {
+/// Returns what may relieve a node: faster edges, if robots can drive faster than these allow, or
+/// else a second edge beside the one that robots are kept out of the most, or else beside the one
+/// that most robots leave the node by.
+fn remedy(
+    variant: &Variant,
+    node: NodeIndex,
+    kept_out: &[EdgeOutcome],
+    edges: &[EdgeOutcome],
+) -> Option<Remedy> {
     let graph: &RouteGraph = &variant.graph;
     let (max_speed, _) = variant.robot_limits();
-    let at_node = graph.edges().iter().filter(|edge| edge.origin == node || edge.destination == node);
-    let slow: Vec<u32> = at_node.filter(|edge| edge.velocity_forward < 0.95 * max_speed).map(|edge| edge.id).collect();
+    let at_node =
+        graph.edges().iter().filter(|edge| edge.origin == node || edge.destination == node);
+    let slow: Vec<u32> = at_node
+        .filter(|edge| edge.velocity_forward < 0.95 * max_speed)
+        .map(|edge| edge.id)
+        .collect();
     if !slow.is_empty() {
         return Some(Remedy::Faster(slow));
     }
@@ -111,8 +124,11 @@ fn remedy(variant: &Variant, node: NodeIndex, kept_out: &[EdgeOutcome], edges: &
     if let Some(worst) = kept_out.iter().find(can_be_doubled) {
         return Some(Remedy::Second(worst.edge));
     }
-    let entered = |id: u32| edges.iter().find(|edge| edge.edge == id).map_or(0.0, |edge| edge.entered_per_hour);
-    let leaving = graph.edges().iter().filter(|edge| edge.origin == node && edge.path.single().is_some());
+    let entered = |id: u32| {
+        edges.iter().find(|edge| edge.edge == id).map_or(0.0, |edge| edge.entered_per_hour)
+    };
+    let leaving =
+        graph.edges().iter().filter(|edge| edge.origin == node && edge.path.single().is_some());
     let busiest = leaving.max_by(|a, b| entered(a.id).total_cmp(&entered(b.id)))?;
     Some(Remedy::Second(busiest.id))
 }
@@ -124,7 +140,9 @@ impl Bottleneck {
         let (_, width) = variant.robot_limits();
         let changed = match self.remedy.as_ref()? {
             Remedy::Faster(edges) => relieved.change(edges, EdgeChange::Speed(FASTER)),
-            Remedy::Second(edge) => relieved.change(&[*edge], EdgeChange::Double(width + CLEARANCE)),
+            Remedy::Second(edge) => {
+                relieved.change(&[*edge], EdgeChange::Double(width + CLEARANCE))
+            }
         };
         relieved.name = format!("relief of node {}", self.node);
         changed.is_ok().then_some(relieved)

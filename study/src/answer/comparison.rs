@@ -26,10 +26,12 @@ pub struct Difference {
 }
 
 impl Difference {
-    /// Returns the difference at a number of robots, of the seeds that both have; `None` if there are none.
+    /// Returns the difference at a number of robots, of the seeds that both have; `None` if there
+    /// are none.
     ///
-    /// Runs with the same seed have the same orders and disturbances (common random numbers), so it is the interval of paired
-    /// differences (Law, Simulation Modeling and Analysis, 5th edition, sections 10.2.1 and 11.2).
+    /// Runs with the same seed have the same orders and disturbances (common random numbers), so it
+    /// is the interval of paired differences (Law, Simulation Modeling and Analysis, 5th edition,
+    /// sections 10.2.1 and 11.2).
     pub fn of(base: &Known, other: &Known, robots: u32) -> Option<Self> {
         let pairs: Vec<[f64; 2]> = (base.range((robots, 0)..(robots + 1, 0)))
             .filter_map(|(run, _)| Some([orders(base, run)?, orders(other, run)?]))
@@ -59,7 +61,8 @@ impl Comparison {
     pub fn of(name: &str, base: &Known, other: &Known) -> Self {
         let mut robots: Vec<u32> = base.keys().map(|(robots, _)| *robots).collect();
         robots.dedup();
-        let differences = robots.into_iter().filter_map(|robots| Difference::of(base, other, robots)).collect();
+        let differences =
+            robots.into_iter().filter_map(|robots| Difference::of(base, other, robots)).collect();
         Self { name: name.to_owned(), differences }
     }
 }

@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use plotters::prelude::*;
 
-/// Colours that colour-blind people can distinguish (Okabe and Ito), without the yellow that is hard to see on white.
+/// Colours that colour-blind people can distinguish (Okabe and Ito), without the yellow that is
+/// hard to see on white.
 pub const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -57,7 +58,8 @@ fn draw(chart: &Chart<'_>, svg: &mut String) -> DrawResult {
     let names: Vec<&str> = chart.series.iter().map(|series| series.name.as_str()).collect();
     let places = legend(&names);
     // Above the chart, where it hides no line.
-    let (above, root) = root.split_vertically(places.iter().map(|(_, y)| y + LEGEND_LINE).max().unwrap_or(0));
+    let (above, root) =
+        root.split_vertically(places.iter().map(|(_, y)| y + LEGEND_LINE).max().unwrap_or(0));
     for ((name, (x, y)), colour) in names.iter().zip(places).zip(COLOURS.iter().cycle()) {
         above.draw(&PathElement::new([(x, y + 13), (x + 18, y + 13)], colour.stroke_width(2)))?;
         above.draw(&Text::new(*name, (x + 24, y + 4), FONT))?;
@@ -89,9 +91,9 @@ fn draw(chart: &Chart<'_>, svg: &mut String) -> DrawResult {
         area.draw_series(LineSeries::new(line.clone(), colour.stroke_width(2)))?;
         area.draw_series(line.map(|point| Circle::new(point, 3, colour.filled())))?;
         let bars = series.points.iter().filter(|point| point.2 > 0.0);
-        area.draw_series(
-            bars.map(|(x, y, half)| PathElement::new([(*x, y - half), (*x, y + half)], colour.stroke_width(2))),
-        )?;
+        area.draw_series(bars.map(|(x, y, half)| {
+            PathElement::new([(*x, y - half), (*x, y + half)], colour.stroke_width(2))
+        }))?;
     }
     root.present()?;
     Ok(())
@@ -139,7 +141,11 @@ mod tests {
         assert!(svg.contains("robots") && svg.contains("orders"), "{svg}");
         assert!(svg.contains("\na\n"), "its name is in the legend: {svg}");
         let places = legend(&["a long name of a series of figures"; 4]);
-        assert!(places.windows(2).all(|pair| pair[0] != pair[1]) && places.iter().all(|(x, _)| *x < 700), "{places:?}");
+        assert!(
+            places.windows(2).all(|pair| pair[0] != pair[1])
+                && places.iter().all(|(x, _)| *x < 700),
+            "{places:?}"
+        );
         let empty = chart(&Chart { y: "orders", series: Vec::new(), knee: None });
         assert!(empty.trim_end().ends_with("</svg>"));
     }

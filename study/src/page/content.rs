@@ -3,7 +3,8 @@
 use super::chart::{Chart, Series, chart};
 use super::heat_map::heat_map;
 use crate::answer::{
-    Answer, Bottleneck, Comparison, Difference, KneeAnswer, PointAnswer, Relief, Remedy, VariantAnswer,
+    Answer, Bottleneck, Comparison, Difference, KneeAnswer, PointAnswer, Relief, Remedy,
+    VariantAnswer,
 };
 use crate::plan::{Variant, robots_in_words};
 use crate::statistics::Interval;
@@ -25,12 +26,21 @@ pub enum Block {
 
 /// Returns the blocks of a study's page. `base` is the first variant.
 pub fn content(answer: &Answer, base: &Variant) -> Vec<Block> {
-    let mut blocks = vec![Block::Heading(1, format!("How many robots does {} hold?", answer.title))];
+    let mut blocks =
+        vec![Block::Heading(1, format!("How many robots does {} hold?", answer.title))];
     blocks.extend(answer.variants.iter().map(|variant| Block::Answer(verdict(answer, variant))));
     blocks.push(Block::Text(safety(answer)));
-    blocks.push(Block::Picture("throughput", "Throughput over robots".to_owned(), throughput_chart(answer)));
+    blocks.push(Block::Picture(
+        "throughput",
+        "Throughput over robots".to_owned(),
+        throughput_chart(answer),
+    ));
     blocks.extend(answer.variants.iter().flat_map(|variant| table(answer, variant)));
-    blocks.push(Block::Picture("service", "Service time over robots".to_owned(), service_chart(answer)));
+    blocks.push(Block::Picture(
+        "service",
+        "Service time over robots".to_owned(),
+        service_chart(answer),
+    ));
     let effort = format!("{}What robots spend their time on", first_of_several(answer));
     blocks.push(Block::Picture("effort", effort, effort_chart(answer)));
     blocks.extend(comparisons(answer));
@@ -49,21 +59,29 @@ fn first_of_several(answer: &Answer) -> String {
 fn verdict(answer: &Answer, variant: &VariantAnswer) -> String {
     let name = if variant.name.is_empty() { String::new() } else { format!("{}: ", variant.name) };
     let Some(KneeAnswer { robots, orders_per_hour, half, is_open }) = &variant.knee else {
-        let reason = variant
-            .failure()
-            .map_or("nothing was carried".to_owned(), |reason| format!("no run has succeeded: {reason}"));
+        let reason = variant.failure().map_or("nothing was carried".to_owned(), |reason| {
+            format!("no run has succeeded: {reason}")
+        });
         return format!("{name}{reason}.");
     };
-    let (count, carries) = (robots_in_words(*robots), if *robots == 1 { "carries" } else { "carry" });
-    let throughput = format!("{carries} {} orders an hour", with_interval(orders_per_hour, decimals(orders_per_hour)));
+    let (count, carries) =
+        (robots_in_words(*robots), if *robots == 1 { "carries" } else { "carry" });
+    let throughput = format!(
+        "{carries} {} orders an hour",
+        with_interval(orders_per_hour, decimals(orders_per_hour))
+    );
     if *is_open {
         let more = variant.failed.iter().find(|(failed, _)| failed > robots);
         return match (more, variant.points.len()) {
             (Some((failed, reason)), _) => format!(
                 "{name}{count}, which {throughput}: more would carry more, but with {failed}, runs fail: {reason}."
             ),
-            (None, 1) => format!("{name}{count} {throughput}. No other number of robots was tried."),
-            (None, _) => format!("{name}more than {count}: {throughput} with these, and more would carry more."),
+            (None, 1) => {
+                format!("{name}{count} {throughput}. No other number of robots was tried.")
+            }
+            (None, _) => format!(
+                "{name}more than {count}: {throughput} with these, and more would carry more."
+            ),
         };
     }
     let part = answer.method.knee * 100.0;
@@ -71,26 +89,42 @@ fn verdict(answer: &Answer, variant: &VariantAnswer) -> String {
         true => format!(" Up to {half}, each more brings at least half of that."),
         false => String::new(),
     };
-    format!("{name}{count}, which {throughput}. More bring less than {part:.0} % each of what one brings alone.{half}")
+    format!(
+        "{name}{count}, which {throughput}. More bring less than {part:.0} % each of what one brings alone.{half}"
+    )
 }
 
 fn safety(answer: &Answer) -> String {
     let contacts: u64 = answer.variants.iter().map(|variant| variant.contacts).sum();
     let others: u64 = answer.variants.iter().map(|variant| variant.other_findings).sum();
-    let runs: usize = answer.variants.iter().flat_map(|variant| &variant.points).map(|point| point.runs.len()).sum();
+    let runs: usize = answer
+        .variants
+        .iter()
+        .flat_map(|variant| &variant.points)
+        .map(|point| point.runs.len())
+        .sum();
     let others = match others {
         0 => "no other findings".to_owned(),
-        count => format!("{count} other findings, such as orders that weren't served for 20 minutes"),
+        count => {
+            format!("{count} other findings, such as orders that weren't served for 20 minutes")
+        }
     };
     match contacts {
-        0 => format!("No robot touched another in {runs} runs, as an independent validator judged them; {others}."),
+        0 => format!(
+            "No robot touched another in {runs} runs, as an independent validator judged them; {others}."
+        ),
         count => format!("**Robots touched each other {count} times** in {runs} runs; {others}."),
     }
 }
 
 fn throughput_chart(answer: &Answer) -> String {
-    let line = |variant: &VariantAnswer| series(name(variant), variant, |point| point.orders_per_hour);
-    let knee = answer.variants.first().and_then(|variant| variant.knee.as_ref()).map(|knee| f64::from(knee.robots));
+    let line =
+        |variant: &VariantAnswer| series(name(variant), variant, |point| point.orders_per_hour);
+    let knee = answer
+        .variants
+        .first()
+        .and_then(|variant| variant.knee.as_ref())
+        .map(|knee| f64::from(knee.robots));
     chart(&Chart { y: "orders an hour", series: answer.variants.iter().map(line).collect(), knee })
 }
 
@@ -102,8 +136,16 @@ fn service_chart(answer: &Answer) -> String {
             series(format!("{name}p99"), variant, |point| point.service_p99_secs),
         ]
     });
-    let knee = answer.variants.first().and_then(|variant| variant.knee.as_ref()).map(|knee| f64::from(knee.robots));
-    chart(&Chart { y: "seconds from an order's creation to its end", series: lines.collect(), knee })
+    let knee = answer
+        .variants
+        .first()
+        .and_then(|variant| variant.knee.as_ref())
+        .map(|knee| f64::from(knee.robots));
+    chart(&Chart {
+        y: "seconds from an order's creation to its end",
+        series: lines.collect(),
+        knee,
+    })
 }
 
 fn effort_chart(answer: &Answer) -> String {
@@ -122,11 +164,19 @@ fn effort_chart(answer: &Answer) -> String {
         ]
     });
     let lines = lines.into_iter().filter(|line| !line.points.is_empty()).collect();
-    let knee = answer.variants.first().and_then(|variant| variant.knee.as_ref()).map(|knee| f64::from(knee.robots));
+    let knee = answer
+        .variants
+        .first()
+        .and_then(|variant| variant.knee.as_ref())
+        .map(|knee| f64::from(knee.robots));
     chart(&Chart { y: "per cent", series: lines, knee })
 }
 
-fn series(name: String, variant: &VariantAnswer, figure: impl Fn(&PointAnswer) -> Option<Interval>) -> Series {
+fn series(
+    name: String,
+    variant: &VariantAnswer,
+    figure: impl Fn(&PointAnswer) -> Option<Interval>,
+) -> Series {
     let point = |point: &PointAnswer| {
         let interval = figure(point)?;
         Some((f64::from(point.robots), interval.mean, interval.half_width.unwrap_or(0.0)))
@@ -154,8 +204,11 @@ fn table(answer: &Answer, variant: &VariantAnswer) -> Vec<Block> {
     let mut rows = vec![head.map(str::to_owned).to_vec()];
     rows.extend(variant.points.iter().map(|point| {
         let is_knee = variant.knee.as_ref().is_some_and(|knee| knee.robots == point.robots);
-        let robots = if is_knee { format!("**{}**", point.robots) } else { point.robots.to_string() };
-        let each = point.orders_per_hour.map(|orders| format!("{:.2}", orders.mean / f64::from(point.robots)));
+        let robots =
+            if is_knee { format!("**{}**", point.robots) } else { point.robots.to_string() };
+        let each = point
+            .orders_per_hour
+            .map(|orders| format!("{:.2}", orders.mean / f64::from(point.robots)));
         vec![
             robots,
             text(point.orders_per_hour, |interval| with_interval(&interval, decimals(&interval))),
@@ -174,12 +227,9 @@ fn table(answer: &Answer, variant: &VariantAnswer) -> Vec<Block> {
         blocks.push(Block::Heading(3, variant.name.clone()));
     }
     blocks.push(Block::Table(rows));
-    blocks.extend(
-        variant
-            .failed
-            .first()
-            .map(|(robots, reason)| Block::Text(format!("With {}, runs failed: {reason}.", robots_in_words(*robots)))),
-    );
+    blocks.extend(variant.failed.first().map(|(robots, reason)| {
+        Block::Text(format!("With {}, runs failed: {reason}.", robots_in_words(*robots)))
+    }));
     blocks
 }
 
@@ -209,13 +259,25 @@ fn with_interval(interval: &Interval, decimals: usize) -> String {
 fn comparisons(answer: &Answer) -> Vec<Block> {
     let Some(base) = answer.variants.first() else { return Vec::new() };
     let of = |comparison: &Comparison| {
-        let mut rows = vec![["robots", base.name.as_str(), &comparison.name, "difference"].map(str::to_owned).to_vec()];
+        let mut rows = vec![
+            ["robots", base.name.as_str(), &comparison.name, "difference"]
+                .map(str::to_owned)
+                .to_vec(),
+        ];
         rows.extend(comparison.differences.iter().map(|difference| {
             let Difference { robots, base, more_orders_per_hour } = difference;
             let other = base + more_orders_per_hour.mean;
-            vec![robots.to_string(), format!("{base:.0}"), format!("{other:.0}"), in_words(difference)]
+            vec![
+                robots.to_string(),
+                format!("{base:.0}"),
+                format!("{other:.0}"),
+                in_words(difference),
+            ]
         }));
-        [Block::Heading(2, format!("{} against {}", comparison.name, base.name)), Block::Table(rows)]
+        [
+            Block::Heading(2, format!("{} against {}", comparison.name, base.name)),
+            Block::Table(rows),
+        ]
     };
     answer.comparisons.iter().flat_map(of).collect()
 }
@@ -224,16 +286,24 @@ fn comparisons(answer: &Answer) -> Vec<Block> {
 fn in_words(difference: &Difference) -> String {
     let Difference { base, more_orders_per_hour, .. } = difference;
     let percent = if *base > 0.0 { 100.0 * more_orders_per_hour.mean / base } else { 0.0 };
-    let half_width =
-        more_orders_per_hour.half_width.map(|half_width| format!(" ± {half_width:.0}")).unwrap_or_default();
+    let half_width = more_orders_per_hour
+        .half_width
+        .map(|half_width| format!(" ± {half_width:.0}"))
+        .unwrap_or_default();
     let chance = if difference.is_clear() { "" } else { ", within chance" };
-    format!("{:+.0}{half_width} orders an hour ({percent:+.1} %{chance})", more_orders_per_hour.mean)
+    format!(
+        "{:+.0}{half_width} orders an hour ({percent:+.1} %{chance})",
+        more_orders_per_hour.mean
+    )
 }
 
 fn waiting(answer: &Answer, base: &Variant) -> Vec<Block> {
-    let Some(knee) = answer.variants.first().and_then(|variant| variant.knee.as_ref()) else { return Vec::new() };
+    let Some(knee) = answer.variants.first().and_then(|variant| variant.knee.as_ref()) else {
+        return Vec::new();
+    };
     let of = first_of_several(answer);
-    let mut blocks = vec![Block::Heading(2, format!("{of}Where {} wait", robots_in_words(knee.robots)))];
+    let mut blocks =
+        vec![Block::Heading(2, format!("{of}Where {} wait", robots_in_words(knee.robots)))];
     if answer.bottlenecks.is_empty() {
         blocks.push(Block::Text("Nowhere: no robot stood and waited for another one.".to_owned()));
         return blocks;
@@ -260,7 +330,13 @@ fn waiting(answer: &Answer, base: &Variant) -> Vec<Block> {
         .map(str::to_owned)
         .to_vec(),
     ];
-    rows.extend(answer.bottlenecks.iter().zip(1..).map(|(bottleneck, rank)| bottleneck_row(bottleneck, rank)));
+    rows.extend(
+        answer
+            .bottlenecks
+            .iter()
+            .zip(1..)
+            .map(|(bottleneck, rank)| bottleneck_row(bottleneck, rank)),
+    );
     blocks.push(Block::Table(rows));
     blocks
 }
@@ -297,9 +373,14 @@ fn method(answer: &Answer) -> Vec<Block> {
     let [least, most] = method.seeds;
     let load = answer.variants.first().map(|variant| variant.load.as_str()).unwrap_or_default();
     let sizes = answer.variants.first().map_or([0, 0], |variant| [variant.nodes, variant.edges]);
-    let warm_up = answer.variants.iter().flat_map(|variant| &variant.points).filter_map(|point| point.warm_up_secs);
+    let warm_up = answer
+        .variants
+        .iter()
+        .flat_map(|variant| &variant.points)
+        .filter_map(|point| point.warm_up_secs);
     let longest = warm_up.map(|interval| interval.mean).fold(0.0, f64::max);
-    let (minutes, interval, knee) = (method.secs as f64 / 60.0, method.interval * 100.0, method.knee * 100.0);
+    let (minutes, interval, knee) =
+        (method.secs as f64 / 60.0, method.interval * 100.0, method.knee * 100.0);
     let texts = [
         format!(
             "Regatta {}. The layout has {} nodes and {} edges. Load: {load}. Each run is the real engine with the fleet manager, the \
@@ -325,5 +406,7 @@ fn method(answer: &Answer) -> Vec<Block> {
          is their mean number. It is measured by where robots are and where they go next, whoever steers them. What relieves a bottleneck was tried: the same runs with that one change. 'Within chance': the interval holds 0."
             .to_owned(),
     ];
-    std::iter::once(Block::Heading(2, "Method".to_owned())).chain(texts.into_iter().map(Block::Text)).collect()
+    std::iter::once(Block::Heading(2, "Method".to_owned()))
+        .chain(texts.into_iter().map(Block::Text))
+        .collect()
 }

@@ -12,13 +12,20 @@ const LONGER_SIDE: f64 = 1100.0;
 const MARGIN: f64 = 24.0;
 /// The height of the legend below the plan.
 const LEGEND: f64 = 46.0;
-/// The ramp from little to much: viridis from its green end, by eighths (BSD 2-clause, matplotlib), dark for much, on white.
+/// The ramp from little to much: viridis from its green end, by eighths (BSD 2-clause, matplotlib),
+/// dark for much, on white.
 const RAMP: [&str; 6] = ["#c2df23", "#51c56a", "#1e9b8a", "#2d708e", "#433e85", "#440154"];
 /// The number of bottlenecks with a mark.
 const MARKED: usize = 5;
 
-/// Returns the plan: edges by the mean number of robots that wait there, and the worst places with their ranks.
-pub fn heat_map(graph: &RouteGraph, edges: &[EdgeOutcome], bottlenecks: &[Bottleneck], secs: u64) -> String {
+/// Returns the plan: edges by the mean number of robots that wait there, and the worst places with
+/// their ranks.
+pub fn heat_map(
+    graph: &RouteGraph,
+    edges: &[EdgeOutcome],
+    bottlenecks: &[Bottleneck],
+    secs: u64,
+) -> String {
     let plan = Plan::new(graph);
     let waiting = |edge: &EdgeOutcome| edge.waiting_secs / secs as f64;
     let most = edges.iter().map(waiting).fold(0.0, f64::max);
@@ -38,9 +45,14 @@ pub fn heat_map(graph: &RouteGraph, edges: &[EdgeOutcome], bottlenecks: &[Bottle
             by_class[class(waiting(edge), most)] += &plan.path(graph.edge(index));
         }
     }
-    for (index, (paths, colour)) in by_class.iter().zip(RAMP).enumerate().filter(|(_, (paths, _))| !paths.is_empty()) {
+    for (index, (paths, colour)) in
+        by_class.iter().zip(RAMP).enumerate().filter(|(_, (paths, _))| !paths.is_empty())
+    {
         let stroke = 2.0 + 0.6 * index as f64;
-        let _ = writeln!(svg, "<path fill=\"none\" stroke=\"{colour}\" stroke-width=\"{stroke}\" d=\"{paths}\"/>");
+        let _ = writeln!(
+            svg,
+            "<path fill=\"none\" stroke=\"{colour}\" stroke-width=\"{stroke}\" d=\"{paths}\"/>"
+        );
     }
     for (bottleneck, rank) in bottlenecks.iter().zip(1..).take(MARKED) {
         let [x, y] = plan.pixel(bottleneck.position);
@@ -55,7 +67,8 @@ pub fn heat_map(graph: &RouteGraph, edges: &[EdgeOutcome], bottlenecks: &[Bottle
     svg + "</svg>\n"
 }
 
-/// Returns the class of a figure: each holds half of the figures of the next, since few places have nearly all of it.
+/// Returns the class of a figure: each holds half of the figures of the next, since few places have
+/// nearly all of it.
 fn class(value: f64, most: f64) -> usize {
     let halvings = if value > 0.0 { (most / value).log2() } else { f64::INFINITY };
     RAMP.len() - 1 - (halvings.floor().max(0.0) as usize).min(RAMP.len() - 1)
@@ -79,7 +92,8 @@ fn legend(svg: &mut String, top: f64, most: f64) {
         );
     }
     let x = 230.0 + 105.0 * RAMP.len() as f64;
-    let _ = writeln!(svg, "<text x=\"{x}\" y=\"{:.0}\" fill=\"#5a6875\">{most:.3}</text>", top + 32.0);
+    let _ =
+        writeln!(svg, "<text x=\"{x}\" y=\"{:.0}\" fill=\"#5a6875\">{most:.3}</text>", top + 32.0);
 }
 
 /// Where the layout is in the picture.
@@ -95,13 +109,18 @@ struct Plan {
 impl Plan {
     fn new(graph: &RouteGraph) -> Self {
         let points = || graph.edges().iter().flat_map(|edge| edge.path.control_points());
-        let low =
-            |pick: fn((f64, f64)) -> f64| points().map(|point| pick((point.x, point.y))).fold(f64::INFINITY, f64::min);
+        let low = |pick: fn((f64, f64)) -> f64| {
+            points().map(|point| pick((point.x, point.y))).fold(f64::INFINITY, f64::min)
+        };
         let high = |pick: fn((f64, f64)) -> f64| {
             points().map(|point| pick((point.x, point.y))).fold(f64::NEG_INFINITY, f64::max)
         };
-        let (west, east, south, north) =
-            (low(|point| point.0), high(|point| point.0), low(|point| point.1), high(|point| point.1));
+        let (west, east, south, north) = (
+            low(|point| point.0),
+            high(|point| point.0),
+            low(|point| point.1),
+            high(|point| point.1),
+        );
         let [width, height] = [(east - west).max(0.1), (north - south).max(0.1)];
         let scale = (LONGER_SIDE - 2.0 * MARGIN) / width.max(height);
         // At least as wide as the legend.
@@ -121,7 +140,11 @@ impl Plan {
             if index == 0 {
                 let _ = write!(text, "M{:.1} {:.1}", a[0], a[1]);
             }
-            let _ = write!(text, "C{:.1} {:.1} {:.1} {:.1} {:.1} {:.1}", b[0], b[1], c[0], c[1], d[0], d[1]);
+            let _ = write!(
+                text,
+                "C{:.1} {:.1} {:.1} {:.1} {:.1} {:.1}",
+                b[0], b[1], c[0], c[1], d[0], d[1]
+            );
         }
         text
     }
@@ -135,11 +158,24 @@ mod tests {
 
     #[test]
     fn the_worst_edges_are_the_darkest() {
-        assert_eq!((class(8.0, 8.0), class(5.0, 8.0), class(4.0, 8.0), class(0.001, 8.0)), (5, 5, 4, 0));
+        assert_eq!(
+            (class(8.0, 8.0), class(5.0, 8.0), class(4.0, 8.0), class(0.001, 8.0)),
+            (5, 5, 4, 0)
+        );
         let text = "id,x,y\nA,0,0\nB,10,0\nC,10,10\n\nfrom,to\nA,B\nB,C\nC,A\n";
         let graph = parse(text, "t.csv", &ReadOptions::default()).expect("a graph").0;
-        let edge = |edge, waiting_secs| EdgeOutcome { edge, waiting_secs, caused_secs: 0.0, entered_per_hour: 1.0 };
-        let svg = heat_map(&graph, &[edge(1, 600.0), edge(2, 10.0), edge(3, 0.0), edge(99, 5.0)], &[], 600);
+        let edge = |edge, waiting_secs| EdgeOutcome {
+            edge,
+            waiting_secs,
+            caused_secs: 0.0,
+            entered_per_hour: 1.0,
+        };
+        let svg = heat_map(
+            &graph,
+            &[edge(1, 600.0), edge(2, 10.0), edge(3, 0.0), edge(99, 5.0)],
+            &[],
+            600,
+        );
         assert!(svg.contains("stroke=\"#440154\"") && svg.contains("stroke=\"#c2df23\""), "{svg}");
         assert!(svg.contains("1.000") && svg.trim_end().ends_with("</svg>"), "{svg}");
     }

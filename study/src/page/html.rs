@@ -23,12 +23,18 @@ pub fn html(title: &str, blocks: &[Block]) -> String {
     for block in blocks {
         // Writing to a String never fails.
         let _ = match block {
-            Block::Heading(level, heading) => writeln!(text, "<h{level}>{}</h{level}>", inline(heading)),
+            Block::Heading(level, heading) => {
+                writeln!(text, "<h{level}>{}</h{level}>", inline(heading))
+            }
             Block::Text(paragraph) => writeln!(text, "<p>{}</p>", inline(paragraph)),
             Block::Answer(answer) => writeln!(text, "<p class=\"answer\">{}</p>", inline(answer)),
             Block::Table(rows) => writeln!(text, "{}", table(rows)),
             Block::Picture(_, caption, svg) => {
-                writeln!(text, "<figure>\n{svg}\n<figcaption>{}</figcaption>\n</figure>", inline(caption))
+                writeln!(
+                    text,
+                    "<figure>\n{svg}\n<figcaption>{}</figcaption>\n</figure>",
+                    inline(caption)
+                )
             }
         };
     }
@@ -38,7 +44,8 @@ pub fn html(title: &str, blocks: &[Block]) -> String {
 fn table(rows: &[Vec<String>]) -> String {
     let row = |(index, row): (usize, &Vec<String>)| {
         let tag = if index == 0 { "th" } else { "td" };
-        let cells: String = row.iter().map(|cell| format!("<{tag}>{}</{tag}>", inline(cell))).collect();
+        let cells: String =
+            row.iter().map(|cell| format!("<{tag}>{}</{tag}>", inline(cell))).collect();
         format!("<tr>{cells}</tr>\n")
     };
     let rows: String = rows.iter().enumerate().map(row).collect();
@@ -76,10 +83,14 @@ mod tests {
         ];
         let page = html("<t>", &blocks);
         assert!(
-            page.contains("<h1>a &lt; b &amp; &quot;c&quot;</h1>") && page.contains("<title>&lt;t&gt;</title>"),
+            page.contains("<h1>a &lt; b &amp; &quot;c&quot;</h1>")
+                && page.contains("<title>&lt;t&gt;</title>"),
             "{page}"
         );
-        assert!(page.contains("<th>robots</th>") && page.contains("<td><strong>7</strong></td>"), "{page}");
+        assert!(
+            page.contains("<th>robots</th>") && page.contains("<td><strong>7</strong></td>"),
+            "{page}"
+        );
         assert!(page.contains("see <code>runs</code>"), "{page}");
         assert!(!page.contains("http"), "the page needs no network: {page}");
     }

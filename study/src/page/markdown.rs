@@ -19,8 +19,9 @@ fn block(block: &Block) -> String {
 }
 
 fn table(rows: &[Vec<String>]) -> String {
-    let line =
-        |row: &Vec<String>| format!("| {} |", row.iter().map(|cell| escaped(cell)).collect::<Vec<_>>().join(" | "));
+    let line = |row: &Vec<String>| {
+        format!("| {} |", row.iter().map(|cell| escaped(cell)).collect::<Vec<_>>().join(" | "))
+    };
     let columns = rows.first().map_or(0, Vec::len);
     let rule = format!("|{}", "---|".repeat(columns));
     let mut lines: Vec<String> = rows.iter().map(line).collect();

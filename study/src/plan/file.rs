@@ -86,12 +86,17 @@ impl StudyFile {
         let part = |name: &str, value: Option<f64>, default: f64| match value {
             None => Ok(default),
             Some(value) if value > 0.0 && value < 1.0 => Ok(value),
-            Some(value) => Err(PlanError::setting(name, format!("{value}: give a part, above 0 and below 1"))),
+            Some(value) => {
+                Err(PlanError::setting(name, format!("{value}: give a part, above 0 and below 1")))
+            }
         };
         let least_seeds = self.seeds.least.unwrap_or(default.least_seeds);
         let most_seeds = self.seeds.most.unwrap_or(default.most_seeds.max(least_seeds));
         if least_seeds < 2 || most_seeds < least_seeds {
-            return Err(PlanError::setting("seeds", "give at least 2 as `least`, and no less than that as `most`"));
+            return Err(PlanError::setting(
+                "seeds",
+                "give at least 2 as `least`, and no less than that as `most`",
+            ));
         }
         Ok(Precision {
             least_seeds,
@@ -112,23 +117,34 @@ mod tests {
     #[test]
     fn a_study_is_told_from_a_scenario_and_a_layout() {
         assert!(is_study("plant: a.yaml\nrobots: 1..10\n"));
-        for text in ["graph: plant.yaml\nrobots: []\n", "Edges: []\n# plant\n", "id,x\nplant,1\n", ""] {
+        for text in
+            ["graph: plant.yaml\nrobots: []\n", "Edges: []\n# plant\n", "id,x\nplant,1\n", ""]
+        {
             assert!(!is_study(text), "{text}");
         }
     }
 
     #[test]
     fn a_file_says_what_is_wrong_with_it() {
-        let read = |text: &str| document::<StudyFile>(text, Path::new("s.yaml")).map_err(|error| error.to_string());
-        let file = read("plant: a.yaml\nrobots: [5, 3]\nseeds: {least: 4}\nvary: {planner: [lanes, pibt]}\n")
-            .expect("a study");
+        let read = |text: &str| {
+            document::<StudyFile>(text, Path::new("s.yaml")).map_err(|error| error.to_string())
+        };
+        let file = read(
+            "plant: a.yaml\nrobots: [5, 3]\nseeds: {least: 4}\nvary: {planner: [lanes, pibt]}\n",
+        )
+        .expect("a study");
         assert_eq!(file.robots, Some(Robots::List(vec![3, 5])));
         let precision = file.precision().expect("a precision");
-        assert_eq!((precision.least_seeds, precision.most_seeds, precision.interval), (4, 10, 0.02));
+        assert_eq!(
+            (precision.least_seeds, precision.most_seeds, precision.interval),
+            (4, 10, 0.02)
+        );
         assert_eq!(file.axes().expect("axes").len(), 1);
-        for (text, reason) in
-            [("plant: a\nrobot: 3\n", "robot"), ("plant: a\nrobots: 9..1\n", "9..1"), ("robots: 1..2\n", "plant")]
-        {
+        for (text, reason) in [
+            ("plant: a\nrobot: 3\n", "robot"),
+            ("plant: a\nrobots: 9..1\n", "9..1"),
+            ("robots: 1..2\n", "plant"),
+        ] {
             let error = read(text).expect_err(text);
             assert!(error.contains(reason) && !error.contains('\n'), "{error}");
         }

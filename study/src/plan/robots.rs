@@ -120,7 +120,10 @@ mod tests {
         let grid = |text: &str| text.parse::<Robots>().expect("robots").grid();
         assert_eq!(grid("1..10"), [1, 2, 4, 8, 10]);
         assert_eq!(grid("10..500"), [10, 20, 40, 80, 160, 320, 500]);
-        assert_eq!((grid("8..8"), grid("4..8"), grid("30,10,30")), (vec![8], vec![4, 8], vec![10, 30]));
+        assert_eq!(
+            (grid("8..8"), grid("4..8"), grid("30,10,30")),
+            (vec![8], vec![4, 8], vec![10, 30])
+        );
     }
 
     #[test]

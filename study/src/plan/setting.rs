@@ -101,7 +101,8 @@ impl Axis {
     /// # Errors
     /// [`ParseAxisError`] if there is no such setting, or no value.
     pub fn new(name: &str, values: Vec<Value>) -> Result<Self, ParseAxisError> {
-        let setting = Setting::with_name(name).ok_or_else(|| ParseAxisError::Unknown(name.to_owned()))?;
+        let setting =
+            Setting::with_name(name).ok_or_else(|| ParseAxisError::Unknown(name.to_owned()))?;
         if values.is_empty() {
             return Err(ParseAxisError::NoValues(name.to_owned()));
         }
@@ -112,9 +113,11 @@ impl Axis {
 impl FromStr for Axis {
     type Err = ParseAxisError;
 
-    /// Parses `NAME=VALUE,VALUE`. Values are JSON, or else texts; a comma within brackets doesn't end a value.
+    /// Parses `NAME=VALUE,VALUE`. Values are JSON, or else texts; a comma within brackets doesn't
+    /// end a value.
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let (name, list) = text.split_once('=').ok_or_else(|| ParseAxisError::NoValues(text.to_owned()))?;
+        let (name, list) =
+            text.split_once('=').ok_or_else(|| ParseAxisError::NoValues(text.to_owned()))?;
         let values = split(list).into_iter().filter(|value| !value.is_empty());
         let value = |text: &str| serde_json::from_str(text).unwrap_or_else(|_| Value::from(text));
         Self::new(name.trim(), values.map(value).collect())

@@ -16,10 +16,12 @@ use crate::job::{Job, Manager};
 
 /// The name of Regatta's manager as a value of [`Setting::Manager`](super::Setting::Manager).
 const FLEET_MANAGER: &str = "fleet-manager";
-/// Arguments of the fleet manager that a scenario's plugin may have and a study keeps, with their values.
+/// Arguments of the fleet manager that a scenario's plugin may have and a study keeps, with their
+/// values.
 const KEPT_ARGUMENTS: [&str; 2] = [PLANNER, "--seed"];
 const PLANNER: &str = "--planner";
-/// Gives orders in turn: else robots pick the nearest of an endless load, and far ones are never served.
+/// Gives orders in turn: else robots pick the nearest of an endless load, and far ones are never
+/// served.
 const IN_TURN: &str = "--in-turn";
 
 /// A variant of a study.
@@ -104,16 +106,23 @@ impl Variant {
             Path::new("the scenario"),
             &Overrides::default(),
         );
-        let name = if self.name.is_empty() { self.file.display().to_string() } else { self.name.clone() };
+        let name =
+            if self.name.is_empty() { self.file.display().to_string() } else { self.name.clone() };
         checked.map(drop).map_err(|error| PlanError::Variant { name, error })
     }
 
-    /// Returns the largest speed of the robots, in metres per second, and their largest width in metres.
+    /// Returns the largest speed of the robots, in metres per second, and their largest width in
+    /// metres.
     pub fn robot_limits(&self) -> (f64, f64) {
-        let types: Vec<&Value> = self.scenario["robot_types"].as_array().into_iter().flatten().collect();
-        let largest = |key: &str| types.iter().filter_map(|kind| kind[key].as_f64()).fold(0.0, f64::max);
-        let speed =
-            if types.iter().all(|kind| kind["max_speed"].is_number()) { largest("max_speed") } else { f64::INFINITY };
+        let types: Vec<&Value> =
+            self.scenario["robot_types"].as_array().into_iter().flatten().collect();
+        let largest =
+            |key: &str| types.iter().filter_map(|kind| kind[key].as_f64()).fold(0.0, f64::max);
+        let speed = if types.iter().all(|kind| kind["max_speed"].is_number()) {
+            largest("max_speed")
+        } else {
+            f64::INFINITY
+        };
         (if types.is_empty() { f64::INFINITY } else { speed }, largest("width").max(0.5))
     }
 
@@ -123,7 +132,14 @@ impl Variant {
     }
 
     /// Returns the job of a run. `layout` is the name of the layout's file.
-    pub fn job(&self, layout: &str, robots: u32, seed: u64, (secs, rate_hz): (u64, u32), program: &str) -> Job {
+    pub fn job(
+        &self,
+        layout: &str,
+        robots: u32,
+        seed: u64,
+        (secs, rate_hz): (u64, u32),
+        program: &str,
+    ) -> Job {
         let mut scenario = self.scenario.clone();
         scenario["graph"] = layout.into();
         scenario["rate"] = rate_hz.into();
@@ -136,7 +152,8 @@ impl Variant {
     /// Shares robots out among the types, by the largest remainders.
     fn groups(&self, robots: u32) -> Value {
         let total: f64 = self.types.iter().map(|(_, weight)| weight).sum();
-        let exact: Vec<f64> = self.types.iter().map(|(_, weight)| f64::from(robots) * weight / total).collect();
+        let exact: Vec<f64> =
+            self.types.iter().map(|(_, weight)| f64::from(robots) * weight / total).collect();
         let mut counts: Vec<u32> = exact.iter().map(|count| count.floor() as u32).collect();
         let mut order: Vec<usize> = (0..exact.len()).collect();
         order.sort_by(|a, b| exact[*b].fract().total_cmp(&exact[*a].fract()));
@@ -156,9 +173,11 @@ fn types(scenario: &Map<String, Value>) -> Vec<(Option<String>, f64)> {
     for group in scenario.get("robots").and_then(Value::as_array).into_iter().flatten() {
         let name = group["type"].as_str().map(str::to_owned);
         // Numbers such as 10k are texts; one is what a group has by default.
-        let count =
-            group["count"].as_str().and_then(|count| count.parse::<regatta_engine::scenario::RobotCount>().ok());
-        let count = count.map_or_else(|| group["count"].as_f64().unwrap_or(1.0), |count| f64::from(count.0));
+        let count = group["count"]
+            .as_str()
+            .and_then(|count| count.parse::<regatta_engine::scenario::RobotCount>().ok());
+        let count = count
+            .map_or_else(|| group["count"].as_f64().unwrap_or(1.0), |count| f64::from(count.0));
         match types.iter_mut().find(|(known, _)| *known == name) {
             Some((_, sum)) => *sum += count,
             None => types.push((name, count)),
@@ -170,7 +189,9 @@ fn types(scenario: &Map<String, Value>) -> Vec<(Option<String>, f64)> {
 /// Returns the arguments of the scenario's fleet manager that change what it does.
 fn kept_arguments(scenario: &Map<String, Value>) -> Vec<String> {
     let plugins = scenario.get("plugins").and_then(Value::as_array).into_iter().flatten();
-    let manager = plugins.filter(|plugin| plugin["name"] == FLEET_MANAGER).find_map(|plugin| plugin["args"].as_array());
+    let manager = plugins
+        .filter(|plugin| plugin["name"] == FLEET_MANAGER)
+        .find_map(|plugin| plugin["args"].as_array());
     let args: Vec<&str> = manager.into_iter().flatten().filter_map(Value::as_str).collect();
     let kept = args.windows(2).filter(|pair| KEPT_ARGUMENTS.contains(&pair[0])).flatten();
     kept.chain(args.iter().filter(|arg| **arg == IN_TURN)).map(|text| (*text).to_owned()).collect()

@@ -9,16 +9,18 @@ pub struct Knee {
     pub is_last: bool,
 }
 
-/// Returns the first point of a curve from which on each more robot brings less than a part of what one brings alone;
-/// `None` if there are no points, or none has any throughput.
+/// Returns the first point of a curve from which on each more robot brings less than a part of what
+/// one brings alone; `None` if there are no points, or none has any throughput.
 ///
-/// Points are (robots, throughput), by ascending robots, which are above 0. The curve is replaced by its upper concave hull,
-/// with the origin as its first point: noise makes a measured curve rise and fall, and whoever looks for the best number of
-/// robots passes over its dents. What one robot brings alone is the steepest slope of the hull, its first one.
+/// Points are (robots, throughput), by ascending robots, which are above 0. The curve is replaced
+/// by its upper concave hull, with the origin as its first point: noise makes a measured curve rise
+/// and fall, and whoever looks for the best number of robots passes over its dents. What one robot
+/// brings alone is the steepest slope of the hull, its first one.
 pub fn knee(points: &[(f64, f64)], part: f64) -> Option<Knee> {
     let hull = hull(points);
     let slope = |from: (f64, f64), to: (f64, f64)| (to.1 - from.1) / (to.0 - from.0);
-    let corners: Vec<(f64, f64)> = std::iter::once((0.0, 0.0)).chain(hull.iter().map(|index| points[*index])).collect();
+    let corners: Vec<(f64, f64)> =
+        std::iter::once((0.0, 0.0)).chain(hull.iter().map(|index| points[*index])).collect();
     let alone = slope(*corners.first()?, *corners.get(1)?);
     if alone <= 0.0 {
         return None;
@@ -30,14 +32,17 @@ pub fn knee(points: &[(f64, f64)], part: f64) -> Option<Knee> {
     Some(Knee { index, is_last: index + 1 == points.len() })
 }
 
-/// Returns the indices of the points on the upper concave hull, which begins at the origin (Andrew's monotone chain).
+/// Returns the indices of the points on the upper concave hull, which begins at the origin
+/// (Andrew's monotone chain).
 fn hull(points: &[(f64, f64)]) -> Vec<usize> {
     let mut hull: Vec<usize> = Vec::new();
     for (index, point) in points.iter().enumerate() {
         while let Some(&last) = hull.last() {
-            let before = hull.len().checked_sub(2).map_or((0.0, 0.0), |second| points[hull[second]]);
+            let before =
+                hull.len().checked_sub(2).map_or((0.0, 0.0), |second| points[hull[second]]);
             let (first, second) = (points[last], *point);
-            let cross = (first.0 - before.0) * (second.1 - before.1) - (first.1 - before.1) * (second.0 - before.0);
+            let cross = (first.0 - before.0) * (second.1 - before.1)
+                - (first.1 - before.1) * (second.0 - before.0);
             if cross < 0.0 {
                 break;
             }
@@ -61,7 +66,11 @@ mod tests {
         let points: Vec<(f64, f64)> =
             (1..=30).map(|robots| (f64::from(robots), 2.0 * f64::from(robots).min(12.0))).collect();
         assert_eq!(robots_at_knee(&points, 0.01), Some(12.0));
-        assert_eq!(knee(&points[..8], 0.01), Some(Knee { index: 7, is_last: true }), "still rising");
+        assert_eq!(
+            knee(&points[..8], 0.01),
+            Some(Knee { index: 7, is_last: true }),
+            "still rising"
+        );
     }
 
     #[test]

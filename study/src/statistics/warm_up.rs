@@ -1,19 +1,21 @@
 //! The end of the warm-up: MSER-5.
 //!
-//! White, "An effective truncation heuristic for bias reduction in simulation output", Simulation 69 (1997); with batches of
-//! five: White, Cobb and Spratt, "A comparison of five steady-state truncation heuristics for simulation", Winter Simulation
-//! Conference (2000).
+//! White, "An effective truncation heuristic for bias reduction in simulation output", Simulation
+//! 69 (1997); with batches of five: White, Cobb and Spratt, "A comparison of five steady-state
+//! truncation heuristics for simulation", Winter Simulation Conference (2000).
 
 /// The number of values in a batch.
 pub const BATCH: usize = 5;
 
 /// Returns how many values at the beginning of a series are warm-up: whole batches of [`BATCH`].
 ///
-/// It is the number that makes the standard error of the mean of the rest smallest: min over d of Σ (zⱼ - z̄)² / (n - d)²,
-/// with the batch means zⱼ, j > d, and their mean z̄. Only the first half of the series is considered, as is usual: a minimum
-/// beyond it says that the series is too short. Of equal minima, the first one is taken.
+/// It is the number that makes the standard error of the mean of the rest smallest: min over d of Σ
+/// (zⱼ - z̄)² / (n - d)², with the batch means zⱼ, j > d, and their mean z̄. Only the first half of
+/// the series is considered, as is usual: a minimum beyond it says that the series is too short. Of
+/// equal minima, the first one is taken.
 pub fn warm_up(series: &[f64]) -> usize {
-    let batches: Vec<f64> = series.chunks_exact(BATCH).map(|batch| batch.iter().sum::<f64>() / BATCH as f64).collect();
+    let batches: Vec<f64> =
+        series.chunks_exact(BATCH).map(|batch| batch.iter().sum::<f64>() / BATCH as f64).collect();
     // From the end on, so that sums need one pass.
     let (mut sum, mut squares) = (0.0, 0.0);
     let mut best = (f64::INFINITY, 0);
@@ -45,8 +47,11 @@ mod tests {
 
     #[test]
     fn a_ramp_at_the_beginning_is_cut_off() {
-        let series: Vec<f64> =
-            noise(200).iter().enumerate().map(|(index, noise)| (index as f64 / 40.0).min(1.0) * 20.0 + noise).collect();
+        let series: Vec<f64> = noise(200)
+            .iter()
+            .enumerate()
+            .map(|(index, noise)| (index as f64 / 40.0).min(1.0) * 20.0 + noise)
+            .collect();
         let cut = warm_up(&series);
         assert!((30..=50).contains(&cut), "{cut}");
     }
@@ -67,11 +72,13 @@ mod tests {
     #[test]
     fn the_score_is_that_of_the_definition() {
         let series = noise(60);
-        let batches: Vec<f64> = series.chunks(BATCH).map(|batch| batch.iter().sum::<f64>() / 5.0).collect();
+        let batches: Vec<f64> =
+            series.chunks(BATCH).map(|batch| batch.iter().sum::<f64>() / 5.0).collect();
         let score = |cut: usize| {
             let rest = &batches[cut..];
             let mean = rest.iter().sum::<f64>() / rest.len() as f64;
-            rest.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / (rest.len() as f64).powi(2)
+            rest.iter().map(|value| (value - mean).powi(2)).sum::<f64>()
+                / (rest.len() as f64).powi(2)
         };
         let best = (0..=6).min_by(|a, b| score(*a).total_cmp(&score(*b))).expect("cuts");
         assert_eq!(warm_up(&series), best * BATCH);

@@ -1,8 +1,9 @@
 //! Workers elsewhere: an adapter program that gives tasks to a cluster.
 //!
-//! The adapter is a process that gets a line of JSON for each task, `{"id", "job", "layout", "result"}` with the paths of files
-//! here, and writes `{"workers": N}` once and then `{"id", "failure"}` for each task that has ended, after it has written the
-//! result's file. `regatta.study` in the Python package is one, for Dask and for Ray.
+//! The adapter is a process that gets a line of JSON for each task, `{"id", "job", "layout",
+//! "result"}` with the paths of files here, and writes `{"workers": N}` once and then `{"id",
+//! "failure"}` for each task that has ended, after it has written the result's file.
+//! `regatta.study` in the Python package is one, for Dask and for Ray.
 
 use std::collections::BTreeSet;
 use std::io::{BufRead, BufReader, Write};
@@ -30,7 +31,8 @@ pub struct Adapter {
     /// Dropped to end the adapter.
     stdin: Option<ChildStdin>,
     lines: Receiver<Value>,
-    /// Reads what it writes on standard error, so that it never waits for a reader; returns the last line.
+    /// Reads what it writes on standard error, so that it never waits for a reader; returns the
+    /// last line.
     errors: Option<JoinHandle<String>>,
     size: usize,
 }
@@ -40,20 +42,30 @@ impl Adapter {
     ///
     /// # Errors
     /// [`WorkersError`] if it can't be started, or can't reach the cluster.
-    pub fn start(mut command: Command, is_interrupted: &dyn Fn() -> bool) -> Result<Self, WorkersError> {
+    pub fn start(
+        mut command: Command,
+        is_interrupted: &dyn Fn() -> bool,
+    ) -> Result<Self, WorkersError> {
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let program = command.get_program().to_string_lossy().into_owned();
-        let mut child = command.spawn().map_err(|reason| WorkersError::Start { program, reason })?;
-        let (stdin, stdout, stderr) = (child.stdin.take(), child.stdout.take(), child.stderr.take());
+        let mut child =
+            command.spawn().map_err(|reason| WorkersError::Start { program, reason })?;
+        let (stdin, stdout, stderr) =
+            (child.stdin.take(), child.stdout.take(), child.stderr.take());
         let (sender, lines) = mpsc::channel();
         // The thread ends with the adapter's output.
         std::thread::spawn(move || {
             let lines = stdout.into_iter().flat_map(|stdout| BufReader::new(stdout).lines());
-            let values = lines.map_while(Result::ok).filter_map(|line| serde_json::from_str::<Value>(&line).ok());
+            let values = lines
+                .map_while(Result::ok)
+                .filter_map(|line| serde_json::from_str::<Value>(&line).ok());
             values.map(|value| sender.send(value)).find(Result::is_err)
         });
         let errors = std::thread::spawn(move || {
-            let lines = stderr.into_iter().flat_map(|stderr| BufReader::new(stderr).lines()).map_while(Result::ok);
+            let lines = stderr
+                .into_iter()
+                .flat_map(|stderr| BufReader::new(stderr).lines())
+                .map_while(Result::ok);
             lines.filter(|line| !line.trim().is_empty()).last().unwrap_or_default()
         });
         let mut adapter = Self { child, stdin, lines, errors: Some(errors), size: 0 };

@@ -32,7 +32,13 @@ impl Local {
     /// Returns the command that does a task.
     fn command(&self, task: &Task) -> Command {
         let mut command = Command::new(&self.program);
-        command.arg("study-run").arg(&task.job).arg("--layout").arg(&task.layout).arg("--output").arg(&task.result);
+        command
+            .arg("study-run")
+            .arg(&task.job)
+            .arg("--layout")
+            .arg(&task.layout)
+            .arg("--output")
+            .arg(&task.result);
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
         command
     }
@@ -40,7 +46,9 @@ impl Local {
     fn start<'a>(&self, task: &'a Task) -> Result<Running<'a>, WorkersError> {
         let started = self.command(task).spawn();
         let program = self.program.display().to_string();
-        started.map(|child| Running { task, child }).map_err(|reason| WorkersError::Start { program, reason })
+        started
+            .map(|child| Running { task, child })
+            .map_err(|reason| WorkersError::Start { program, reason })
     }
 }
 
@@ -55,7 +63,8 @@ impl Running<'_> {
         let mut text = String::new();
         // A few lines, which fit into the pipe: they are there as a whole.
         let _ = self.child.stderr.take().map(|mut stderr| stderr.read_to_string(&mut text));
-        let line = text.lines().rfind(|line| !line.trim().is_empty()).unwrap_or("it ended without a word");
+        let line =
+            text.lines().rfind(|line| !line.trim().is_empty()).unwrap_or("it ended without a word");
         let line = line.trim_start_matches("regatta: ").to_owned();
         Some(match status.code() {
             Some(code) if code == i32::from(UNWRITABLE) => Err(WorkersError::Output(line)),

@@ -50,8 +50,14 @@ impl SyntheticFleet {
         for i in 0..(per_row * rows).min(100_000) {
             let (x, y) = ((i % per_row) as f32 * length, (i / per_row) as f32 * SPACING);
             world.nodes.push(NodeRecord { id: i, x, y, ..NodeRecord::default() });
-            let edge =
-                EdgeRecord { id: i, origin: i, destination: i, length, velocity_forward: 1.0, ..EdgeRecord::default() };
+            let edge = EdgeRecord {
+                id: i,
+                origin: i,
+                destination: i,
+                length,
+                velocity_forward: 1.0,
+                ..EdgeRecord::default()
+            };
             world.add_edge(edge, [CurveRecord::straight([x, y], [x + length, y])]);
         }
         world
@@ -88,7 +94,10 @@ pub fn traffic(world: &World<'_>) -> SyntheticTraffic {
         released: value(edge),
         planned: value(edge),
     };
-    SyntheticTraffic { header: TrafficHeader::default(), edges: (0..world.edges().len()).map(figures).collect() }
+    SyntheticTraffic {
+        header: TrafficHeader::default(),
+        edges: (0..world.edges().len()).map(figures).collect(),
+    }
 }
 
 /// The number of rows, and of robots in a row.

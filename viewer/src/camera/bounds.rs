@@ -12,9 +12,13 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// Returns the bounding box of some points, not counting points that are not finite; `None` if there are none.
+    /// Returns the bounding box of some points, not counting points that are not finite; `None` if
+    /// there are none.
     pub fn from_points(points: impl IntoIterator<Item = Vec2>) -> Option<Self> {
-        let grow = |bounds: Self, point: Vec2| Self { low: bounds.low.min(point), high: bounds.high.max(point) };
+        let grow = |bounds: Self, point: Vec2| Self {
+            low: bounds.low.min(point),
+            high: bounds.high.max(point),
+        };
         let mut points = points.into_iter().filter(|point| point.is_finite());
         let first = points.next()?;
         Some(points.fold(Self { low: first, high: first }, grow))
@@ -50,7 +54,8 @@ impl Bounds {
     }
 }
 
-/// The part of a picture that nothing covers, as fractions of its width and height from the top left.
+/// The part of a picture that nothing covers, as fractions of its width and height from the top
+/// left.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
     /// Width of the picture divided by its height.

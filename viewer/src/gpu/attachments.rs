@@ -1,7 +1,10 @@
-//! The attachments of the fleet's render pass: depth, and the multisampled colours where there are any.
+//! The attachments of the fleet's render pass: depth, and the multisampled colours where there are
+//! any.
 
 use glam::{UVec2, Vec4};
-use wgpu::{Color, CommandEncoder, LoadOp, Operations, RenderPass, StoreOp, TextureUsages, TextureView};
+use wgpu::{
+    Color, CommandEncoder, LoadOp, Operations, RenderPass, StoreOp, TextureUsages, TextureView,
+};
 
 use super::device::Gpu;
 use super::pipeline::{DEPTH_FORMAT, TargetConfig};
@@ -13,14 +16,16 @@ use super::timer::Timer;
 pub struct Attachments {
     size: UVec2,
     depth: TextureView,
-    /// The multisampled colours, which are resolved into the target; `None` with one sample per pixel.
+    /// The multisampled colours, which are resolved into the target; `None` with one sample per
+    /// pixel.
     samples: Option<TextureView>,
 }
 
 impl Attachments {
     /// Creates the attachments for a target of `size` pixels.
     pub fn new(gpu: &Gpu, target: TargetConfig, size: UVec2) -> Self {
-        let make = |format, samples| texture(gpu, size, format, samples, TextureUsages::RENDER_ATTACHMENT);
+        let make =
+            |format, samples| texture(gpu, size, format, samples, TextureUsages::RENDER_ATTACHMENT);
         let samples = target.samples;
         Self {
             size,

@@ -1,8 +1,8 @@
 //! Bind groups and their layouts.
 
 use wgpu::{
-    BindGroup, BindGroupEntry, BindGroupLayout, BindGroupLayoutEntry, BindingType, Buffer, BufferBindingType,
-    ShaderStages,
+    BindGroup, BindGroupEntry, BindGroupLayout, BindGroupLayoutEntry, BindingType, Buffer,
+    BufferBindingType, ShaderStages,
 };
 
 use super::device::Gpu;
@@ -25,7 +25,12 @@ pub enum Binding {
 }
 
 /// Creates a bind group layout whose bindings are numbered 0, 1, 2 …
-pub fn bind_group_layout(gpu: &Gpu, label: &str, stages: ShaderStages, bindings: &[Binding]) -> BindGroupLayout {
+pub fn bind_group_layout(
+    gpu: &Gpu,
+    label: &str,
+    stages: ShaderStages,
+    bindings: &[Binding],
+) -> BindGroupLayout {
     let numbered: Vec<_> = (0..).zip(bindings.iter().copied()).collect();
     numbered_bind_group_layout(gpu, label, stages, &numbered)
 }
@@ -70,15 +75,32 @@ pub fn numbered_bind_group_layout(
 pub fn bind_group(gpu: &Gpu, layout: &BindGroupLayout, buffers: &[(u32, &Buffer)]) -> BindGroup {
     let entries: Vec<_> = buffers
         .iter()
-        .map(|(number, buffer)| BindGroupEntry { binding: *number, resource: buffer.as_entire_binding() })
+        .map(|(number, buffer)| BindGroupEntry {
+            binding: *number,
+            resource: buffer.as_entire_binding(),
+        })
         .collect();
-    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout,
+        entries: &entries,
+    })
 }
 
 /// Binds a part of a buffer, in bytes, as binding 0.
-pub fn slice_group(gpu: &Gpu, layout: &BindGroupLayout, buffer: &Buffer, offset: usize, bytes: usize) -> BindGroup {
+pub fn slice_group(
+    gpu: &Gpu,
+    layout: &BindGroupLayout,
+    buffer: &Buffer,
+    offset: usize,
+    bytes: usize,
+) -> BindGroup {
     let size = wgpu::BufferSize::new(bytes as u64);
     let slice = wgpu::BufferBinding { buffer, offset: offset as u64, size };
     let entries = [BindGroupEntry { binding: 0, resource: wgpu::BindingResource::Buffer(slice) }];
-    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout,
+        entries: &entries,
+    })
 }

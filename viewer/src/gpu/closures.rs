@@ -2,8 +2,8 @@
 
 use regatta_plugin::World;
 use wgpu::{
-    BindGroup, BindGroupLayout, PrimitiveTopology, RenderPass, RenderPipeline, VertexAttribute, VertexBufferLayout,
-    VertexStepMode, vertex_attr_array,
+    BindGroup, BindGroupLayout, PrimitiveTopology, RenderPass, RenderPipeline, VertexAttribute,
+    VertexBufferLayout, VertexStepMode, vertex_attr_array,
 };
 
 use super::device::Gpu;
@@ -28,10 +28,23 @@ pub struct ClosedEdges {
 
 impl ClosedEdges {
     /// Creates the pipelines. `records` is the layout of the graph's records.
-    pub fn new(gpu: &Gpu, target: TargetConfig, view: &BindGroupLayout, records: &BindGroupLayout) -> Self {
+    pub fn new(
+        gpu: &Gpu,
+        target: TargetConfig,
+        view: &BindGroupLayout,
+        records: &BindGroupLayout,
+    ) -> Self {
         let module = shader(gpu, "closures");
-        let make = |vertex, fragment, array_stride, attributes: &[VertexAttribute], groups: &[&BindGroupLayout]| {
-            let buffer = VertexBufferLayout { array_stride, step_mode: VertexStepMode::Instance, attributes };
+        let make = |vertex,
+                    fragment,
+                    array_stride,
+                    attributes: &[VertexAttribute],
+                    groups: &[&BindGroupLayout]| {
+            let buffer = VertexBufferLayout {
+                array_stride,
+                step_mode: VertexStepMode::Instance,
+                attributes,
+            };
             let descriptor = PipelineDescriptor {
                 module: &module,
                 vertex,
@@ -45,7 +58,13 @@ impl ClosedEdges {
             render_pipeline(gpu, target, &descriptor)
         };
         Self {
-            ribbon: make("ribbon", "ribbon_fill", 4, &vertex_attr_array![0 => Uint32], &[view, records]),
+            ribbon: make(
+                "ribbon",
+                "ribbon_fill",
+                4,
+                &vertex_attr_array![0 => Uint32],
+                &[view, records],
+            ),
             sign: make("sign", "sign_fill", 8, &vertex_attr_array![0 => Float32x2], &[view]),
             curves: Instances::new(gpu, "closed curves"),
             signs: Instances::new(gpu, "no-entry signs"),
@@ -64,7 +83,8 @@ impl ClosedEdges {
             .flat_map(|edge| (edge.first_curve..).take(world.curves(edge).len()))
             .filter(|curve| *curve < count)
             .collect();
-        let signs: Vec<[f32; 2]> = edges().filter_map(|edge| midpoint(world, edge)).map(Into::into).collect();
+        let signs: Vec<[f32; 2]> =
+            edges().filter_map(|edge| midpoint(world, edge)).map(Into::into).collect();
         self.curves.set(gpu, &curves);
         self.signs.set(gpu, &signs);
     }

@@ -1,5 +1,5 @@
-//! The fleet's columns on the GPU: the poses of two frames, and the attributes that colour and size robots. Each column
-//! is uploaded as it is in shared memory.
+//! The fleet's columns on the GPU: the poses of two frames, and the attributes that colour and size
+//! robots. Each column is uploaded as it is in shared memory.
 
 use bytemuck::{Pod, Zeroable};
 use regatta_plugin::Frame;
@@ -10,7 +10,8 @@ use super::bindings::{Binding, bind_group, bind_group_layout};
 use super::device::Gpu;
 use super::resources::buffer;
 
-/// The number of robot types in the uniform buffer; robots of further types are drawn as the last one.
+/// The number of robot types in the uniform buffer; robots of further types are drawn as the last
+/// one.
 pub const MAX_ROBOT_TYPES: usize = 64;
 /// The number of rows that the smallest buffers have room for.
 const MIN_ROWS: usize = 256;
@@ -82,7 +83,8 @@ pub struct Columns {
     /// Rows that have a value.
     values: usize,
     has_robot_type_column: bool,
-    /// The robots that match the filter, and those on the level that is shown, a bit each; empty for all robots.
+    /// The robots that match the filter, and those on the level that is shown, a bit each; empty
+    /// for all robots.
     sets: [Vec<u32>; 2],
     run: u64,
     sim_nanos: u64,
@@ -98,7 +100,12 @@ impl Columns {
         gpu.queue.write_buffer(&robot_types, 0, bytemuck::cast_slice(&defaults));
         let (poses, attributes) = column_buffers(gpu, MIN_ROWS);
         let bindings = [Binding::Read, Binding::Read, Binding::Read, Binding::Uniform];
-        let layout = bind_group_layout(gpu, "poses", ShaderStages::VERTEX | ShaderStages::COMPUTE, &bindings);
+        let layout = bind_group_layout(
+            gpu,
+            "poses",
+            ShaderStages::VERTEX | ShaderStages::COMPUTE,
+            &bindings,
+        );
         Self {
             poses,
             attributes,
@@ -119,7 +126,8 @@ impl Columns {
 
     /// Uploads the robot types.
     pub fn set_robot_types(&self, gpu: &Gpu, robot_types: &[RobotTypeUniform]) {
-        let mut all = [*robot_types.last().unwrap_or(&RobotTypeUniform::default()); MAX_ROBOT_TYPES];
+        let mut all =
+            [*robot_types.last().unwrap_or(&RobotTypeUniform::default()); MAX_ROBOT_TYPES];
         let count = robot_types.len().min(MAX_ROBOT_TYPES);
         all[..count].copy_from_slice(&robot_types[..count]);
         gpu.queue.write_buffer(&self.robot_types, 0, bytemuck::cast_slice(&all));
@@ -158,12 +166,14 @@ impl Columns {
         gpu.queue.write_buffer(&self.attributes, 0, bytemuck::cast_slice(&values[..self.values]));
     }
 
-    /// Sets the robots that are not dimmed, or with `None` all: a bit per robot, 32 to a word. Robots beyond the end are dimmed.
+    /// Sets the robots that are not dimmed, or with `None` all: a bit per robot, 32 to a word.
+    /// Robots beyond the end are dimmed.
     pub fn set_matches(&mut self, gpu: &Gpu, matches: Option<&[u32]>) {
         self.set_robots(gpu, 0, matches);
     }
 
-    /// Sets the robots that are not hidden, or with `None` all: a bit per robot, 32 to a word. Robots beyond the end are hidden.
+    /// Sets the robots that are not hidden, or with `None` all: a bit per robot, 32 to a word.
+    /// Robots beyond the end are hidden.
     pub fn set_on_level(&mut self, gpu: &Gpu, on_level: Option<&[u32]>) {
         self.set_robots(gpu, 1, on_level);
     }
@@ -182,9 +192,14 @@ impl Columns {
     fn write_sets(&mut self, gpu: &Gpu) {
         let (rows, first) = (self.rows, self.column_offset(2) + self.rows as u64);
         for (set, index) in self.sets.iter_mut().zip(0..).filter(|(set, _)| !set.is_empty()) {
-            // Bits of robots that have left the fleet are not cut off by a smaller buffer, but by the number of rows.
+            // Bits of robots that have left the fleet are not cut off by a smaller buffer, but by
+            // the number of rows.
             set.resize(rows / 32, 0);
-            gpu.queue.write_buffer(&self.attributes, first + index * (rows / 8) as u64, bytemuck::cast_slice(set));
+            gpu.queue.write_buffer(
+                &self.attributes,
+                first + index * (rows / 8) as u64,
+                bytemuck::cast_slice(set),
+            );
         }
     }
 
@@ -228,7 +243,9 @@ impl Columns {
     pub fn group(&mut self, gpu: &Gpu) -> BindGroup {
         let [previous, current] = [&self.poses[1 - self.newest], &self.poses[self.newest]];
         let buffers = [(0, previous), (1, current), (2, &self.attributes), (3, &self.robot_types)];
-        self.groups[self.newest].get_or_insert_with(|| bind_group(gpu, &self.layout, &buffers)).clone()
+        self.groups[self.newest]
+            .get_or_insert_with(|| bind_group(gpu, &self.layout, &buffers))
+            .clone()
     }
 
     /// Robots in the newest and in the previous frame.
@@ -256,7 +273,8 @@ impl Columns {
         self.rows
     }
 
-    /// The distance between two frames' positions from which on a robot is teleported rather than moved, in metres.
+    /// The distance between two frames' positions from which on a robot is teleported rather than
+    /// moved, in metres.
     pub fn teleport_distance(&self) -> f32 {
         self.teleport_distance
     }
@@ -265,5 +283,13 @@ impl Columns {
 fn column_buffers(gpu: &Gpu, rows: usize) -> ([Buffer; 2], Buffer) {
     let word = size_of::<f32>();
     let poses = [(); 2].map(|()| buffer(gpu, "poses", 3 * rows * word, BufferUsages::STORAGE));
-    (poses, buffer(gpu, "attributes", (2 * rows + rows / 4 + 2 * rows / 32) * word, BufferUsages::STORAGE))
+    (
+        poses,
+        buffer(
+            gpu,
+            "attributes",
+            (2 * rows + rows / 4 + 2 * rows / 32) * word,
+            BufferUsages::STORAGE,
+        ),
+    )
 }

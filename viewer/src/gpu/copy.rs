@@ -2,8 +2,8 @@
 
 use glam::UVec2;
 use wgpu::{
-    BindGroup, BindGroupEntry, BindGroupLayout, BindingResource, PrimitiveTopology, RenderPass, RenderPipeline,
-    Sampler, ShaderStages, TextureUsages, TextureView,
+    BindGroup, BindGroupEntry, BindGroupLayout, BindingResource, PrimitiveTopology, RenderPass,
+    RenderPipeline, Sampler, ShaderStages, TextureUsages, TextureView,
 };
 
 use super::bindings::{Binding, bind_group_layout};
@@ -32,7 +32,12 @@ pub struct Original {
 impl Copier {
     /// Creates the pipeline for passes with this target.
     pub fn new(gpu: &Gpu, target: TargetConfig, depth: DepthMode) -> Self {
-        let layout = bind_group_layout(gpu, "copy", ShaderStages::FRAGMENT, &[Binding::Texture, Binding::Sampler]);
+        let layout = bind_group_layout(
+            gpu,
+            "copy",
+            ShaderStages::FRAGMENT,
+            &[Binding::Texture, Binding::Sampler],
+        );
         let descriptor = PipelineDescriptor {
             module: &shader(gpu, "copy"),
             vertex: "place",
@@ -44,7 +49,12 @@ impl Copier {
             blend: false,
         };
         let pipeline = render_pipeline(gpu, target, &descriptor);
-        Self { target, pipeline, layout, sampler: gpu.device.create_sampler(&wgpu::SamplerDescriptor::default()) }
+        Self {
+            target,
+            pipeline,
+            layout,
+            sampler: gpu.device.create_sampler(&wgpu::SamplerDescriptor::default()),
+        }
     }
 
     /// Creates a picture of `size` pixels.
@@ -55,7 +65,11 @@ impl Copier {
             BindGroupEntry { binding: 0, resource: BindingResource::TextureView(&view) },
             BindGroupEntry { binding: 1, resource: BindingResource::Sampler(&self.sampler) },
         ];
-        let descriptor = wgpu::BindGroupDescriptor { label: Some("copy"), layout: &self.layout, entries: &entries };
+        let descriptor = wgpu::BindGroupDescriptor {
+            label: Some("copy"),
+            layout: &self.layout,
+            entries: &entries,
+        };
         Original { group: gpu.device.create_bind_group(&descriptor), view }
     }
 

@@ -1,14 +1,18 @@
-//! The density of robots from afar: sums by cells of the picture, which the sorting shader writes, blurred and drawn as a field.
+//! The density of robots from afar: sums by cells of the picture, which the sorting shader writes,
+//! blurred and drawn as a field.
 
 use glam::UVec2;
 use wgpu::{
-    BindGroup, BindGroupEntry, BindGroupLayout, BindingResource, Buffer, BufferUsages, ComputePass, ComputePipeline,
-    PrimitiveTopology, RenderPass, RenderPipeline, Sampler, ShaderStages, TextureFormat, TextureUsages,
+    BindGroup, BindGroupEntry, BindGroupLayout, BindingResource, Buffer, BufferUsages, ComputePass,
+    ComputePipeline, PrimitiveTopology, RenderPass, RenderPipeline, Sampler, ShaderStages,
+    TextureFormat, TextureUsages,
 };
 
 use super::bindings::{Binding, bind_group_layout};
 use super::device::Gpu;
-use super::pipeline::{DepthMode, PipelineDescriptor, TargetConfig, compute_pipeline, render_pipeline};
+use super::pipeline::{
+    DepthMode, PipelineDescriptor, TargetConfig, compute_pipeline, render_pipeline,
+};
 use super::resources::{buffer, texture, view_of};
 use super::shaders::shader;
 
@@ -41,7 +45,9 @@ impl Density {
         let drawn = [Binding::Texture, Binding::Sampler];
         let draw_layout = bind_group_layout(gpu, "field", ShaderStages::FRAGMENT, &drawn);
         let blur = shader(gpu, "density");
-        let pass = |entry, splats| compute_pipeline(gpu, &blur, entry, &[view, &blur_layout], &[("SPLATS", splats)]);
+        let pass = |entry, splats| {
+            compute_pipeline(gpu, &blur, entry, &[view, &blur_layout], &[("SPLATS", splats)])
+        };
         let descriptor = PipelineDescriptor {
             module: &shader(gpu, "field"),
             vertex: "place",
@@ -76,15 +82,17 @@ impl Density {
         4 * u64::from(cells.x) * u64::from(cells.y)
     }
 
-    /// Makes room for a picture of `size` pixels, and binds the buffer with the sums, unless it is bound.
+    /// Makes room for a picture of `size` pixels, and binds the buffer with the sums, unless it is
+    /// bound.
     pub fn fit(&mut self, gpu: &Gpu, size: UVec2, sums: &Buffer) {
         if self.size == size && self.groups.is_some() {
             return;
         }
         self.size = size;
         self.cells = cells_of(size).element_product();
-        let [packed, across] = ["packed density", "blurred across"]
-            .map(|label| buffer(gpu, label, self.cells as usize * 2 * size_of::<u32>(), BufferUsages::STORAGE));
+        let [packed, across] = ["packed density", "blurred across"].map(|label| {
+            buffer(gpu, label, self.cells as usize * 2 * size_of::<u32>(), BufferUsages::STORAGE)
+        });
         let usage = TextureUsages::STORAGE_BINDING | TextureUsages::TEXTURE_BINDING;
         let field = view_of(&texture(gpu, cells_of(size), TextureFormat::Rgba8Unorm, 1, usage));
         let group = |layout, resources: &[BindingResource<'_>]| {
@@ -92,7 +100,11 @@ impl Density {
                 .zip(resources)
                 .map(|(binding, resource)| BindGroupEntry { binding, resource: resource.clone() })
                 .collect();
-            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: None,
+                layout,
+                entries: &entries,
+            })
         };
         let [sums, packed, across] = [sums, &packed, &across].map(Buffer::as_entire_binding);
         let shown = || BindingResource::TextureView(&field);

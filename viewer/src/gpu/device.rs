@@ -4,7 +4,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use parking_lot::Mutex;
-use wgpu::{Backends, DeviceType, Features, InstanceDescriptor, InstanceFlags, Limits, PowerPreference};
+use wgpu::{
+    Backends, DeviceType, Features, InstanceDescriptor, InstanceFlags, Limits, PowerPreference,
+};
 
 /// The error of opening a graphics device.
 #[derive(Debug, thiserror::Error)]
@@ -15,7 +17,9 @@ pub enum DeviceError {
     )]
     NoAdapter,
     /// The adapter lacks a required feature or limit.
-    #[error("the adapter {adapter} can't be used: {reason}; install another Vulkan driver, or update this one")]
+    #[error(
+        "the adapter {adapter} can't be used: {reason}; install another Vulkan driver, or update this one"
+    )]
     Refused {
         /// The adapter's name.
         adapter: String,
@@ -51,30 +55,40 @@ pub struct Gpu {
 pub fn instance() -> wgpu::Instance {
     wgpu::Instance::new(InstanceDescriptor {
         backends: Backends::PRIMARY,
-        // The counts of indirect draws come only from our own shaders; validating them costs a dispatch per draw.
-        flags: InstanceFlags::from_build_config().difference(InstanceFlags::VALIDATION_INDIRECT_CALL).with_env(),
+        // The counts of indirect draws come only from our own shaders; validating them costs a
+        // dispatch per draw.
+        flags: InstanceFlags::from_build_config()
+            .difference(InstanceFlags::VALIDATION_INDIRECT_CALL)
+            .with_env(),
         ..InstanceDescriptor::new_without_display_handle()
     })
 }
 
 impl Gpu {
-    /// Opens the best adapter that can draw on `surface`, or any adapter if there is no surface. The environment variable
-    /// `WGPU_ADAPTER_NAME` selects an adapter by a part of its name.
+    /// Opens the best adapter that can draw on `surface`, or any adapter if there is no surface.
+    /// The environment variable `WGPU_ADAPTER_NAME` selects an adapter by a part of its name.
     ///
     /// # Errors
     /// [`DeviceError`] if there is no adapter, or it lacks a required feature or limit.
-    pub fn open(instance: &wgpu::Instance, surface: Option<&wgpu::Surface<'_>>) -> Result<Self, DeviceError> {
+    pub fn open(
+        instance: &wgpu::Instance,
+        surface: Option<&wgpu::Surface<'_>>,
+    ) -> Result<Self, DeviceError> {
         Self::from_adapter(&choose(instance, surface)?)
     }
 
-    /// Opens a software adapter, which renders on the CPU: its pictures don't depend on the graphics card.
+    /// Opens a software adapter, which renders on the CPU: its pictures don't depend on the
+    /// graphics card.
     ///
     /// # Errors
     /// As [`open`](Self::open).
     pub fn software() -> Result<Self, DeviceError> {
-        let options =
-            wgpu::RequestAdapterOptions { force_fallback_adapter: true, ..wgpu::RequestAdapterOptions::default() };
-        let adapter = pollster::block_on(instance().request_adapter(&options)).map_err(|_| DeviceError::NoAdapter)?;
+        let options = wgpu::RequestAdapterOptions {
+            force_fallback_adapter: true,
+            ..wgpu::RequestAdapterOptions::default()
+        };
+        let adapter = pollster::block_on(instance().request_adapter(&options))
+            .map_err(|_| DeviceError::NoAdapter)?;
         Self::from_adapter(&adapter)
     }
 
@@ -87,8 +101,10 @@ impl Gpu {
             required_limits: limits(&adapter.limits()),
             ..wgpu::DeviceDescriptor::default()
         };
-        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
-            .map_err(|error| DeviceError::Refused { adapter: info.name.clone(), reason: error.to_string() })?;
+        let (device, queue) =
+            pollster::block_on(adapter.request_device(&descriptor)).map_err(|error| {
+                DeviceError::Refused { adapter: info.name.clone(), reason: error.to_string() }
+            })?;
         let lost = Arc::new(Mutex::new(None));
         let lost_reason = Arc::clone(&lost);
         device.set_device_lost_callback(move |reason, message| {
@@ -119,13 +135,14 @@ impl Gpu {
         self.info.device_type == DeviceType::Cpu
     }
 
-    /// Returns the reason why the device was lost, if it was. All of its resources have to be created anew then.
+    /// Returns the reason why the device was lost, if it was. All of its resources have to be
+    /// created anew then.
     pub fn lost(&self) -> Option<String> {
         self.lost.lock().clone()
     }
 
-    /// Fails if there was no room for something that was created outside of [`allocate`](Self::allocate). Pictures that
-    /// need it are incomplete.
+    /// Fails if there was no room for something that was created outside of
+    /// [`allocate`](Self::allocate). Pictures that need it are incomplete.
     ///
     /// # Errors
     /// [`DeviceError::OutOfMemory`].
@@ -171,9 +188,13 @@ impl Gpu {
     }
 }
 
-fn choose(instance: &wgpu::Instance, surface: Option<&wgpu::Surface<'_>>) -> Result<wgpu::Adapter, DeviceError> {
+fn choose(
+    instance: &wgpu::Instance,
+    surface: Option<&wgpu::Surface<'_>>,
+) -> Result<wgpu::Adapter, DeviceError> {
     if let Ok(wanted) = std::env::var("WGPU_ADAPTER_NAME") {
-        let mut all = pollster::block_on(instance.enumerate_adapters(Backends::PRIMARY)).into_iter();
+        let mut all =
+            pollster::block_on(instance.enumerate_adapters(Backends::PRIMARY)).into_iter();
         return all
             .find(|adapter| adapter.get_info().name.to_lowercase().contains(&wanted.to_lowercase()))
             .ok_or(DeviceError::NoAdapter);
@@ -189,7 +210,8 @@ fn choose(instance: &wgpu::Instance, surface: Option<&wgpu::Surface<'_>>) -> Res
     })
 }
 
-/// Returns WebGPU's default limits, with the adapter's own limits for sizes: large fleets need large buffers.
+/// Returns WebGPU's default limits, with the adapter's own limits for sizes: large fleets need
+/// large buffers.
 fn limits(adapter: &Limits) -> Limits {
     Limits {
         max_buffer_size: adapter.max_buffer_size,

@@ -4,8 +4,8 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec4};
 use image::RgbaImage;
 use wgpu::{
-    BindGroup, BindGroupEntry, BindGroupLayout, BindingResource, Buffer, BufferUsages, FilterMode, PrimitiveTopology,
-    RenderPass, RenderPipeline, ShaderStages, TextureUsages,
+    BindGroup, BindGroupEntry, BindGroupLayout, BindingResource, Buffer, BufferUsages, FilterMode,
+    PrimitiveTopology, RenderPass, RenderPipeline, ShaderStages, TextureUsages,
 };
 
 use super::bindings::{Binding, bind_group_layout};
@@ -68,7 +68,8 @@ impl Floor {
     /// Sets or removes the picture on the floor.
     pub fn set_picture(&mut self, gpu: &Gpu, picture: Option<&FloorPicture>) {
         self.picture = picture.map(|picture| {
-            let placement = buffer(gpu, "floor picture", size_of::<Placement>(), BufferUsages::UNIFORM);
+            let placement =
+                buffer(gpu, "floor picture", size_of::<Placement>(), BufferUsages::UNIFORM);
             let view = view_of(&upload(gpu, &picture.pixels));
             let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 mag_filter: FilterMode::Linear,
@@ -81,13 +82,21 @@ impl Floor {
                 BindGroupEntry { binding: 1, resource: BindingResource::Sampler(&sampler) },
                 BindGroupEntry { binding: 2, resource: placement.as_entire_binding() },
             ];
-            let descriptor = wgpu::BindGroupDescriptor { label: None, layout: &self.layout, entries: &entries };
+            let descriptor =
+                wgpu::BindGroupDescriptor { label: None, layout: &self.layout, entries: &entries };
             let group = gpu.device.create_bind_group(&descriptor);
-            LoadedPicture { group, placement, corner: picture.corner, turn: picture.turn, size: picture.size }
+            LoadedPicture {
+                group,
+                placement,
+                corner: picture.corner,
+                turn: picture.turn,
+                size: picture.size,
+            }
         });
     }
 
-    /// Uploads the picture's placement for [`draw`](Self::draw). `origin` is the origin of local coordinates.
+    /// Uploads the picture's placement for [`draw`](Self::draw). `origin` is the origin of local
+    /// coordinates.
     pub fn prepare(&self, gpu: &Gpu, origin: Vec2) {
         if let Some(picture) = &self.picture {
             let corner = picture.corner - origin;
@@ -128,8 +137,11 @@ fn upload(gpu: &Gpu, pixels: &RgbaImage) -> wgpu::Texture {
     let mut level = pixels.clone();
     for mip_level in 0..levels {
         let (width, height) = level.dimensions();
-        let layout =
-            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(width * 4), rows_per_image: Some(height) };
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(width * 4),
+            rows_per_image: Some(height),
+        };
         let destination = wgpu::TexelCopyTextureInfo { mip_level, ..texture.as_image_copy() };
         let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
         gpu.queue.write_texture(destination, &level, layout, size);

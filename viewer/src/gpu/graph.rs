@@ -1,17 +1,20 @@
-//! The route graph: the nodes and curves of the world on the GPU, culled and sorted into draw lists there.
+//! The route graph: the nodes and curves of the world on the GPU, culled and sorted into draw lists
+//! there.
 
 mod records;
 
 use bytemuck::{Pod, Zeroable};
 use regatta_plugin::World;
 use wgpu::{
-    BindGroup, BindGroupLayout, Buffer, BufferUsages, CommandEncoder, ComputePipeline, PrimitiveTopology, RenderPass,
-    RenderPipeline, ShaderStages,
+    BindGroup, BindGroupLayout, Buffer, BufferUsages, CommandEncoder, ComputePipeline,
+    PrimitiveTopology, RenderPass, RenderPipeline, ShaderStages,
 };
 
 use super::bindings::{Binding, bind_group, bind_group_layout, slice_group};
 use super::device::Gpu;
-use super::pipeline::{DepthMode, PipelineDescriptor, TargetConfig, compute_pipeline, render_pipeline};
+use super::pipeline::{
+    DepthMode, PipelineDescriptor, TargetConfig, compute_pipeline, render_pipeline,
+};
 use super::resources::buffer;
 use super::shaders::shader;
 use crate::scene::Layers;
@@ -77,7 +80,8 @@ impl Graph {
         let records_layout = bind_group_layout(gpu, "graph", stages, &[Binding::Read; 2]);
         let bindings = [Binding::Write, Binding::Write, Binding::Write, Binding::Read];
         let lists_layout = bind_group_layout(gpu, "graph lists", ShaderStages::COMPUTE, &bindings);
-        let shown_layout = bind_group_layout(gpu, "graph list", ShaderStages::VERTEX, &[Binding::Read]);
+        let shown_layout =
+            bind_group_layout(gpu, "graph list", ShaderStages::VERTEX, &[Binding::Read]);
         let module = shader(gpu, "graph");
         let groups = [view, &records_layout, &shown_layout];
         let make = |target: TargetConfig, vertex, fragment, topology| {
@@ -93,9 +97,14 @@ impl Graph {
             };
             render_pipeline(gpu, target, &descriptor)
         };
-        let sort = |entry| compute_pipeline(gpu, &module, entry, &[view, &records_layout, &lists_layout], &[]);
-        let (lines, triangles, strip) =
-            (PrimitiveTopology::LineList, PrimitiveTopology::TriangleList, PrimitiveTopology::TriangleStrip);
+        let sort = |entry| {
+            compute_pipeline(gpu, &module, entry, &[view, &records_layout, &lists_layout], &[])
+        };
+        let (lines, triangles, strip) = (
+            PrimitiveTopology::LineList,
+            PrimitiveTopology::TriangleList,
+            PrimitiveTopology::TriangleStrip,
+        );
         let ids = TargetConfig::IDS;
         Self {
             sort_curves: sort("sort_curves"),
@@ -131,7 +140,10 @@ impl Graph {
         // Each list is bound by itself, which has to begin at a multiple of 256 bytes.
         let list_bytes = curves.len().max(nodes.len()).next_multiple_of(64) * size_of::<u32>();
         if size_of_val(&curves[..]).max(LISTS * list_bytes) as u64 > limit {
-            tracing::warn!("the graph of {} curves is too large for this adapter and is not drawn", curves.len());
+            tracing::warn!(
+                "the graph of {} curves is too large for this adapter and is not drawn",
+                curves.len()
+            );
             return;
         }
         let upload = |label, bytes: &[u8]| {
@@ -141,18 +153,30 @@ impl Graph {
         };
         let curve_records = upload("curves", bytemuck::cast_slice(&curves));
         let node_records = upload("nodes", bytemuck::cast_slice(&nodes));
-        let storage = |label, bytes, usage| buffer(gpu, label, bytes, BufferUsages::STORAGE | usage);
+        let storage =
+            |label, bytes, usage| buffer(gpu, label, bytes, BufferUsages::STORAGE | usage);
         let none = BufferUsages::empty();
         let lists = storage("graph lists", LISTS * list_bytes, none);
         let masks = storage("graph masks", (curves.len() + nodes.len()) * size_of::<u32>(), none);
-        let draws = storage("graph draws", 2 * LISTS * size_of::<DrawArguments>(), BufferUsages::INDIRECT);
+        let draws =
+            storage("graph draws", 2 * LISTS * size_of::<DrawArguments>(), BufferUsages::INDIRECT);
         let hot = storage("hot curves", curves.len().div_ceil(32) * size_of::<u32>(), none);
-        let list = |list: usize| slice_group(gpu, &self.shown_layout, &lists, list * list_bytes, list_bytes);
+        let list = |list: usize| {
+            slice_group(gpu, &self.shown_layout, &lists, list * list_bytes, list_bytes)
+        };
         self.loaded = Some(Loaded {
             curves: curves.len() as u32,
             nodes: nodes.len() as u32,
-            records: bind_group(gpu, &self.records_layout, &[(0, &curve_records), (1, &node_records)]),
-            sorting: bind_group(gpu, &self.lists_layout, &[(0, &lists), (1, &masks), (2, &draws), (3, &hot)]),
+            records: bind_group(
+                gpu,
+                &self.records_layout,
+                &[(0, &curve_records), (1, &node_records)],
+            ),
+            sorting: bind_group(
+                gpu,
+                &self.lists_layout,
+                &[(0, &lists), (1, &masks), (2, &draws), (3, &hot)],
+            ),
             lists: std::array::from_fn(list),
             draws,
             hot,
@@ -164,7 +188,9 @@ impl Graph {
         let Some(loaded) = &self.loaded else { return };
         let mut bits = vec![0_u32; loaded.curves.div_ceil(32) as usize];
         for curve in curves {
-            bits.get_mut(curve as usize / 32).into_iter().for_each(|word| *word |= 1 << (curve % 32));
+            bits.get_mut(curve as usize / 32)
+                .into_iter()
+                .for_each(|word| *word |= 1 << (curve % 32));
         }
         gpu.queue.write_buffer(&loaded.hot, 0, bytemuck::cast_slice(&bits));
     }
@@ -186,7 +212,9 @@ impl Graph {
         pass.set_bind_group(0, view, &[]);
         pass.set_bind_group(1, &loaded.records, &[]);
         pass.set_bind_group(2, &loaded.sorting, &[]);
-        for (pipeline, count) in [(&self.sort_curves, loaded.curves), (&self.sort_nodes, loaded.nodes)] {
+        for (pipeline, count) in
+            [(&self.sort_curves, loaded.curves), (&self.sort_nodes, loaded.nodes)]
+        {
             let needed = count.div_ceil(WORKGROUP);
             let across = needed.clamp(1, 32_768);
             pass.set_pipeline(pipeline);
@@ -199,7 +227,15 @@ impl Graph {
     /// Draws the lists of the last [`sort`](Self::sort).
     pub fn draw(&self, pass: &mut RenderPass<'_>, layers: Layers) {
         let Some(loaded) = &self.loaded else { return };
-        let shown = [layers.edges, layers.edges, layers.edges, layers.edges, layers.edges, layers.arrows, layers.nodes];
+        let shown = [
+            layers.edges,
+            layers.edges,
+            layers.edges,
+            layers.edges,
+            layers.edges,
+            layers.arrows,
+            layers.nodes,
+        ];
         pass.set_bind_group(1, &loaded.records, &[]);
         for (list, pipeline) in self.draws.iter().enumerate().filter(|(list, _)| shown[*list]) {
             pass.set_pipeline(pipeline);

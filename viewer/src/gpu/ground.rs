@@ -1,5 +1,5 @@
-//! The ground as a picture of its own: while the camera stands still, the floor and the graph are the same in every picture,
-//! and a copy of them is cheaper than drawing them again.
+//! The ground as a picture of its own: while the camera stands still, the floor and the graph are
+//! the same in every picture, and a copy of them is cheaper than drawing them again.
 
 use bytemuck::Zeroable;
 use glam::UVec2;
@@ -55,9 +55,13 @@ impl Ground {
         self.last = None;
     }
 
-    /// Decides where the ground of a picture of `size` pixels comes from, and makes room for the copy.
+    /// Decides where the ground of a picture of `size` pixels comes from, and makes room for the
+    /// copy.
     pub fn source(&mut self, gpu: &Gpu, view: &ViewUniform, layers: Layers, size: UVec2) -> Source {
-        let look = Look { view: without_robots(view), layers: [layers.edges, layers.arrows, layers.nodes] };
+        let look = Look {
+            view: without_robots(view),
+            layers: [layers.edges, layers.arrows, layers.nodes],
+        };
         if self.last != Some(look) {
             (self.last, self.is_kept) = (Some(look), false);
             return Source::Drawn;
@@ -67,7 +71,8 @@ impl Ground {
         }
         if self.kept.as_ref().is_none_or(|(attachments, _)| attachments.size() != size) {
             self.kept = None;
-            let create = || (Attachments::new(gpu, self.target, size), self.copier.original(gpu, size));
+            let create =
+                || (Attachments::new(gpu, self.target, size), self.copier.original(gpu, size));
             self.kept = gpu.allocate(create);
         }
         self.is_kept = self.kept.is_some();
@@ -75,7 +80,11 @@ impl Ground {
     }
 
     /// Begins the pass that draws the copy, if there is one.
-    pub fn begin_pass<'a>(&self, encoder: &'a mut CommandEncoder, view: &ViewUniform) -> Option<RenderPass<'a>> {
+    pub fn begin_pass<'a>(
+        &self,
+        encoder: &'a mut CommandEncoder,
+        view: &ViewUniform,
+    ) -> Option<RenderPass<'a>> {
         let (attachments, original) = self.kept.as_ref()?;
         Some(attachments.begin_pass(encoder, &original.view, view.sky, None))
     }
@@ -90,8 +99,43 @@ impl Ground {
 
 /// Returns a view without what is about robots, which changes from picture to picture.
 fn without_robots(view: &ViewUniform) -> ViewUniform {
-    let ViewUniform { clip_from_local, eye, forward, right, up, viewport, crop, origin, .. } = *view;
-    let ViewUniform { sky, floor, grid, spacing, floor_bounds, edge, two_way, node, heated, lights, .. } = *view;
-    let camera = ViewUniform { clip_from_local, eye, forward, right, up, viewport, crop, origin, ..Zeroable::zeroed() };
-    ViewUniform { sky, floor, grid, spacing, floor_bounds, edge, two_way, node, heated, lights, ..camera }
+    let ViewUniform { clip_from_local, eye, forward, right, up, viewport, crop, origin, .. } =
+        *view;
+    let ViewUniform {
+        sky,
+        floor,
+        grid,
+        spacing,
+        floor_bounds,
+        edge,
+        two_way,
+        node,
+        heated,
+        lights,
+        ..
+    } = *view;
+    let camera = ViewUniform {
+        clip_from_local,
+        eye,
+        forward,
+        right,
+        up,
+        viewport,
+        crop,
+        origin,
+        ..Zeroable::zeroed()
+    };
+    ViewUniform {
+        sky,
+        floor,
+        grid,
+        spacing,
+        floor_bounds,
+        edge,
+        two_way,
+        node,
+        heated,
+        lights,
+        ..camera
+    }
 }

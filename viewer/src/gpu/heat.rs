@@ -1,17 +1,20 @@
-//! The heat map: ribbons along the edges' curves, over the graph and under the robots. A compute shader passes over those out of
-//! sight, and puts the rest into a draw list for each step of heat: the hottest are drawn last.
+//! The heat map: ribbons along the edges' curves, over the graph and under the robots. A compute
+//! shader passes over those out of sight, and puts the rest into a draw list for each step of heat:
+//! the hottest are drawn last.
 
 mod buffers;
 
 use glam::UVec2;
 use wgpu::{
-    BindGroup, BindGroupLayout, CommandEncoder, ComputePipeline, PrimitiveTopology, RenderPass, RenderPipeline,
-    ShaderStages,
+    BindGroup, BindGroupLayout, CommandEncoder, ComputePipeline, PrimitiveTopology, RenderPass,
+    RenderPipeline, ShaderStages,
 };
 
 use super::bindings::{Binding, bind_group_layout, numbered_bind_group_layout};
 use super::device::Gpu;
-use super::pipeline::{DepthMode, PipelineDescriptor, TargetConfig, compute_pipeline, render_pipeline};
+use super::pipeline::{
+    DepthMode, PipelineDescriptor, TargetConfig, compute_pipeline, render_pipeline,
+};
 use super::shaders::shader;
 use crate::jams::heat::HeatMap;
 use crate::palette::{Theme, heat_ramp};
@@ -19,7 +22,8 @@ use buffers::Buffers;
 
 /// The workgroup size of the sorting shader.
 const WORKGROUP: u32 = 64;
-/// From this number of curves on, short ribbons are drawn into pixels where the processor draws: that costs a pass over all pixels.
+/// From this number of curves on, short ribbons are drawn into pixels where the processor draws:
+/// that costs a pass over all pixels.
 const SPLATS_FROM: u32 = 1_000;
 
 /// Draws the heat map.
@@ -41,14 +45,34 @@ pub struct HeatRibbons {
 
 impl HeatRibbons {
     /// Creates the pipelines. `records` is the layout of the graph's records.
-    pub fn new(gpu: &Gpu, target: TargetConfig, view: &BindGroupLayout, records: &BindGroupLayout) -> Self {
+    pub fn new(
+        gpu: &Gpu,
+        target: TargetConfig,
+        view: &BindGroupLayout,
+        records: &BindGroupLayout,
+    ) -> Self {
         let module = shader(gpu, "heat");
-        let sorting = [Binding::Read, Binding::Uniform, Binding::Write, Binding::Write, Binding::Write, Binding::Write];
+        let sorting = [
+            Binding::Read,
+            Binding::Uniform,
+            Binding::Write,
+            Binding::Write,
+            Binding::Write,
+            Binding::Write,
+        ];
         let sorting = bind_group_layout(gpu, "sort heat", ShaderStages::COMPUTE, &sorting);
-        let drawing = [(0, Binding::Read), (6, Binding::Uniform), (7, Binding::Read), (8, Binding::Read)];
-        let drawing = numbered_bind_group_layout(gpu, "heat", ShaderStages::VERTEX_FRAGMENT, &drawing);
+        let drawing =
+            [(0, Binding::Read), (6, Binding::Uniform), (7, Binding::Read), (8, Binding::Read)];
+        let drawing =
+            numbered_bind_group_layout(gpu, "heat", ShaderStages::VERTEX_FRAGMENT, &drawing);
         let compute = |entry, splats| {
-            compute_pipeline(gpu, &module, entry, &[view, records, &sorting], &[("SPLATS", f64::from(splats))])
+            compute_pipeline(
+                gpu,
+                &module,
+                entry,
+                &[view, records, &sorting],
+                &[("SPLATS", f64::from(splats))],
+            )
         };
         let draw = |vertex, fragment| {
             let descriptor = PipelineDescriptor {
@@ -113,7 +137,9 @@ impl HeatRibbons {
 
     /// Draws what was sorted last.
     pub fn draw(&self, pass: &mut RenderPass<'_>, records: &BindGroup) {
-        let Some(drawing) = self.buffers.drawing().filter(|_| self.buffers.curves() > 0) else { return };
+        let Some(drawing) = self.buffers.drawing().filter(|_| self.buffers.curves() > 0) else {
+            return;
+        };
         pass.set_bind_group(1, records, &[]);
         pass.set_bind_group(2, drawing, &[]);
         if self.are_splats {

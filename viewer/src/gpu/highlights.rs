@@ -2,14 +2,16 @@
 
 use bytemuck::{Pod, Zeroable};
 use wgpu::{
-    BindGroup, BindGroupLayout, Buffer, BufferUsages, CommandEncoder, ComputePipeline, PrimitiveTopology, RenderPass,
-    RenderPipeline, ShaderStages,
+    BindGroup, BindGroupLayout, Buffer, BufferUsages, CommandEncoder, ComputePipeline,
+    PrimitiveTopology, RenderPass, RenderPipeline, ShaderStages,
 };
 
 use super::bindings::{Binding, bind_group, numbered_bind_group_layout};
 use super::columns::Columns;
 use super::device::Gpu;
-use super::pipeline::{DepthMode, PipelineDescriptor, TargetConfig, compute_pipeline, render_pipeline};
+use super::pipeline::{
+    DepthMode, PipelineDescriptor, TargetConfig, compute_pipeline, render_pipeline,
+};
 use super::resources::buffer;
 use super::shaders::shader;
 use crate::scene::{MAX_SELECTED, Trails};
@@ -66,9 +68,11 @@ impl Highlights {
         use Binding::{Read, Uniform, Write};
         let module = shader(gpu, "highlights");
         let append_bindings = [(0, Write), (1, Uniform)];
-        let append_layout = numbered_bind_group_layout(gpu, "append", ShaderStages::COMPUTE, &append_bindings);
+        let append_layout =
+            numbered_bind_group_layout(gpu, "append", ShaderStages::COMPUTE, &append_bindings);
         let draw_bindings = [(1, Uniform), (2, Read), (3, Read)];
-        let draw_layout = numbered_bind_group_layout(gpu, "highlights", ShaderStages::VERTEX, &draw_bindings);
+        let draw_layout =
+            numbered_bind_group_layout(gpu, "highlights", ShaderStages::VERTEX, &draw_bindings);
         let append_groups = [view, columns.layout(), &append_layout];
         let strip = |vertex, fragment| {
             let descriptor = PipelineDescriptor {
@@ -126,7 +130,11 @@ impl Highlights {
         selected: &[u32],
     ) {
         self.selected = selected.len().min(MAX_SELECTED) as u32;
-        gpu.queue.write_buffer(&self.ids, 0, bytemuck::cast_slice(&selected[..self.selected as usize]));
+        gpu.queue.write_buffer(
+            &self.ids,
+            0,
+            bytemuck::cast_slice(&selected[..self.selected as usize]),
+        );
         self.fit(gpu, columns, trails.points);
         self.ring.selected = if trails.only_selected { self.selected } else { 0 };
         let append = self.due && self.points.is_some() && columns.robots()[0] > 0;
@@ -153,7 +161,8 @@ impl Highlights {
         self.ring.slots
     }
 
-    /// Creates the ring buffer with the requested number of slots, or with as many as the adapter's limits allow.
+    /// Creates the ring buffer with the requested number of slots, or with as many as the adapter's
+    /// limits allow.
     fn fit(&mut self, gpu: &Gpu, columns: &Columns, requested: u32) {
         let limits = gpu.device.limits();
         let row = columns.rows() as u64 * 8;
@@ -163,11 +172,16 @@ impl Highlights {
         if slots == 0 {
             self.points = None;
         } else if !fits || slots != self.ring.slots {
-            let buffer = buffer(gpu, "trails", (row * u64::from(slots)) as usize, BufferUsages::STORAGE);
+            let buffer =
+                buffer(gpu, "trails", (row * u64::from(slots)) as usize, BufferUsages::STORAGE);
             self.points = Some(Points {
                 rows: columns.rows(),
                 append: bind_group(gpu, &self.append_layout, &[(0, &buffer), (1, &self.uniform)]),
-                draw: bind_group(gpu, &self.draw_layout, &[(1, &self.uniform), (2, &buffer), (3, &self.ids)]),
+                draw: bind_group(
+                    gpu,
+                    &self.draw_layout,
+                    &[(1, &self.uniform), (2, &buffer), (3, &self.ids)],
+                ),
             });
             self.ring = RingBuffer { slots, ..RingBuffer::default() };
             self.due = true;
@@ -175,7 +189,13 @@ impl Highlights {
     }
 
     /// Draws the trails of all robots, or of the selected ones.
-    pub fn draw_trails(&self, pass: &mut RenderPass<'_>, poses: &BindGroup, robots: u32, trails: Trails) {
+    pub fn draw_trails(
+        &self,
+        pass: &mut RenderPass<'_>,
+        poses: &BindGroup,
+        robots: u32,
+        trails: Trails,
+    ) {
         let Some(points) = &self.points else { return };
         let robots = if trails.only_selected { self.selected } else { robots };
         pass.set_pipeline(&self.trail);

@@ -33,7 +33,8 @@ impl Insets {
         self.originals.iter().map(|original| &original.view)
     }
 
-    /// Copies the pictures into a target. `places` are their top left corners in it; all of them lie within the target.
+    /// Copies the pictures into a target. `places` are their top left corners in it; all of them
+    /// lie within the target.
     pub fn copy(&self, encoder: &mut CommandEncoder, target: &TextureView, places: &[UVec2]) {
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("insets"),

@@ -2,8 +2,8 @@
 
 use regatta_plugin::World;
 use wgpu::{
-    BindGroup, BindGroupLayout, PrimitiveTopology, RenderPass, RenderPipeline, VertexBufferLayout, VertexStepMode,
-    vertex_attr_array,
+    BindGroup, BindGroupLayout, PrimitiveTopology, RenderPass, RenderPipeline, VertexBufferLayout,
+    VertexStepMode, vertex_attr_array,
 };
 
 use super::device::Gpu;
@@ -30,10 +30,18 @@ pub struct MarkedPlace {
 
 impl MarkedPlace {
     /// Creates the pipelines. `records` is the layout of the graph's records.
-    pub fn new(gpu: &Gpu, target: TargetConfig, view: &BindGroupLayout, records: &BindGroupLayout) -> Self {
+    pub fn new(
+        gpu: &Gpu,
+        target: TargetConfig,
+        view: &BindGroupLayout,
+        records: &BindGroupLayout,
+    ) -> Self {
         let attributes = vertex_attr_array![0 => Uint32];
-        let index =
-            [VertexBufferLayout { array_stride: 4, step_mode: VertexStepMode::Instance, attributes: &attributes }];
+        let index = [VertexBufferLayout {
+            array_stride: 4,
+            step_mode: VertexStepMode::Instance,
+            attributes: &attributes,
+        }];
         let module = shader(gpu, "marked");
         let make = |vertex, fragment| {
             let descriptor = PipelineDescriptor {
@@ -61,8 +69,14 @@ impl MarkedPlace {
     /// Takes the graph of a world, in which nothing is marked yet.
     pub fn load(&mut self, world: &World<'_>) {
         let curves = world.all_curves().len();
-        let range = |first: u32, count: usize| [first, count.min(curves.saturating_sub(first as usize)) as u32];
-        self.edges = world.edges().iter().map(|edge| range(edge.first_curve, world.curves(edge).len())).collect();
+        let range = |first: u32, count: usize| {
+            [first, count.min(curves.saturating_sub(first as usize)) as u32]
+        };
+        self.edges = world
+            .edges()
+            .iter()
+            .map(|edge| range(edge.first_curve, world.curves(edge).len()))
+            .collect();
         self.nodes = world.nodes().len() as u32;
         self.shown = None;
     }

@@ -6,10 +6,11 @@ use egui::epaint::{ImageData, ImageDelta, Primitive, Vertex};
 use egui::{ClippedPrimitive, Rect, TextureId, TexturesDelta};
 use glam::{UVec2, Vec4};
 use wgpu::{
-    BindGroup, BindGroupLayout, BlendState, Buffer, BufferUsages, ColorTargetState, ColorWrites, CommandEncoder,
-    Extent3d, FragmentState, IndexFormat, LoadOp, MultisampleState, Operations, Origin3d, PipelineCompilationOptions,
-    PrimitiveState, RenderPipeline, Sampler, ShaderStages, StoreOp, Texture, TextureFormat, TextureUsages, TextureView,
-    VertexAttribute, VertexBufferLayout, VertexState, vertex_attr_array,
+    BindGroup, BindGroupLayout, BlendState, Buffer, BufferUsages, ColorTargetState, ColorWrites,
+    CommandEncoder, Extent3d, FragmentState, IndexFormat, LoadOp, MultisampleState, Operations,
+    Origin3d, PipelineCompilationOptions, PrimitiveState, RenderPipeline, Sampler, ShaderStages,
+    StoreOp, Texture, TextureFormat, TextureUsages, TextureView, VertexAttribute,
+    VertexBufferLayout, VertexState, vertex_attr_array,
 };
 
 use super::bindings::{Binding, bind_group, bind_group_layout};
@@ -19,7 +20,8 @@ use super::resources::{texture, view_of};
 use super::shaders::shader;
 
 /// The attributes of egui's vertices: position, texture coordinates, colour.
-const VERTEX: [VertexAttribute; 3] = vertex_attr_array![0 => Float32x2, 1 => Float32x2, 2 => Unorm8x4];
+const VERTEX: [VertexAttribute; 3] =
+    vertex_attr_array![0 => Float32x2, 1 => Float32x2, 2 => Unorm8x4];
 /// The initial size of the vertex and index buffers.
 const MIN_BYTES: u64 = 1 << 16;
 
@@ -50,9 +52,11 @@ pub struct Drawing {
 impl Painter {
     /// Creates the pipeline for surfaces of a format.
     pub fn new(gpu: &Gpu, format: TextureFormat) -> Self {
-        let scale_layout = bind_group_layout(gpu, "interface", ShaderStages::VERTEX, &[Binding::Uniform]);
+        let scale_layout =
+            bind_group_layout(gpu, "interface", ShaderStages::VERTEX, &[Binding::Uniform]);
         let image_bindings = [Binding::Texture, Binding::Sampler];
-        let image_layout = bind_group_layout(gpu, "interface image", ShaderStages::FRAGMENT, &image_bindings);
+        let image_layout =
+            bind_group_layout(gpu, "interface image", ShaderStages::FRAGMENT, &image_bindings);
         let scale = buffer(gpu, size_of::<Vec4>() as u64, BufferUsages::UNIFORM);
         Self {
             pipeline: pipeline(gpu, format, &[&scale_layout, &image_layout]),
@@ -70,7 +74,8 @@ impl Painter {
         }
     }
 
-    /// Uploads the textures' changes. Call this even when nothing is drawn: egui reports each change once.
+    /// Uploads the textures' changes. Call this even when nothing is drawn: egui reports each
+    /// change once.
     pub fn upload(&mut self, gpu: &Gpu, changes: &TexturesDelta) {
         for (id, changes) in &changes.set {
             changes.iter().for_each(|change| self.upload_image(gpu, *id, change));
@@ -83,15 +88,23 @@ impl Painter {
         let at = change.pos.unwrap_or([0; 2]).map(|at| at as u32);
         if change.pos.is_none() {
             let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST;
-            let texture = texture(gpu, UVec2::new(width, height), TextureFormat::Rgba8Unorm, 1, usage);
+            let texture =
+                texture(gpu, UVec2::new(width, height), TextureFormat::Rgba8Unorm, 1, usage);
             let group = self.image_group(gpu, &texture);
             self.images.insert(id, (texture, group));
         }
         let Some((texture, _)) = self.images.get(&id) else { return };
         gpu.queue.write_texture(
-            wgpu::TexelCopyTextureInfo { origin: Origin3d { x: at[0], y: at[1], z: 0 }, ..texture.as_image_copy() },
+            wgpu::TexelCopyTextureInfo {
+                origin: Origin3d { x: at[0], y: at[1], z: 0 },
+                ..texture.as_image_copy()
+            },
             image.as_raw(),
-            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(width * 4), rows_per_image: None },
+            wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some(width * 4),
+                rows_per_image: None,
+            },
             Extent3d { width, height, depth_or_array_layers: 1 },
         );
     }
@@ -101,14 +114,26 @@ impl Painter {
             label: None,
             layout: &self.image_layout,
             entries: &[
-                wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&view_of(texture)) },
-                wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Sampler(&self.sampler) },
+                wgpu::BindGroupEntry {
+                    binding: 0,
+                    resource: wgpu::BindingResource::TextureView(&view_of(texture)),
+                },
+                wgpu::BindGroupEntry {
+                    binding: 1,
+                    resource: wgpu::BindingResource::Sampler(&self.sampler),
+                },
             ],
         })
     }
 
     /// Draws the interface over the target's contents.
-    pub fn draw(&mut self, gpu: &Gpu, encoder: &mut CommandEncoder, target: &TextureView, drawing: &Drawing) {
+    pub fn draw(
+        &mut self,
+        gpu: &Gpu,
+        encoder: &mut CommandEncoder,
+        target: &TextureView,
+        drawing: &Drawing,
+    ) {
         let points = drawing.size.as_vec2() / drawing.pixels_per_point;
         let scale = Vec4::new(2.0 / points.x, -2.0 / points.y, 0.0, 0.0);
         gpu.queue.write_buffer(&self.scale, 0, bytemuck::bytes_of(&scale));
@@ -117,9 +142,16 @@ impl Painter {
             // The interface uses no paint callbacks.
             Primitive::Callback(_) => None,
         });
-        let (mut vertices, mut indices, mut parts) = (Vec::<Vertex>::new(), Vec::<u32>::new(), Vec::new());
+        let (mut vertices, mut indices, mut parts) =
+            (Vec::<Vertex>::new(), Vec::<u32>::new(), Vec::new());
         for (clip, mesh) in meshes {
-            parts.push((clip, mesh.texture_id, vertices.len() as i32, indices.len() as u32, mesh.indices.len() as u32));
+            parts.push((
+                clip,
+                mesh.texture_id,
+                vertices.len() as i32,
+                indices.len() as u32,
+                mesh.indices.len() as u32,
+            ));
             vertices.extend_from_slice(&mesh.vertices);
             indices.extend_from_slice(&mesh.indices);
         }
@@ -208,7 +240,12 @@ fn scissor(clip: Rect, drawing: &Drawing) -> Option<(UVec2, UVec2)> {
 
 fn buffer(gpu: &Gpu, size: u64, usage: BufferUsages) -> Buffer {
     let usage = usage | BufferUsages::COPY_DST;
-    gpu.device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
+    gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: None,
+        size,
+        usage,
+        mapped_at_creation: false,
+    })
 }
 
 /// Writes to a buffer, which is replaced if it is too small.

@@ -1,7 +1,11 @@
-//! Picking: the ids of what was drawn around the pointer are drawn into a target of a few pixels and read back.
+//! Picking: the ids of what was drawn around the pointer are drawn into a target of a few pixels
+//! and read back.
 
 use glam::{UVec2, Vec2, Vec4};
-use wgpu::{Buffer, BufferUsages, Color, CommandEncoder, LoadOp, Operations, StoreOp, TextureUsages, TextureView};
+use wgpu::{
+    Buffer, BufferUsages, Color, CommandEncoder, LoadOp, Operations, StoreOp, TextureUsages,
+    TextureView,
+};
 
 use super::device::Gpu;
 use super::pipeline::{DEPTH_FORMAT, ID_FORMAT};
@@ -43,7 +47,13 @@ impl Pick {
     /// Creates the target.
     pub fn new(gpu: &Gpu) -> Self {
         let size = UVec2::splat(PIXELS);
-        let ids = texture(gpu, size, ID_FORMAT, 1, TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC);
+        let ids = texture(
+            gpu,
+            size,
+            ID_FORMAT,
+            1,
+            TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC,
+        );
         Self {
             ids_view: view_of(&ids),
             ids,
@@ -57,8 +67,8 @@ impl Pick {
         }
     }
 
-    /// Returns the crop of a picture of `size` pixels to the target's pixels around `pixel`: factors (x, y) and offsets
-    /// (z, w) of clip coordinates.
+    /// Returns the crop of a picture of `size` pixels to the target's pixels around `pixel`:
+    /// factors (x, y) and offsets (z, w) of clip coordinates.
     pub fn crop(pixel: Vec2, size: Vec2) -> Vec4 {
         let centre = (pixel / size * 2.0 - 1.0) * Vec2::new(1.0, -1.0);
         let scale = size / PIXELS as f32;
@@ -86,10 +96,14 @@ impl Pick {
         })
     }
 
-    /// Submits the commands that draw into the target, waits for them, and returns the object nearest to the middle.
-    /// Robots are preferred to nodes, and nodes to edges.
+    /// Submits the commands that draw into the target, waits for them, and returns the object
+    /// nearest to the middle. Robots are preferred to nodes, and nodes to edges.
     pub fn read(&self, gpu: &Gpu, mut encoder: CommandEncoder) -> Option<Picked> {
-        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(ROW_BYTES), rows_per_image: None };
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(ROW_BYTES),
+            rows_per_image: None,
+        };
         encoder.copy_texture_to_buffer(
             self.ids.as_image_copy(),
             wgpu::TexelCopyBufferInfo { buffer: &self.readback, layout },
@@ -101,7 +115,9 @@ impl Pick {
         let mapped = self.readback.get_mapped_range(..).ok()?;
         let rows: Vec<Vec<u32>> = mapped
             .chunks(ROW_BYTES as usize)
-            .map(|row| row[..PIXELS as usize * 4].chunks(4).map(bytemuck::pod_read_unaligned).collect())
+            .map(|row| {
+                row[..PIXELS as usize * 4].chunks(4).map(bytemuck::pod_read_unaligned).collect()
+            })
             .collect();
         drop(mapped);
         self.readback.unmap();
@@ -111,12 +127,14 @@ impl Pick {
 
 fn nearest(rows: &[Vec<u32>]) -> Option<Picked> {
     let middle = PIXELS as usize / 2;
-    let square_distance = |x: usize, y: usize| x.abs_diff(middle).pow(2) + y.abs_diff(middle).pow(2);
-    let pixels = rows
-        .iter()
-        .enumerate()
-        .flat_map(|(y, row)| row.iter().enumerate().map(move |(x, id)| (*id, square_distance(x, y))));
-    let (id, _) = pixels.filter(|(id, _)| *id != NOTHING).min_by_key(|(id, distance)| (rank(*id), *distance))?;
+    let square_distance =
+        |x: usize, y: usize| x.abs_diff(middle).pow(2) + y.abs_diff(middle).pow(2);
+    let pixels = rows.iter().enumerate().flat_map(|(y, row)| {
+        row.iter().enumerate().map(move |(x, id)| (*id, square_distance(x, y)))
+    });
+    let (id, _) = pixels
+        .filter(|(id, _)| *id != NOTHING)
+        .min_by_key(|(id, distance)| (rank(*id), *distance))?;
     Some(match rank(id) {
         0 => Picked::Robot(id),
         1 => Picked::Node(id & !NODE),

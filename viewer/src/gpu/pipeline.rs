@@ -1,8 +1,9 @@
 //! Render and compute pipelines, and the formats that they draw into.
 
 use wgpu::{
-    BindGroupLayout, BlendState, ColorTargetState, ColorWrites, CompareFunction, ComputePipeline, DepthStencilState,
-    FragmentState, PrimitiveTopology, RenderPipeline, ShaderModule, TextureFormat, VertexBufferLayout, VertexState,
+    BindGroupLayout, BlendState, ColorTargetState, ColorWrites, CompareFunction, ComputePipeline,
+    DepthStencilState, FragmentState, PrimitiveTopology, RenderPipeline, ShaderModule,
+    TextureFormat, VertexBufferLayout, VertexState,
 };
 
 use super::device::Gpu;
@@ -19,8 +20,8 @@ pub struct TargetConfig {
     pub format: TextureFormat,
     /// Samples per pixel.
     pub samples: u32,
-    /// From this number of robots on, marks are splatted into pixels one by one rather than drawn as triangles. Their
-    /// edges are not smoothed.
+    /// From this number of robots on, marks are splatted into pixels one by one rather than drawn
+    /// as triangles. Their edges are not smoothed.
     pub splats_from: u32,
 }
 
@@ -30,8 +31,8 @@ impl TargetConfig {
 
     /// Chooses whether to splat by what is faster on the adapter.
     pub fn new(gpu: &Gpu, format: TextureFormat, samples: u32) -> Self {
-        // A software adapter splats on all SIMD lanes of all cores but sets up triangles on a single core. Splatting
-        // costs a pass over all pixels, so it pays off only for many robots.
+        // A software adapter splats on all SIMD lanes of all cores but sets up triangles on a
+        // single core. Splatting costs a pass over all pixels, so it pays off only for many robots.
         let splats_from = if gpu.is_software() && samples == 1 { 30_000 } else { u32::MAX };
         Self { format, samples, splats_from }
     }
@@ -42,7 +43,8 @@ impl TargetConfig {
 pub enum DepthMode {
     /// The pass has no depth buffer.
     Absent,
-    /// No depth test, no depth write: draws over everything drawn earlier. For things that lie on the ground.
+    /// No depth test, no depth write: draws over everything drawn earlier. For things that lie on
+    /// the ground.
     Ignored,
     /// Depth test and depth write: the nearest fragment wins.
     Tested,
@@ -69,7 +71,11 @@ pub struct PipelineDescriptor<'a> {
 }
 
 /// Creates a render pipeline.
-pub fn render_pipeline(gpu: &Gpu, target: TargetConfig, descriptor: &PipelineDescriptor<'_>) -> RenderPipeline {
+pub fn render_pipeline(
+    gpu: &Gpu,
+    target: TargetConfig,
+    descriptor: &PipelineDescriptor<'_>,
+) -> RenderPipeline {
     let buffers: Vec<_> = descriptor.buffers.iter().cloned().map(Some).collect();
     let is_tested = descriptor.depth == DepthMode::Tested;
     gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
@@ -81,15 +87,25 @@ pub fn render_pipeline(gpu: &Gpu, target: TargetConfig, descriptor: &PipelineDes
             compilation_options: wgpu::PipelineCompilationOptions::default(),
             buffers: &buffers,
         },
-        primitive: wgpu::PrimitiveState { topology: descriptor.topology, ..wgpu::PrimitiveState::default() },
+        primitive: wgpu::PrimitiveState {
+            topology: descriptor.topology,
+            ..wgpu::PrimitiveState::default()
+        },
         depth_stencil: (descriptor.depth != DepthMode::Absent).then(|| DepthStencilState {
             format: DEPTH_FORMAT,
             depth_write_enabled: Some(is_tested),
-            depth_compare: Some(if is_tested { CompareFunction::GreaterEqual } else { CompareFunction::Always }),
+            depth_compare: Some(if is_tested {
+                CompareFunction::GreaterEqual
+            } else {
+                CompareFunction::Always
+            }),
             stencil: wgpu::StencilState::default(),
             bias: wgpu::DepthBiasState::default(),
         }),
-        multisample: wgpu::MultisampleState { count: target.samples, ..wgpu::MultisampleState::default() },
+        multisample: wgpu::MultisampleState {
+            count: target.samples,
+            ..wgpu::MultisampleState::default()
+        },
         fragment: Some(FragmentState {
             module: descriptor.module,
             entry_point: Some(descriptor.fragment),
@@ -124,9 +140,16 @@ pub fn compute_pipeline(
 }
 
 /// Creates the layout of a pipeline from its bind group layouts.
-pub fn pipeline_layout(gpu: &Gpu, label: &str, groups: &[&BindGroupLayout]) -> wgpu::PipelineLayout {
+pub fn pipeline_layout(
+    gpu: &Gpu,
+    label: &str,
+    groups: &[&BindGroupLayout],
+) -> wgpu::PipelineLayout {
     let groups: Vec<_> = groups.iter().map(|group| Some(*group)).collect();
-    let descriptor =
-        wgpu::PipelineLayoutDescriptor { label: Some(label), bind_group_layouts: &groups, immediate_size: 0 };
+    let descriptor = wgpu::PipelineLayoutDescriptor {
+        label: Some(label),
+        bind_group_layouts: &groups,
+        immediate_size: 0,
+    };
     gpu.device.create_pipeline_layout(&descriptor)
 }

@@ -1,8 +1,9 @@
-//! The marks of plans: goals of robots, and arrows from robots that wait to those that they wait for.
+//! The marks of plans: goals of robots, and arrows from robots that wait to those that they wait
+//! for.
 
 use wgpu::{
-    BindGroup, BindGroupLayout, PrimitiveTopology, RenderPass, RenderPipeline, VertexAttribute, VertexBufferLayout,
-    VertexStepMode, vertex_attr_array,
+    BindGroup, BindGroupLayout, PrimitiveTopology, RenderPass, RenderPipeline, VertexAttribute,
+    VertexBufferLayout, VertexStepMode, vertex_attr_array,
 };
 
 use super::columns::Columns;
@@ -36,9 +37,15 @@ impl PlanMarks {
         records: &BindGroupLayout,
         columns: &Columns,
     ) -> Self {
-        let quad = |module: &str, groups: &[&BindGroupLayout], stride: usize, attributes: &[VertexAttribute]| {
-            let instance =
-                VertexBufferLayout { array_stride: stride as u64, step_mode: VertexStepMode::Instance, attributes };
+        let quad = |module: &str,
+                    groups: &[&BindGroupLayout],
+                    stride: usize,
+                    attributes: &[VertexAttribute]| {
+            let instance = VertexBufferLayout {
+                array_stride: stride as u64,
+                step_mode: VertexStepMode::Instance,
+                attributes,
+            };
             let descriptor = PipelineDescriptor {
                 module: &shader(gpu, module),
                 vertex: "mark",
@@ -70,7 +77,13 @@ impl PlanMarks {
     }
 
     /// Draws the goals over the robots, and with `waits` the arrows.
-    pub fn draw(&self, pass: &mut RenderPass<'_>, records: Option<&BindGroup>, poses: &BindGroup, waits: bool) {
+    pub fn draw(
+        &self,
+        pass: &mut RenderPass<'_>,
+        records: Option<&BindGroup>,
+        poses: &BindGroup,
+        waits: bool,
+    ) {
         if waits && self.arrows.count() > 0 {
             pass.set_pipeline(&self.arrow);
             pass.set_bind_group(1, poses, &[]);

@@ -50,7 +50,8 @@ pub struct Picture<'a> {
     pub legend: &'a Legend,
     /// Width and height in pixels.
     pub size: UVec2,
-    /// The picture's top left corner in a larger target, and the size of that target; `None` if the picture fills it.
+    /// The picture's top left corner in a larger target, and the size of that target; `None` if the
+    /// picture fills it.
     pub within: Option<(UVec2, UVec2)>,
     /// The moment to show, from the previous frame (0) to the newest (1).
     pub alpha: f32,
@@ -95,8 +96,8 @@ impl Renderer {
     pub fn new(gpu: &Gpu, target: TargetConfig) -> Self {
         let stages = ShaderStages::VERTEX_FRAGMENT | ShaderStages::COMPUTE;
         let layout = bind_group_layout(gpu, "view", stages, &[Binding::Uniform]);
-        let [view, pick_view] =
-            ["view", "pick view"].map(|label| buffer(gpu, label, size_of::<ViewUniform>(), BufferUsages::UNIFORM));
+        let [view, pick_view] = ["view", "pick view"]
+            .map(|label| buffer(gpu, label, size_of::<ViewUniform>(), BufferUsages::UNIFORM));
         let columns = Columns::new(gpu);
         let graph = Graph::new(gpu, target, &layout);
         Self {
@@ -142,8 +143,8 @@ impl Renderer {
         timer.take_result(&self.gpu)
     }
 
-    /// Returns the GPU time in seconds of a picture that was finished since the last call, without waiting. Call this
-    /// after each submitted picture; not all of them are measured.
+    /// Returns the GPU time in seconds of a picture that was finished since the last call, without
+    /// waiting. Call this after each submitted picture; not all of them are measured.
     pub fn poll_gpu_seconds(&mut self) -> Option<f64> {
         let timer = self.timer.as_mut()?;
         if timer.is_free() {
@@ -158,7 +159,8 @@ impl Renderer {
         self.gpu.device.limits().max_texture_dimension_2d
     }
 
-    /// Sets or removes the picture on the floor. Returns false if the adapter's memory has no room for it; there is none then.
+    /// Sets or removes the picture on the floor. Returns false if the adapter's memory has no room
+    /// for it; there is none then.
     pub fn set_floor_picture(&mut self, picture: Option<&FloorPicture>) -> bool {
         self.ground_copy.forget();
         let Self { gpu, floor, .. } = self;
@@ -175,8 +177,8 @@ impl Renderer {
         self.set_graph(world);
     }
 
-    /// Shows one level of the graph only, from the next [`set_graph`](Self::set_graph) on. Robots of other levels are hidden by
-    /// [`set_on_level`](Self::set_on_level).
+    /// Shows one level of the graph only, from the next [`set_graph`](Self::set_graph) on. Robots
+    /// of other levels are hidden by [`set_on_level`](Self::set_on_level).
     pub fn set_level(&mut self, level: Option<&str>) {
         self.level = level.map(str::to_owned);
     }
@@ -237,7 +239,8 @@ impl Renderer {
         self.highlights.trail_points()
     }
 
-    /// Whether the column of robot types has to be uploaded, at first or after the buffers were replaced.
+    /// Whether the column of robot types has to be uploaded, at first or after the buffers were
+    /// replaced.
     pub fn lacks_robot_type_column(&self) -> bool {
         self.columns.lacks_robot_type_column()
     }

@@ -16,10 +16,20 @@ pub fn buffer(gpu: &Gpu, label: &str, bytes: usize, usage: BufferUsages) -> Buff
 }
 
 /// Creates a 2D texture without mipmaps, of at least 1x1 texels.
-pub fn texture(gpu: &Gpu, size: UVec2, format: TextureFormat, samples: u32, usage: TextureUsages) -> Texture {
+pub fn texture(
+    gpu: &Gpu,
+    size: UVec2,
+    format: TextureFormat,
+    samples: u32,
+    usage: TextureUsages,
+) -> Texture {
     gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: None,
-        size: wgpu::Extent3d { width: size.x.max(1), height: size.y.max(1), depth_or_array_layers: 1 },
+        size: wgpu::Extent3d {
+            width: size.x.max(1),
+            height: size.y.max(1),
+            depth_or_array_layers: 1,
+        },
         mip_level_count: 1,
         sample_count: samples,
         dimension: wgpu::TextureDimension::D2,

@@ -1,4 +1,5 @@
-//! Robots: a compute shader sorts them by their size in the picture into draw lists of meshes, blocks and marks.
+//! Robots: a compute shader sorts them by their size in the picture into draw lists of meshes,
+//! blocks and marks.
 
 mod mesh_buffers;
 mod pipelines;
@@ -7,8 +8,8 @@ mod sorting;
 use bytemuck::{Pod, Zeroable};
 use glam::UVec2;
 use wgpu::{
-    BindGroup, BindGroupLayout, Buffer, BufferUsages, CommandEncoder, IndexFormat, RenderPass, RenderPipeline,
-    ShaderStages,
+    BindGroup, BindGroupLayout, Buffer, BufferUsages, CommandEncoder, IndexFormat, RenderPass,
+    RenderPipeline, ShaderStages,
 };
 
 use super::bindings::{Binding, bind_group, bind_group_layout};
@@ -32,7 +33,8 @@ const MESHES: usize = 8;
 const MESH_CAPACITY: usize = 8_192;
 /// The most robots that are drawn as boxes, and as round blocks; the same as in sort.wgsl.
 const BLOCK_CAPACITY: usize = 131_072;
-/// The number of draw lists: one for each mesh, one each of boxes, round blocks, marks, and tiles with marks.
+/// The number of draw lists: one for each mesh, one each of boxes, round blocks, marks, and tiles
+/// with marks.
 const LISTS: usize = MESHES + 4;
 const MARKS: usize = MESHES + 2;
 const TILES: usize = MESHES + 3;
@@ -82,7 +84,8 @@ pub struct Robots {
 
 impl Robots {
     pub fn new(gpu: &Gpu, target: TargetConfig, view: &BindGroupLayout, columns: &Columns) -> Self {
-        let mark_ids_layout = bind_group_layout(gpu, "mark ids", ShaderStages::VERTEX, &[Binding::Read]);
+        let mark_ids_layout =
+            bind_group_layout(gpu, "mark ids", ShaderStages::VERTEX, &[Binding::Read]);
         let lists = BufferUsages::STORAGE | BufferUsages::VERTEX;
         let draws = BufferUsages::STORAGE | BufferUsages::INDIRECT | BufferUsages::COPY_SRC;
         let body_bytes = (MESHES * MESH_CAPACITY + 2 * BLOCK_CAPACITY) * BODY_BYTES as usize;
@@ -97,9 +100,16 @@ impl Robots {
             draws: buffer(gpu, "draws", draw_bytes, draws),
             blank_draws: buffer(gpu, "blank draws", draw_bytes, BufferUsages::COPY_SRC),
             shadow_draws: buffer(gpu, "shadow draws", draw_bytes, BufferUsages::INDIRECT),
-            meshes: [Mesh::amr(), Mesh::round_amr()].iter().map(|mesh| MeshBuffers::new(gpu, mesh)).collect(),
+            meshes: [Mesh::amr(), Mesh::round_amr()]
+                .iter()
+                .map(|mesh| MeshBuffers::new(gpu, mesh))
+                .collect(),
             blocks: [Mesh::block(), Mesh::round_block()].map(|mesh| MeshBuffers::new(gpu, &mesh)),
-            quad: init_buffer(gpu, bytemuck::cast_slice(&[0_u32, 1, 2, 2, 1, 3]), BufferUsages::INDEX),
+            quad: init_buffer(
+                gpu,
+                bytemuck::cast_slice(&[0_u32, 1, 2, 2, 1, 3]),
+                BufferUsages::INDEX,
+            ),
             pipelines: Pipelines::new(gpu, target, view, &mark_ids_layout),
             mark_ids_layout,
             any_round: false,
@@ -138,14 +148,16 @@ impl Robots {
         for (list, mesh) in self.body_lists() {
             draws[list].indices = mesh.count;
         }
-        // These draws are not indexed: the shader counts vertices, which all belong to one instance.
+        // These draws are not indexed: the shader counts vertices, which all belong to one
+        // instance.
         (draws[MARKS].instances, draws[TILES].instances) = (1, 1);
         gpu.queue.write_buffer(&self.blank_draws, 0, bytemuck::cast_slice(&draws));
         let shadows = draws.map(|draw| DrawArguments { indices: 6, ..draw });
         gpu.queue.write_buffer(&self.shadow_draws, 0, bytemuck::cast_slice(&shadows));
     }
 
-    /// Decides whether to splat, and makes room for a mark per robot, as far as the adapter's limits allow.
+    /// Decides whether to splat, and makes room for a mark per robot, as far as the adapter's
+    /// limits allow.
     fn fit(&mut self, gpu: &Gpu, columns: &Columns, size: UVec2) {
         let limit = gpu.device.limits().max_storage_buffer_binding_size;
         let triangle_bytes = 3 * CORNER_BYTES;
@@ -204,16 +216,22 @@ impl Robots {
             self.splats.clear(encoder, !self.has_marks());
         }
         let (marks, pixels) = (&self.corners, self.splats.pixels());
-        let buffers = [(0, &self.bodies), (1, marks), (2, &self.mark_ids), (3, &self.draws), (4, pixels)];
-        let lists = self.lists.get_or_insert_with(|| bind_group(gpu, self.sorting.lists_layout(), &buffers)).clone();
+        let buffers =
+            [(0, &self.bodies), (1, marks), (2, &self.mark_ids), (3, &self.draws), (4, pixels)];
+        let lists = self
+            .lists
+            .get_or_insert_with(|| bind_group(gpu, self.sorting.lists_layout(), &buffers))
+            .clone();
         let ids = [(0, &self.mark_ids)];
         self.mark_ids_group.get_or_insert_with(|| bind_group(gpu, &self.mark_ids_layout, &ids));
         let poses = columns.group(gpu);
         encoder.copy_buffer_to_buffer(&self.blank_draws, 0, &self.draws, 0, self.draws.size());
         {
             let timestamp_writes = timer.map(Timer::start);
-            let mut pass =
-                encoder.begin_compute_pass(&wgpu::ComputePassDescriptor { label: Some("sort"), timestamp_writes });
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some("sort"),
+                timestamp_writes,
+            });
             pass.set_pipeline(self.sorting.pipeline(gpu, self.variant));
             pass.set_bind_group(0, view, &[]);
             pass.set_bind_group(1, &poses, &[]);
@@ -265,7 +283,10 @@ impl Robots {
         if self.variant.splats {
             self.splats.draw(pass, &self.draws, draw_offset(TILES));
         } else {
-            self.draw_marks(pass, if self.any_round { &self.pipelines.round_mark } else { &self.pipelines.mark });
+            self.draw_marks(
+                pass,
+                if self.any_round { &self.pipelines.round_mark } else { &self.pipelines.mark },
+            );
         }
     }
 
@@ -282,7 +303,12 @@ impl Robots {
         }
     }
 
-    fn draw_bodies(&self, pass: &mut RenderPass<'_>, body: &RenderPipeline, block: &RenderPipeline) {
+    fn draw_bodies(
+        &self,
+        pass: &mut RenderPass<'_>,
+        body: &RenderPipeline,
+        block: &RenderPipeline,
+    ) {
         pass.set_pipeline(body);
         for (list, mesh) in self.meshes.iter().enumerate() {
             self.draw_list(pass, list, mesh);

@@ -1,8 +1,9 @@
-//! Routes, drawn along the edges' curves: those of selected robots as wide ribbons, over narrow ones of all robots.
+//! Routes, drawn along the edges' curves: those of selected robots as wide ribbons, over narrow
+//! ones of all robots.
 
 use wgpu::{
-    BindGroup, BindGroupLayout, PrimitiveTopology, RenderPass, RenderPipeline, VertexBufferLayout, VertexStepMode,
-    vertex_attr_array,
+    BindGroup, BindGroupLayout, PrimitiveTopology, RenderPass, RenderPipeline, VertexBufferLayout,
+    VertexStepMode, vertex_attr_array,
 };
 
 use super::device::Gpu;
@@ -11,7 +12,8 @@ use super::pipeline::{DepthMode, PipelineDescriptor, TargetConfig, render_pipeli
 use super::shaders::shader;
 use crate::route::RouteSegment;
 
-/// Vertices of a wide segment's strip, which has 32 parts, and of a narrow one's with 12; the same as in routes.wgsl.
+/// Vertices of a wide segment's strip, which has 32 parts, and of a narrow one's with 12; the same
+/// as in routes.wgsl.
 const VERTICES: u32 = 2 * (32 + 1);
 const NARROW_VERTICES: u32 = 2 * (12 + 1);
 
@@ -26,7 +28,12 @@ pub struct Routes {
 
 impl Routes {
     /// Creates the pipelines. `records` is the layout of the graph's records.
-    pub fn new(gpu: &Gpu, target: TargetConfig, view: &BindGroupLayout, records: &BindGroupLayout) -> Self {
+    pub fn new(
+        gpu: &Gpu,
+        target: TargetConfig,
+        view: &BindGroupLayout,
+        records: &BindGroupLayout,
+    ) -> Self {
         let attributes = vertex_attr_array![0 => Uint32, 1 => Float32x2, 2 => Uint32];
         let segment = VertexBufferLayout {
             array_stride: size_of::<RouteSegment>() as u64,
@@ -65,10 +72,13 @@ impl Routes {
         self.all.set(gpu, segments);
     }
 
-    /// Draws the segments along the graph's edges: those of selected robots, and with `all` those of all.
+    /// Draws the segments along the graph's edges: those of selected robots, and with `all` those
+    /// of all.
     pub fn draw(&self, pass: &mut RenderPass<'_>, records: &BindGroup, all: bool) {
         let narrow = (&self.narrow, &self.all, NARROW_VERTICES, all);
-        for (pipeline, segments, vertices, is_shown) in [narrow, (&self.wide, &self.selected, VERTICES, true)] {
+        for (pipeline, segments, vertices, is_shown) in
+            [narrow, (&self.wide, &self.selected, VERTICES, true)]
+        {
             if is_shown && segments.count() > 0 {
                 pass.set_pipeline(pipeline);
                 pass.set_bind_group(1, records, &[]);

@@ -4,7 +4,8 @@ use wgpu::ShaderModule;
 
 use super::device::Gpu;
 
-/// The source of each shader by name. Shared parts come before the shader's own part, as WGSL has no imports.
+/// The source of each shader by name. Shared parts come before the shader's own part, as WGSL has
+/// no imports.
 pub const SHADERS: [(&str, &str); 17] = [
     ("floor", concat!(include_str!("shaders/view.wgsl"), include_str!("shaders/floor.wgsl"))),
     (

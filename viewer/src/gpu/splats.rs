@@ -1,10 +1,10 @@
-//! Splatting: the sorting shader writes the marks of far robots into a buffer of pixels, which is then drawn tile by
-//! tile.
+//! Splatting: the sorting shader writes the marks of far robots into a buffer of pixels, which is
+//! then drawn tile by tile.
 
 use glam::UVec2;
 use wgpu::{
-    BindGroup, BindGroupLayout, Buffer, BufferUsages, CommandEncoder, PrimitiveTopology, RenderPass, RenderPipeline,
-    ShaderStages,
+    BindGroup, BindGroupLayout, Buffer, BufferUsages, CommandEncoder, PrimitiveTopology,
+    RenderPass, RenderPipeline, ShaderStages,
 };
 
 use super::bindings::{Binding, bind_group, bind_group_layout};
@@ -20,8 +20,9 @@ const TILE: u32 = 32;
 /// The buffer of splatted marks, and the pipelines that draw it.
 #[derive(Debug)]
 pub struct Splats {
-    /// A word per pixel of the picture, row by row; then a flag per tile; then the numbers of the tiles with marks. Then the
-    /// sums of the density, if robots are drawn so; without splats there is nothing before these.
+    /// A word per pixel of the picture, row by row; then a flag per tile; then the numbers of the
+    /// tiles with marks. Then the sums of the density, if robots are drawn so; without splats there
+    /// is nothing before these.
     pixels: Buffer,
     /// Words in use, and those among them before the sums.
     words: u64,
@@ -34,7 +35,8 @@ pub struct Splats {
 
 impl Splats {
     pub fn new(gpu: &Gpu, target: TargetConfig, view: &BindGroupLayout) -> Self {
-        let layout = bind_group_layout(gpu, "splats", ShaderStages::VERTEX_FRAGMENT, &[Binding::Read; 2]);
+        let layout =
+            bind_group_layout(gpu, "splats", ShaderStages::VERTEX_FRAGMENT, &[Binding::Read; 2]);
         let module = shader(gpu, "splats");
         let make = |target, fragment| {
             let descriptor = PipelineDescriptor {
@@ -70,8 +72,8 @@ impl Splats {
         (words_of(size) + Density::words(size)) * size_of::<u32>() as u64 <= limit
     }
 
-    /// Makes room for a picture of `size` pixels: for splatted marks, and for the density. Returns true if the buffer was
-    /// replaced.
+    /// Makes room for a picture of `size` pixels: for splatted marks, and for the density. Returns
+    /// true if the buffer was replaced.
     pub fn fit(&mut self, gpu: &Gpu, size: UVec2, marks: bool, density: bool) -> bool {
         self.marks = if marks { words_of(size) } else { 0 };
         self.words = (self.marks + if density { Density::words(size) } else { 0 }).max(1);
@@ -94,7 +96,8 @@ impl Splats {
         encoder.clear_buffer(&self.pixels, bytes(from), Some(bytes(self.words - from)));
     }
 
-    /// Draws the marks. The indirect arguments at offset `at` of `draws` hold the number of tiles with marks.
+    /// Draws the marks. The indirect arguments at offset `at` of `draws` hold the number of tiles
+    /// with marks.
     pub fn draw(&self, pass: &mut RenderPass<'_>, draws: &Buffer, at: u64) {
         self.draw_with(&self.colours, pass, draws, at);
     }
@@ -104,7 +107,13 @@ impl Splats {
         self.draw_with(&self.ids, pass, draws, at);
     }
 
-    fn draw_with(&self, pipeline: &RenderPipeline, pass: &mut RenderPass<'_>, draws: &Buffer, at: u64) {
+    fn draw_with(
+        &self,
+        pipeline: &RenderPipeline,
+        pass: &mut RenderPass<'_>,
+        draws: &Buffer,
+        at: u64,
+    ) {
         pass.set_pipeline(pipeline);
         pass.set_bind_group(1, &self.group, &[]);
         pass.draw_indirect(draws, at);

@@ -4,8 +4,8 @@ use bytemuck::{Pod, Zeroable};
 use regatta_plugin::World;
 use regatta_plugin::world::NodeRole;
 use wgpu::{
-    BindGroupLayout, PrimitiveTopology, RenderPass, RenderPipeline, VertexBufferLayout, VertexStepMode,
-    vertex_attr_array,
+    BindGroupLayout, PrimitiveTopology, RenderPass, RenderPipeline, VertexBufferLayout,
+    VertexStepMode, vertex_attr_array,
 };
 
 use super::device::Gpu;
@@ -34,8 +34,11 @@ impl Stations {
     pub fn new(gpu: &Gpu, target: TargetConfig, view: &BindGroupLayout) -> Self {
         let attributes = vertex_attr_array![0 => Float32x2, 1 => Uint32];
         let array_stride = size_of::<Station>() as u64;
-        let instance =
-            VertexBufferLayout { array_stride, step_mode: VertexStepMode::Instance, attributes: &attributes };
+        let instance = VertexBufferLayout {
+            array_stride,
+            step_mode: VertexStepMode::Instance,
+            attributes: &attributes,
+        };
         let descriptor = PipelineDescriptor {
             module: &shader(gpu, "stations"),
             vertex: "badge",
@@ -46,14 +49,21 @@ impl Stations {
             depth: DepthMode::Ignored,
             blend: true,
         };
-        Self { pipeline: render_pipeline(gpu, target, &descriptor), stations: Instances::new(gpu, "stations") }
+        Self {
+            pipeline: render_pipeline(gpu, target, &descriptor),
+            stations: Instances::new(gpu, "stations"),
+        }
     }
 
     /// Takes the stations of a world.
     pub fn load(&mut self, gpu: &Gpu, world: &World<'_>, level: Option<&str>) {
         let is_shown = |level_of: u32| level.is_none_or(|level| world.text(level_of) == level);
-        let nodes = world.nodes().iter().filter(|node| node.role() != NodeRole::None && is_shown(node.level));
-        let stations: Vec<_> = nodes.map(|node| Station { place: [node.x, node.y], role: node.role }).collect();
+        let nodes = world
+            .nodes()
+            .iter()
+            .filter(|node| node.role() != NodeRole::None && is_shown(node.level));
+        let stations: Vec<_> =
+            nodes.map(|node| Station { place: [node.x, node.y], role: node.role }).collect();
         self.stations.set(gpu, &stations);
     }
 

@@ -3,19 +3,21 @@
 use std::sync::{Arc, OnceLock};
 
 use wgpu::{
-    Buffer, BufferUsages, CommandEncoder, ComputePassTimestampWrites, Features, QuerySet, RenderPassTimestampWrites,
+    Buffer, BufferUsages, CommandEncoder, ComputePassTimestampWrites, Features, QuerySet,
+    RenderPassTimestampWrites,
 };
 
 use super::device::Gpu;
 
-/// Measures the time between the first and the last command of a picture. While a result is pending, no other picture is
-/// measured.
+/// Measures the time between the first and the last command of a picture. While a result is
+/// pending, no other picture is measured.
 #[derive(Debug)]
 pub struct Timer {
     queries: QuerySet,
     resolved: Buffer,
     readback: Buffer,
-    /// The pending result: set once the GPU has finished the picture, to whether the buffer was mapped.
+    /// The pending result: set once the GPU has finished the picture, to whether the buffer was
+    /// mapped.
     pending: Option<Arc<OnceLock<bool>>>,
 }
 
@@ -26,7 +28,8 @@ impl Timer {
             return None;
         }
         let buffer = |usage| {
-            let descriptor = wgpu::BufferDescriptor { label: None, size: 16, usage, mapped_at_creation: false };
+            let descriptor =
+                wgpu::BufferDescriptor { label: None, size: 16, usage, mapped_at_creation: false };
             gpu.device.create_buffer(&descriptor)
         };
         Some(Self {
@@ -86,8 +89,13 @@ impl Timer {
         if !mapped {
             return None;
         }
-        let ticks: [u64; 2] = bytemuck::pod_read_unaligned(&self.readback.get_mapped_range(..).ok()?);
+        let ticks: [u64; 2] =
+            bytemuck::pod_read_unaligned(&self.readback.get_mapped_range(..).ok()?);
         self.readback.unmap();
-        Some(ticks[1].saturating_sub(ticks[0]) as f64 * f64::from(gpu.queue.get_timestamp_period()) * 1e-9)
+        Some(
+            ticks[1].saturating_sub(ticks[0]) as f64
+                * f64::from(gpu.queue.get_timestamp_period())
+                * 1e-9,
+        )
     }
 }

@@ -1,4 +1,5 @@
-//! The uniform buffer of a picture, which all shaders of the fleet share: camera, lights and colours.
+//! The uniform buffer of a picture, which all shaders of the fleet share: camera, lights and
+//! colours.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, UVec2, Vec2, Vec3, Vec4};
@@ -54,7 +55,8 @@ pub struct ViewUniform {
     pub lights: [[Vec4; 2]; MAX_LIGHTS],
 }
 
-/// The number of colours in the palette; the steps between two colours of a ramp. The same as in poses.wgsl.
+/// The number of colours in the palette; the steps between two colours of a ramp. The same as in
+/// poses.wgsl.
 const SHADES: usize = 64;
 const STEPS: usize = 4;
 /// Direction towards the sun, not normalized.
@@ -63,8 +65,8 @@ const SUN: Vec3 = Vec3::new(-0.45, -0.35, 0.85);
 const GRID_PIXELS: f32 = 9.0;
 
 impl ViewUniform {
-    /// Returns the uniforms of a picture of `size` pixels. The renderer adds the numbers of robots and values, `alpha`
-    /// and `teleport_distance`.
+    /// Returns the uniforms of a picture of `size` pixels. The renderer adds the numbers of robots
+    /// and values, `alpha` and `teleport_distance`.
     pub fn new(camera: &Camera, scene: &Scene, legend: &Legend, size: UVec2) -> Self {
         let mut view = Self::zeroed();
         view.set_camera(camera, scene, size.as_vec2());
@@ -73,14 +75,18 @@ impl ViewUniform {
         view
     }
 
-    /// The least and the greatest distance along the view direction of ground in the picture, in metres; infinity where there is
-    /// none.
+    /// The least and the greatest distance along the view direction of ground in the picture, in
+    /// metres; infinity where there is none.
     pub fn ground_distances(&self) -> [f32; 2] {
         let (right, up) = (self.right.truncate() * self.right.w, self.up.truncate() * self.up.w);
         let corners = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)];
         let rays = corners.map(|(x, y)| self.forward.truncate() + right * x + up * y);
-        let distances = rays.map(|ray| if ray.z < 0.0 { self.eye.z / -ray.z } else { f32::INFINITY });
-        [distances.into_iter().fold(f32::INFINITY, f32::min), distances.into_iter().fold(0.0, f32::max)]
+        let distances =
+            rays.map(|ray| if ray.z < 0.0 { self.eye.z / -ray.z } else { f32::INFINITY });
+        [
+            distances.into_iter().fold(f32::INFINITY, f32::min),
+            distances.into_iter().fold(0.0, f32::max),
+        ]
     }
 
     fn set_camera(&mut self, camera: &Camera, scene: &Scene, size: Vec2) {
@@ -111,8 +117,12 @@ impl ViewUniform {
         self.detail = Vec4::new(detail.mesh, detail.block, detail.mark, 0.0);
         let metres_per_pixel = camera.distance / pixels_per_radian;
         let spacing = 10_f32.powf((metres_per_pixel * GRID_PIXELS).log10().ceil()).max(1.0);
-        self.spacing =
-            Vec4::new(spacing, metres_per_pixel, scene.lights.len().min(MAX_LIGHTS) as f32, scene.detail.thin);
+        self.spacing = Vec4::new(
+            spacing,
+            metres_per_pixel,
+            scene.lights.len().min(MAX_LIGHTS) as f32,
+            scene.detail.thin,
+        );
         let unbounded = Vec4::new(-1e9, -1e9, 1e9, 1e9);
         self.floor_bounds = scene.floor.bounds.map_or(unbounded, |bounds| {
             let (low, high) = (bounds.low - origin, bounds.high - origin);
@@ -160,7 +170,8 @@ impl ViewUniform {
     }
 }
 
-/// Returns the colours of categories by index, or a ramp, as linear red, green and blue of 8 bits each.
+/// Returns the colours of categories by index, or a ramp, as linear red, green and blue of 8 bits
+/// each.
 fn palette(scale: &Scale, theme: Theme) -> [u32; SHADES] {
     let colours = scale.colours(theme).map(Rgb::linear);
     let last = colours.len() - 1;
@@ -169,7 +180,8 @@ fn palette(scale: &Scale, theme: Theme) -> [u32; SHADES] {
             Scale::Categories(_) => colours[shade.min(last)],
             Scale::Ramp { .. } => {
                 let below = (shade / STEPS).min(last);
-                colours[below].lerp(colours[(below + 1).min(last)], (shade % STEPS) as f32 / STEPS as f32)
+                colours[below]
+                    .lerp(colours[(below + 1).min(last)], (shade % STEPS) as f32 / STEPS as f32)
             }
         };
         let [red, green, blue] = (colour * 255.0).round().as_uvec3().to_array();
@@ -182,7 +194,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_nearest_ground_is_at_the_lower_border_of_the_picture_and_the_farthest_at_the_upper_one() {
+    fn the_nearest_ground_is_at_the_lower_border_of_the_picture_and_the_farthest_at_the_upper_one()
+    {
         let (scene, size) = (Scene::default(), UVec2::new(320, 200));
         let legend = Colouring::State.legend(Theme::Dark, &[], None);
         let distances = |pitch| {

@@ -1,5 +1,6 @@
-//! Films in simulated time: every picture of a recording lies the same step of simulated time after the one before, however long
-//! this machine takes for it. The replay stands, and is asked for one frame after the other.
+//! Films in simulated time: every picture of a recording lies the same step of simulated time after
+//! the one before, however long this machine takes for it. The replay stands, and is asked for one
+//! frame after the other.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -26,7 +27,8 @@ struct Schedule {
 }
 
 impl Schedule {
-    /// The number of pictures: both ends are shown if the time between them is a multiple of the step.
+    /// The number of pictures: both ends are shown if the time between them is a multiple of the
+    /// step.
     fn pictures(self) -> u32 {
         // Rounding must not cost the last picture.
         ((self.to.saturating_sub(self.from) as f64 / self.step + 1e-6).floor() + 1.0) as u32
@@ -67,8 +69,14 @@ impl HeadlessViewer<'_> {
             return Ok(());
         }
         let watch = self.stage.plan_watch();
-        let mut plans = (watch.plans || watch.waits).then(|| PlanReader::open(&self.options.fleet)).transpose()?;
-        let mut jams = self.options.counts_traffic().then(|| JamReader::open(&self.options.fleet)).transpose()?;
+        let mut plans = (watch.plans || watch.waits)
+            .then(|| PlanReader::open(&self.options.fleet))
+            .transpose()?;
+        let mut jams = self
+            .options
+            .counts_traffic()
+            .then(|| JamReader::open(&self.options.fleet))
+            .transpose()?;
         let (mut control, mut around) = self.stand()?;
         self.wait_for_columns()?;
         self.check_options()?;
@@ -94,12 +102,16 @@ impl HeadlessViewer<'_> {
         }
         let pictures = video.finish()?;
         let count = with_plural(pictures.into(), "picture");
-        eprintln!("{}: {count}, each {:.4} s of simulated time", path.display(), schedule.step * 1e-9);
+        eprintln!(
+            "{}: {count}, each {:.4} s of simulated time",
+            path.display(),
+            schedule.step * 1e-9
+        );
         Ok(())
     }
 
-    /// Plays a recording up to the time of the picture, so that the traffic on edges is counted for the heat map. Returns the
-    /// moment to show between the two newest frames.
+    /// Plays a recording up to the time of the picture, so that the traffic on edges is counted for
+    /// the heat map. Returns the moment to show between the two newest frames.
     pub(super) fn play_to_picture(&mut self) -> Result<f32> {
         let mut jams = JamReader::open(&self.options.fleet)?;
         let (mut control, mut around) = self.stand()?;
@@ -113,7 +125,8 @@ impl HeadlessViewer<'_> {
     /// Opens the controls of the replay, which stands.
     fn stand(&self) -> Result<(Control, Around)> {
         let mut control = Control::open_on(&self.participant)?;
-        // The second answer comes after the replay has connected all readers of this program and given them what is there.
+        // The second answer comes after the replay has connected all readers of this program and
+        // given them what is there.
         control.status()?;
         control.speed(f32::INFINITY)?;
         let now = control.status()?;
@@ -124,7 +137,11 @@ impl HeadlessViewer<'_> {
         let Some(recording) = self.stage.feed.recording() else {
             return Err(Error::new("only recordings can be filmed in simulated time"));
         };
-        let to = self.options.to.map_or(recording.header.end_nanos, nanos).min(recording.header.end_nanos);
+        let to = self
+            .options
+            .to
+            .map_or(recording.header.end_nanos, nanos)
+            .min(recording.header.end_nanos);
         let from = self.options.from.map_or(now.sim_time_nanos, nanos);
         let step = f64::from(self.options.speed) * 1e9 / f64::from(self.options.fps);
         Ok(Schedule { from, to, step })
@@ -132,7 +149,10 @@ impl HeadlessViewer<'_> {
 
     /// Asks for recorded frames until one is at or after a time, and reads the last two of them.
     fn go_on(&mut self, control: &mut Control, around: &mut Around, time: u64) -> Result {
-        while around.after.sim_time_nanos < time && !around.is_at_end && !self.termination.requested() {
+        while around.after.sim_time_nanos < time
+            && !around.is_at_end
+            && !self.termination.requested()
+        {
             match control.step(self.ticks_ahead(around, time)) {
                 Ok(now) => {
                     let ticks = now.tick.saturating_sub(around.after.tick);
@@ -179,10 +199,17 @@ mod tests {
 
     #[test]
     fn the_moment_lies_between_two_frames_of_one_run() {
-        let at = |sim_time_nanos, run_id| ControlResponse { sim_time_nanos, run_id, ..ControlResponse::default() };
+        let at = |sim_time_nanos, run_id| ControlResponse {
+            sim_time_nanos,
+            run_id,
+            ..ControlResponse::default()
+        };
         let around = Around { before: at(100, 1), after: at(200, 1), gap: 1, is_at_end: false };
         assert_eq!([100, 150, 200, 300].map(|time| around.alpha(time)), [0.0, 0.5, 1.0, 1.0]);
         let between_runs = Around { after: at(200, 2), ..around };
-        assert!((between_runs.alpha(150) - 1.0).abs() < f32::EPSILON, "robots don't glide from run to run");
+        assert!(
+            (between_runs.alpha(150) - 1.0).abs() < f32::EPSILON,
+            "robots don't glide from run to run"
+        );
     }
 }

@@ -26,15 +26,18 @@ pub(super) struct Part {
 }
 
 impl HeadlessViewer<'_> {
-    /// Draws each level into a part of the picture, from the upper left corner on, in the order of their names. All have the same
-    /// camera, so that what is above each other is at the same place of each part. The legend is on the left of them, or left out
-    /// where there is no room for it.
+    /// Draws each level into a part of the picture, from the upper left corner on, in the order of
+    /// their names. All have the same camera, so that what is above each other is at the same place
+    /// of each part. The legend is on the left of them, or left out where there is no room for it.
     pub(super) fn render_levels(&mut self, samples: u32) -> Result<RgbaImage> {
         let names = self.stage.feed.world().map(|world| levels(&world)).unwrap_or_default();
         if names.len() < 2 {
-            return Err(Error::new("this world has no two levels to show side by side; leave --levels out"));
+            return Err(Error::new(
+                "this world has no two levels to show side by side; leave --levels out",
+            ));
         }
-        let (size, parts, bounds) = (self.options.picture_size(), names.len() as u32, self.stage.bounds());
+        let (size, parts, bounds) =
+            (self.options.picture_size(), names.len() as u32, self.stage.bounds());
         let room = if self.no_legend { 0 } else { legend_width(size) };
         if room == 0 && !self.no_legend {
             self.leave_out(&[overlay::LEGEND]);
@@ -76,9 +79,11 @@ impl HeadlessViewer<'_> {
         Ok(())
     }
 
-    /// Draws the legend alone. `density` is as in [`Annotations`]. Returns what there is no room for, too.
+    /// Draws the legend alone. `density` is as in [`Annotations`]. Returns what there is no room
+    /// for, too.
     fn render_legend(&mut self, density: Option<f32>) -> Result<(RgbaImage, Vec<&'static str>)> {
-        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut encoder =
+            self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let (legend, scene) = (self.stage.legend(), &self.stage.scene);
         self.offscreen.fill(&mut encoder, scene.theme.colours().sky);
         let annotations = Annotations {

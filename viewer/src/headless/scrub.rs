@@ -12,8 +12,8 @@ use crate::text::with_plural;
 const JUMPS: usize = 50;
 
 impl HeadlessViewer<'_> {
-    /// Jumps to random times, always the same ones, and prints the median and the longest duration in milliseconds: until the
-    /// replay answers, of drawing alone, and until the picture is drawn.
+    /// Jumps to random times, always the same ones, and prints the median and the longest duration
+    /// in milliseconds: until the replay answers, of drawing alone, and until the picture is drawn.
     pub(super) fn scrub(&mut self) -> Result {
         if !self.wait_for_fleet()? {
             return Ok(());
@@ -22,14 +22,18 @@ impl HeadlessViewer<'_> {
             self.stage.scene.detail = Detail::software();
         }
         self.wait_for_columns()?;
-        let Some(recording) = self.stage.feed.recording() else { return Err(Error::new("this is no recording")) };
+        let Some(recording) = self.stage.feed.recording() else {
+            return Err(Error::new("this is no recording"));
+        };
         let (start, end) = (recording.header.start_nanos, recording.header.end_nanos);
         let mut control = Control::open_on(&self.participant)?;
         control.pause()?;
         let mut random = 0x9e37_79b9_u64;
         let (mut answers, mut drawings, mut pictures) = (Vec::new(), Vec::new(), Vec::new());
         for _ in 0..JUMPS {
-            random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            random = random
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
             let part = (random >> 40) as f64 / f64::from(1 << 24);
             let time = start + ((end - start) as f64 * part) as u64;
             let began = Instant::now();
@@ -38,7 +42,10 @@ impl HeadlessViewer<'_> {
             self.stage.update(Instant::now())?;
             let shown = self.stage.feed.frame().map(|frame| frame.tick());
             if shown != Some(status.tick) {
-                return Err(Error::new(format!("the frame of tick {} is not there, but {shown:?}", status.tick)));
+                return Err(Error::new(format!(
+                    "the frame of tick {} is not there, but {shown:?}",
+                    status.tick
+                )));
             }
             let drawn = Instant::now();
             self.render(1.0)?;
@@ -47,7 +54,10 @@ impl HeadlessViewer<'_> {
         }
         let robots = self.stage.feed.frame().map_or(0, |frame| frame.len());
         let robots = with_plural(robots as u64, "robot");
-        println!("{JUMPS} jumps in {:.1} s of {robots}: median, longest", (end - start) as f64 * 1e-9);
+        println!(
+            "{JUMPS} jumps in {:.1} s of {robots}: median, longest",
+            (end - start) as f64 * 1e-9
+        );
         print("answer", answers);
         print("drawing", drawings);
         print("picture", pictures);
@@ -57,6 +67,7 @@ impl HeadlessViewer<'_> {
 
 fn print(what: &str, mut times: Vec<Duration>) {
     times.sort_unstable();
-    let [median, longest] = [times.len() / 2, times.len() - 1].map(|i| times[i].as_secs_f64() * 1e3);
+    let [median, longest] =
+        [times.len() / 2, times.len() - 1].map(|i| times[i].as_secs_f64() * 1e3);
     println!("{what:8} {median:7.1} ms {longest:7.1} ms");
 }

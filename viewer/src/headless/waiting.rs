@@ -23,7 +23,8 @@ const HEAT_WAIT: Duration = Duration::from_secs(3);
 const PLANS_WAIT: Duration = Duration::from_secs(10);
 
 impl HeadlessViewer<'_> {
-    /// Waits for a world, and for a frame at or after the requested time. Returns false if interrupted.
+    /// Waits for a world, and for a frame at or after the requested time. Returns false if
+    /// interrupted.
     pub(super) fn wait_for_fleet(&mut self) -> Result<bool> {
         let (started, mut is_notified, mut polls) = (Instant::now(), false, 0);
         // Of a recording whose traffic is counted, the frames before the picture are played.
@@ -43,13 +44,20 @@ impl HeadlessViewer<'_> {
                     "fleet '{fleet}' is already at {time:.2} s, after --at: give a later time, or replay a recording"
                 )));
             }
-            if time.is_some_and(|time| time >= from || self.stands_at(from)) && self.stage.feed.world().is_some() {
+            if time.is_some_and(|time| time >= from || self.stands_at(from))
+                && self.stage.feed.world().is_some()
+            {
                 let bounds = self.stage.bounds();
                 self.options.look.load_floor_picture(&mut self.stage.renderer, bounds);
                 return Ok(true);
             }
-            if self.options.recording.is_some() && time.is_none() && started.elapsed() > REPLAY_START {
-                return Err(Error::new("the replay of the recording doesn't start; `regatta replay FILE` says why"));
+            if self.options.recording.is_some()
+                && time.is_none()
+                && started.elapsed() > REPLAY_START
+            {
+                return Err(Error::new(
+                    "the replay of the recording doesn't start; `regatta replay FILE` says why",
+                ));
             }
             if !is_notified && started.elapsed() > NOTICE_AFTER {
                 let what = if time.is_some() { "the time --at of " } else { "" };
@@ -64,32 +72,40 @@ impl HeadlessViewer<'_> {
             }
             if let Some(time) = time.filter(|_| self.has_ended()) {
                 let (time, fleet) = (time.as_secs_f64(), &self.options.fleet);
-                return Err(Error::new(format!("fleet '{fleet}' ended at {time:.2} s, before --at")));
+                return Err(Error::new(format!(
+                    "fleet '{fleet}' ended at {time:.2} s, before --at"
+                )));
             }
             std::thread::sleep(POLL);
         }
         Ok(false)
     }
 
-    /// Whether this is a recording that stands at a time within it: the frame is the last one before, if none is at that time.
+    /// Whether this is a recording that stands at a time within it: the frame is the last one
+    /// before, if none is at that time.
     fn stands_at(&self, time: Duration) -> bool {
         let clock = self.stage.feed.frame().map(|frame| frame.header().clock);
-        let recording = self.stage.feed.recording().filter(|_| clock == Some(ClockState::Paused as u32));
+        let recording =
+            self.stage.feed.recording().filter(|_| clock == Some(ClockState::Paused as u32));
         recording.is_some_and(|recording| time.as_nanos() <= u128::from(recording.header.end_nanos))
     }
 
     /// Whether the producer has stopped or is gone.
     pub(super) fn has_ended(&self) -> bool {
         let header = self.stage.feed.frame().map(|frame| *frame.header());
-        header.is_some_and(|header| header.clock == ClockState::Stopped as u32) || !self.stage.feed.has_producer()
+        header.is_some_and(|header| header.clock == ClockState::Stopped as u32)
+            || !self.stage.feed.has_producer()
     }
 
     /// Waits a moment for the columns of robot types and values.
     pub(super) fn wait_for_columns(&mut self) -> Result {
         let started = Instant::now();
         let has_column = matches!(self.stage.scene.colouring, Colouring::Column(_));
-        let lacks = |stage: &Stage| stage.feed.robot_type().is_none() || has_column && stage.feed.value().is_none();
-        let wait = if self.options.look.colour.is_some() { REQUESTED_COLUMN_WAIT } else { COLUMNS_WAIT };
+        let lacks = |stage: &Stage| {
+            stage.feed.robot_type().is_none() || has_column && stage.feed.value().is_none()
+        };
+        let wait =
+            if self.options.look.colour.is_some() { REQUESTED_COLUMN_WAIT } else { COLUMNS_WAIT };
         while lacks(&self.stage) && started.elapsed() < wait && !self.termination.requested() {
             std::thread::sleep(POLL);
             self.stage.update(Instant::now())?;
@@ -101,11 +117,16 @@ impl HeadlessViewer<'_> {
     pub(super) fn wait_for_plans(&mut self) -> Result {
         let started = Instant::now();
         let layers = self.stage.scene.layers;
-        while self.plans.is_some() && started.elapsed() < PLANS_WAIT && !self.termination.requested() {
+        while self.plans.is_some()
+            && started.elapsed() < PLANS_WAIT
+            && !self.termination.requested()
+        {
             std::thread::sleep(POLL);
             self.stage.update(Instant::now())?;
             let Some(facts) = self.update_plans()? else { continue };
-            let has_round = facts.routes.is_some_and(|routes| routes.round_secs.is_finite() || routes.under_way == 0);
+            let has_round = facts
+                .routes
+                .is_some_and(|routes| routes.round_secs.is_finite() || routes.under_way == 0);
             // Without a fleet manager, nobody publishes the columns.
             let is_late = started.elapsed() > COLUMNS_WAIT;
             let has_columns = facts.has_goals && (!layers.waits || facts.waiting.is_some());
@@ -119,7 +140,8 @@ impl HeadlessViewer<'_> {
     /// Waits a moment for the figures of the heat map, which are published once a simulated second.
     pub(super) fn wait_for_heat(&mut self) -> Result {
         let started = Instant::now();
-        while self.jams.is_some() && started.elapsed() < HEAT_WAIT && !self.termination.requested() {
+        while self.jams.is_some() && started.elapsed() < HEAT_WAIT && !self.termination.requested()
+        {
             std::thread::sleep(POLL);
             self.stage.update(Instant::now())?;
             self.update_jams()?;
@@ -129,7 +151,9 @@ impl HeadlessViewer<'_> {
         }
         if self.jams.is_some() {
             let fleet = &self.options.fleet;
-            tracing::warn!("nobody publishes the figures of edges; start: regatta plugin traffic --fleet {fleet}");
+            tracing::warn!(
+                "nobody publishes the figures of edges; start: regatta plugin traffic --fleet {fleet}"
+            );
         }
         Ok(())
     }

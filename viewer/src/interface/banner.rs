@@ -41,7 +41,10 @@ impl Banner {
         let mut left_out = Vec::new();
         if let Some(seconds) = self.clock {
             let is_shown = float(context, placement, theme, "clock", Align2::RIGHT_TOP, |ui| {
-                ui.add(egui::Label::new(RichText::new(clock_text(seconds)).monospace().size(18.0)).extend());
+                ui.add(
+                    egui::Label::new(RichText::new(clock_text(seconds)).monospace().size(18.0))
+                        .extend(),
+                );
             });
             left_out.extend((!is_shown).then_some("clock"));
         }
@@ -61,8 +64,8 @@ impl Banner {
     }
 }
 
-/// Shows a bar with its length on the ground, at the middle of the picture; `metre` is the length of a metre there, in points. Returns
-/// whether there is room for it.
+/// Shows a bar with its length on the ground, at the middle of the picture; `metre` is the length
+/// of a metre there, in points. Returns whether there is room for it.
 fn scale(context: &Context, placement: &mut Placement, metre: f32, theme: Theme) -> bool {
     let metres = round_length(SHORTEST_BAR / metre);
     let colours = style::colours(theme);
@@ -73,7 +76,11 @@ fn scale(context: &Context, placement: &mut Placement, metre: f32, theme: Theme)
         [rect.left(), rect.right()]
             .into_iter()
             .for_each(|x| _ = painter.vline(x, rect.bottom() - 7.0..=rect.bottom(), stroke));
-        let text = if metres < 1.0 { format!("{:.0} cm", metres * 100.0) } else { format!("{metres:.0} m") };
+        let text = if metres < 1.0 {
+            format!("{:.0} cm", metres * 100.0)
+        } else {
+            format!("{metres:.0} m")
+        };
         let font = FontId::proportional(12.0);
         painter.text(rect.center_top(), Align2::CENTER_TOP, text, font, colours.text);
     })
@@ -89,7 +96,11 @@ fn points_per_metre(camera: &Camera, size: Vec2) -> Option<f32> {
 /// Returns 1, 2 or 5 times a power of ten, at least `least`.
 fn round_length(least: f32) -> f32 {
     let unit = 10_f32.powf(least.log10().floor());
-    [1.0, 2.0, 5.0, 10.0].map(|factor| factor * unit).into_iter().find(|length| *length >= least).unwrap_or(least)
+    [1.0, 2.0, 5.0, 10.0]
+        .map(|factor| factor * unit)
+        .into_iter()
+        .find(|length| *length >= least)
+        .unwrap_or(least)
 }
 
 #[cfg(test)]
@@ -116,9 +127,12 @@ mod tests {
     #[test]
     fn a_long_title_ends_before_the_clock() {
         for width in [640.0, 1280.0] {
-            let (context, picture) = (Context::default(), Rect::from_min_size(egui::Pos2::ZERO, vec2(width, 400.0)));
-            let title =
-                Some("The whole plant with its three halls and its yard, on the first day of the trial ".repeat(2));
+            let (context, picture) =
+                (Context::default(), Rect::from_min_size(egui::Pos2::ZERO, vec2(width, 400.0)));
+            let title = Some(
+                "The whole plant with its three halls and its yard, on the first day of the trial "
+                    .repeat(2),
+            );
             let banner = Banner { title, clock: Some(36_000.0), scale: false };
             let mut placement = Placement::new(picture);
             let input = egui::RawInput { screen_rect: Some(picture), ..egui::RawInput::default() };

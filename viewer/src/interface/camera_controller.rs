@@ -1,4 +1,5 @@
-//! The motion of the camera: by the user, along flights, and behind a followed robot. Geometry and time only.
+//! The motion of the camera: by the user, along flights, and behind a followed robot. Geometry and
+//! time only.
 
 use std::f32::consts::FRAC_PI_2;
 
@@ -37,9 +38,11 @@ pub struct CameraController {
     follow: Option<(u32, Follow)>,
     /// The camera's yaw relative to the followed robot's heading, in radians.
     yaw_offset: f32,
-    /// How everything is kept in the picture, also when it grows; `None` after the user has moved the camera.
+    /// How everything is kept in the picture, also when it grows; `None` after the user has moved
+    /// the camera.
     fit: Option<Fit>,
-    /// The part of the picture that everything is kept in. A panel that opens leaves it as it is, so that nothing moves.
+    /// The part of the picture that everything is kept in. A panel that opens leaves it as it is,
+    /// so that nothing moves.
     window: Option<Window>,
 }
 
@@ -85,7 +88,8 @@ impl Default for CameraController {
 }
 
 impl CameraController {
-    /// Creates a controller. If `is_fixed`, the camera stays as given; otherwise it shows everything.
+    /// Creates a controller. If `is_fixed`, the camera stays as given; otherwise it shows
+    /// everything.
     pub fn new(camera: Camera, is_fixed: bool) -> Self {
         Self {
             camera: camera.clamped(),
@@ -97,7 +101,8 @@ impl CameraController {
         }
     }
 
-    /// Creates a controller that shows everything from straight above until the user moves the camera.
+    /// Creates a controller that shows everything from straight above until the user moves the
+    /// camera.
     pub fn top_view() -> Self {
         Self { fit: Some(Fit::FromAbove), ..Self::default() }
     }
@@ -107,11 +112,14 @@ impl CameraController {
         Self { camera: Camera::default().toggled_plan(), ..Self::top_view() }
     }
 
-    /// Fits the bounds into the picture unless the user has moved the camera or a flight is under way. `window` is the part of the
-    /// picture that is free now; it counts in the first picture, and when the picture has another shape.
+    /// Fits the bounds into the picture unless the user has moved the camera or a flight is under
+    /// way. `window` is the part of the picture that is free now; it counts in the first picture,
+    /// and when the picture has another shape.
     pub fn keep_fitted(&mut self, bounds: Bounds, window: Window) {
         let Some(fit) = self.fit.filter(|_| self.flight.is_none()) else { return };
-        let window = *self.window.insert(self.window.filter(|known| known.aspect == window.aspect).unwrap_or(window));
+        let window = *self
+            .window
+            .insert(self.window.filter(|known| known.aspect == window.aspect).unwrap_or(window));
         self.camera = fit.direction(self.camera).fitted_within(bounds, window).clamped();
     }
 
@@ -139,11 +147,13 @@ impl CameraController {
     pub fn turn(&mut self, left: f32, down: f32) {
         self.end_automatic_motion();
         self.yaw_offset += left;
-        let camera = Camera { yaw: self.camera.yaw + left, pitch: self.camera.pitch + down, ..self.camera };
+        let camera =
+            Camera { yaw: self.camera.yaw + left, pitch: self.camera.pitch + down, ..self.camera };
         self.camera = camera.clamped();
     }
 
-    /// Moves the ground along with a pointer that went from one point of a picture of this size to another.
+    /// Moves the ground along with a pointer that went from one point of a picture of this size to
+    /// another.
     pub fn pan(&mut self, from: Vec2, to: Vec2, size: Vec2) {
         let per_point = self.camera.distance / self.camera.pixels_per_radian(size.y);
         let ends = self.camera.unproject(from, size).zip(self.camera.unproject(to, size));
@@ -168,7 +178,8 @@ impl CameraController {
     fn shift(&mut self, step: Vec2) {
         self.end_automatic_motion();
         self.follow = None;
-        self.camera = Camera { target: self.camera.target + step.extend(0.0), ..self.camera }.clamped();
+        self.camera =
+            Camera { target: self.camera.target + step.extend(0.0), ..self.camera }.clamped();
     }
 
     /// Moves the camera over a place on the ground.
@@ -182,11 +193,18 @@ impl CameraController {
         let before = self.camera;
         let wanted = Camera { distance: before.distance * factor, ..before }.clamped();
         let factor = wanted.distance / before.distance;
-        let anchor = cursor.filter(|_| self.follow.is_none()).and_then(|cursor| before.unproject(cursor, size));
+        let anchor = cursor
+            .filter(|_| self.follow.is_none())
+            .and_then(|cursor| before.unproject(cursor, size));
         // A point just below the horizon would move the camera far away.
-        let anchor = anchor.filter(|anchor| anchor.distance(before.target.truncate()) < 4.0 * before.distance);
+        let anchor = anchor
+            .filter(|anchor| anchor.distance(before.target.truncate()) < 4.0 * before.distance);
         let anchor = anchor.map_or(before.target, |anchor| anchor.extend(0.0));
-        let target = if self.follow.is_some() { before.target } else { anchor + (before.target - anchor) * factor };
+        let target = if self.follow.is_some() {
+            before.target
+        } else {
+            anchor + (before.target - anchor) * factor
+        };
         self.camera = Camera { target, distance: wanted.distance, ..before }.clamped();
     }
 
@@ -202,7 +220,8 @@ impl CameraController {
 
     /// Flies to where everything is in the picture, seen from an angle.
     pub fn fit(&mut self, bounds: Bounds, window: Window) {
-        let pitch = if self.camera.is_plan() { FRAC_PI_2 } else { self.camera.pitch.clamp(0.5, 1.1) };
+        let pitch =
+            if self.camera.is_plan() { FRAC_PI_2 } else { self.camera.pitch.clamp(0.5, 1.1) };
         self.follow = None;
         self.fly(Camera { pitch, ..self.camera }.fitted_within(bounds, window));
         (self.fit, self.window) = (Some(Fit::Current), Some(window));
@@ -236,8 +255,8 @@ impl CameraController {
         self.fly(Camera { yaw, pitch, ..usual });
     }
 
-    /// Flies to a place on the ground, and closer if the camera is far away. The place gets into the middle of the picture, or
-    /// of the part of it that [`Self::aim`] is called with.
+    /// Flies to a place on the ground, and closer if the camera is far away. The place gets into
+    /// the middle of the picture, or of the part of it that [`Self::aim`] is called with.
     pub fn fly_to(&mut self, place: Vec2) {
         self.end_automatic_motion();
         self.follow = None;
@@ -259,7 +278,8 @@ impl CameraController {
         self.flight.and_then(|flight| flight.robot)
     }
 
-    /// Lets a flight to a place end with that in the middle of a part of the picture. `robot` is where its robot is now.
+    /// Lets a flight to a place end with that in the middle of a part of the picture. `robot` is
+    /// where its robot is now.
     pub fn aim(&mut self, robot: Option<Vec2>, window: Window) {
         if let Some(flight) = &mut self.flight {
             flight.place = robot.or(flight.place);
@@ -271,12 +291,19 @@ impl CameraController {
 
     fn fly(&mut self, to: Camera) {
         self.fit = None;
-        // Between a plan and a perspective there is no way: it would lead through all fields of view.
+        // Between a plan and a perspective there is no way: it would lead through all fields of
+        // view.
         if self.camera.is_plan() != to.is_plan() {
             self.camera = to.clamped();
             return;
         }
-        self.flight = Some(Flight { from: self.camera, to: to.clamped(), progress: 0.0, place: None, robot: None });
+        self.flight = Some(Flight {
+            from: self.camera,
+            to: to.clamped(),
+            progress: 0.0,
+            place: None,
+            robot: None,
+        });
     }
 
     /// Follows a robot, or none.
@@ -314,7 +341,8 @@ impl CameraController {
         self.follow(next.map(|follow| (robot, follow)));
     }
 
-    /// Advances flights and following by some seconds; `followed` is the current pose of the followed robot.
+    /// Advances flights and following by some seconds; `followed` is the current pose of the
+    /// followed robot.
     pub fn advance(&mut self, seconds: f64, followed: Option<Pose>) {
         if let Some(flight) = &mut self.flight {
             flight.progress = (flight.progress + seconds / FLIGHT_SECONDS).min(1.0);
@@ -334,7 +362,8 @@ impl CameraController {
 }
 
 impl Flight {
-    /// Returns the camera at the current progress, with smooth acceleration and a distance that changes exponentially.
+    /// Returns the camera at the current progress, with smooth acceleration and a distance that
+    /// changes exponentially.
     fn camera(&self) -> Camera {
         let part = self.progress as f32;
         let part = part * part * (3.0 - 2.0 * part);

@@ -1,5 +1,5 @@
-//! The part of the view panel about cameras: those that the scenario names, and the plan as a file; and where the floor picture
-//! is placed.
+//! The part of the view panel about cameras: those that the scenario names, and the plan as a file;
+//! and where the floor picture is placed.
 
 use egui::{DragValue, Ui};
 
@@ -10,7 +10,12 @@ use crate::options::CameraOption;
 
 impl Interface {
     /// Shows the named cameras, and buttons that copy this camera and write the plan.
-    pub(super) fn cameras(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+    pub(super) fn cameras(
+        &mut self,
+        ui: &mut Ui,
+        model: &ViewModel<'_>,
+        actions: &mut Vec<Action>,
+    ) {
         let theme = self.settings.theme();
         heading(ui, theme, "cameras");
         let mut wanted = None;
@@ -28,9 +33,14 @@ impl Interface {
             let text = "Copies a line for `cameras` of the scenario";
             if ui.button("Copy this camera").on_hover_text(text).clicked() {
                 ui.ctx().copy_text(CameraOption::entry(&self.camera_controller.camera()));
-                self.notify("the camera is in the clipboard, as a line for `cameras` of the scenario");
+                self.notify(
+                    "the camera is in the clipboard, as a line for `cameras` of the scenario",
+                );
             }
-            if ui.button("Plan as SVG").on_hover_text("Writes a plan with its scale into the current folder").clicked()
+            if ui
+                .button("Plan as SVG")
+                .on_hover_text("Writes a plan with its scale into the current folder")
+                .clicked()
             {
                 actions.push(Action::WriteSvg);
             }
@@ -56,9 +66,17 @@ impl Interface {
         ui.horizontal_wrapped(|ui| {
             let [x, y, resolution, yaw] = at;
             for (metres, name) in [(x, "x "), (y, "y ")] {
-                ui.add(DragValue::new(metres).range(-1e6..=1e6).speed(0.05).prefix(name).suffix(" m"));
+                ui.add(
+                    DragValue::new(metres).range(-1e6..=1e6).speed(0.05).prefix(name).suffix(" m"),
+                );
             }
-            ui.add(DragValue::new(resolution).range(1e-4..=100.0).speed(0.001).max_decimals(4).suffix(" m/pixel"));
+            ui.add(
+                DragValue::new(resolution)
+                    .range(1e-4..=100.0)
+                    .speed(0.001)
+                    .max_decimals(4)
+                    .suffix(" m/pixel"),
+            );
             ui.add(DragValue::new(yaw).range(-360.0..=360.0).speed(0.5).prefix("yaw ").suffix("°"));
         });
     }

@@ -15,7 +15,11 @@ impl Interface {
         let (theme, colours) = (self.settings.theme(), self.colours());
         let Some(contacts) = model.contacts else {
             ui.label("No collision checker is running.");
-            ui.label(style::faint(ui, theme, "Add the collision plugin to the scenario, or start it with:"));
+            ui.label(style::faint(
+                ui,
+                theme,
+                "Add the collision plugin to the scenario, or start it with:",
+            ));
             let command = format!("regatta plugin collision --fleet {}", model.fleet);
             ui.label(RichText::new(command).monospace().color(colours.accent));
             return;
@@ -33,7 +37,10 @@ impl Interface {
             }
         });
         if header.capped != 0 {
-            ui.label(RichText::new("too many pairs to check: the list is incomplete").color(colours.warn));
+            ui.label(
+                RichText::new("too many pairs to check: the list is incomplete")
+                    .color(colours.warn),
+            );
         }
         if contacts.pairs.is_empty() {
             ui.add_space(8.0);
@@ -43,29 +50,43 @@ impl Interface {
         ui.add_space(4.0);
         let selected = self.robots();
         let mut clicked = None;
-        self.collision_list.show(ui, "collisions", &colours, contacts.pairs.len(), |ui, rect, row| {
-            let pair = &contacts.pairs[row];
-            let is_selected = pair.robots.iter().any(|robot| selected.contains(robot));
-            let response = clickable(ui, rect, row as u32, is_selected, &colours, || name(pair));
-            if response.clicked() {
-                clicked = Some(*pair);
-            }
-            let touching = pair.level == ContactLevel::Touching as u32;
-            let colour = if touching { colours.bad } else { colours.warn };
-            ui.painter().circle_filled(pos2(rect.left() + 6.0, rect.center().y), 3.5, colour);
-            let [a, b] = pair.robots;
-            let write = |x: f32, align, text: String, colour| {
-                ui.painter().text(pos2(x, rect.center().y), align, text, FontId::monospace(12.0), colour);
-            };
-            write(rect.left() + 16.0, Align2::LEFT_CENTER, format!("{a} · {b}"), colours.text);
-            let place = format!("{:.1}, {:.1}", pair.x, pair.y);
-            write(rect.right() - 6.0, Align2::RIGHT_CENTER, place, colours.faint);
-        });
+        self.collision_list.show(
+            ui,
+            "collisions",
+            &colours,
+            contacts.pairs.len(),
+            |ui, rect, row| {
+                let pair = &contacts.pairs[row];
+                let is_selected = pair.robots.iter().any(|robot| selected.contains(robot));
+                let response =
+                    clickable(ui, rect, row as u32, is_selected, &colours, || name(pair));
+                if response.clicked() {
+                    clicked = Some(*pair);
+                }
+                let touching = pair.level == ContactLevel::Touching as u32;
+                let colour = if touching { colours.bad } else { colours.warn };
+                ui.painter().circle_filled(pos2(rect.left() + 6.0, rect.center().y), 3.5, colour);
+                let [a, b] = pair.robots;
+                let write = |x: f32, align, text: String, colour| {
+                    ui.painter().text(
+                        pos2(x, rect.center().y),
+                        align,
+                        text,
+                        FontId::monospace(12.0),
+                        colour,
+                    );
+                };
+                write(rect.left() + 16.0, Align2::LEFT_CENTER, format!("{a} · {b}"), colours.text);
+                let place = format!("{:.1}, {:.1}", pair.x, pair.y);
+                write(rect.right() - 6.0, Align2::RIGHT_CENTER, place, colours.faint);
+            },
+        );
         if let Some(pair) = clicked {
             let [a, b] = pair.robots.map(Item::Robot);
             self.select(Some(b));
             self.toggle_selected(a);
-            self.camera_controller.fly_to(Vec2::new(pair.x, pair.y) + Vec2::from(self.settings.offset));
+            self.camera_controller
+                .fly_to(Vec2::new(pair.x, pair.y) + Vec2::from(self.settings.offset));
         }
     }
 }

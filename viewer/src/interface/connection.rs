@@ -21,7 +21,12 @@ impl EngineState {
 }
 
 impl Interface {
-    pub(super) fn connection(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+    pub(super) fn connection(
+        &mut self,
+        ui: &mut Ui,
+        model: &ViewModel<'_>,
+        actions: &mut Vec<Action>,
+    ) {
         let (theme, colours) = (self.settings.theme(), self.colours());
         ui.label(RichText::new(model.name()).size(20.0));
         let (text, colour) = model.engine.text_and_colour(&colours);
@@ -60,10 +65,15 @@ impl Interface {
             if ui.button("Stop receiving").clicked() {
                 actions.push(Action::StopUdpSource);
             }
-        } else if ui.button("Receive").on_hover_text("Starts `regatta plugin udp-source`").clicked() {
+        } else if ui.button("Receive").on_hover_text("Starts `regatta plugin udp-source`").clicked()
+        {
             let offset = self.settings.offset.into();
             let echo_to = udp.echo.then(|| udp.echo_to.trim().to_owned());
-            actions.push(Action::StartUdpSource { listen: udp.listen.trim().to_owned(), echo_to, offset });
+            actions.push(Action::StartUdpSource {
+                listen: udp.listen.trim().to_owned(),
+                echo_to,
+                offset,
+            });
         }
     }
 
@@ -89,7 +99,10 @@ fn address(ui: &mut Ui, label: &str, address: &mut String, enabled: bool) {
     ui.horizontal(|ui| {
         ui.add_sized([62.0, 18.0], egui::Label::new(label));
         let mut field = |text: &mut String, hint: &str, width: f32| {
-            let edit = TextEdit::singleline(text).hint_text(hint).desired_width(width).id_salt((label, hint));
+            let edit = TextEdit::singleline(text)
+                .hint_text(hint)
+                .desired_width(width)
+                .id_salt((label, hint));
             ui.add_enabled(enabled, edit).changed()
         };
         let changed = field(&mut host, "host", 96.0) | field(&mut port, "port", 48.0);

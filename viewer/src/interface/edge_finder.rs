@@ -12,7 +12,8 @@ use crate::curves::{curve_length, curve_point};
 const CELL: (f32, f32) = (1.0, 50.0);
 /// The most points of a curve that are looked at.
 const MAX_POINTS: u32 = 4096;
-/// The largest reach, in cells: with the distance between two points of a curve, it is less than a cell.
+/// The largest reach, in cells: with the distance between two points of a curve, it is less than a
+/// cell.
 const REACH: f32 = 0.7;
 /// The number of chords that stand for a curve.
 const CHORDS: u32 = 16;
@@ -30,7 +31,10 @@ impl EdgeFinder {
         let edges = world.edges();
         let mean = edges.iter().map(|edge| edge.length).sum::<f32>() / edges.len().max(1) as f32;
         let mut finder = Self { cell: mean.clamp(CELL.0, CELL.1), cells: BTreeMap::new() };
-        let shown = edges.iter().zip(0..).filter(|(edge, _)| level.is_none_or(|level| world.text(edge.level) == level));
+        let shown = edges
+            .iter()
+            .zip(0..)
+            .filter(|(edge, _)| level.is_none_or(|level| world.text(edge.level) == level));
         for (edge, index) in shown {
             world.curves(edge).iter().for_each(|curve| finder.add(index, curve));
         }
@@ -38,8 +42,10 @@ impl EdgeFinder {
     }
 
     fn add(&mut self, edge: u32, curve: &CurveRecord) {
-        // Half a cell apart: a curve that only touches the corner of a cell may miss it, but then it is in the one beside it.
-        let points = (2.0 * curve_length(curve) / self.cell).ceil().clamp(1.0, MAX_POINTS as f32) as u32;
+        // Half a cell apart: a curve that only touches the corner of a cell may miss it, but then
+        // it is in the one beside it.
+        let points =
+            (2.0 * curve_length(curve) / self.cell).ceil().clamp(1.0, MAX_POINTS as f32) as u32;
         for point in 0..=points {
             let key = self.key(curve_point(curve, point as f32 / points as f32));
             let edges = self.cells.entry(key).or_default();
@@ -53,19 +59,25 @@ impl EdgeFinder {
         (at / self.cell).floor().as_ivec2().to_array()
     }
 
-    /// Returns the edge nearest to a place, by its index in the world, if it is within a reach in metres (at most a part of a
-    /// cell). Of edges as near as each other, the first one.
+    /// Returns the edge nearest to a place, by its index in the world, if it is within a reach in
+    /// metres (at most a part of a cell). Of edges as near as each other, the first one.
     pub fn nearest(&self, world: &World<'_>, at: Vec2, reach: f32) -> Option<u32> {
         if self.cells.is_empty() || !at.is_finite() {
             return None;
         }
         let [x, y] = self.key(at);
-        let keys = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| [x.saturating_add(dx), y.saturating_add(dy)]));
+        let keys = (-1..=1)
+            .flat_map(|dx| (-1..=1).map(move |dy| [x.saturating_add(dx), y.saturating_add(dy)]));
         let near = keys.filter_map(|key| self.cells.get(&key)).flatten();
         let mut found: Option<(f32, u32)> = None;
         for index in near {
-            let distance = world.edges().get(*index as usize).map_or(f32::INFINITY, |edge| distance(world, edge, at));
-            if distance <= reach.min(REACH * self.cell) && found.is_none_or(|best| (distance, *index) < best) {
+            let distance = world
+                .edges()
+                .get(*index as usize)
+                .map_or(f32::INFINITY, |edge| distance(world, edge, at));
+            if distance <= reach.min(REACH * self.cell)
+                && found.is_none_or(|best| (distance, *index) < best)
+            {
                 found = Some((distance, *index));
             }
         }
@@ -99,7 +111,10 @@ mod tests {
         for [from, to] in lines {
             let length = Vec2::from(*from).distance(Vec2::from(*to));
             let level = world.texts.add("ground");
-            world.add_edge(EdgeRecord { length, level, ..EdgeRecord::default() }, [CurveRecord::straight(*from, *to)]);
+            world.add_edge(
+                EdgeRecord { length, level, ..EdgeRecord::default() },
+                [CurveRecord::straight(*from, *to)],
+            );
         }
         world
     }
@@ -113,8 +128,15 @@ mod tests {
         assert_eq!(finder.nearest(&world, Vec2::new(5.0, 1.0), 0.5), None);
         assert_eq!(finder.nearest(&world, Vec2::new(5.0, 2.0), 2.0), Some(1));
         assert_eq!(finder.nearest(&world, Vec2::NAN, 2.0), None);
-        assert_eq!(EdgeFinder::new(&world, Some("cellar")).nearest(&world, Vec2::new(5.0, 1.0), 2.0), None);
-        assert!(EdgeFinder::new(&world, Some("ground")).nearest(&world, Vec2::new(5.0, 1.0), 2.0).is_some());
+        assert_eq!(
+            EdgeFinder::new(&world, Some("cellar")).nearest(&world, Vec2::new(5.0, 1.0), 2.0),
+            None
+        );
+        assert!(
+            EdgeFinder::new(&world, Some("ground"))
+                .nearest(&world, Vec2::new(5.0, 1.0), 2.0)
+                .is_some()
+        );
     }
 
     #[test]
@@ -126,16 +148,22 @@ mod tests {
         };
         let mut found = 0;
         for edges in 1..60 {
-            let lines: Vec<_> =
-                (0..edges).map(|_| [[random(60.0), random(60.0)], [random(60.0), random(60.0)]]).collect();
+            let lines: Vec<_> = (0..edges)
+                .map(|_| [[random(60.0), random(60.0)], [random(60.0), random(60.0)]])
+                .collect();
             let world = world(&lines);
             let world = world.view(1, 1);
             let finder = EdgeFinder::new(&world, None);
             for _ in 0..50 {
                 let (at, reach) = (Vec2::new(random(65.0), random(65.0)), random(4.0).abs());
-                let all = world.edges().iter().zip(0..).map(|(edge, index)| (distance(&world, edge, at), index));
+                let all = world
+                    .edges()
+                    .iter()
+                    .zip(0..)
+                    .map(|(edge, index)| (distance(&world, edge, at), index));
                 let within = all.filter(|(distance, _)| *distance <= reach);
-                let nearest: Option<(f32, u32)> = within.min_by(|a, b| a.partial_cmp(b).expect("finite"));
+                let nearest: Option<(f32, u32)> =
+                    within.min_by(|a, b| a.partial_cmp(b).expect("finite"));
                 assert_eq!(
                     finder.nearest(&world, at, reach),
                     nearest.map(|(_, index)| index),

@@ -44,7 +44,8 @@ impl EdgeHover {
 }
 
 impl Interface {
-    /// Finds the edge under the pointer, which is over the picture, and shows its figures beside it, over no panel.
+    /// Finds the edge under the pointer, which is over the picture, and shows its figures beside
+    /// it, over no panel.
     pub(super) fn hover_edge(
         &mut self,
         context: &Context,
@@ -52,7 +53,8 @@ impl Interface {
         pointer: Option<Pos2>,
         model: &ViewModel<'_>,
     ) {
-        let at = pointer.filter(|_| self.settings.edges && self.menu.is_none() && self.measuring.is_none());
+        let at = pointer
+            .filter(|_| self.settings.edges && self.menu.is_none() && self.measuring.is_none());
         let found = at.and_then(|at| self.edge_at(at, area.picture, model));
         let rests = context.input(|input| input.pointer.time_since_last_movement()) >= REST;
         if found.is_some() && found != self.edge_hover.edge && !rests {
@@ -68,20 +70,35 @@ impl Interface {
 
     fn edge_at(&mut self, at: Pos2, picture: Rect, model: &ViewModel<'_>) -> Option<u32> {
         let world = &model.world;
-        let source = (world.run_id(), world.revision(), world.edges().len(), self.level().map(str::to_owned));
+        let source = (
+            world.run_id(),
+            world.revision(),
+            world.edges().len(),
+            self.level().map(str::to_owned),
+        );
         if self.edge_hover.source.as_ref() != Some(&source) {
             self.edge_hover.finder = EdgeFinder::new(world, self.level());
             self.edge_hover.source = Some(source);
         }
-        let (camera, size) = (self.camera_controller.camera(), Vec2::new(picture.width(), picture.height()));
-        let ground = |at: Pos2| camera.unproject(Vec2::new(at.x - picture.left(), at.y - picture.top()), size);
+        let (camera, size) =
+            (self.camera_controller.camera(), Vec2::new(picture.width(), picture.height()));
+        let ground = |at: Pos2| {
+            camera.unproject(Vec2::new(at.x - picture.left(), at.y - picture.top()), size)
+        };
         let place = ground(at)?;
         // Far away, a point is more metres.
         let reach = ground(at + vec2(REACH, 0.0))?.distance(place);
         self.edge_hover.finder.nearest(world, place - Vec2::from(self.settings.offset), reach)
     }
 
-    fn edge_tooltip(&mut self, context: &Context, within: Rect, at: Pos2, edge: u32, model: &ViewModel<'_>) {
+    fn edge_tooltip(
+        &mut self,
+        context: &Context,
+        within: Rect,
+        at: Pos2,
+        edge: u32,
+        model: &ViewModel<'_>,
+    ) {
         let Some(record) = model.world.edges().get(edge as usize) else { return };
         let theme = self.settings.theme();
         let present = self.present_on_edge(model, edge);
@@ -95,21 +112,30 @@ impl Interface {
             .edge(edge)
             .filter(|_| !model.is_past())
             .map(|facts| facts.traffic.map(|traffic| (traffic, facts.period_secs)));
-        let area = Area::new(Id::unique("edge under the pointer")).order(Order::Tooltip).fade_in(false);
-        area.interactable(false).fixed_pos(at + vec2(14.0, 16.0)).constrain_to(within).show(context, |ui| {
-            style::floating(theme).show(ui, |ui| {
-                ui.set_max_width(260.0);
-                ui.label(RichText::new(title).strong());
-                if model.closed.binary_search(&edge).is_ok() {
-                    ui.label(RichText::new("closed").color(self.colours().bad));
-                }
-                self.tooltip_figures(ui, present, traffic);
-            });
-        });
+        let area =
+            Area::new(Id::unique("edge under the pointer")).order(Order::Tooltip).fade_in(false);
+        area.interactable(false).fixed_pos(at + vec2(14.0, 16.0)).constrain_to(within).show(
+            context,
+            |ui| {
+                style::floating(theme).show(ui, |ui| {
+                    ui.set_max_width(260.0);
+                    ui.label(RichText::new(title).strong());
+                    if model.closed.binary_search(&edge).is_ok() {
+                        ui.label(RichText::new("closed").color(self.colours().bad));
+                    }
+                    self.tooltip_figures(ui, present, traffic);
+                });
+            },
+        );
     }
 
     /// Shows the figures; those of the heat map first.
-    fn tooltip_figures(&self, ui: &mut Ui, present: Option<Presence>, traffic: Option<Option<Periods>>) {
+    fn tooltip_figures(
+        &self,
+        ui: &mut Ui,
+        present: Option<Presence>,
+        traffic: Option<Option<Periods>>,
+    ) {
         let theme = self.settings.theme();
         let heat = self.settings.heat.then_some(self.settings.heat_of);
         let period = heat.map_or(Period::TenMinutes, |heat| heat.period);
@@ -118,13 +144,18 @@ impl Interface {
             let mut row = |name: &str, value: String, is_first: bool| {
                 let value = RichText::new(value).monospace();
                 ui.label(faint(ui, theme, name));
-                ui.label(if is_first { value.strong().color(self.colours().accent) } else { value });
+                ui.label(if is_first {
+                    value.strong().color(self.colours().accent)
+                } else {
+                    value
+                });
                 ui.end_row();
             };
             if let Some((periods, _)) = traffic.flatten() {
                 let figures: Vec<Figure> = match heat {
                     Some(heat) => {
-                        let others = Figure::ALL.into_iter().filter(|figure| *figure != heat.figure);
+                        let others =
+                            Figure::ALL.into_iter().filter(|figure| *figure != heat.figure);
                         [heat.figure].into_iter().chain(others).collect()
                     }
                     None => USUAL.to_vec(),
@@ -140,7 +171,9 @@ impl Interface {
             }
         });
         match traffic {
-            Some(Some((_, secs))) => _ = ui.label(faint(ui, theme, period_text(period, secs[number]))),
+            Some(Some((_, secs))) => {
+                _ = ui.label(faint(ui, theme, period_text(period, secs[number])))
+            }
             Some(None) => _ = ui.label(faint(ui, theme, "more with: regatta plugin traffic")),
             None => {}
         }

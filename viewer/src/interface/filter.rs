@@ -37,7 +37,10 @@ impl Interface {
         ui.horizontal(|ui| {
             let text = self.count_text(model.matches.map(|matches| matches.counts));
             ui.label(style::faint(ui, self.settings.theme(), text));
-            if ui.add_enabled(self.filter.has_conditions(), Button::new("show all").small()).clicked() {
+            if ui
+                .add_enabled(self.filter.has_conditions(), Button::new("show all").small())
+                .clicked()
+            {
                 self.filter = Filter::default().of_level(self.filter.level.as_deref());
                 self.task_number.clear();
             }
@@ -54,7 +57,9 @@ impl Interface {
         if !is_level_alone && !has_conditions {
             return "no filter".to_owned();
         }
-        let Some(MatchCounts { matching, on_level, all }) = counts else { return "counting …".to_owned() };
+        let Some(MatchCounts { matching, on_level, all }) = counts else {
+            return "counting …".to_owned();
+        };
         // Of levels side by side, all robots are shown.
         let number = if is_level_alone { on_level } else { matching };
         let verb = match (has_conditions, number) {
@@ -65,7 +70,8 @@ impl Interface {
         format!("{} of {} {verb}", thousands(number.into()), with_plural(all.into(), "robot"))
     }
 
-    /// Whether a robot matches the filter, and is on the level that alone is shown; of all robots, until that is known.
+    /// Whether a robot matches the filter, and is on the level that alone is shown; of all robots,
+    /// until that is known.
     pub(super) fn is_matching(&self, model: &ViewModel<'_>, robot: u32) -> bool {
         model.matches.is_none_or(|matches| {
             let is_on_level = !self.parts().is_empty() || is_in(matches.on_level.as_ref(), robot);
@@ -81,28 +87,33 @@ impl Interface {
             TaskFilter::None => "without a task".to_owned(),
             TaskFilter::Number(number) => format!("task {number}"),
         };
-        let shown = ComboBox::from_id_salt("filter task").selected_text(name).width(96.0).show_ui(ui, |ui| {
-            ui.selectable_value(task, TaskFilter::Any, "any task");
-            ui.selectable_value(task, TaskFilter::Some, "with a task");
-            ui.selectable_value(task, TaskFilter::None, "without a task");
-            let field = ui.add(TextEdit::singleline(number).hint_text("task number").desired_width(84.0));
-            field.widget_info(|| WidgetInfo::labeled(Role::TextInput, true, "task number"));
-            if let Some(number) = number.trim().parse().ok().filter(|_| field.changed()) {
-                *task = TaskFilter::Number(number);
-            }
-        });
+        let shown = ComboBox::from_id_salt("filter task").selected_text(name).width(96.0).show_ui(
+            ui,
+            |ui| {
+                ui.selectable_value(task, TaskFilter::Any, "any task");
+                ui.selectable_value(task, TaskFilter::Some, "with a task");
+                ui.selectable_value(task, TaskFilter::None, "without a task");
+                let field = ui
+                    .add(TextEdit::singleline(number).hint_text("task number").desired_width(84.0));
+                field.widget_info(|| WidgetInfo::labeled(Role::TextInput, true, "task number"));
+                if let Some(number) = number.trim().parse().ok().filter(|_| field.changed()) {
+                    *task = TaskFilter::Number(number);
+                }
+            },
+        );
         shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "filter: task"));
     }
 }
 
 fn state(ui: &mut Ui, filter: &mut Filter) {
     let name = filter.state.map_or("any state", RobotState::name);
-    let shown = ComboBox::from_id_salt("filter state").selected_text(name).width(84.0).show_ui(ui, |ui| {
-        ui.selectable_value(&mut filter.state, None, "any state");
-        for state in STATES {
-            ui.selectable_value(&mut filter.state, Some(state), state.name());
-        }
-    });
+    let shown =
+        ComboBox::from_id_salt("filter state").selected_text(name).width(84.0).show_ui(ui, |ui| {
+            ui.selectable_value(&mut filter.state, None, "any state");
+            for state in STATES {
+                ui.selectable_value(&mut filter.state, Some(state), state.name());
+            }
+        });
     shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "filter: state"));
 }
 
@@ -111,14 +122,16 @@ fn robot_type(ui: &mut Ui, filter: &mut Filter, model: &ViewModel<'_>) {
     if types.len() < 2 && filter.robot_type.is_none() {
         return;
     }
-    let name_of = |index: u32| types.get(index as usize).map_or("unknown", |robot_type| robot_type.name());
+    let name_of =
+        |index: u32| types.get(index as usize).map_or("unknown", |robot_type| robot_type.name());
     let name = filter.robot_type.map_or("any type", name_of);
-    let shown = ComboBox::from_id_salt("filter type").selected_text(name).width(84.0).show_ui(ui, |ui| {
-        ui.selectable_value(&mut filter.robot_type, None, "any type");
-        for index in 0..types.len() as u32 {
-            ui.selectable_value(&mut filter.robot_type, Some(index), name_of(index));
-        }
-    });
+    let shown =
+        ComboBox::from_id_salt("filter type").selected_text(name).width(84.0).show_ui(ui, |ui| {
+            ui.selectable_value(&mut filter.robot_type, None, "any type");
+            for index in 0..types.len() as u32 {
+                ui.selectable_value(&mut filter.robot_type, Some(index), name_of(index));
+            }
+        });
     shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "filter: type"));
 }
 
@@ -128,12 +141,14 @@ fn zone(ui: &mut Ui, filter: &mut Filter, model: &ViewModel<'_>) {
         return;
     }
     let name = filter.zone.clone().unwrap_or_else(|| "any zone".to_owned());
-    let shown = ComboBox::from_id_salt("filter zone").selected_text(name).width(84.0).show_ui(ui, |ui| {
-        ui.selectable_value(&mut filter.zone, None, "any zone");
-        let zones: BTreeSet<&str> = model.world.edges().iter().map(|edge| model.world.text(edge.zone)).collect();
-        for zone in zones.into_iter().filter(|zone| !zone.is_empty()) {
-            ui.selectable_value(&mut filter.zone, Some(zone.to_owned()), zone);
-        }
-    });
+    let shown =
+        ComboBox::from_id_salt("filter zone").selected_text(name).width(84.0).show_ui(ui, |ui| {
+            ui.selectable_value(&mut filter.zone, None, "any zone");
+            let zones: BTreeSet<&str> =
+                model.world.edges().iter().map(|edge| model.world.text(edge.zone)).collect();
+            for zone in zones.into_iter().filter(|zone| !zone.is_empty()) {
+                ui.selectable_value(&mut filter.zone, Some(zone.to_owned()), zone);
+            }
+        });
     shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "filter: zone"));
 }

@@ -51,7 +51,12 @@ const GAP: f32 = 6.0;
 const LETTERS: [f32; 2] = [11.0, 12.0];
 
 impl Interface {
-    pub(super) fn fleet_list(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+    pub(super) fn fleet_list(
+        &mut self,
+        ui: &mut Ui,
+        model: &ViewModel<'_>,
+        actions: &mut Vec<Action>,
+    ) {
         let before = self.fleet_list.query.clone();
         self.filter(ui, model, actions);
         self.search(ui, model);
@@ -67,7 +72,8 @@ impl Interface {
             return;
         };
         let query = self.fleet_list.query.clone();
-        let held = self.held_rows(ui, model.rows.filter(|rows| rows.query == query && !query.is_plain()));
+        let held =
+            self.held_rows(ui, model.rows.filter(|rows| rows.query == query && !query.is_plain()));
         let rows = held.as_ref();
         let levels = contact_levels(model);
         let count = rows.map_or(frame.len(), |rows| rows.ids.len());
@@ -76,7 +82,8 @@ impl Interface {
             None if query.descending => (frame.len() - 1 - row) as u32,
             None => row as u32,
         };
-        let (selected, offset, theme) = (self.robots(), self.settings.offset, self.settings.theme());
+        let (selected, offset, theme) =
+            (self.robots(), self.settings.offset, self.settings.theme());
         let opacity = ui.opacity();
         let mut clicked = None;
         let mut list = self.fleet_list.list;
@@ -90,7 +97,8 @@ impl Interface {
             if response.clicked() || response.double_clicked() {
                 clicked = Some((id, response.double_clicked()));
             }
-            let edge = model.world.edges().get(frame.edge()[id as usize] as usize).map(|edge| edge.id);
+            let edge =
+                model.world.edges().get(frame.edge()[id as usize] as usize).map(|edge| edge.id);
             let colour = state_colour(frame.state_of(id as usize), theme);
             let row = Row { id, edge, level: levels.get(&id).copied(), offset, colour };
             cells(ui, rect, &frame, &row, columns, &colours);
@@ -108,7 +116,8 @@ impl Interface {
         }
     }
 
-    /// Returns the rows to show: while the pointer is over the list those that it came upon, so that the row under it stays.
+    /// Returns the rows to show: while the pointer is over the list those that it came upon, so
+    /// that the row under it stays.
     fn held_rows(&mut self, ui: &Ui, newest: Option<&Rows>) -> Option<Rows> {
         let newest = newest?;
         let is_over = self.fleet_list.area.is_some_and(|area| ui.rect_contains_pointer(area));
@@ -120,24 +129,37 @@ impl Interface {
         let robots = model.frame.map_or(0, |frame| frame.len());
         ui.horizontal(|ui| {
             let hint = format!("{}: id or state", with_plural(robots as u64, "robot"));
-            let field = egui::TextEdit::singleline(&mut self.fleet_list.query.filter).hint_text(hint);
+            let field =
+                egui::TextEdit::singleline(&mut self.fleet_list.query.filter).hint_text(hint);
             let field = ui.add(field.desired_width(f32::INFINITY).id_salt("find"));
             if std::mem::take(&mut self.fleet_list.request_focus) {
                 field.request_focus();
                 select_all(ui, field.id, &self.fleet_list.query.filter);
             }
-            let extend = field.has_focus() && ui.input_mut(|input| input.consume_key(Modifiers::COMMAND, Key::Enter));
+            let extend = field.has_focus()
+                && ui.input_mut(|input| input.consume_key(Modifiers::COMMAND, Key::Enter));
             if extend || field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter)) {
-                let exact = self.fleet_list.query.filter.trim().parse().ok().filter(|id| (*id as usize) < robots);
-                let first =
-                    model.rows.filter(|rows| rows.query == self.fleet_list.query).and_then(|rows| rows.ids.first());
+                let exact = self
+                    .fleet_list
+                    .query
+                    .filter
+                    .trim()
+                    .parse()
+                    .ok()
+                    .filter(|id| (*id as usize) < robots);
+                let first = model
+                    .rows
+                    .filter(|rows| rows.query == self.fleet_list.query)
+                    .and_then(|rows| rows.ids.first());
                 match exact.or(first.copied()) {
                     Some(id) if extend => self.toggle_selected(Item::Robot(id)),
                     Some(id) => {
                         self.select(Some(Item::Robot(id)));
                         self.fly_to_selected(model);
                     }
-                    None => self.notify(format!("no robot '{}'", self.fleet_list.query.filter.trim())),
+                    None => {
+                        self.notify(format!("no robot '{}'", self.fleet_list.query.filter.trim()))
+                    }
                 }
             }
         });
@@ -164,12 +186,23 @@ fn header(ui: &mut Ui, query: &mut RowQuery, colours: &ThemeColours, columns: &[
         let is_bright = is_chosen || sort.is_some() && response.hovered();
         let colour = if is_bright { colours.text } else { colours.faint };
         let at = pos2(right, area.bottom() - 8.0);
-        let text = ui.painter().text(at, Align2::RIGHT_CENTER, *name, FontId::proportional(11.5), colour);
+        let text =
+            ui.painter().text(at, Align2::RIGHT_CENTER, *name, FontId::proportional(11.5), colour);
         let Some(sort) = *sort else { continue };
-        response
-            .widget_info(|| egui::WidgetInfo::selected(egui::Role::Button, true, is_chosen, format!("sort by {name}")));
+        response.widget_info(|| {
+            egui::WidgetInfo::selected(
+                egui::Role::Button,
+                true,
+                is_chosen,
+                format!("sort by {name}"),
+            )
+        });
         if response.clicked() {
-            *query = RowQuery { sort, descending: is_chosen && !query.descending, filter: query.filter.clone() };
+            *query = RowQuery {
+                sort,
+                descending: is_chosen && !query.descending,
+                filter: query.filter.clone(),
+            };
         }
         if is_chosen {
             // Beside the text, there would be no room for it.
@@ -205,7 +238,14 @@ fn contact_levels(model: &ViewModel<'_>) -> BTreeMap<u32, ContactLevel> {
     levels
 }
 
-fn cells(ui: &Ui, rect: Rect, frame: &Frame<'_>, row: &Row, columns: &[Column], colours: &ThemeColours) {
+fn cells(
+    ui: &Ui,
+    rect: Rect,
+    frame: &Frame<'_>,
+    row: &Row,
+    columns: &[Column],
+    colours: &ThemeColours,
+) {
     let state = frame.state_of(row.id as usize);
     let size = LETTERS[usize::from(columns.len() > NARROW.len())];
     let dot = pos2(rect.left() + 5.0, rect.center().y);
@@ -229,15 +269,24 @@ fn cells(ui: &Ui, rect: Rect, frame: &Frame<'_>, row: &Row, columns: &[Column], 
 }
 
 /// Returns the text and the colour of a robot's cell; `None` is the column of contacts.
-fn cell(frame: &Frame<'_>, row: &Row, sort: Option<SortBy>, colours: &ThemeColours) -> (String, Color32) {
+fn cell(
+    frame: &Frame<'_>,
+    row: &Row,
+    sort: Option<SortBy>,
+    colours: &ThemeColours,
+) -> (String, Color32) {
     let id = row.id as usize;
-    let metres = |metres: f32| if metres.abs() < 1000.0 { format!("{metres:.2}") } else { format!("{metres:.1}") };
+    let metres = |metres: f32| {
+        if metres.abs() < 1000.0 { format!("{metres:.2}") } else { format!("{metres:.1}") }
+    };
     let text = match sort {
         Some(SortBy::Id) => row.id.to_string(),
         Some(SortBy::X) => metres(frame.x()[id] + row.offset[0]),
         Some(SortBy::Y) => metres(frame.y()[id] + row.offset[1]),
         Some(SortBy::Theta) => format!("{:.1}°", frame.theta()[id].to_degrees()),
-        Some(SortBy::Speed) if frame.speed()[id].abs() >= 10.0 => format!("{:.1}", frame.speed()[id]),
+        Some(SortBy::Speed) if frame.speed()[id].abs() >= 10.0 => {
+            format!("{:.1}", frame.speed()[id])
+        }
         Some(SortBy::Speed) => format!("{:.2}", frame.speed()[id]),
         Some(SortBy::State) => frame.state_of(id).name().to_owned(),
         Some(SortBy::Edge) => row.edge.map_or("–".to_owned(), |edge| edge.to_string()),

@@ -26,7 +26,9 @@ impl HeatLegend {
         ui.label(RichText::new(self.heat.figure.title()).strong());
         let colours = style::colours(theme);
         let Some(facts) = self.facts.filter(|facts| facts.heat.figure == self.heat.figure) else {
-            ui.label(RichText::new("no figures: regatta plugin traffic").size(11.0).color(colours.warn));
+            ui.label(
+                RichText::new("no figures: regatta plugin traffic").size(11.0).color(colours.warn),
+            );
             return;
         };
         Self::lacks(ui, theme, &facts);
@@ -47,7 +49,11 @@ impl HeatLegend {
     fn lacks(ui: &mut Ui, theme: Theme, facts: &HeatFacts) {
         let colours = style::colours(theme);
         if facts.heat.figure == Figure::Contacts && !facts.has_contacts {
-            ui.label(RichText::new("nobody checks: regatta plugin collision").size(11.0).color(colours.warn));
+            ui.label(
+                RichText::new("nobody checks: regatta plugin collision")
+                    .size(11.0)
+                    .color(colours.warn),
+            );
         }
         if facts.heat.figure == Figure::Routes && !facts.has_routes {
             let text = "no routes are known: none in lockstep, none of recordings";
@@ -56,7 +62,8 @@ impl HeatLegend {
     }
 }
 
-/// Says which time the figures are about: the windows are longer than their names by a part that isn't over yet.
+/// Says which time the figures are about: the windows are longer than their names by a part that
+/// isn't over yet.
 pub(super) fn period_text(period: Period, secs: f32) -> String {
     let secs = secs.round() as u32;
     let (minutes, rest) = (secs / 60, secs % 60);
@@ -81,20 +88,27 @@ impl Interface {
         }
         let heat = &mut settings.heat_of;
         ui.horizontal(|ui| {
-            let choice = ComboBox::from_id_salt("heat figure").selected_text(heat.figure.name()).width(96.0);
+            let choice =
+                ComboBox::from_id_salt("heat figure").selected_text(heat.figure.name()).width(96.0);
             let shown = choice.show_ui(ui, |ui| {
                 for figure in Figure::ALL {
                     ui.selectable_value(&mut heat.figure, figure, figure.name());
                 }
             });
-            shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "heat map: figure"));
-            let choice = ComboBox::from_id_salt("heat window").selected_text(heat.period.title()).width(120.0);
+            shown
+                .response
+                .widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "heat map: figure"));
+            let choice = ComboBox::from_id_salt("heat window")
+                .selected_text(heat.period.title())
+                .width(120.0);
             let shown = choice.show_ui(ui, |ui| {
                 for period in Period::ALL {
                     ui.selectable_value(&mut heat.period, period, period.title());
                 }
             });
-            shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "heat map: window"));
+            shown
+                .response
+                .widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "heat map: window"));
         });
         match model.jams.heat {
             Some(facts) => {
@@ -140,7 +154,11 @@ impl Interface {
                     }
                     ui.end_row();
                     for figure in Figure::ALL {
-                        ui.label(faint(ui, theme, figure.title().trim_end_matches(" of the limit")));
+                        ui.label(faint(
+                            ui,
+                            theme,
+                            figure.title().trim_end_matches(" of the limit"),
+                        ));
                         for edge in periods {
                             let text = figure.value(edge).map_or("–".to_owned(), ramp::short);
                             ui.label(RichText::new(text).monospace());

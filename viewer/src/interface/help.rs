@@ -27,7 +27,9 @@ impl Interface {
                 ui.label(RichText::new("Keys and mouse").size(17.0));
                 ui.add_space(8.0);
                 let columns = ((screen.x - 60.0) / COLUMN).clamp(1.0, 3.0) as usize;
-                let gestures = keys::POINTER_GESTURES.iter().map(|(gesture, text)| ((*gesture).to_owned(), *text));
+                let gestures = keys::POINTER_GESTURES
+                    .iter()
+                    .map(|(gesture, text)| ((*gesture).to_owned(), *text));
                 let all: Vec<_> = gestures.chain(keys::list(context)).collect();
                 let rows = all.len().div_ceil(columns);
                 ScrollArea::vertical().max_height(screen.y - 120.0).show(ui, |ui| {
@@ -42,13 +44,18 @@ impl Interface {
                     }
                     ui.horizontal_top(|ui| {
                         for (i, column) in all.chunks(rows).enumerate() {
-                            Grid::new(("keys", i)).num_columns(2).spacing([12.0, 5.0]).show(ui, |ui| {
-                                for (input, text) in column {
-                                    ui.label(RichText::new(input).monospace().color(colours.accent));
-                                    ui.label(*text);
-                                    ui.end_row();
-                                }
-                            });
+                            Grid::new(("keys", i)).num_columns(2).spacing([12.0, 5.0]).show(
+                                ui,
+                                |ui| {
+                                    for (input, text) in column {
+                                        ui.label(
+                                            RichText::new(input).monospace().color(colours.accent),
+                                        );
+                                        ui.label(*text);
+                                        ui.end_row();
+                                    }
+                                },
+                            );
                             ui.add_space(14.0);
                         }
                     });

@@ -8,7 +8,8 @@ use regatta_plugin::frame::{Frame, RobotState};
 /// Simulated seconds that the plots show.
 pub const SPAN: f64 = 60.0;
 /// The plotted values: name, unit, and the smallest span of the value axis.
-pub const PLOTS: [(&str, &str, f64); 4] = [("x", "m", 1.0), ("y", "m", 1.0), ("θ", "°", 20.0), ("speed", "m/s", 0.5)];
+pub const PLOTS: [(&str, &str, f64); 4] =
+    [("x", "m", 1.0), ("y", "m", 1.0), ("θ", "°", 20.0), ("speed", "m/s", 0.5)];
 /// The smallest distance between two points, in simulated seconds.
 const MIN_GAP: f64 = 0.05;
 /// The index of the heading in [`PLOTS`].
@@ -19,7 +20,8 @@ const SNAPSHOT_GAP: f64 = 0.25;
 /// The most memory for the snapshots of a minute, in bytes; a larger fleet is not recorded.
 const MAX_BYTES: f64 = 64e6;
 
-/// The columns of all robots during the last minute, copied as they are a few times per simulated second.
+/// The columns of all robots during the last minute, copied as they are a few times per simulated
+/// second.
 #[derive(Clone, Debug, Default)]
 pub struct Recorder {
     run: u64,
@@ -49,7 +51,11 @@ impl Recorder {
             return;
         }
         let columns = [frame.x(), frame.y(), frame.theta(), frame.speed()].map(<[f32]>::to_vec);
-        self.snapshots.push_back(Snapshot { at: now, columns, state: frame.columns().state.to_vec() });
+        self.snapshots.push_back(Snapshot {
+            at: now,
+            columns,
+            state: frame.columns().state.to_vec(),
+        });
         while self.snapshots.front().is_some_and(|snapshot| snapshot.at < now - SPAN) {
             self.snapshots.pop_front();
         }
@@ -60,7 +66,8 @@ impl Recorder {
         let snapshots = self.snapshots.iter().filter(|_| self.run == run);
         let point = |snapshot: &Snapshot| {
             snapshot.state.get(row).filter(|state| **state != RobotState::Absent as u8)?;
-            let [x, y, theta, speed] = [0, 1, 2, 3].map(|column: usize| f64::from(snapshot.columns[column][row]));
+            let [x, y, theta, speed] =
+                [0, 1, 2, 3].map(|column: usize| f64::from(snapshot.columns[column][row]));
             Some([snapshot.at, x, y, theta.to_degrees(), speed])
         };
         snapshots.filter_map(point).collect()
@@ -77,8 +84,8 @@ pub struct History {
 }
 
 impl History {
-    /// Adds the values of a frame. The history starts anew with another robot or run, or when time has gone back; of another
-    /// robot it starts with what was recorded.
+    /// Adds the values of a frame. The history starts anew with another robot or run, or when time
+    /// has gone back; of another robot it starts with what was recorded.
     pub fn push(&mut self, frame: &Frame<'_>, robot: u32, recorder: &Recorder) {
         let (row, now) = (robot as usize, frame.sim_time().as_secs_f64());
         let source = Some((frame.run_id(), robot));
@@ -91,7 +98,8 @@ impl History {
         if frame.state_of(row) == RobotState::Absent {
             return;
         }
-        let values = [frame.x()[row], frame.y()[row], frame.theta()[row].to_degrees(), frame.speed()[row]];
+        let values =
+            [frame.x()[row], frame.y()[row], frame.theta()[row].to_degrees(), frame.speed()[row]];
         let [x, y, theta, speed] = values.map(f64::from);
         self.points.push_back([now, x, y, theta, speed]);
         while self.points.front().is_some_and(|point| point[0] < now - SPAN) {
@@ -102,17 +110,20 @@ impl History {
     /// Returns the smallest and the largest value of one plot, at least `span` apart.
     pub fn range(&self, plot: usize, span: f64) -> [f64; 2] {
         let values = self.points.iter().map(|point| point[plot + 1]);
-        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
+        let (low, high) = values
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
         let (middle, half) = ((low + high) / 2.0, ((high - low) / 2.0).max(span / 2.0));
         if low <= high { [middle - half, middle + half] } else { [0.0, span] }
     }
 
-    /// Returns the lines of one plot: seconds before now, and the value. The heading's line is split where the angle
-    /// wraps round.
+    /// Returns the lines of one plot: seconds before now, and the value. The heading's line is
+    /// split where the angle wraps round.
     pub fn lines(&self, plot: usize) -> Vec<PlotPoints<'static>> {
         let now = self.points.back().map_or(0.0, |point| point[0]);
-        let points: Vec<_> = self.points.iter().map(|point| [point[0] - now, point[plot + 1]]).collect();
-        let is_continuous = |a: &[f64; 2], b: &[f64; 2]| plot != THETA || (a[1] - b[1]).abs() < 180.0;
+        let points: Vec<_> =
+            self.points.iter().map(|point| [point[0] - now, point[plot + 1]]).collect();
+        let is_continuous =
+            |a: &[f64; 2], b: &[f64; 2]| plot != THETA || (a[1] - b[1]).abs() < 180.0;
         points.chunk_by(is_continuous).map(|part| PlotPoints::from(part.to_vec())).collect()
     }
 }
@@ -132,7 +143,13 @@ mod tests {
             (0..3).for_each(|row| (columns.x[row], columns.state[row]) = (step as f32, 1));
             let sim_time_nanos = step * 100_000_000;
             let stride_lines = stride_lines(3) as u32;
-            let header = FrameHeader { run_id: 1, robots: 3, stride_lines, sim_time_nanos, ..FrameHeader::default() };
+            let header = FrameHeader {
+                run_id: 1,
+                robots: 3,
+                stride_lines,
+                sim_time_nanos,
+                ..FrameHeader::default()
+            };
             let frame = Frame::new(&header, &lines).expect("a frame");
             recorder.push(&frame);
             if step == 99 {

@@ -33,8 +33,15 @@ pub fn button(ui: &mut Ui, icon: Icon, name: &str, size: egui::Vec2) -> Response
     let enabled = ui.is_enabled();
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Button, enabled, name));
     let visuals = ui.style().interact(&response);
-    let focus = if response.has_focus() { ui.visuals().selection.bg_fill } else { visuals.bg_stroke.color };
-    ui.painter().rect(rect, visuals.corner_radius, visuals.weak_bg_fill, (1.0, focus), egui::StrokeKind::Inside);
+    let focus =
+        if response.has_focus() { ui.visuals().selection.bg_fill } else { visuals.bg_stroke.color };
+    ui.painter().rect(
+        rect,
+        visuals.corner_radius,
+        visuals.weak_bg_fill,
+        (1.0, focus),
+        egui::StrokeKind::Inside,
+    );
     let colour = if enabled { visuals.fg_stroke.color } else { ui.visuals().weak_text_color() };
     draw(ui.painter(), icon, rect.center(), 6.0, colour);
     response
@@ -73,7 +80,10 @@ pub fn draw(painter: &Painter, icon: Icon, at: Pos2, half: f32, colour: Color32)
             painter.circle_filled(at, half * 0.5, colour);
             for i in 0..8_u8 {
                 let ray = egui::Vec2::angled(f32::from(i) * core::f32::consts::FRAC_PI_4);
-                painter.line_segment([at + ray * half * 0.75, at + ray * half * 1.1], Stroke::new(1.2, colour));
+                painter.line_segment(
+                    [at + ray * half * 0.75, at + ray * half * 1.1],
+                    Stroke::new(1.2, colour),
+                );
             }
         }
         Icon::Moon => {

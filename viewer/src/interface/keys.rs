@@ -108,7 +108,12 @@ struct Shortcut {
     text: &'static str,
 }
 
-const fn shortcut(modifiers: Modifiers, key: Key, command: Command, text: &'static str) -> Shortcut {
+const fn shortcut(
+    modifiers: Modifiers,
+    key: Key,
+    command: Command,
+    text: &'static str,
+) -> Shortcut {
     Shortcut { modifiers, key, command, text }
 }
 
@@ -201,8 +206,8 @@ pub const POINTER_GESTURES: &[(&str, &str)] = &[
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CameraMotion(pub [f32; 5]);
 
-/// Returns the commands of the keys pressed since the last picture. A text field with the focus gets all keys but
-/// Ctrl+F.
+/// Returns the commands of the keys pressed since the last picture. A text field with the focus
+/// gets all keys but Ctrl+F.
 pub fn pressed(context: &Context) -> Vec<Command> {
     if context.egui_wants_keyboard_input() {
         let find = context.input_mut(|input| input.consume_key(CTRL, Key::F));
@@ -213,7 +218,8 @@ pub fn pressed(context: &Context) -> Vec<Command> {
             Event::Key { key, pressed: true, modifiers, .. } => Some((*key, *modifiers)),
             _ => None,
         });
-        let mut commands: Vec<_> = pressed.filter_map(|(key, modifiers)| command_of(key, modifiers)).collect();
+        let mut commands: Vec<_> =
+            pressed.filter_map(|(key, modifiers)| command_of(key, modifiers)).collect();
         // Later keys are for the search field.
         let find = commands.iter().position(|command| *command == Command::Find);
         commands.truncate(find.map_or(commands.len(), |find| find + 1));
@@ -221,8 +227,8 @@ pub fn pressed(context: &Context) -> Vec<Command> {
     })
 }
 
-/// Takes the events out of a picture's input that came after Ctrl+F: at low picture rates they are in the same picture, before
-/// the search field gets the focus. Pointer events stay.
+/// Takes the events out of a picture's input that came after Ctrl+F: at low picture rates they are
+/// in the same picture, before the search field gets the focus. Pointer events stay.
 pub fn take_input_after_find(context: &Context) -> Vec<Event> {
     context.input_mut(|input| {
         let is_find = |event: &Event| {
@@ -244,7 +250,8 @@ pub fn take_input_after_find(context: &Context) -> Vec<Event> {
 }
 
 fn command_of(key: Key, modifiers: Modifiers) -> Option<Command> {
-    let matches = |shortcut: &&Shortcut| shortcut.key == key && modifiers.matches_exact(shortcut.modifiers);
+    let matches =
+        |shortcut: &&Shortcut| shortcut.key == key && modifiers.matches_exact(shortcut.modifiers);
     SHORTCUTS.iter().find(matches).map(|shortcut| shortcut.command)
 }
 
@@ -257,7 +264,8 @@ pub fn held(context: &Context) -> CameraMotion {
     context.input_mut(|input| {
         // Where + is Shift and =, the key may go up as the other one than it went down as.
         let is_plus = |key: &Key| matches!(key, Key::Plus | Key::Equals);
-        let is_up = |event: &Event| matches!(event, Event::Key { key, pressed: false, .. } if is_plus(key));
+        let is_up =
+            |event: &Event| matches!(event, Event::Key { key, pressed: false, .. } if is_plus(key));
         if input.events.iter().any(is_up) {
             input.keys_down.retain(|key| !is_plus(key));
         }
@@ -280,7 +288,8 @@ pub fn list(context: &Context) -> Vec<(String, &'static str)> {
         _ => format!("{}+{}", context.format_modifiers(modifiers), name_of(key)),
     };
     let shortcuts = SHORTCUTS.iter().filter(|shortcut| !shortcut.text.is_empty());
-    let shortcuts = shortcuts.map(|shortcut| (name(shortcut.modifiers, shortcut.key), shortcut.text));
+    let shortcuts =
+        shortcuts.map(|shortcut| (name(shortcut.modifiers, shortcut.key), shortcut.text));
     let held = HELD_KEYS.iter().map(|(keys, _, text)| {
         let names: Vec<_> = keys.iter().map(|key| name_of(*key)).collect();
         (names.join("  "), *text)
@@ -316,9 +325,13 @@ mod tests {
 
     #[test]
     fn no_key_has_two_commands() {
-        let mut chords: Vec<_> =
-            SHORTCUTS.iter().map(|shortcut| (format!("{:?}", shortcut.modifiers), shortcut.key)).collect();
-        chords.extend(HELD_KEYS.iter().flat_map(|held| held.0).map(|key| (format!("{NONE:?}"), *key)));
+        let mut chords: Vec<_> = SHORTCUTS
+            .iter()
+            .map(|shortcut| (format!("{:?}", shortcut.modifiers), shortcut.key))
+            .collect();
+        chords.extend(
+            HELD_KEYS.iter().flat_map(|held| held.0).map(|key| (format!("{NONE:?}"), *key)),
+        );
         let count = chords.len();
         chords.sort();
         chords.dedup();

@@ -17,8 +17,8 @@ use crate::palette::Theme;
 const MIN_POINTS_PER_METRE: f32 = 32.0;
 /// The largest number of ids in a picture.
 const MAX_LABELS: usize = 240;
-/// Width and height of a cell of the picture, in points. Two ids are never in the same cell nor in neighbouring cells
-/// of a row.
+/// Width and height of a cell of the picture, in points. Two ids are never in the same cell nor in
+/// neighbouring cells of a row.
 const CELL: Vec2 = Vec2::new(30.0, 15.0);
 
 /// The nodes and edges of a route graph with their places, sorted from west to east.
@@ -40,8 +40,8 @@ pub struct LabelView<'a> {
     pub robots: &'a [Spot],
 }
 
-/// Returns the distance from the eye up to which ids are drawn in a picture of `size` points; `None` if the camera is farther
-/// away from the ground than that.
+/// Returns the distance from the eye up to which ids are drawn in a picture of `size` points;
+/// `None` if the camera is farther away from the ground than that.
 pub(super) fn reach(camera: &Camera, size: Vec2) -> Option<f32> {
     let reach = size.y / (2.0 * (camera.fov_y / 2.0).tan() * MIN_POINTS_PER_METRE);
     (camera.eye().z < reach && size.min_element() > 0.0).then_some(reach)
@@ -68,22 +68,32 @@ impl Labels {
         });
         let edges = world.edges().iter().filter(|edge| is_shown(edge.level));
         let middles = edges.filter_map(|edge| Some((edge, midpoint(world, edge)?)));
-        let edges = middles.map(|(edge, place)| Label { place, id: edge.id, is_node: false, station: None });
+        let edges = middles.map(|(edge, place)| Label {
+            place,
+            id: edge.id,
+            is_node: false,
+            station: None,
+        });
         let mut all: Vec<_> = nodes.chain(edges).collect();
         all.sort_by(|a, b| a.place.x.total_cmp(&b.place.x));
         Self(all)
     }
 
-    /// Draws the ids that are near enough over a picture, of which `clip` is in sight. Where space is short, nodes precede edges
-    /// and near ones far ones; none covers a robot or another id.
+    /// Draws the ids that are near enough over a picture, of which `clip` is in sight. Where space
+    /// is short, nodes precede edges and near ones far ones; none covers a robot or another id.
     pub fn draw(&self, context: &Context, clip: Rect, view: &LabelView<'_>) {
         let LabelView { picture, camera, offset, theme, robots } = *view;
         let painter = context.layer_painter(LayerId::background()).with_clip_rect(clip);
         let colours = style::colours(theme);
         let mut drawn: Vec<Rect> = Vec::new();
-        for (label, at) in self.visible(camera, offset, Vec2::new(picture.width(), picture.height())) {
-            let (colour, size) =
-                if label.is_node { (colours.text, 11.0) } else { (colours.text.gamma_multiply(0.8), 10.0) };
+        for (label, at) in
+            self.visible(camera, offset, Vec2::new(picture.width(), picture.height()))
+        {
+            let (colour, size) = if label.is_node {
+                (colours.text, 11.0)
+            } else {
+                (colours.text.gamma_multiply(0.8), 10.0)
+            };
             // Right of the node, or of the arrow in the middle of the edge.
             let (anchor, gap) = match (label.is_node, &label.station) {
                 // Beside the badge.
@@ -94,7 +104,11 @@ impl Labels {
             let down = if label.is_node { -gap } else { gap };
             let at = pos2(picture.left() + at.x + gap, picture.top() + at.y + down);
             // Ids of robots are framed; those of the graph are letters and digits on the floor.
-            let font = if label.station.is_some() { FontId::proportional(size) } else { FontId::monospace(size - 1.0) };
+            let font = if label.station.is_some() {
+                FontId::proportional(size)
+            } else {
+                FontId::monospace(size - 1.0)
+            };
             let galley = painter.layout_no_wrap(label.text(), font, colour);
             let text = anchor.anchor_size(at, galley.size());
             let covers = |spot: &Spot| {
@@ -105,7 +119,11 @@ impl Labels {
                 continue;
             }
             drawn.push(text);
-            painter.rect_filled(text.expand2(egui::vec2(3.0, 0.0)), 3.0, colours.panel.gamma_multiply(0.6));
+            painter.rect_filled(
+                text.expand2(egui::vec2(3.0, 0.0)),
+                3.0,
+                colours.panel.gamma_multiply(0.6),
+            );
             painter.galley(text.min, galley, colour);
         }
     }
@@ -122,13 +140,23 @@ impl Labels {
         let painter = context.layer_painter(LayerId::background()).with_clip_rect(clip);
         let colours = style::colours(theme);
         for (id, place) in robots {
-            let Some(at) = camera.project(place.extend(0.4), Vec2::new(picture.width(), picture.height())) else {
+            let Some(at) =
+                camera.project(place.extend(0.4), Vec2::new(picture.width(), picture.height()))
+            else {
                 continue;
             };
-            let galley = painter.layout_no_wrap(format!("robot {id}"), FontId::proportional(12.0), colours.text);
+            let galley = painter.layout_no_wrap(
+                format!("robot {id}"),
+                FontId::proportional(12.0),
+                colours.text,
+            );
             let above = pos2(picture.left() + at.x, picture.top() + at.y - 14.0);
             let text = Align2::CENTER_BOTTOM.anchor_size(above, galley.size());
-            painter.rect_filled(text.expand2(egui::vec2(5.0, 2.0)), 4.0, colours.panel.gamma_multiply(0.85));
+            painter.rect_filled(
+                text.expand2(egui::vec2(5.0, 2.0)),
+                4.0,
+                colours.panel.gamma_multiply(0.85),
+            );
             painter.galley(text.min, galley, colours.text);
         }
     }
@@ -145,7 +173,9 @@ impl Labels {
             .filter_map(|label| {
                 let place = (label.place + offset).extend(0.0);
                 let far = place.distance(eye);
-                let at = camera.project(place, size).filter(|at| at.cmpge(Vec2::ZERO).all() && at.cmple(size).all())?;
+                let at = camera
+                    .project(place, size)
+                    .filter(|at| at.cmpge(Vec2::ZERO).all() && at.cmple(size).all())?;
                 (far < reach).then_some((far, label, at))
             })
             .collect();
@@ -183,7 +213,11 @@ impl Label {
 
 /// Returns the names of a world's levels.
 pub fn levels(world: &World<'_>) -> Vec<String> {
-    let all = world.nodes().iter().map(|node| node.level).chain(world.edges().iter().map(|edge| edge.level));
+    let all = world
+        .nodes()
+        .iter()
+        .map(|node| node.level)
+        .chain(world.edges().iter().map(|edge| edge.level));
     let offsets: BTreeSet<u32> = all.collect();
     let names: BTreeSet<&str> = offsets.into_iter().map(|offset| world.text(offset)).collect();
     names.into_iter().filter(|name| !name.is_empty()).map(str::to_owned).collect()
@@ -221,10 +255,18 @@ mod tests {
     #[test]
     fn only_ids_that_are_near_and_in_sight_are_drawn() {
         let labels = row(100_000);
-        assert!(labels.visible(&over(5_000.0, 200.0), Vec2::ZERO, SIZE).is_empty(), "the camera is too far away");
+        assert!(
+            labels.visible(&over(5_000.0, 200.0), Vec2::ZERO, SIZE).is_empty(),
+            "the camera is too far away"
+        );
         let near = labels.visible(&over(5_000.0, 20.0), Vec2::ZERO, SIZE);
-        assert!(near.iter().any(|(label, at)| label.id == 2_500 && at.distance(SIZE / 2.0) < 1.0), "{near:?}");
-        assert!(near.len() > 5 && near.iter().all(|(label, _)| (label.place.x - 5_000.0).abs() < 40.0));
+        assert!(
+            near.iter().any(|(label, at)| label.id == 2_500 && at.distance(SIZE / 2.0) < 1.0),
+            "{near:?}"
+        );
+        assert!(
+            near.len() > 5 && near.iter().all(|(label, _)| (label.place.x - 5_000.0).abs() < 40.0)
+        );
         let moved = labels.visible(&over(5_007.0, 20.0), Vec2::new(7.0, 0.0), SIZE);
         assert_eq!(moved.len(), near.len(), "the offset moves the labels");
     }
@@ -242,9 +284,8 @@ mod tests {
         assert!(near.len() > 100 && near.len() <= MAX_LABELS, "{}", near.len());
         for (i, (_, a)) in near.iter().enumerate() {
             assert!(
-                near[..i]
-                    .iter()
-                    .all(|(_, b)| (a.y / CELL.y).floor() != (b.y / CELL.y).floor() || (a.x - b.x).abs() >= CELL.x)
+                near[..i].iter().all(|(_, b)| (a.y / CELL.y).floor() != (b.y / CELL.y).floor()
+                    || (a.x - b.x).abs() >= CELL.x)
             );
         }
     }
@@ -253,8 +294,13 @@ mod tests {
     fn a_station_has_its_name_and_keeps_room_for_it() {
         let mut world = WorldData::default();
         let name = world.texts.add("inbound dock 4");
-        let station =
-            |id, name, x, role: NodeRole| NodeRecord { id, name, x, role: role as u32, ..NodeRecord::default() };
+        let station = |id, name, x, role: NodeRole| NodeRecord {
+            id,
+            name,
+            x,
+            role: role as u32,
+            ..NodeRecord::default()
+        };
         world.nodes = vec![
             station(1, name, 0.0, NodeRole::Pick),
             station(2, 0, 6.0, NodeRole::Charge),

@@ -1,8 +1,11 @@
-//! The levels of a plant: all on top of each other, one alone, or all side by side. Side by side, all have the same camera, so that what
-//! is above each other is at the same place of each part of the picture. Mouse and panels are about one level, that of the part which
-//! was clicked last.
+//! The levels of a plant: all on top of each other, one alone, or all side by side. Side by side,
+//! all have the same camera, so that what is above each other is at the same place of each part of
+//! the picture. Mouse and panels are about one level, that of the part which was clicked last.
 
-use egui::{Align2, ComboBox, Context, Event, FontId, LayerId, Rect, Role, Stroke, StrokeKind, Ui, WidgetInfo, vec2};
+use egui::{
+    Align2, ComboBox, Context, Event, FontId, LayerId, Rect, Role, Stroke, StrokeKind, Ui,
+    WidgetInfo, vec2,
+};
 use glam::Vec2;
 
 use super::overlay::beside_legend;
@@ -32,7 +35,8 @@ pub struct PictureArea {
     pub whole: Rect,
 }
 
-/// Returns into how many columns a picture is best divided for so many parts that show things of some width and height.
+/// Returns into how many columns a picture is best divided for so many parts that show things of
+/// some width and height.
 pub fn columns(parts: u32, size: Vec2, extent: Vec2) -> u32 {
     let scale = |columns: u32| {
         let part = size / Vec2::new(columns as f32, parts.div_ceil(columns) as f32);
@@ -42,12 +46,21 @@ pub fn columns(parts: u32, size: Vec2, extent: Vec2) -> u32 {
     all.max_by(|a, b| scale(*a).total_cmp(&scale(*b))).unwrap_or(1)
 }
 
-/// Divides a picture for levels, from the upper left corner on. All parts have the same number of whole pixels.
-fn divide(levels: &[String], whole: Rect, extent: Vec2, pixels_per_point: f32) -> Vec<(String, Rect)> {
+/// Divides a picture for levels, from the upper left corner on. All parts have the same number of
+/// whole pixels.
+fn divide(
+    levels: &[String],
+    whole: Rect,
+    extent: Vec2,
+    pixels_per_point: f32,
+) -> Vec<(String, Rect)> {
     let number = levels.len() as u32;
     let columns = columns(number, Vec2::new(whole.width(), whole.height()), extent);
     let pixel = |points: f32| (points * pixels_per_point).floor() / pixels_per_point;
-    let size = vec2(pixel(whole.width() / columns as f32), pixel(whole.height() / number.div_ceil(columns) as f32));
+    let size = vec2(
+        pixel(whole.width() / columns as f32),
+        pixel(whole.height() / number.div_ceil(columns) as f32),
+    );
     let parts = levels.iter().zip(0..).map(|(level, part)| {
         let at = vec2((part % columns) as f32, (part / columns) as f32);
         (level.clone(), Rect::from_min_size(whole.min + at * size, size))
@@ -77,7 +90,8 @@ impl Interface {
         self.filter.level = level;
     }
 
-    /// Shows all levels side by side, as soon as a world with several levels is known, or no longer.
+    /// Shows all levels side by side, as soon as a world with several levels is known, or no
+    /// longer.
     pub fn show_side_by_side(&mut self, is_on: bool) {
         self.is_refiltered |= self.side_by_side.is_on != is_on;
         self.side_by_side.is_on = is_on;
@@ -89,7 +103,8 @@ impl Interface {
         beside.map(String::as_str).filter(|level| Some(*level) != self.level())
     }
 
-    /// The levels and their parts of the last picture, in points; none unless they are side by side. All parts have the same size.
+    /// The levels and their parts of the last picture, in points; none unless they are side by
+    /// side. All parts have the same size.
     pub fn parts(&self) -> &[(String, Rect)] {
         &self.side_by_side.parts
     }
@@ -98,9 +113,16 @@ impl Interface {
         self.side_by_side.is_on && self.levels.len() > 1
     }
 
-    /// Returns where the picture is that goes on under the panels as `picture`, and is in sight as `whole`. Of levels side by side, it
-    /// is a part; pressing a button of the mouse or turning its wheel in another one moves on to that level.
-    pub(super) fn area(&mut self, ui: &Ui, picture: Rect, whole: Rect, bounds: Bounds) -> PictureArea {
+    /// Returns where the picture is that goes on under the panels as `picture`, and is in sight as
+    /// `whole`. Of levels side by side, it is a part; pressing a button of the mouse or turning its
+    /// wheel in another one moves on to that level.
+    pub(super) fn area(
+        &mut self,
+        ui: &Ui,
+        picture: Rect,
+        whole: Rect,
+        bounds: Bounds,
+    ) -> PictureArea {
         self.side_by_side.parts.clear();
         if !self.is_side_by_side() || !whole.is_positive() {
             return PictureArea { picture, visible: whole, whole };
@@ -110,7 +132,11 @@ impl Interface {
         let beside = whole.with_min_x(whole.left() + legend);
         let parts = divide(&self.levels, beside, bounds.high - bounds.low, ui.pixels_per_point());
         let wanted = self.pressed_part(ui, &parts).or_else(|| self.level().map(str::to_owned));
-        let (level, part) = parts.iter().find(|(level, _)| Some(level) == wanted.as_ref()).unwrap_or(&parts[0]).clone();
+        let (level, part) = parts
+            .iter()
+            .find(|(level, _)| Some(level) == wanted.as_ref())
+            .unwrap_or(&parts[0])
+            .clone();
         self.show_level(Some(level));
         self.side_by_side.parts = parts;
         PictureArea { picture: part, visible: part, whole }
@@ -125,18 +151,26 @@ impl Interface {
             });
             places.next_back()
         });
-        let on_picture = at.filter(|at| ui.ctx().layer_id_at(*at) == Some(ui.layer_id()) && self.drag.is_none());
+        let on_picture =
+            at.filter(|at| ui.ctx().layer_id_at(*at) == Some(ui.layer_id()) && self.drag.is_none());
         let part = on_picture.and_then(|at| parts.iter().find(|(_, part)| part.contains(at)));
         part.map(|(level, _)| level.clone())
     }
 
-    /// Keeps the clicks into a level that the picture doesn't show yet, and returns those that can be carried out now.
-    pub(super) fn timely(&mut self, level_before: Option<&str>, actions: Vec<Action>) -> Vec<Action> {
+    /// Keeps the clicks into a level that the picture doesn't show yet, and returns those that can
+    /// be carried out now.
+    pub(super) fn timely(
+        &mut self,
+        level_before: Option<&str>,
+        actions: Vec<Action>,
+    ) -> Vec<Action> {
         let mut timely = std::mem::take(&mut self.side_by_side.late_clicks);
-        let is_click =
-            |action: &Action| matches!(action, Action::Pick { .. } | Action::Menu { .. } | Action::Measure { .. });
+        let is_click = |action: &Action| {
+            matches!(action, Action::Pick { .. } | Action::Menu { .. } | Action::Measure { .. })
+        };
         let is_early = !self.side_by_side.parts.is_empty() && self.level() != level_before;
-        let (late, now): (Vec<_>, Vec<_>) = actions.into_iter().partition(|action| is_early && is_click(action));
+        let (late, now): (Vec<_>, Vec<_>) =
+            actions.into_iter().partition(|action| is_early && is_click(action));
         timely.extend(now);
         self.side_by_side.late_clicks = late;
         timely
@@ -147,9 +181,11 @@ impl Interface {
         let (painter, colours) = (context.layer_painter(LayerId::background()), self.colours());
         for (level, part) in &self.side_by_side.parts {
             let is_current = Some(level.as_str()) == self.level();
-            let (width, colour) = if is_current { (2.0, colours.accent) } else { (1.0, colours.faint) };
+            let (width, colour) =
+                if is_current { (2.0, colours.accent) } else { (1.0, colours.faint) };
             painter.rect_stroke(*part, 0.0, Stroke::new(width, colour), StrokeKind::Inside);
-            let text = painter.layout_no_wrap(level.clone(), FontId::proportional(13.0), colours.text);
+            let text =
+                painter.layout_no_wrap(level.clone(), FontId::proportional(13.0), colours.text);
             let place = Align2::LEFT_TOP.anchor_size(part.min + vec2(10.0, 7.0), text.size());
             let framed = place.expand2(vec2(5.0, 2.0));
             if part.contains_rect(framed) && placement.take_exactly("level", framed) {
@@ -165,21 +201,24 @@ impl Interface {
             return;
         }
         let (was_beside, mut level) = (self.is_side_by_side(), self.filter.level.clone());
-        let name = if was_beside { "side by side" } else { level.as_deref().unwrap_or("all levels") };
+        let name =
+            if was_beside { "side by side" } else { level.as_deref().unwrap_or("all levels") };
         let mut is_beside = was_beside;
-        let shown = ComboBox::from_id_salt("level").selected_text(name.to_owned()).show_ui(ui, |ui| {
-            let mut choice = |ui: &mut Ui, name: &str, wanted: (bool, Option<&String>)| {
-                let is_chosen = wanted.0 == is_beside && (is_beside || wanted.1 == level.as_ref());
-                if ui.selectable_label(is_chosen, name).clicked() {
-                    (is_beside, level) = (wanted.0, wanted.1.cloned());
+        let shown =
+            ComboBox::from_id_salt("level").selected_text(name.to_owned()).show_ui(ui, |ui| {
+                let mut choice = |ui: &mut Ui, name: &str, wanted: (bool, Option<&String>)| {
+                    let is_chosen =
+                        wanted.0 == is_beside && (is_beside || wanted.1 == level.as_ref());
+                    if ui.selectable_label(is_chosen, name).clicked() {
+                        (is_beside, level) = (wanted.0, wanted.1.cloned());
+                    }
+                };
+                choice(ui, "all levels", (false, None));
+                choice(ui, "side by side", (true, self.filter.level.as_ref()));
+                for name in &self.levels {
+                    choice(ui, name, (false, Some(name)));
                 }
-            };
-            choice(ui, "all levels", (false, None));
-            choice(ui, "side by side", (true, self.filter.level.as_ref()));
-            for name in &self.levels {
-                choice(ui, name, (false, Some(name)));
-            }
-        });
+            });
         shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "level"));
         self.show_side_by_side(is_beside);
         self.show_level(level);
@@ -217,7 +256,10 @@ mod tests {
                 );
             }
             let [first, second] = [parts[0].1, parts[1].1];
-            assert!((second.left() - first.right()).abs() < 1e-3 && second.top() == first.top(), "beside each other");
+            assert!(
+                (second.left() - first.right()).abs() < 1e-3 && second.top() == first.top(),
+                "beside each other"
+            );
         }
     }
 }

@@ -3,7 +3,10 @@
 use std::sync::Arc;
 
 use egui::style::ScrollStyle;
-use egui::{Align2, ComboBox, FontId, Rect, RichText, Role, ScrollArea, TextEdit, TextWrapMode, Ui, WidgetInfo, pos2};
+use egui::{
+    Align2, ComboBox, FontId, Rect, RichText, Role, ScrollArea, TextEdit, TextWrapMode, Ui,
+    WidgetInfo, pos2,
+};
 use glam::Vec2;
 use regatta_plugin::control::{ControlKind, ControlRequest};
 
@@ -13,7 +16,10 @@ use super::transport::clock_text;
 use super::view_model::{Action, Item, ViewModel};
 use super::virtual_list::{VirtualList, clickable};
 use crate::curves::midpoint;
-use crate::log::{Alarm, AlarmChange, AlarmKey, Entry, FleetLog, Kind, LogFilter, LogReport, Place, Severity, of_mark};
+use crate::log::{
+    Alarm, AlarmChange, AlarmKey, Entry, FleetLog, Kind, LogFilter, LogReport, Place, Severity,
+    of_mark,
+};
 use crate::orders::UserOrder;
 use crate::text::{thousands, with_plural};
 
@@ -37,7 +43,10 @@ impl LogPanel {
         let wanted = (self.log.revision(), self.filter.clone());
         if self.made_of.as_ref() != Some(&wanted) {
             let entries = self.log.entries().iter().enumerate().rev();
-            self.shown = entries.filter(|(_, entry)| self.filter.shows(entry)).map(|(place, _)| place).collect();
+            self.shown = entries
+                .filter(|(_, entry)| self.filter.shows(entry))
+                .map(|(place, _)| place)
+                .collect();
             self.made_of = Some(wanted);
         }
     }
@@ -55,23 +64,40 @@ impl Interface {
             UserOrder::Close(edge) | UserOrder::Open(edge) => (None, Place::Edge(edge)),
             _ => (order.robot(), Place::None),
         };
-        let entry =
-            Entry { time_nanos, kind: Kind::Order, severity: Severity::Warning, robot, place, text: text.clone() };
-        self.log_panel.log.take(LogReport { news: vec![(entry, AlarmChange::None)], ..LogReport::default() });
+        let entry = Entry {
+            time_nanos,
+            kind: Kind::Order,
+            severity: Severity::Warning,
+            robot,
+            place,
+            text: text.clone(),
+        };
+        self.log_panel
+            .log
+            .take(LogReport { news: vec![(entry, AlarmChange::None)], ..LogReport::default() });
         self.notify(text);
     }
 
-    pub(super) fn log_list(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+    pub(super) fn log_list(
+        &mut self,
+        ui: &mut Ui,
+        model: &ViewModel<'_>,
+        actions: &mut Vec<Action>,
+    ) {
         self.alarms(ui, model);
         if let Some(recording) = model.recording() {
             // A recording's marks are known for all of its time.
             let entries: Vec<Entry> = recording.marks.iter().filter_map(of_mark).collect();
             ui.label(RichText::new(with_plural(entries.len() as u64, "mark")).size(20.0));
             self.filters(ui);
-            let shown: Vec<&Entry> = entries.iter().filter(|entry| self.log_panel.filter.shows(entry)).collect();
+            let shown: Vec<&Entry> =
+                entries.iter().filter(|entry| self.log_panel.filter.shows(entry)).collect();
             let clicked = self.log_entries(ui, shown.len(), &|row| shown[row]);
             if let Some(entry) = clicked {
-                let request = ControlRequest { count: entry.time_nanos, ..ControlRequest::new(ControlKind::Seek) };
+                let request = ControlRequest {
+                    count: entry.time_nanos,
+                    ..ControlRequest::new(ControlKind::Seek)
+                };
                 actions.push(Action::Control(request));
                 self.jump(&entry, model);
             }
@@ -113,19 +139,32 @@ impl Interface {
         let height = ui.available_height() * ALARMS;
         // A floating bar would be seen only under the pointer.
         ui.spacing_mut().scroll = ScrollStyle { foreground_color: true, ..ScrollStyle::solid() };
-        ScrollArea::vertical().id_salt("alarms").max_height(height).auto_shrink([false, true]).show(ui, |ui| {
-            for (key, alarm) in &alarms {
-                ui.horizontal(|ui| {
-                    if !alarm.is_acknowledged && !is_recording && acknowledge_button(ui, *key).clicked() {
-                        acknowledged = Some(Some(*key));
-                    }
-                    ui.style_mut().wrap_mode = Some(TextWrapMode::Wrap);
-                    if ui.link(RichText::new(alarm_text(alarm)).color(alarm_colour(alarm, &colours))).clicked() {
-                        clicked = Some(alarm.entry.clone());
-                    }
-                });
-            }
-        });
+        ScrollArea::vertical()
+            .id_salt("alarms")
+            .max_height(height)
+            .auto_shrink([false, true])
+            .show(ui, |ui| {
+                for (key, alarm) in &alarms {
+                    ui.horizontal(|ui| {
+                        if !alarm.is_acknowledged
+                            && !is_recording
+                            && acknowledge_button(ui, *key).clicked()
+                        {
+                            acknowledged = Some(Some(*key));
+                        }
+                        ui.style_mut().wrap_mode = Some(TextWrapMode::Wrap);
+                        if ui
+                            .link(
+                                RichText::new(alarm_text(alarm))
+                                    .color(alarm_colour(alarm, &colours)),
+                            )
+                            .clicked()
+                        {
+                            clicked = Some(alarm.entry.clone());
+                        }
+                    });
+                }
+            });
         if forgotten > 0 && !is_recording {
             let text = match forgotten {
                 1 => "1 older entry is forgotten".to_owned(),
@@ -145,14 +184,20 @@ impl Interface {
         let filter = &mut self.log_panel.filter;
         ui.horizontal(|ui| {
             let name = |kind: Option<Kind>| kind.map_or("everything", Kind::name);
-            let shown =
-                ComboBox::from_id_salt("log kind").selected_text(name(filter.kind)).width(90.0).show_ui(ui, |ui| {
+            let shown = ComboBox::from_id_salt("log kind")
+                .selected_text(name(filter.kind))
+                .width(90.0)
+                .show_ui(ui, |ui| {
                     for kind in std::iter::once(None).chain(Kind::ALL.map(Some)) {
                         ui.selectable_value(&mut filter.kind, kind, name(kind));
                     }
                 });
-            shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "kind of entries"));
-            let text = TextEdit::singleline(&mut filter.text).hint_text("text, or #7").desired_width(f32::INFINITY);
+            shown
+                .response
+                .widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "kind of entries"));
+            let text = TextEdit::singleline(&mut filter.text)
+                .hint_text("text, or #7")
+                .desired_width(f32::INFINITY);
             ui.add(text)
                 .on_hover_text("Entries with this text; #7 for those of robot 7")
                 .widget_info(|| WidgetInfo::labeled(Role::TextInput, true, "text of entries"));
@@ -160,7 +205,12 @@ impl Interface {
     }
 
     /// Shows the entries in sight. Returns the one that was clicked.
-    fn log_entries<'a>(&mut self, ui: &mut Ui, count: usize, entry: &dyn Fn(usize) -> &'a Entry) -> Option<Entry> {
+    fn log_entries<'a>(
+        &mut self,
+        ui: &mut Ui,
+        count: usize,
+        entry: &dyn Fn(usize) -> &'a Entry,
+    ) -> Option<Entry> {
         let (colours, selected) = (self.colours(), self.robots());
         if count == 0 {
             ui.label(style::faint(ui, self.settings.theme(), "nothing happened that this shows"));
@@ -171,7 +221,9 @@ impl Interface {
             let entry = entry(row);
             let is_selected = entry.robot.is_some_and(|robot| selected.contains(&robot));
             let time = clock_text(entry.time_nanos as f64 / 1e9);
-            let response = clickable(ui, rect, row as u32, is_selected, &colours, || format!("{time} {}", entry.text));
+            let response = clickable(ui, rect, row as u32, is_selected, &colours, || {
+                format!("{time} {}", entry.text)
+            });
             if response.clicked() {
                 clicked = Some(entry.clone());
             }
@@ -192,7 +244,10 @@ impl Interface {
             Place::At(at) => self.camera_controller.fly_to(Vec2::from(at) + offset),
             Place::Edge(id) => {
                 let found = model.world.edges().iter().position(|edge| edge.id == id);
-                let Some((index, edge)) = found.map(|index| (index, &model.world.edges()[index])) else { return };
+                let Some((index, edge)) = found.map(|index| (index, &model.world.edges()[index]))
+                else {
+                    return;
+                };
                 self.select(Some(Item::Edge(index as u32)));
                 if let Some(middle) = midpoint(&model.world, edge) {
                     self.camera_controller.fly_to(middle + offset);
@@ -206,7 +261,8 @@ impl Interface {
 
 fn acknowledge_button(ui: &mut Ui, key: AlarmKey) -> egui::Response {
     let response = ui.small_button("OK").on_hover_text("Acknowledge");
-    response.widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("acknowledge {key:?}")));
+    response
+        .widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("acknowledge {key:?}")));
     response
 }
 
@@ -243,7 +299,8 @@ fn paint(ui: &Ui, rect: Rect, entry: &Entry, time: &str, colours: &ThemeColours)
     let at = pos2(rect.left() + 16.0, rect.center().y);
     let time = painter.text(at, Align2::LEFT_CENTER, time, FontId::monospace(12.0), colours.faint);
     let left = time.right() + 8.0;
-    let text = one_line(ui, &entry.text, rect.right() - left, FontId::proportional(12.0), colours.text);
+    let text =
+        one_line(ui, &entry.text, rect.right() - left, FontId::proportional(12.0), colours.text);
     let place = Align2::LEFT_CENTER.anchor_size(pos2(left, rect.center().y), text.size());
     painter.galley(place.min, Arc::clone(&text), colours.text);
     text.elided

@@ -1,4 +1,5 @@
-//! The measuring tool: the distance between two places or robots, and the clearance between the robots' outlines.
+//! The measuring tool: the distance between two places or robots, and the clearance between the
+//! robots' outlines.
 
 use egui::{Align2, Color32, Context, FontId, LayerId, Rect, Stroke, pos2};
 use glam::Vec2;
@@ -27,7 +28,8 @@ pub struct Measuring(pub Vec<End>);
 pub struct Measurement {
     /// Metres from one end to the other; of robots, from their poses.
     pub distance: f32,
-    /// Metres between the outlines of robots, or between an outline and a place; `None` between two places.
+    /// Metres between the outlines of robots, or between an outline and a place; `None` between two
+    /// places.
     pub clearance: Option<f32>,
     /// The direction from the first end to the second one, in radians counter-clockwise from east.
     pub bearing: f32,
@@ -57,7 +59,13 @@ impl Measuring {
         let (clearance, nearest) = one.clearance(other);
         let bearing = (to - from).to_angle();
         let clearance = has_outline.then_some(clearance);
-        Some(Measurement { distance: from.distance(to), clearance, bearing, ends: [from, to], nearest })
+        Some(Measurement {
+            distance: from.distance(to),
+            clearance,
+            bearing,
+            ends: [from, to],
+            nearest,
+        })
     }
 }
 
@@ -77,8 +85,10 @@ impl End {
             return Some(Footprint::Circle { centre: self.place(model, offset)?, radius: 0.0 });
         };
         let pose = model.pose(id, offset)?;
-        let index =
-            model.robot_type_column.and_then(|column| column.get(id as usize)).map_or(0, |index| *index as usize);
+        let index = model
+            .robot_type_column
+            .and_then(|column| column.get(id as usize))
+            .map_or(0, |index| *index as usize);
         let robot_type = model.world.robot_types().get(index)?;
         Some(Footprint::of(robot_type, pose.place, pose.theta))
     }
@@ -114,7 +124,11 @@ impl Interface {
         let names = [measuring.0[0], measuring.0[1]].map(End::name);
         let mut lines = vec![format!("{} to {}", names[0], names[1])];
         let [along, up] = (result.ends[1] - result.ends[0]).to_array();
-        lines.push(format!("distance {:.3} m, {:.1}°", result.distance, result.bearing.to_degrees()));
+        lines.push(format!(
+            "distance {:.3} m, {:.1}°",
+            result.distance,
+            result.bearing.to_degrees()
+        ));
         lines.push(format!("east {along:.3} m, north {up:.3} m"));
         lines.extend(result.clearance.map(|metres| match metres {
             0.0 => "clearance 0 m: the outlines overlap".to_owned(),
@@ -124,12 +138,21 @@ impl Interface {
     }
 
     /// Draws the measured line over the picture.
-    pub(super) fn draw_measurement(&self, context: &Context, picture: Rect, clip: Rect, model: &ViewModel<'_>) {
+    pub(super) fn draw_measurement(
+        &self,
+        context: &Context,
+        picture: Rect,
+        clip: Rect,
+        model: &ViewModel<'_>,
+    ) {
         let Some(measuring) = &self.measuring else { return };
         let (offset, camera) = (Vec2::from(self.settings.offset), self.camera_controller.camera());
         let size = Vec2::new(picture.width(), picture.height());
-        let at =
-            |place: Vec2| camera.project(place.extend(0.0), size).map(|at| pos2(at.x, at.y) + picture.min.to_vec2());
+        let at = |place: Vec2| {
+            camera
+                .project(place.extend(0.0), size)
+                .map(|at| pos2(at.x, at.y) + picture.min.to_vec2())
+        };
         let painter = context.layer_painter(LayerId::background()).with_clip_rect(clip);
         let colours = style::colours(self.settings.theme());
         for place in measuring.0.iter().filter_map(|end| end.place(model, offset)) {
@@ -141,7 +164,10 @@ impl Interface {
         let Some(result) = measuring.measure(model, offset) else { return };
         let line = |[from, to]: [Vec2; 2], stroke: Stroke| {
             if let (Some(from), Some(to)) = (at(from), at(to)) {
-                painter.line_segment([from, to], Stroke::new(stroke.width + 2.0, Color32::from_black_alpha(160)));
+                painter.line_segment(
+                    [from, to],
+                    Stroke::new(stroke.width + 2.0, Color32::from_black_alpha(160)),
+                );
                 painter.line_segment([from, to], stroke);
             }
         };
@@ -152,8 +178,13 @@ impl Interface {
         let shown = result.clearance.unwrap_or(result.distance);
         let ends = if result.clearance.is_some() { result.nearest } else { result.ends };
         if let Some(middle) = at((ends[0] + ends[1]) / 2.0) {
-            let text = painter.layout_no_wrap(format!("{shown:.2} m"), FontId::monospace(12.0), colours.text);
-            let place = Align2::CENTER_BOTTOM.anchor_size(middle - egui::vec2(0.0, 6.0), text.size());
+            let text = painter.layout_no_wrap(
+                format!("{shown:.2} m"),
+                FontId::monospace(12.0),
+                colours.text,
+            );
+            let place =
+                Align2::CENTER_BOTTOM.anchor_size(middle - egui::vec2(0.0, 6.0), text.size());
             painter.rect_filled(place.expand2(egui::vec2(4.0, 2.0)), 4.0, colours.panel);
             painter.galley(place.min, text, colours.text);
         }

@@ -1,4 +1,5 @@
-//! The menu of a robot, a node or an edge, which a right click opens: orders to the fleet, each undone by the same menu.
+//! The menu of a robot, a node or an edge, which a right click opens: orders to the fleet, each
+//! undone by the same menu.
 
 use egui::{Area, Button, Context, Frame, Id, Order, Pos2, Rect, RichText, Ui};
 use regatta_plugin::frame::RobotState;
@@ -43,11 +44,20 @@ impl Interface {
     }
 
     /// Shows the open menu, within the part of the picture that no panel covers.
-    pub(super) fn menu(&mut self, context: &Context, visible: Rect, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+    pub(super) fn menu(
+        &mut self,
+        context: &Context,
+        visible: Rect,
+        model: &ViewModel<'_>,
+        actions: &mut Vec<Action>,
+    ) {
         let Some(menu) = self.menu else { return };
         let theme = self.settings.theme();
         let mut is_done = false;
-        let area = Area::new(Id::unique("menu")).order(Order::Foreground).fixed_pos(menu.at).constrain_to(visible);
+        let area = Area::new(Id::unique("menu"))
+            .order(Order::Foreground)
+            .fixed_pos(menu.at)
+            .constrain_to(visible);
         let shown = area.fade_in(false).show(context, |ui| {
             Frame::popup(ui.style()).show(ui, |ui| {
                 ui.set_max_width(230.0);
@@ -109,7 +119,13 @@ impl Interface {
     }
 
     /// Shows the orders for a robot or an edge as buttons of the selection panel.
-    pub(super) fn order_buttons(&mut self, ui: &mut Ui, item: Item, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+    pub(super) fn order_buttons(
+        &mut self,
+        ui: &mut Ui,
+        item: Item,
+        model: &ViewModel<'_>,
+        actions: &mut Vec<Action>,
+    ) {
         let entries = self.menu_entries(item, model);
         ui.horizontal_wrapped(|ui| {
             for entry in entries {
@@ -119,7 +135,13 @@ impl Interface {
     }
 
     /// Shows an entry. Returns whether it was clicked.
-    fn entry(&mut self, ui: &mut Ui, entry: Entry, model: &ViewModel<'_>, actions: &mut Vec<Action>) -> bool {
+    fn entry(
+        &mut self,
+        ui: &mut Ui,
+        entry: Entry,
+        model: &ViewModel<'_>,
+        actions: &mut Vec<Action>,
+    ) -> bool {
         let reason = unsteerable(model);
         let button = ui.add_enabled(entry.is_possible && reason.is_none(), Button::new(entry.name));
         let hint = reason.map_or(entry.hint, str::to_owned);
@@ -157,7 +179,9 @@ impl Interface {
 /// Why this fleet takes no orders now; `None` if it does.
 fn unsteerable(model: &ViewModel<'_>) -> Option<&'static str> {
     match model.engine {
-        _ if model.recording().is_some() => Some("This is a recording: nothing in it can be changed."),
+        _ if model.recording().is_some() => {
+            Some("This is a recording: nothing in it can be changed.")
+        }
         _ if model.is_past() => Some("This is the past: show the run as it is (U) to give orders."),
         EngineState::Awaited => Some("No engine runs."),
         EngineState::Gone => Some("The engine has ended."),
@@ -165,7 +189,12 @@ fn unsteerable(model: &ViewModel<'_>) -> Option<&'static str> {
     }
 }
 
-fn robot_entries(robots: &[u32], clicked: u32, is_managed: bool, model: &ViewModel<'_>) -> Vec<Entry> {
+fn robot_entries(
+    robots: &[u32],
+    clicked: u32,
+    is_managed: bool,
+    model: &ViewModel<'_>,
+) -> Vec<Entry> {
     let state = model.frame.map_or(RobotState::Absent, |frame| frame.state_of(clicked as usize));
     let order = |name: &str, hint: &str, order: fn(u32) -> UserOrder| Entry {
         name: name.into(),
@@ -178,12 +207,18 @@ fn robot_entries(robots: &[u32], clicked: u32, is_managed: bool, model: &ViewMod
         // Whether it is held couldn't be seen, nor ended, before it is repaired.
         RobotState::Broken => Entry {
             is_possible: false,
-            ..order("Hold", "It stands already: repair the robot before it is held", UserOrder::Hold)
+            ..order(
+                "Hold",
+                "It stands already: repair the robot before it is held",
+                UserOrder::Hold,
+            )
         },
         _ => order("Hold", "Brake, stand and keep the route until resumed", UserOrder::Hold),
     };
     let repair = match state {
-        RobotState::Broken => order("Repair", "Repair the robot: it goes on with its route", UserOrder::Repair),
+        RobotState::Broken => {
+            order("Repair", "Repair the robot: it goes on with its route", UserOrder::Repair)
+        }
         _ => order("Break down", "Let the robot break down until it is repaired", UserOrder::Break),
     };
     let cancel = match is_managed {
@@ -197,17 +232,21 @@ fn robot_entries(robots: &[u32], clicked: u32, is_managed: bool, model: &ViewMod
     vec![hold, repair, cancel]
 }
 
-/// How robots are sent while a fleet manager runs. It claims space for each robot and stops those that leave theirs, so that
-/// it has to be asked.
-const BY_MANAGER: &str =
-    "The fleet manager sends it: at once, or with a load when its order is finished. Recall takes it back.";
+/// How robots are sent while a fleet manager runs. It claims space for each robot and stops those
+/// that leave theirs, so that it has to be asked.
+const BY_MANAGER: &str = "The fleet manager sends it: at once, or with a load when its order is finished. Recall takes it back.";
 
 fn send_entry(mut robots: Vec<u32>, node: u32, is_managed: bool) -> Entry {
     robots.truncate(MOST_ROBOTS);
     let (name, hint) = match robots.as_slice() {
         [] => ("Send here".to_owned(), "Select the robot first, then right-click the node"),
-        [robot] => (format!("Send robot {robot} here"), "By the fastest way of open edges, in forward gear"),
-        robots => (format!("Send {} robots here", robots.len()), "Each by its fastest way of open edges"),
+        [robot] => (
+            format!("Send robot {robot} here"),
+            "By the fastest way of open edges, in forward gear",
+        ),
+        robots => {
+            (format!("Send {} robots here", robots.len()), "Each by its fastest way of open edges")
+        }
     };
     let order = |robot| match is_managed {
         true => UserOrder::SendByManager { robot, node },

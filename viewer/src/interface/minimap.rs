@@ -1,4 +1,5 @@
-//! The minimap: the whole graph, small, and the part of it that the picture shows. A click moves the camera there.
+//! The minimap: the whole graph, small, and the part of it that the picture shows. A click moves
+//! the camera there.
 
 use std::sync::Arc;
 
@@ -47,7 +48,8 @@ struct Drawn {
 }
 
 impl Minimap {
-    /// Returns the triangles of all lines. They are made once, until the map is elsewhere or shows another world.
+    /// Returns the triangles of all lines. They are made once, until the map is elsewhere or shows
+    /// another world.
     fn mesh(&mut self, context: &Context, drawn: Drawn) -> Arc<Mesh> {
         if let Some((_, mesh)) = self.drawn.as_ref().filter(|(known, _)| *known == drawn) {
             return Arc::clone(mesh);
@@ -74,12 +76,16 @@ impl Minimap {
         }
         (self.source, self.drawn) = (source, None);
         let step = world.edges().len().div_ceil(MAX_EDGES).max(1);
-        let lines = world.edges().iter().step_by(step).flat_map(|edge| world.curves(edge)).flat_map(|curve| {
-            // The more edges there are, the smaller is each.
-            let parts = if world.edges().len() < 500 { 8_u8 } else { 2 };
-            let point = move |part: u8| curve_point(curve, f32::from(part) / f32::from(parts));
-            (0..parts).map(move |part| [point(part), point(part + 1)])
-        });
+        let lines =
+            world.edges().iter().step_by(step).flat_map(|edge| world.curves(edge)).flat_map(
+                |curve| {
+                    // The more edges there are, the smaller is each.
+                    let parts = if world.edges().len() < 500 { 8_u8 } else { 2 };
+                    let point =
+                        move |part: u8| curve_point(curve, f32::from(part) / f32::from(parts));
+                    (0..parts).map(move |part| [point(part), point(part + 1)])
+                },
+            );
         self.lines = lines.collect();
     }
 }
@@ -112,7 +118,8 @@ impl Interface {
         let theme = self.settings.theme();
         let area = Area::new(Id::unique("minimap")).order(Order::Background).fade_in(false);
         // A plan has its coordinates at the sides.
-        let corner = whole.left_top() + vec2(if self.camera_controller.camera().is_plan() { 60.0 } else { 10.0 }, 30.0);
+        let corner = whole.left_top()
+            + vec2(if self.camera_controller.camera().is_plan() { 60.0 } else { 10.0 }, 30.0);
         let framed = Rect::from_min_size(corner, size + vec2(FRAME, FRAME));
         let Some(place) = placement.take_near("minimap", framed) else { return };
         let shown = area.fixed_pos(place.min).show(context, |ui| {
@@ -127,7 +134,8 @@ impl Interface {
                 place.bottom() - (point.y - bounds.low.y) * scale,
             )
         };
-        let painter = context.layer_painter(shown.response.layer_id).with_clip_rect(place.expand(2.0));
+        let painter =
+            context.layer_painter(shown.response.layer_id).with_clip_rect(place.expand(2.0));
         let colours = self.colours();
         let drawn = Drawn {
             place,
@@ -138,7 +146,8 @@ impl Interface {
         };
         painter.add(Shape::Mesh(self.minimap.mesh(context, drawn)));
         if let Some(seen) = self.seen_ground(picture, visible, bounds) {
-            painter.add(Shape::closed_line(seen.map(at).to_vec(), Stroke::new(1.5, colours.accent)));
+            painter
+                .add(Shape::closed_line(seen.map(at).to_vec(), Stroke::new(1.5, colours.accent)));
             painter.add(Shape::convex_polygon(
                 seen.map(at).to_vec(),
                 colours.accent.gamma_multiply(0.12),
@@ -148,24 +157,34 @@ impl Interface {
         for robot in self.robots().iter().filter_map(|id| model.pose(*id, offset)) {
             painter.circle(at(robot.place), 3.0, colours.text, Stroke::new(1.0, Color32::BLACK));
         }
-        if let Some(to) = response.interact_pointer_pos().filter(|_| response.clicked() || response.dragged()) {
-            let to = Vec2::new((to.x - place.left()) / scale, (place.bottom() - to.y) / scale) + bounds.low;
+        if let Some(to) =
+            response.interact_pointer_pos().filter(|_| response.clicked() || response.dragged())
+        {
+            let to = Vec2::new((to.x - place.left()) / scale, (place.bottom() - to.y) / scale)
+                + bounds.low;
             self.camera_controller.move_to(to);
         }
     }
 
     /// Returns the corners of the ground in sight; what lies beyond the horizon is cut far away.
     fn seen_ground(&self, picture: Rect, visible: Rect, bounds: Bounds) -> Option<[Vec2; 4]> {
-        let (camera, size) = (self.camera_controller.camera(), Vec2::new(picture.width(), picture.height()));
+        let (camera, size) =
+            (self.camera_controller.camera(), Vec2::new(picture.width(), picture.height()));
         let far = (bounds.high - bounds.low).length() * 2.0 + camera.distance.min(1000.0);
-        let corners = [visible.left_top(), visible.right_top(), visible.right_bottom(), visible.left_bottom()];
+        let corners = [
+            visible.left_top(),
+            visible.right_top(),
+            visible.right_bottom(),
+            visible.left_bottom(),
+        ];
         let ground = |at: Pos2| {
             let pixel = Vec2::new(at.x - picture.left(), at.y - picture.top());
             let seen = camera
                 .unproject(pixel, size)
                 .filter(|seen| camera.is_plan() || seen.distance(camera.eye().truncate()) < far);
             seen.unwrap_or_else(|| {
-                camera.eye().truncate() + camera.ray(pixel, size).truncate().normalize_or_zero() * far
+                camera.eye().truncate()
+                    + camera.ray(pixel, size).truncate().normalize_or_zero() * far
             })
         };
         size.is_finite().then(|| corners.map(ground))
@@ -185,16 +204,29 @@ mod tests {
         let (context, mut minimap) = (Context::default(), Minimap::default());
         minimap.update(&world.view(1, 1), 1);
         let place = Rect::from_min_size(Pos2::new(20.0, 30.0), vec2(170.0, 90.0));
-        let drawn = Drawn { place, low: Vec2::ZERO, scale: 10.0, colour: Color32::WHITE, pixels_per_point: 1.0 };
+        let drawn = Drawn {
+            place,
+            low: Vec2::ZERO,
+            scale: 10.0,
+            colour: Color32::WHITE,
+            pixels_per_point: 1.0,
+        };
         let first = minimap.mesh(&context, drawn);
         assert!(Arc::ptr_eq(&first, &minimap.mesh(&context, drawn)), "the same triangles");
         let bounds = first.calc_bounds();
-        assert!((bounds.left() - 20.0).abs() < 2.0 && (bounds.right() - 120.0).abs() < 2.0, "{bounds:?}");
+        assert!(
+            (bounds.left() - 20.0).abs() < 2.0 && (bounds.right() - 120.0).abs() < 2.0,
+            "{bounds:?}"
+        );
         assert!((bounds.center().y - 120.0).abs() < 1.0, "the south is below: {bounds:?}");
-        let moved = minimap.mesh(&context, Drawn { place: place.translate(vec2(50.0, 0.0)), ..drawn });
+        let moved =
+            minimap.mesh(&context, Drawn { place: place.translate(vec2(50.0, 0.0)), ..drawn });
         assert!((moved.calc_bounds().left() - 70.0).abs() < 2.0);
         world.add_edge(EdgeRecord::default(), [CurveRecord::straight([0.0, 0.0], [0.0, 10.0])]);
         minimap.update(&world.view(1, 2), 1);
-        assert!(minimap.mesh(&context, drawn).vertices.len() > first.vertices.len(), "another world");
+        assert!(
+            minimap.mesh(&context, drawn).vertices.len() > first.vertices.len(),
+            "another world"
+        );
     }
 }

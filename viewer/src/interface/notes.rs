@@ -1,5 +1,5 @@
-//! Notes that the user writes: a text at the shown time. Those of a recording are kept in the file beside it, those of a live run in
-//! this window.
+//! Notes that the user writes: a text at the shown time. Those of a recording are kept in the file
+//! beside it, those of a live run in this window.
 
 use egui::{Key, RichText, TextEdit, Ui};
 use regatta_plugin::recording::{MarkKind, RecordingMark};
@@ -73,7 +73,12 @@ impl Interface {
     }
 
     /// Shows the button that begins a note, or the field. Enter writes the note, Escape drops it.
-    pub(super) fn note_field(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+    pub(super) fn note_field(
+        &mut self,
+        ui: &mut Ui,
+        model: &ViewModel<'_>,
+        actions: &mut Vec<Action>,
+    ) {
         let colour = colour_of(MarkKind::Note, &self.colours());
         let Some(draft) = &mut self.notes.draft else {
             let hint = "Write a note about the shown time (Shift+N)";
@@ -84,9 +89,14 @@ impl Interface {
         };
         ui.label(RichText::new(clock_text(draft.time as f64 * 1e-9)).size(11.0).color(colour));
         let room = (ui.available_width() - 60.0).clamp(40.0, 260.0);
-        let field = TextEdit::singleline(&mut draft.text).hint_text("note").char_limit(LONGEST).desired_width(room);
+        let field = TextEdit::singleline(&mut draft.text)
+            .hint_text("note")
+            .char_limit(LONGEST)
+            .desired_width(room);
         let response = ui.add(field);
-        response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::TextInput, true, "text of the note"));
+        response.widget_info(|| {
+            egui::WidgetInfo::labeled(egui::Role::TextInput, true, "text of the note")
+        });
         if !draft.had_focus {
             response.request_focus();
             draft.had_focus = true;

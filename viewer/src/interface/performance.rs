@@ -26,7 +26,8 @@ impl Interface {
         }
         let cpu: f32 = (0..3).map(|part| timing.mean(part)).sum();
         line(ui, theme, "CPU, without the interface", format!("{:.2} ms", cpu * 1e3));
-        let gpu = timing.gpu().map_or("not measured".to_owned(), |gpu| format!("{:.2} ms", gpu * 1e3));
+        let gpu =
+            timing.gpu().map_or("not measured".to_owned(), |gpu| format!("{:.2} ms", gpu * 1e3));
         line(ui, theme, "GPU, the fleet", gpu);
         heading(ui, theme, "frames");
         line(ui, theme, "read", thousands(model.counts.read));

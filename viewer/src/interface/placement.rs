@@ -9,8 +9,8 @@ const GAP: f32 = 6.0;
 /// The greatest error of a rounded place, in points.
 const ROUNDING: f32 = 0.5;
 
-/// The places of the elements over one picture. They are taken in the order of their importance, so that the least important
-/// elements are left out where there is no room for all.
+/// The places of the elements over one picture. They are taken in the order of their importance, so
+/// that the least important elements are left out where there is no room for all.
 #[derive(Clone, Debug)]
 pub struct Placement {
     room: Rect,
@@ -38,8 +38,8 @@ impl Placement {
         self.taken.iter().find(|(taken, _)| *taken == name).map(|(_, place)| *place)
     }
 
-    /// Takes the free place that is the nearest to a corner, a side or the centre of the picture. Returns `None` if there is no
-    /// room: the element is left out.
+    /// Takes the free place that is the nearest to a corner, a side or the centre of the picture.
+    /// Returns `None` if there is no room: the element is left out.
     pub fn take(&mut self, name: &'static str, size: Vec2, at: Align2) -> Option<Rect> {
         self.take_near(name, at.align_size_within_rect(size, self.room))
     }
@@ -52,9 +52,13 @@ impl Placement {
         let lefts: Vec<f32> = beside.chain([wanted.left()]).collect();
         let above = taken().flat_map(|taken| [taken.top() - GAP - size.y, taken.bottom() + GAP]);
         let tops = above.chain([wanted.top()]);
-        let places = tops.flat_map(|top| lefts.iter().map(move |left| Rect::from_min_size(pos2(*left, top), size)));
+        let places = tops.flat_map(|top| {
+            lefts.iter().map(move |left| Rect::from_min_size(pos2(*left, top), size))
+        });
         let distance = |place: &Rect| (place.min - wanted.min).length_sq();
-        let nearest = places.filter(|place| self.is_free(*place)).min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+        let nearest = places
+            .filter(|place| self.is_free(*place))
+            .min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
         self.taken.push((name, nearest));
         Some(nearest)
     }
@@ -75,7 +79,8 @@ impl Placement {
 
     fn is_free(&self, place: Rect) -> bool {
         let is_beside = |taken: &Rect| !taken.expand(GAP - ROUNDING).intersects(place);
-        self.room.expand(ROUNDING).contains_rect(place) && self.taken.iter().all(|(_, taken)| is_beside(taken))
+        self.room.expand(ROUNDING).contains_rect(place)
+            && self.taken.iter().all(|(_, taken)| is_beside(taken))
     }
 }
 
@@ -93,14 +98,25 @@ mod tests {
     fn elements_lie_where_they_are_wanted_while_there_is_room() {
         let mut placement = placement(800.0, 600.0);
         let size = vec2(100.0, 50.0);
-        assert_eq!(placement.take("one", size, Align2::LEFT_BOTTOM).map(|place| place.min), Some(pos2(110.0, 590.0)));
-        assert_eq!(placement.take("other", size, Align2::RIGHT_TOP).map(|place| place.min), Some(pos2(790.0, 60.0)));
+        assert_eq!(
+            placement.take("one", size, Align2::LEFT_BOTTOM).map(|place| place.min),
+            Some(pos2(110.0, 590.0))
+        );
+        assert_eq!(
+            placement.take("other", size, Align2::RIGHT_TOP).map(|place| place.min),
+            Some(pos2(790.0, 60.0))
+        );
     }
 
     #[test]
     fn elements_never_overlap_and_the_last_ones_are_left_out() {
-        let corners =
-            [Align2::LEFT_BOTTOM, Align2::CENTER_BOTTOM, Align2::RIGHT_BOTTOM, Align2::CENTER_TOP, Align2::RIGHT_TOP];
+        let corners = [
+            Align2::LEFT_BOTTOM,
+            Align2::CENTER_BOTTOM,
+            Align2::RIGHT_BOTTOM,
+            Align2::CENTER_TOP,
+            Align2::RIGHT_TOP,
+        ];
         let names = ["a", "b", "c", "d", "e"];
         for (width, height) in [(30.0, 900.0), (250.0, 140.0), (400.0, 200.0), (900.0, 500.0)] {
             let mut placement = placement(width, height);
@@ -109,7 +125,10 @@ mod tests {
                 let size = vec2(150.0, 60.0);
                 let placed = placement.take(name, size, at);
                 assert_eq!(placed, placement.place_of(name));
-                assert!(placed.is_none_or(|place| room.contains_rect(place) && place.size() == size), "{placed:?}");
+                assert!(
+                    placed.is_none_or(|place| room.contains_rect(place) && place.size() == size),
+                    "{placed:?}"
+                );
             }
             let places = placement.taken();
             for (i, (_, one)) in places.iter().enumerate() {

@@ -13,7 +13,8 @@ use crate::jams::presence::Presence;
 use crate::palette::{Colouring, Scale, Theme};
 use crate::text::thousands;
 
-/// The robots at a place in a frame of the past, which no thread watches: the place, the run and the tick.
+/// The robots at a place in a frame of the past, which no thread watches: the place, the run and
+/// the tick.
 pub(super) type PastPresence = Option<((Item, u64, u64), Presence)>;
 
 impl Interface {
@@ -35,12 +36,23 @@ impl Interface {
     }
 
     /// Lists the robots that stand over a node.
-    pub(super) fn robots_at_node(&mut self, ui: &mut Ui, model: &ViewModel<'_>, index: u32, node: &NodeRecord) {
+    pub(super) fn robots_at_node(
+        &mut self,
+        ui: &mut Ui,
+        model: &ViewModel<'_>,
+        index: u32,
+        node: &NodeRecord,
+    ) {
         let present = if model.is_past() {
             let (place, radius) = (Vec2::new(node.x, node.y), robot_spots::radius(&model.world));
             self.in_past(model, Item::Node(index), |frame| Presence::around(frame, place, radius))
         } else {
-            model.jams.node.as_ref().filter(|facts| facts.node == index).map(|facts| facts.present.clone())
+            model
+                .jams
+                .node
+                .as_ref()
+                .filter(|facts| facts.node == index)
+                .map(|facts| facts.present.clone())
         };
         self.list_robots(ui, model, "robots over it", present);
     }
@@ -69,15 +81,25 @@ impl Interface {
         self.past_presence.as_ref().map(|(_, present)| present.clone())
     }
 
-    fn list_robots(&mut self, ui: &mut Ui, model: &ViewModel<'_>, title: &str, present: Option<Presence>) {
-        let (Some(frame), Some(present), theme) = (model.frame, present, self.settings.theme()) else { return };
+    fn list_robots(
+        &mut self,
+        ui: &mut Ui,
+        model: &ViewModel<'_>,
+        title: &str,
+        present: Option<Presence>,
+    ) {
+        let (Some(frame), Some(present), theme) = (model.frame, present, self.settings.theme())
+        else {
+            return;
+        };
         heading(ui, theme, &format!("{title}: {}", thousands(present.robots.into())));
         let mut clicked = None;
         // The shown frame is newer than the one that was looked at, and may have fewer robots.
         for id in present.listed.iter().filter(|id| (**id as usize) < frame.len()) {
             ui.horizontal(|ui| {
                 clicked = ui.link(format!("robot {id}")).clicked().then_some(*id).or(clicked);
-                let (state, speed) = (frame.state_of(*id as usize).name(), frame.speed()[*id as usize]);
+                let (state, speed) =
+                    (frame.state_of(*id as usize).name(), frame.speed()[*id as usize]);
                 ui.label(style::faint(ui, theme, format!("{state}, {speed:.2} m/s")));
             });
         }
@@ -95,9 +117,9 @@ impl Interface {
 pub(super) fn value_text(column: &ColumnName, value: f32, theme: Theme) -> String {
     let legend = Colouring::Column(column.clone()).legend(theme, &[], None);
     match legend.scale {
-        Scale::Categories(names) if value.is_finite() && value >= 0.0 => {
-            names.get(value.round() as usize).map_or_else(|| format!("{value:.3}"), |(name, _)| name.clone())
-        }
+        Scale::Categories(names) if value.is_finite() && value >= 0.0 => names
+            .get(value.round() as usize)
+            .map_or_else(|| format!("{value:.3}"), |(name, _)| name.clone()),
         _ => format!("{value:.3}"),
     }
 }

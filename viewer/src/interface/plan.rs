@@ -1,6 +1,9 @@
-//! What a plan has over its picture: coordinates along the grid, a scale bar, and an arrow to the north.
+//! What a plan has over its picture: coordinates along the grid, a scale bar, and an arrow to the
+//! north.
 
-use egui::{Align2, Color32, Context, FontId, LayerId, Painter, Pos2, Rect, Shape, Stroke, pos2, vec2};
+use egui::{
+    Align2, Color32, Context, FontId, LayerId, Painter, Pos2, Rect, Shape, Stroke, pos2, vec2,
+};
 use glam::Vec2;
 
 use super::overlay::LEGEND;
@@ -51,7 +54,8 @@ pub struct PlanScale {
 }
 
 impl PlanScale {
-    /// Takes the places of both in a picture, of which `clip` is in sight. A small one has none to spare.
+    /// Takes the places of both in a picture, of which `clip` is in sight. A small one has none to
+    /// spare.
     pub fn place(placement: &mut Placement, picture: Rect, clip: Rect, camera: &Camera) -> Self {
         if clip.width() < WITH_SCALE.x || clip.height() < WITH_SCALE.y {
             return Self { bar: None, north: None };
@@ -59,10 +63,15 @@ impl PlanScale {
         let per_point = camera.metres_per_pixel(picture.height());
         let bar = vec2(round_step(BAR_POINTS * per_point) / per_point + 2.0 * BAR_MARGIN, 36.0);
         // The legend is on the left, so that the middle of the rest is right of the middle.
-        let left = placement.place_of(LEGEND).map_or(clip.left(), |legend| legend.right()).max(clip.left());
-        let bar = Rect::from_center_size(pos2((left + clip.right()) / 2.0, clip.bottom() - 22.0), bar);
+        let left = placement
+            .place_of(LEGEND)
+            .map_or(clip.left(), |legend| legend.right())
+            .max(clip.left());
+        let bar =
+            Rect::from_center_size(pos2((left + clip.right()) / 2.0, clip.bottom() - 22.0), bar);
         let bar = placement.take_near("scale bar", bar.translate(vec2(0.0, -6.0)));
-        let north = Rect::from_center_size(clip.right_top() + vec2(-50.0, 70.0), vec2(NORTH, NORTH));
+        let north =
+            Rect::from_center_size(clip.right_top() + vec2(-50.0, 70.0), vec2(NORTH, NORTH));
         Self { bar, north: placement.take_near("north", north) }
     }
 
@@ -100,12 +109,17 @@ fn coordinates(
         return;
     }
     let size = Vec2::new(picture.width(), picture.height());
-    let ground = |at: Pos2| camera.unproject(Vec2::new(at.x - picture.left(), at.y - picture.top()), size);
-    let (Some(low), Some(high)) = (ground(clip.left_bottom()), ground(clip.right_top())) else { return };
+    let ground =
+        |at: Pos2| camera.unproject(Vec2::new(at.x - picture.left(), at.y - picture.top()), size);
+    let (Some(low), Some(high)) = (ground(clip.left_bottom()), ground(clip.right_top())) else {
+        return;
+    };
     let per_point = camera.metres_per_pixel(picture.height());
     let step = round_step(LABEL_POINTS * 2.2 * per_point);
-    let place = |x: f32, y: f32| camera.project(glam::Vec3::new(x, y, 0.0), size).unwrap_or_default();
-    let tick = |from: Pos2, to: Pos2| painter.line_segment([from, to], Stroke::new(1.0, colours.faint));
+    let place =
+        |x: f32, y: f32| camera.project(glam::Vec3::new(x, y, 0.0), size).unwrap_or_default();
+    let tick =
+        |from: Pos2, to: Pos2| painter.line_segment([from, to], Stroke::new(1.0, colours.faint));
     let font = || FontId::monospace(10.0);
     let write = |at: Pos2, align: Align2, text: String| {
         let text = painter.layout_no_wrap(text, font(), colours.text);
@@ -150,8 +164,9 @@ fn scale_bar(painter: &Painter, back: Rect, per_point: f32, colours: &ThemeColou
         let rect = Rect::from_min_size(from, vec2(width / 4.0, 6.0));
         painter.rect(rect, 0.0, fill, Stroke::new(1.0, colours.text), egui::StrokeKind::Middle);
     }
-    let text =
-        |at: Pos2, text: String| painter.text(at, Align2::CENTER_BOTTOM, text, FontId::monospace(11.0), colours.text);
+    let text = |at: Pos2, text: String| {
+        painter.text(at, Align2::CENTER_BOTTOM, text, FontId::monospace(11.0), colours.text)
+    };
     text(left - vec2(0.0, 3.0), "0".to_owned());
     text(left + vec2(width, -3.0), metres_text(metres));
 }
@@ -169,7 +184,13 @@ fn north(painter: &Painter, at: Pos2, yaw: f32, colours: &ThemeColours) {
     };
     half(-1.0, colours.text);
     half(1.0, colours.panel);
-    painter.text(at + up * 30.0, Align2::CENTER_CENTER, "N", FontId::proportional(13.0), colours.text);
+    painter.text(
+        at + up * 30.0,
+        Align2::CENTER_CENTER,
+        "N",
+        FontId::proportional(13.0),
+        colours.text,
+    );
 }
 
 #[cfg(test)]
@@ -178,8 +199,14 @@ mod tests {
 
     #[test]
     fn steps_are_round_and_texts_short() {
-        for (limit, step) in [(0.3, 0.2), (1.0, 1.0), (4.99, 2.0), (7.0, 5.0), (230.0, 200.0), (9_999.0, 5_000.0)] {
-            assert!((round_step(limit) - step).abs() < step * 1e-4, "{limit}: {}", round_step(limit));
+        for (limit, step) in
+            [(0.3, 0.2), (1.0, 1.0), (4.99, 2.0), (7.0, 5.0), (230.0, 200.0), (9_999.0, 5_000.0)]
+        {
+            assert!(
+                (round_step(limit) - step).abs() < step * 1e-4,
+                "{limit}: {}",
+                round_step(limit)
+            );
         }
         for (metres, text) in [
             (0.0, "0 m"),

@@ -1,5 +1,5 @@
-//! The figures of the fleet over time, in a row of plots. Hovering over one shows its time in all of them; a click goes there, in
-//! a recording and in what is kept of a live run.
+//! The figures of the fleet over time, in a row of plots. Hovering over one shows its time in all
+//! of them; a click goes there, in a recording and in what is kept of a live run.
 
 use egui::text::{LayoutJob, TextFormat};
 use egui::{Color32, FontId, Label, Ui, pos2};
@@ -19,8 +19,8 @@ use crate::text::thousands;
 const TIME_POINTS: f32 = 85.0;
 /// Distances between marks of the axis of time, in seconds.
 const STEPS: [f64; 18] = [
-    1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1_800.0, 3_600.0, 7_200.0, 14_400.0, 21_600.0,
-    43_200.0, 86_400.0,
+    1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1_800.0, 3_600.0, 7_200.0,
+    14_400.0, 21_600.0, 43_200.0, 86_400.0,
 ];
 
 /// The states that are counted, in the order of their values.
@@ -73,13 +73,15 @@ impl Interface {
     fn figures(&self, samples: &[Sample]) -> Vec<Figure> {
         let colours = self.colours();
         let line = |name: &str, colour, value: &dyn Fn(&Sample) -> Option<f64>| {
-            let points = samples.iter().filter_map(|sample| Some([sample.secs, value(sample)?])).collect();
+            let points =
+                samples.iter().filter_map(|sample| Some([sample.secs, value(sample)?])).collect();
             (name.to_owned(), colour, points)
         };
         let legend = Colouring::State.legend(self.settings.theme(), &[], None);
         let Scale::Categories(names) = &legend.scale else { return Vec::new() };
         let states = STATES.iter().zip(names).enumerate();
-        let seen = states.filter(|(state, _)| samples.iter().any(|sample| sample.states[*state] > 0));
+        let seen =
+            states.filter(|(state, _)| samples.iter().any(|sample| sample.states[*state] > 0));
         let states = seen.map(|(number, (state, (_, colour)))| {
             line(state.name(), color32(*colour), &|sample| Some(sample.states[number].into()))
         });
@@ -94,13 +96,15 @@ impl Interface {
                 waiting.map(|state| sample.states[state].into())
             }),
             one("touching pairs", colours.bad, &|sample| sample.touching().map(f64::from)),
-            one("edges entered per hour", colours.good, &|sample| sample.throughput().map(f64::from)),
+            one("edges entered per hour", colours.good, &|sample| {
+                sample.throughput().map(f64::from)
+            }),
             one("mean speed, m/s", colours.accent, &|sample| Some(sample.mean_speed.into())),
         ]
     }
 
-    /// Shows a plot, with lines at the shown time and at the one that the pointer is over. Returns the times at which the pointer is
-    /// over it, and at which it was clicked.
+    /// Shows a plot, with lines at the shown time and at the one that the pointer is over. Returns
+    /// the times at which the pointer is over it, and at which it was clicked.
     fn plot_of(
         &self,
         ui: &mut Ui,
@@ -110,25 +114,38 @@ impl Interface {
         [shown, hovered]: [Option<f64>; 2],
     ) -> (Option<f64>, Option<f64>) {
         let (theme, colours) = (self.settings.theme(), self.colours());
-        let near = hovered
-            .or(shown)
-            .and_then(|secs| samples.iter().min_by(|a, b| (a.secs - secs).abs().total_cmp(&(b.secs - secs).abs())));
+        let near = hovered.or(shown).and_then(|secs| {
+            samples.iter().min_by(|a, b| (a.secs - secs).abs().total_cmp(&(b.secs - secs).abs()))
+        });
         ui.horizontal_wrapped(|ui| {
             ui.spacing_mut().item_spacing.x = 5.0;
             ui.label(style::faint(ui, theme, figure.title));
             let at = near.map_or(ends[1], |sample| sample.secs);
             for (name, colour, points) in &figure.lines {
-                let value =
-                    points.iter().rfind(|point| point[0] <= at).map_or("–".to_owned(), |point| number(point[1]));
+                let value = points
+                    .iter()
+                    .rfind(|point| point[0] <= at)
+                    .map_or("–".to_owned(), |point| number(point[1]));
                 let text = if name.is_empty() { value } else { format!("{name} {value}") };
                 // In their own colours, some texts would be hard to read.
                 let mut job = LayoutJob::default();
-                job.append(&text, 10.0, TextFormat::simple(FontId::proportional(11.0), colours.text));
+                job.append(
+                    &text,
+                    10.0,
+                    TextFormat::simple(FontId::proportional(11.0), colours.text),
+                );
                 let place = ui.add(Label::new(job).extend()).rect;
-                ui.painter().circle_filled(pos2(place.left() + 3.5, place.center().y), 3.5, *colour);
+                ui.painter().circle_filled(
+                    pos2(place.left() + 3.5, place.center().y),
+                    3.5,
+                    *colour,
+                );
             }
             if let Some(sample) = near {
-                ui.add(Label::new(style::faint(ui, theme, format!("at {}", clock(sample.secs)))).extend());
+                ui.add(
+                    Label::new(style::faint(ui, theme, format!("at {}", clock(sample.secs))))
+                        .extend(),
+                );
             }
         });
         if figure.lines.iter().all(|(_, _, points)| points.is_empty()) {
@@ -155,9 +172,15 @@ impl Interface {
             .show_y(false);
         let plotted = plot.show(ui, |axes| {
             for (name, colour, points) in &figure.lines {
-                axes.line(Line::new(name.clone(), PlotPoints::from(points.clone())).color(*colour).width(1.5));
+                axes.line(
+                    Line::new(name.clone(), PlotPoints::from(points.clone()))
+                        .color(*colour)
+                        .width(1.5),
+                );
             }
-            for (name, secs, colour) in [("shown", shown, colours.accent), ("pointer", hovered, colours.faint)] {
+            for (name, secs, colour) in
+                [("shown", shown, colours.accent), ("pointer", hovered, colours.faint)]
+            {
                 if let Some(secs) = secs {
                     axes.vline(egui_plot::VLine::new(name, secs).color(colour).width(1.0));
                 }
@@ -169,8 +192,8 @@ impl Interface {
     }
 }
 
-/// Returns the marks of a plot's upright axis, at round values: two or three, so that the lowest plot has room
-/// for their numbers.
+/// Returns the marks of a plot's upright axis, at round values: two or three, so that the lowest
+/// plot has room for their numbers.
 fn marks(input: GridInput) -> Vec<GridMark> {
     let (low, high) = input.bounds;
     let step_size = f64::from(round_step((high - low) as f32));
@@ -202,7 +225,9 @@ mod tests {
 
     #[test]
     fn times_are_round_and_have_room() {
-        let values = |high, points| times((0.0, high), points).into_iter().map(|mark| mark.value).collect::<Vec<_>>();
+        let values = |high, points| {
+            times((0.0, high), points).into_iter().map(|mark| mark.value).collect::<Vec<_>>()
+        };
         assert_eq!(values(875.0, 200.0), [0.0, 600.0]);
         assert_eq!(values(875.0, 400.0), [0.0, 300.0, 600.0]);
         assert_eq!(values(4.2, 400.0), [0.0, 1.0, 2.0, 3.0, 4.0]);
@@ -215,7 +240,10 @@ mod tests {
         for high in [1.0, 1.04, 1.9, 2.0, 4.9, 5.0, 7.0, 9.99, 10.0, 123.0, 377_881.0] {
             let values = marks(GridInput { bounds: (0.0, high), base_step_size: high / 70.0 });
             assert!((2..=3).contains(&values.len()), "{high}: {values:?}");
-            assert!(values.iter().all(|mark| (0.0..=high).contains(&mark.value)), "{high}: {values:?}");
+            assert!(
+                values.iter().all(|mark| (0.0..=high).contains(&mark.value)),
+                "{high}: {values:?}"
+            );
         }
     }
 }

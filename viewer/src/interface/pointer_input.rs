@@ -1,6 +1,8 @@
 //! Input on the picture: mouse, touchpad, and keys that move the camera while they are held.
 
-use egui::{Event, MouseWheelSource, MouseWheelUnit, PointerButton, Pos2, Rect, Response, Sense, Ui};
+use egui::{
+    Event, MouseWheelSource, MouseWheelUnit, PointerButton, Pos2, Rect, Response, Sense, Ui,
+};
 use glam::Vec2;
 
 use super::keys;
@@ -10,8 +12,8 @@ use super::view_model::Action;
 
 /// The zoom factor of one notch of the wheel.
 const NOTCH: f32 = 1.18;
-/// Camera speeds of held keys: distances to the target per second, radians per second, and the natural logarithm of the
-/// zoom factor per second.
+/// Camera speeds of held keys: distances to the target per second, radians per second, and the
+/// natural logarithm of the zoom factor per second.
 const TRANSLATE: f32 = 0.7;
 const TURN: f32 = 1.2;
 const ZOOM: f32 = 1.4;
@@ -22,7 +24,12 @@ impl Interface {
     /// Moves the camera by the input on the picture, and requests picks for clicks.
     ///
     /// Returns where the pointer is over it, unless it drags.
-    pub(super) fn pointer_input(&mut self, ui: &Ui, area: PictureArea, actions: &mut Vec<Action>) -> Option<Pos2> {
+    pub(super) fn pointer_input(
+        &mut self,
+        ui: &Ui,
+        area: PictureArea,
+        actions: &mut Vec<Action>,
+    ) -> Option<Pos2> {
         let PictureArea { picture, visible, whole } = area;
         let response = ui.interact(whole, ui.scope_id().with("picture"), Sense::click_and_drag());
         let size = glam(picture.size());
@@ -52,20 +59,35 @@ impl Interface {
         is_in(response.hover_pos()).filter(|_| self.drag.is_none())
     }
 
-    /// Handles the pointer event by event: where a picture takes long, a whole drag may happen between two pictures, which
-    /// egui does not report as a drag.
-    fn handle_drag(&mut self, ui: &Ui, response: &Response, picture: Rect, visible: Rect, size: Vec2) {
+    /// Handles the pointer event by event: where a picture takes long, a whole drag may happen
+    /// between two pictures, which egui does not report as a drag.
+    fn handle_drag(
+        &mut self,
+        ui: &Ui,
+        response: &Response,
+        picture: Rect,
+        visible: Rect,
+        size: Vec2,
+    ) {
         let events = ui.input(|input| {
-            let is_pointer = |event: &&Event| matches!(event, Event::PointerButton { .. } | Event::PointerMoved(_));
+            let is_pointer = |event: &&Event| {
+                matches!(event, Event::PointerButton { .. } | Event::PointerMoved(_))
+            };
             input.events.iter().filter(is_pointer).cloned().collect::<Vec<_>>()
         });
         for event in events {
             match event {
-                Event::PointerButton { pos, button, pressed: true, modifiers } if self.drag.is_none() => {
+                Event::PointerButton { pos, button, pressed: true, modifiers }
+                    if self.drag.is_none() =>
+                {
                     let drags_other = ui.ctx().dragged_id().is_some_and(|id| id != response.id);
-                    if !drags_other && visible.contains(pos) && ui.ctx().layer_id_at(pos) == Some(ui.layer_id()) {
+                    if !drags_other
+                        && visible.contains(pos)
+                        && ui.ctx().layer_id_at(pos) == Some(ui.layer_id())
+                    {
                         let is_plan = self.camera_controller.camera().is_plan();
-                        let orbits = button == PointerButton::Primary && !modifiers.shift && !is_plan;
+                        let orbits =
+                            button == PointerButton::Primary && !modifiers.shift && !is_plan;
                         self.drag = Some(Drag { button, orbits, at: pos, has_moved: false });
                     }
                 }
@@ -103,7 +125,8 @@ impl Interface {
             let wheels = input.events.iter().filter_map(|event| match event {
                 Event::MouseWheel { unit, delta, modifiers, source, .. } => {
                     // Not every system reports the device, but only wheels report lines.
-                    let is_touchpad = *source == MouseWheelSource::Trackpad || *unit == MouseWheelUnit::Point;
+                    let is_touchpad =
+                        *source == MouseWheelSource::Trackpad || *unit == MouseWheelUnit::Point;
                     Some((is_touchpad, *delta, *modifiers))
                 }
                 _ => None,

@@ -13,7 +13,8 @@ pub struct Pose {
     pub theta: f32,
 }
 
-/// Interpolates linearly between two poses, `part` from 0 to 1; the heading turns the shorter way round.
+/// Interpolates linearly between two poses, `part` from 0 to 1; the heading turns the shorter way
+/// round.
 pub fn interpolate(from: Pose, to: Pose, part: f32) -> Pose {
     let place = from.place + (to.place - from.place) * part;
     Pose { place, theta: from.theta + shortest_turn(from.theta, to.theta) * part }

@@ -8,7 +8,8 @@ use crate::palette::{Rgb, Theme};
 /// The width of a ramp in points.
 const WIDTH: f32 = 168.0;
 
-/// Shows a ramp. `numbers` are texts and their places, from 0 at the left end to 1 at the right one.
+/// Shows a ramp. `numbers` are texts and their places, from 0 at the left end to 1 at the right
+/// one.
 pub fn show(ui: &mut Ui, theme: Theme, colours: &[Rgb], numbers: &[(f32, String)]) {
     let (area, _) = ui.allocate_exact_size(vec2(WIDTH, 25.0), Sense::hover());
     let width = area.width() / colours.len() as f32;
@@ -31,7 +32,13 @@ pub fn show(ui: &mut Ui, theme: Theme, colours: &[Rgb], numbers: &[(f32, String)
             1.0 => Align2::RIGHT_TOP,
             _ => Align2::CENTER_TOP,
         };
-        ui.painter().text(pos2(x, area.top() + 13.0), align, text, FontId::proportional(11.0), faint);
+        ui.painter().text(
+            pos2(x, area.top() + 13.0),
+            align,
+            text,
+            FontId::proportional(11.0),
+            faint,
+        );
     }
 }
 
@@ -47,7 +54,11 @@ pub fn short(value: f32) -> String {
         middling if middling >= 9.995 => format!("{value:.1}"),
         _ => format!("{value:.2}"),
     };
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+    if text.contains('.') {
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    } else {
+        text
+    }
 }
 
 #[cfg(test)]
@@ -56,8 +67,12 @@ mod tests {
 
     #[test]
     fn numbers_are_short_and_under_their_places() {
-        assert_eq!([0.0, 0.05, 12.5, 99.96, 1200.0, -0.4].map(short), ["0", "0.05", "12.5", "100", "1200", "-0.4"]);
-        let wanted = [(0.0, "100"), (0.5, "50"), (1.0, "0")].map(|(place, text)| (place, text.to_owned()));
+        assert_eq!(
+            [0.0, 0.05, 12.5, 99.96, 1200.0, -0.4].map(short),
+            ["0", "0.05", "12.5", "100", "1200", "-0.4"]
+        );
+        let wanted =
+            [(0.0, "100"), (0.5, "50"), (1.0, "0")].map(|(place, text)| (place, text.to_owned()));
         assert_eq!(numbers(100.0, 0.0), wanted);
     }
 }

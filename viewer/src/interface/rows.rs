@@ -1,4 +1,5 @@
-//! The rows of the fleet list: filtered and sorted robots. They are computed on another thread than the one that draws.
+//! The rows of the fleet list: filtered and sorted robots. They are computed on another thread than
+//! the one that draws.
 
 use regatta_plugin::frame::{Columns, RobotState};
 
@@ -65,7 +66,9 @@ impl RowQuery {
             ids.sort_by(|a, b| values[*a as usize].total_cmp(&values[*b as usize]));
         }
         match self.sort {
-            SortBy::State => ids.sort_by_key(|id| RobotState::from_number(columns.state[*id as usize]).name()),
+            SortBy::State => {
+                ids.sort_by_key(|id| RobotState::from_number(columns.state[*id as usize]).name())
+            }
             SortBy::Edge => ids.sort_by_key(|id| columns.edge[*id as usize]),
             _ => {}
         }
@@ -103,9 +106,18 @@ mod tests {
         let (x, y, theta) = ([3.0, 1.0, 2.0, 0.5], [0.0; 4], [0.0, -1.0, 1.0, 0.5]);
         let state = [0, 1, 3, 255];
         let (speed, edge) = ([1.0, 0.0, 0.5, 0.0], [7, 3, u32::MAX, 1]);
-        let columns = Columns { x: &x, y: &y, theta: &theta, speed: &speed, s: &y, edge: &edge, state: &state };
-        let rows =
-            |sort, descending, filter: &str| RowQuery { sort, descending, filter: filter.into() }.rows(columns).ids;
+        let columns = Columns {
+            x: &x,
+            y: &y,
+            theta: &theta,
+            speed: &speed,
+            s: &y,
+            edge: &edge,
+            state: &state,
+        };
+        let rows = |sort, descending, filter: &str| {
+            RowQuery { sort, descending, filter: filter.into() }.rows(columns).ids
+        };
         assert_eq!(rows(SortBy::X, false, ""), [1, 2, 0]);
         assert_eq!(rows(SortBy::Theta, true, ""), [2, 0, 1]);
         assert_eq!(rows(SortBy::Speed, true, ""), [0, 2, 1]);

@@ -17,13 +17,22 @@ use crate::route::Remaining;
 use crate::text::with_plural;
 
 impl Interface {
-    pub(super) fn selection(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+    pub(super) fn selection(
+        &mut self,
+        ui: &mut Ui,
+        model: &ViewModel<'_>,
+        actions: &mut Vec<Action>,
+    ) {
         match self.selected {
             Some(Item::Robot(id)) => self.robot(ui, model, id, actions),
             Some(Item::Edge(index)) => self.edge(ui, model, index, actions),
             Some(Item::Node(index)) => self.node(ui, model, index),
             None => {
-                ui.label(style::faint(ui, self.settings.theme(), "Click a robot, an edge or a node."));
+                ui.label(style::faint(
+                    ui,
+                    self.settings.theme(),
+                    "Click a robot, an edge or a node.",
+                ));
             }
         }
     }
@@ -33,7 +42,8 @@ impl Interface {
         ui.label(RichText::new(format!("Robot {id}")).size(20.0));
         self.other_robots(ui);
         let row = id as usize;
-        let Some(frame) = model.frame.filter(|frame| frame.state_of(row) != RobotState::Absent) else {
+        let Some(frame) = model.frame.filter(|frame| frame.state_of(row) != RobotState::Absent)
+        else {
             ui.label(style::faint(ui, theme, "not in the fleet now"));
             return;
         };
@@ -42,7 +52,11 @@ impl Interface {
             status_dot(ui, state_colour(state, theme), RichText::new(state.name()));
             let index = model.robot_type_column.and_then(|column| column.get(row));
             let robot_type = index.and_then(|index| model.world.robot_types().get(*index as usize));
-            ui.label(style::faint(ui, theme, robot_type.map_or("", |robot_type| robot_type.name())));
+            ui.label(style::faint(
+                ui,
+                theme,
+                robot_type.map_or("", |robot_type| robot_type.name()),
+            ));
         });
         self.robot_buttons(ui, model, id);
         self.order_buttons(ui, Item::Robot(id), model, actions);
@@ -68,12 +82,17 @@ impl Interface {
         }
     }
 
-    /// What is known of a robot now, and not of the past: its route, its collisions, and what plugins say of it.
+    /// What is known of a robot now, and not of the past: its route, its collisions, and what
+    /// plugins say of it.
     fn present(&mut self, ui: &mut Ui, model: &ViewModel<'_>, id: u32) {
         let theme = self.settings.theme();
         self.route(ui, model);
         self.robot_collisions(ui, model, id);
-        let others: Vec<_> = model.values.iter().filter(|(name, _)| !work::COLUMNS.contains(&name.as_str())).collect();
+        let others: Vec<_> = model
+            .values
+            .iter()
+            .filter(|(name, _)| !work::COLUMNS.contains(&name.as_str()))
+            .collect();
         if !others.is_empty() {
             heading(ui, theme, "columns");
             for (name, value) in others {
@@ -106,19 +125,34 @@ impl Interface {
             if ui.button("Fly there").on_hover_text("Key J").clicked() {
                 self.fly_to_selected(model);
             }
-            let followed =
-                self.camera_controller.followed().filter(|(robot, _)| *robot == id).map(|(_, follow)| follow);
+            let followed = self
+                .camera_controller
+                .followed()
+                .filter(|(robot, _)| *robot == id)
+                .map(|(_, follow)| follow);
             for (follow, name) in [(Follow::Behind, "Behind"), (Follow::Above, "Above")] {
-                if ui.selectable_label(followed == Some(follow), name).on_hover_text("Key F").clicked() {
-                    self.camera_controller.follow((followed != Some(follow)).then_some((id, follow)));
+                if ui
+                    .selectable_label(followed == Some(follow), name)
+                    .on_hover_text("Key F")
+                    .clicked()
+                {
+                    self.camera_controller
+                        .follow((followed != Some(follow)).then_some((id, follow)));
                 }
             }
         });
     }
 
-    fn place_on_graph(&mut self, ui: &mut Ui, model: &ViewModel<'_>, frame: &Frame<'_>, row: usize) {
+    fn place_on_graph(
+        &mut self,
+        ui: &mut Ui,
+        model: &ViewModel<'_>,
+        frame: &Frame<'_>,
+        row: usize,
+    ) {
         let (theme, index) = (self.settings.theme(), frame.edge()[row]);
-        let Some(edge) = model.world.edges().get(index as usize).filter(|_| index != NO_EDGE) else {
+        let Some(edge) = model.world.edges().get(index as usize).filter(|_| index != NO_EDGE)
+        else {
             line(ui, theme, "edge", "none");
             return;
         };
@@ -141,7 +175,12 @@ impl Interface {
         }
         for (name, part) in [("released", route.released), ("planned", route.planned)] {
             let more = if part.is_partial { "> " } else { "" };
-            line(ui, theme, name, format!("{}, {more}{:.1} m", with_plural(part.edges.into(), "edge"), part.metres));
+            line(
+                ui,
+                theme,
+                name,
+                format!("{}, {more}{:.1} m", with_plural(part.edges.into(), "edge"), part.metres),
+            );
         }
     }
 
@@ -156,7 +195,8 @@ impl Interface {
             is_empty = false;
             let other = if pair.robots[0] == id { pair.robots[1] } else { pair.robots[0] };
             let touching = pair.level == ContactLevel::Touching as u32;
-            let (word, colour) = if touching { ("touches", colours.bad) } else { ("may touch", colours.warn) };
+            let (word, colour) =
+                if touching { ("touches", colours.bad) } else { ("may touch", colours.warn) };
             ui.horizontal(|ui| {
                 ui.label(RichText::new(word).color(colour));
                 if ui.link(format!("robot {other}")).clicked() {
@@ -220,8 +260,12 @@ impl Interface {
         );
         match edge.orientation() {
             Orientation::Tangential => {}
-            Orientation::Offset(angle) => line(ui, theme, "heading", format!("tangent + {:.1}°", angle.to_degrees())),
-            Orientation::Fixed(angle) => line(ui, theme, "heading", format!("{:.1}°", angle.to_degrees())),
+            Orientation::Offset(angle) => {
+                line(ui, theme, "heading", format!("tangent + {:.1}°", angle.to_degrees()))
+            }
+            Orientation::Fixed(angle) => {
+                line(ui, theme, "heading", format!("{:.1}°", angle.to_degrees()))
+            }
         }
         self.robots_on_edge(ui, model, index);
         self.edge_traffic(ui, model, index);
@@ -264,8 +308,12 @@ impl Interface {
         line(ui, theme, "θ", format!("{:.2}°", node.theta.to_degrees()));
         self.robots_at_node(ui, model, index, node);
         heading(ui, theme, "edges");
-        let edges =
-            model.world.edges().iter().enumerate().filter(|(_, edge)| [edge.origin, edge.destination].contains(&index));
+        let edges = model
+            .world
+            .edges()
+            .iter()
+            .enumerate()
+            .filter(|(_, edge)| [edge.origin, edge.destination].contains(&index));
         for (i, edge) in edges.take(32) {
             let direction = if edge.origin == index { "out" } else { "in" };
             ui.horizontal(|ui| {

@@ -54,8 +54,9 @@ pub struct Settings {
     pub trails_of_selected: bool,
     /// The path of an image or a ROS map for the floor; empty for none.
     pub floor_image: String,
-    /// Where an image is placed on the floor: the lower left corner's x and y in metres, metres per pixel, and the yaw in
-    /// degrees; `None` to stretch an image over the floor, and to place a map as its file says.
+    /// Where an image is placed on the floor: the lower left corner's x and y in metres, metres per
+    /// pixel, and the yaw in degrees; `None` to stretch an image over the floor, and to place a map
+    /// as its file says.
     pub floor_at: Option<[f32; 4]>,
     /// The mesh of the robots; `None` for the built-in one.
     pub mesh: Option<RobotMesh>,
@@ -210,7 +211,8 @@ impl Settings {
         ];
         self.trails = self.trails.min(4096);
         if let Some(mesh) = &mut self.mesh {
-            (mesh.scale, mesh.z) = (within(mesh.scale, 1e-6, 1e6, 1.0), within(mesh.z, -100.0, 100.0, 0.0));
+            (mesh.scale, mesh.z) =
+                (within(mesh.scale, 1e-6, 1e6, 1.0), within(mesh.z, -100.0, 100.0, 0.0));
             mesh.yaw = within(mesh.yaw, -360.0, 360.0, 0.0);
         }
         self.lamps.truncate(MAX_LIGHTS);
@@ -243,7 +245,8 @@ impl Settings {
         scene.offset = self.offset.into();
         scene.floor.bounds = self.floor.map(Bounds::of_size);
         scene.layers.grid = self.grid;
-        (scene.layers.edges, scene.layers.arrows, scene.layers.nodes) = (self.edges, self.edges, self.nodes);
+        (scene.layers.edges, scene.layers.arrows, scene.layers.nodes) =
+            (self.edges, self.edges, self.nodes);
         (scene.layers.ids, scene.layers.shadows) = (self.ids, self.shadows);
         scene.layers.robot_ids = self.robot_ids;
         (scene.layers.plans, scene.layers.waits) = (self.plans, self.waits);
@@ -251,9 +254,11 @@ impl Settings {
         scene.heat = self.heat.then_some(self.heat_of);
         scene.trails = Trails { points: self.trails, only_selected: self.trails_of_selected };
         scene.lights.clear();
-        scene.lights.extend(self.lamps.iter().take(MAX_LIGHTS).map(|[x, y, z, red, green, blue]| Light {
-            position: Vec3::new(*x, *y, *z),
-            colour: Vec3::new(*red, *green, *blue),
-        }));
+        scene.lights.extend(self.lamps.iter().take(MAX_LIGHTS).map(
+            |[x, y, z, red, green, blue]| Light {
+                position: Vec3::new(*x, *y, *z),
+                colour: Vec3::new(*red, *green, *blue),
+            },
+        ));
     }
 }

@@ -9,7 +9,12 @@ use super::state::Interface;
 use super::view_model::{Action, Item, ViewModel};
 
 impl Interface {
-    pub(super) fn shortcuts(&mut self, context: &Context, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+    pub(super) fn shortcuts(
+        &mut self,
+        context: &Context,
+        model: &ViewModel<'_>,
+        actions: &mut Vec<Action>,
+    ) {
         // What was typed right after Ctrl+F is for the search field, which has the focus only now.
         if let Some(events) = self.late_input.take_if(|_| context.egui_wants_keyboard_input()) {
             context.input_mut(|input| drop(input.events.splice(0..0, events)));
@@ -19,7 +24,13 @@ impl Interface {
         }
     }
 
-    fn execute(&mut self, context: &Context, command: Command, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+    fn execute(
+        &mut self,
+        context: &Context,
+        command: Command,
+        model: &ViewModel<'_>,
+        actions: &mut Vec<Action>,
+    ) {
         match command {
             Command::Pause => actions.extend(self.pause_or_resume(model)),
             Command::Step => actions.extend(self.step(model)),
@@ -124,7 +135,10 @@ impl Interface {
         };
         let step = if next { 1 } else { frame.len().saturating_sub(1) };
         let around = (1..=frame.len()).map(|i| (now + i * step) % frame.len().max(1));
-        let Some(id) = around.into_iter().find(|id| frame.state_of(*id) != RobotState::Absent) else { return };
+        let Some(id) = around.into_iter().find(|id| frame.state_of(*id) != RobotState::Absent)
+        else {
+            return;
+        };
         self.select(Some(Item::Robot(id as u32)));
         self.fleet_list.list.reveal(id);
     }

@@ -1,5 +1,5 @@
-//! The state of the interface: the user's choices and unfinished input. The panels, in files of their own, show and
-//! change it.
+//! The state of the interface: the user's choices and unfinished input. The panels, in files of
+//! their own, show and change it.
 
 use egui::{PointerButton, Pos2};
 use glam::Vec2;
@@ -147,7 +147,11 @@ impl FileDrafts {
     fn new(settings: &Settings) -> Self {
         let none = RobotMesh { file: String::new(), scale: 1.0, z: 0.0, yaw: 0.0 };
         let spots = "hot-spots.csv".to_owned();
-        Self { spots, floor: settings.floor_image.clone(), mesh: settings.mesh.clone().unwrap_or(none) }
+        Self {
+            spots,
+            floor: settings.floor_image.clone(),
+            mesh: settings.mesh.clone().unwrap_or(none),
+        }
     }
 }
 
@@ -221,7 +225,8 @@ impl Interface {
         }
     }
 
-    /// Adds a robot to the selected ones, or removes it from them. Any other item is selected alone.
+    /// Adds a robot to the selected ones, or removes it from them. Any other item is selected
+    /// alone.
     pub fn toggle_selected(&mut self, item: Item) {
         let Item::Robot(id) = item else { return self.select(Some(item)) };
         let mut robots = self.robots();
@@ -266,7 +271,11 @@ impl Interface {
         let offset = Vec2::from(self.settings.offset);
         match self.selected? {
             Item::Robot(id) => Some(model.pose(id, offset)?.place),
-            Item::Node(index) => model.world.nodes().get(index as usize).map(|node| Vec2::new(node.x, node.y) + offset),
+            Item::Node(index) => model
+                .world
+                .nodes()
+                .get(index as usize)
+                .map(|node| Vec2::new(node.x, node.y) + offset),
             Item::Edge(index) => {
                 let edge = model.world.edges().get(index as usize)?;
                 midpoint(&model.world, edge).map(|middle| middle + offset)

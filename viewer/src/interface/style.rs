@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use egui::text::{LayoutJob, TextWrapping};
 use egui::{
-    Color32, Context, CornerRadius, FontId, Frame, Galley, Margin, RichText, Sense, Stroke, TextStyle, Ui, Visuals,
-    vec2,
+    Color32, Context, CornerRadius, FontId, Frame, Galley, Margin, RichText, Sense, Stroke,
+    TextStyle, Ui, Visuals, vec2,
 };
 
 use regatta_plugin::frame::RobotState;
@@ -101,9 +101,12 @@ pub fn apply(context: &Context, theme: Theme) {
         // Lists of states and of kinds are shown whole where the window is high enough.
         style.spacing.combo_height = 400.0;
         style.interaction.selectable_labels = false;
-        for (kind, size) in
-            [(TextStyle::Body, 13.0), (TextStyle::Button, 13.0), (TextStyle::Small, 11.0), (TextStyle::Heading, 15.0)]
-        {
+        for (kind, size) in [
+            (TextStyle::Body, 13.0),
+            (TextStyle::Button, 13.0),
+            (TextStyle::Small, 11.0),
+            (TextStyle::Heading, 15.0),
+        ] {
             style.text_styles.insert(kind, FontId::proportional(size));
         }
         style.text_styles.insert(TextStyle::Monospace, FontId::monospace(12.0));

@@ -22,7 +22,8 @@ pub struct Symbols {
     pub waits: bool,
     /// What is known.
     pub facts: PlanFacts,
-    /// The density of half the strength in robots per hectare, if robots are drawn as their density.
+    /// The density of half the strength in robots per hectare, if robots are drawn as their
+    /// density.
     pub density: Option<f32>,
     /// Number of closed edges; none if edges aren't shown.
     pub closed: u32,
@@ -55,13 +56,16 @@ impl Symbols {
             list.push((Symbol::Pin, "goal".to_owned()));
         }
         if self.waits {
-            let [waiting, in_rings] = self.facts.waiting.unwrap_or_default().map(|count| thousands(count.into()));
+            let [waiting, in_rings] =
+                self.facts.waiting.unwrap_or_default().map(|count| thousands(count.into()));
             list.push((Symbol::Arrow, format!("waits for ({waiting})")));
             list.push((Symbol::RingArrow, format!("ring of waiting ({in_rings})")));
         }
         match self.closed {
             0 => {}
-            closed => list.push((Symbol::NoEntry, format!("closed ({})", thousands(closed.into())))),
+            closed => {
+                list.push((Symbol::NoEntry, format!("closed ({})", thousands(closed.into()))))
+            }
         }
         list
     }
@@ -69,9 +73,11 @@ impl Symbols {
     /// Says what the picture lacks; empty if it lacks nothing.
     fn gaps(&self) -> Vec<String> {
         let mut gaps = Vec::new();
-        if let Some(routes) = self.facts.routes.filter(|_| self.plans && self.facts.lacks_routes()) {
+        if let Some(routes) = self.facts.routes.filter(|_| self.plans && self.facts.lacks_routes())
+        {
             let noun = if self.facts.is_filtered { "matching robot" } else { "robot" };
-            let (known, robots) = (thousands(routes.known.into()), with_plural(routes.under_way.into(), noun));
+            let (known, robots) =
+                (thousands(routes.known.into()), with_plural(routes.under_way.into(), noun));
             gaps.push(format!("routes of {known} of {robots}"));
         }
         if self.plans && !self.facts.has_goals {
@@ -116,8 +122,10 @@ fn density(ui: &mut Ui, theme: Theme, mean: f32) {
     ui.add_space(3.0);
     ui.label(style::faint(ui, theme, "robots per hectare"));
     let colours = theme.colours();
-    let steps: Vec<_> = (0..16).map(|step| colours.floor.mix(colours.unknown, step as f32 / 15.0)).collect();
-    let numbers = [(0.0, 0.0), (0.5, mean), (0.75, 2.0 * mean)].map(|(place, value)| (place, ramp::short(value)));
+    let steps: Vec<_> =
+        (0..16).map(|step| colours.floor.mix(colours.unknown, step as f32 / 15.0)).collect();
+    let numbers = [(0.0, 0.0), (0.5, mean), (0.75, 2.0 * mean)]
+        .map(|(place, value)| (place, ramp::short(value)));
     ramp::show(ui, theme, &steps, &numbers);
 }
 

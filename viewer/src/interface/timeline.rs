@@ -1,4 +1,5 @@
-//! The timeline: a bar over the whole recording with marks of what happened in it, the playhead, and a part that is repeated.
+//! The timeline: a bar over the whole recording with marks of what happened in it, the playhead,
+//! and a part that is repeated.
 
 mod paint;
 
@@ -20,7 +21,8 @@ pub const HEIGHT: f32 = 72.0;
 /// The height of the marks of one kind, and of the bar below them, in points.
 const LANE: f32 = 4.0;
 const BAR: f32 = 8.0;
-/// A mark counts as reached if the frame that is shown lies at most so long before it, in nanoseconds.
+/// A mark counts as reached if the frame that is shown lies at most so long before it, in
+/// nanoseconds.
 const REACHED: u64 = 2_000_000_000;
 /// The shortest part that is repeated, in nanoseconds.
 const SHORTEST_LOOP: u64 = 50_000_000;
@@ -34,8 +36,12 @@ const SHORTEST_NAME: f32 = 60.0;
 const LEAST_REST: f32 = 24.0;
 
 /// The kinds of marks, from the top lane down, with their names.
-const KINDS: [(MarkKind, &str); 4] =
-    [(MarkKind::Contact, "contact"), (MarkKind::Fault, "fault"), (MarkKind::Stop, "stop"), (MarkKind::Note, "note")];
+const KINDS: [(MarkKind, &str); 4] = [
+    (MarkKind::Contact, "contact"),
+    (MarkKind::Fault, "fault"),
+    (MarkKind::Stop, "stop"),
+    (MarkKind::Note, "note"),
+];
 
 /// The user's choices on the timeline, and unfinished input.
 #[derive(Clone, Copy, Debug, Default)]
@@ -68,7 +74,8 @@ impl Timeline<'_> {
     }
 }
 
-/// Shows a text in what is left of a row: with an ellipsis and a tooltip if that is too little, and not at all if it is nothing.
+/// Shows a text in what is left of a row: with an ellipsis and a tooltip if that is too little, and
+/// not at all if it is nothing.
 fn rest(ui: &mut Ui, text: RichText) {
     if !text.is_empty() && ui.available_width() > LEAST_REST {
         ui.add(Label::new(text).truncate());
@@ -87,7 +94,12 @@ fn seek(time: u64) -> Action {
 }
 
 impl Interface {
-    pub(super) fn timeline(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+    pub(super) fn timeline(
+        &mut self,
+        ui: &mut Ui,
+        model: &ViewModel<'_>,
+        actions: &mut Vec<Action>,
+    ) {
         let Some(timeline) = model.timeline else { return };
         let run = model.frame.map_or(0, |frame| frame.run_id());
         let marks = self.notes.marks(run);
@@ -150,10 +162,14 @@ impl Interface {
 
     fn mark_buttons(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
         let size = vec2(26.0, 20.0);
-        for (icon, name, forward) in [(Icon::PreviousMark, "Previous mark", false), (Icon::NextMark, "Next mark", true)]
+        for (icon, name, forward) in
+            [(Icon::PreviousMark, "Previous mark", false), (Icon::NextMark, "Next mark", true)]
         {
             let key = if forward { "X" } else { "Z" };
-            if icons::button(ui, icon, name, size).on_hover_text(format!("{name} ({key})")).clicked() {
+            if icons::button(ui, icon, name, size)
+                .on_hover_text(format!("{name} ({key})"))
+                .clicked()
+            {
                 self.go_to_mark(model, forward, actions);
             }
         }
@@ -169,7 +185,8 @@ impl Interface {
         actions: &mut Vec<Action>,
     ) {
         let (theme, colours) = (self.settings.theme(), self.colours());
-        let (text, colour) = if live.is_past { ("past", colours.warn) } else { ("live", colours.good) };
+        let (text, colour) =
+            if live.is_past { ("past", colours.warn) } else { ("live", colours.good) };
         ui.label(RichText::new(text).strong().color(colour));
         if live.is_past && ui.button(RichText::new("back to live").size(11.0)).clicked() {
             self.timeline.asked = None;
@@ -182,7 +199,10 @@ impl Interface {
         rest(ui, RichText::new(timeline.note).color(colour_of(MarkKind::Note, &colours)));
         let kept = clock_text(timeline.end.saturating_sub(timeline.start) as f64 * 1e-9);
         let megabytes = live.bytes as f64 / f64::from(1 << 20);
-        let text = format!("the last {kept} are kept, up to ten minutes: {megabytes:.0} of {} MB", BUDGET >> 20);
+        let text = format!(
+            "the last {kept} are kept, up to ten minutes: {megabytes:.0} of {} MB",
+            BUDGET >> 20
+        );
         rest(ui, style::faint(ui, theme, text));
         if live.is_past {
             rest(ui, style::faint(ui, theme, "columns, contacts and routes are not kept"));
@@ -225,13 +245,14 @@ impl Interface {
         timeline: &Timeline<'_>,
         actions: &mut Vec<Action>,
     ) {
-        let marks_loop =
-            timeline.live.is_none() && ui.input(|input| input.modifiers.matches_logically(Modifiers::SHIFT));
+        let marks_loop = timeline.live.is_none()
+            && ui.input(|input| input.modifiers.matches_logically(Modifiers::SHIFT));
         let is_down = response.is_pointer_button_down_on() || response.clicked();
         let Some(pointer) = response.interact_pointer_pos().filter(|_| is_down) else {
             self.timeline.dragged = None;
             if response.drag_stopped()
-                && let (Some(_), Some((from, _))) = (self.timeline.loop_start.take(), self.timeline.repeated)
+                && let (Some(_), Some((from, _))) =
+                    (self.timeline.loop_start.take(), self.timeline.repeated)
             {
                 self.ask_for(from, actions);
             }
@@ -239,7 +260,11 @@ impl Interface {
         };
         let time = timeline.time_at(rect, pointer.x);
         if marks_loop {
-            let start = if response.drag_started() { time } else { self.timeline.loop_start.unwrap_or(time) };
+            let start = if response.drag_started() {
+                time
+            } else {
+                self.timeline.loop_start.unwrap_or(time)
+            };
             self.timeline.loop_start = Some(start);
             self.set_loop(start, time);
         } else if self.timeline.dragged != Some(time) {
@@ -262,7 +287,12 @@ impl Interface {
     }
 
     /// Goes to a time of the shown clock: in a recording, or in what is kept of a live run.
-    pub(super) fn go_to_time(&mut self, secs: f64, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+    pub(super) fn go_to_time(
+        &mut self,
+        secs: f64,
+        model: &ViewModel<'_>,
+        actions: &mut Vec<Action>,
+    ) {
         let Some(timeline) = model.timeline else { return };
         let nanos = (secs.max(0.0) * 1e9) as u64;
         match timeline.live {
@@ -279,18 +309,33 @@ impl Interface {
     }
 
     /// Goes to the next mark, or to the previous one.
-    pub(super) fn go_to_mark(&mut self, model: &ViewModel<'_>, forward: bool, actions: &mut Vec<Action>) {
+    pub(super) fn go_to_mark(
+        &mut self,
+        model: &ViewModel<'_>,
+        forward: bool,
+        actions: &mut Vec<Action>,
+    ) {
         let Some(timeline) = model.timeline else { return };
         let notes = self.notes.marks(model.frame.map_or(0, |frame| frame.run_id()));
-        let timeline = if timeline.live.is_some() { Timeline { marks: &notes, ..timeline } } else { timeline };
+        let timeline =
+            if timeline.live.is_some() { Timeline { marks: &notes, ..timeline } } else { timeline };
         let now = timeline.now.unwrap_or(timeline.start);
         // The frame of a mark may lie before it, if not every frame was recorded.
         let reached = self.timeline.asked.filter(|asked| *asked >= now && asked - now < REACHED);
         let from = reached.unwrap_or(now);
         let found = if forward {
-            timeline.marks.iter().map(|mark| mark.time_nanos).find(|time| *time > from && *time <= timeline.end)
+            timeline
+                .marks
+                .iter()
+                .map(|mark| mark.time_nanos)
+                .find(|time| *time > from && *time <= timeline.end)
         } else {
-            timeline.marks.iter().rev().map(|mark| mark.time_nanos).find(|time| *time < from && *time >= timeline.start)
+            timeline
+                .marks
+                .iter()
+                .rev()
+                .map(|mark| mark.time_nanos)
+                .find(|time| *time < from && *time >= timeline.start)
         };
         match found {
             Some(time) if timeline.live.is_some() => {
@@ -338,8 +383,14 @@ impl Interface {
         }
     }
 
-    /// Sends the playhead back at the end of the part that is repeated. At the end of the recording, the clock stands by itself.
-    fn repeat(&mut self, model: &ViewModel<'_>, timeline: &Timeline<'_>, actions: &mut Vec<Action>) {
+    /// Sends the playhead back at the end of the part that is repeated. At the end of the
+    /// recording, the clock stands by itself.
+    fn repeat(
+        &mut self,
+        model: &ViewModel<'_>,
+        timeline: &Timeline<'_>,
+        actions: &mut Vec<Action>,
+    ) {
         let is_running = !model.is_paused();
         let was_running = std::mem::replace(&mut self.timeline.was_running, is_running);
         let (Some((from, to)), Some(now)) = (self.timeline.repeated, timeline.now) else { return };
@@ -348,7 +399,8 @@ impl Interface {
             return;
         }
         // Whoever goes elsewhere stays there.
-        let was_inside = self.timeline.last.replace(now).is_some_and(|last| (from..to).contains(&last));
+        let was_inside =
+            self.timeline.last.replace(now).is_some_and(|last| (from..to).contains(&last));
         if now < to || !was_inside {
             return;
         }

@@ -5,7 +5,8 @@ use std::collections::VecDeque;
 /// The number of pictures over which durations are kept.
 pub const PICTURES: usize = 120;
 /// The parts of a picture's duration.
-pub const PARTS: [&str; 5] = ["reading", "uploads", "encoding", "interface", "waiting for the screen"];
+pub const PARTS: [&str; 5] =
+    ["reading", "uploads", "encoding", "interface", "waiting for the screen"];
 
 /// The durations of the last pictures.
 #[derive(Clone, Debug, Default)]
@@ -40,7 +41,8 @@ impl Timing {
         self.gpu.push_back(seconds);
     }
 
-    /// Returns the mean GPU seconds of a picture of the fleet; `None` where the adapter doesn't measure them.
+    /// Returns the mean GPU seconds of a picture of the fleet; `None` where the adapter doesn't
+    /// measure them.
     pub fn gpu(&self) -> Option<f32> {
         (!self.gpu.is_empty()).then(|| self.gpu.iter().sum::<f32>() / self.gpu.len() as f32)
     }
@@ -48,13 +50,15 @@ impl Timing {
     /// Returns the pictures per second, over the last 30 pictures.
     pub fn rate(&self) -> f32 {
         let last = self.pictures.iter().rev().take(30);
-        let (count, time) = last.fold((0.0, 0.0), |(count, time), (_, period)| (count + 1.0, time + period));
+        let (count, time) =
+            last.fold((0.0, 0.0), |(count, time), (_, period)| (count + 1.0, time + period));
         if time > 0.0 { count / time } else { 0.0 }
     }
 
     /// Returns the mean seconds of one of the [`PARTS`].
     pub fn mean(&self, part: usize) -> f32 {
-        self.pictures.iter().map(|(parts, _)| parts[part]).sum::<f32>() / self.pictures.len().max(1) as f32
+        self.pictures.iter().map(|(parts, _)| parts[part]).sum::<f32>()
+            / self.pictures.len().max(1) as f32
     }
 
     /// Returns the seconds of the [`PARTS`] of each picture, oldest first.

@@ -1,6 +1,9 @@
-//! The bar at the top: the fleet and the state of its engine, the panels, and the views of the camera.
+//! The bar at the top: the fleet and the state of its engine, the panels, and the views of the
+//! camera.
 
-use egui::{Align, Button, Color32, FontId, Layout, Rect, Response, RichText, Role, Ui, WidgetInfo, vec2};
+use egui::{
+    Align, Button, Color32, FontId, Layout, Rect, Response, RichText, Role, Ui, WidgetInfo, vec2,
+};
 
 use super::icons::{self, Icon};
 use super::settings::{LeftPanel, RightPanel};
@@ -8,11 +11,13 @@ use super::state::Interface;
 use super::style::status_dot;
 use super::view_model::ViewModel;
 
-/// The least width of the window for all tabs and buttons side by side, in points; a narrower one has menus.
+/// The least width of the window for all tabs and buttons side by side, in points; a narrower one
+/// has menus.
 const WIDE: f32 = 1150.0;
 /// The least width at which the state of the engine is a text; below, it is a tooltip.
 const WITH_STATE: f32 = 560.0;
-/// The width of all tabs and buttons side by side, without the name and the state of the fleet, in points.
+/// The width of all tabs and buttons side by side, without the name and the state of the fleet, in
+/// points.
 const TABS: f32 = 1030.0;
 /// The greatest count that a tab shows as a number.
 const MAX_COUNT: usize = 99;
@@ -23,14 +28,19 @@ impl Interface {
         let room = ui.available_width();
         ui.horizontal_centered(|ui| {
             let (text, colour) = model.engine.text_and_colour(&colours);
-            let state = ui.painter().layout_no_wrap(text.to_owned(), FontId::proportional(12.0), colour).size().x;
+            let state = ui
+                .painter()
+                .layout_no_wrap(text.to_owned(), FontId::proportional(12.0), colour)
+                .size()
+                .x;
             ui.scope(|ui| {
                 ui.set_max_width(match room {
                     wide if wide >= WIDE => (wide - TABS - state).clamp(60.0, 220.0),
                     narrow if narrow >= WITH_STATE => 220.0,
                     _ => 90.0,
                 });
-                status_dot(ui, colour, RichText::new(model.name()).strong().size(14.0)).on_hover_text(text);
+                status_dot(ui, colour, RichText::new(model.name()).strong().size(14.0))
+                    .on_hover_text(text);
             });
             if room >= WITH_STATE {
                 ui.label(RichText::new(text).color(colour).size(12.0));
@@ -47,8 +57,12 @@ impl Interface {
                 if ui.button("?").on_hover_text("Keys and mouse (?)").clicked() {
                     self.help = !self.help;
                 }
-                let (icon, name) = if self.settings.light { (Icon::Moon, "Dark") } else { (Icon::Sun, "Light") };
-                if icons::button(ui, icon, name, vec2(26.0, 22.0)).on_hover_text(format!("{name} (L)")).clicked() {
+                let (icon, name) =
+                    if self.settings.light { (Icon::Moon, "Dark") } else { (Icon::Sun, "Light") };
+                if icons::button(ui, icon, name, vec2(26.0, 22.0))
+                    .on_hover_text(format!("{name} (L)"))
+                    .clicked()
+                {
                     self.settings.light = !self.settings.light;
                 }
                 if room >= WIDE {
@@ -63,8 +77,11 @@ impl Interface {
     fn menus(&mut self, ui: &mut Ui, model: &ViewModel<'_>) {
         let touching = model.contacts.map_or(0, |contacts| contacts.header.touching);
         let name = RichText::new("Panels");
-        let name =
-            if touching > 0 || self.log_panel.log.unacknowledged() > 0 { name.color(self.colours().bad) } else { name };
+        let name = if touching > 0 || self.log_panel.log.unacknowledged() > 0 {
+            name.color(self.colours().bad)
+        } else {
+            name
+        };
         ui.menu_button(name, |ui| {
             self.left_tabs(ui, model);
             self.right_tabs(ui, false);
@@ -79,9 +96,23 @@ impl Interface {
         let open = &mut self.settings.left;
         tab(ui, open, LeftPanel::Fleet, "Fleet", "The list of all robots (1)");
         let text = "Pairs of robots that touch, or may touch (2)";
-        tab_with_count(ui, open, LeftPanel::Collisions, "Collisions", text, (touching as usize, alarm));
+        tab_with_count(
+            ui,
+            open,
+            LeftPanel::Collisions,
+            "Collisions",
+            text,
+            (touching as usize, alarm),
+        );
         tab(ui, open, LeftPanel::Spots, "Hot spots", "The places that have cost the most time (7)");
-        tab_with_count(ui, open, LeftPanel::Log, "Log", "What happened, and alarms (9)", (alarms, alarm));
+        tab_with_count(
+            ui,
+            open,
+            LeftPanel::Log,
+            "Log",
+            "What happened, and alarms (9)",
+            (alarms, alarm),
+        );
         let plots = Button::selectable(self.settings.plots, "Plots");
         if ui.add(plots).on_hover_text("Figures over time (8)").clicked() {
             self.settings.plots = !self.settings.plots;
@@ -117,7 +148,11 @@ impl Interface {
             self.camera_controller.toggle_plan();
         }
         let text = "Distance between two places or robots, and clearance between robots (M)";
-        if ui.add(Button::selectable(self.measuring.is_some(), "Measure")).on_hover_text(text).clicked() {
+        if ui
+            .add(Button::selectable(self.measuring.is_some(), "Measure"))
+            .on_hover_text(text)
+            .clicked()
+        {
             self.toggle_measuring();
         }
         let is_following = self.camera_controller.followed().is_some();
@@ -129,7 +164,13 @@ impl Interface {
 }
 
 /// Shows a button that opens or closes a panel; `text` is its tooltip.
-fn tab<T: PartialEq>(ui: &mut Ui, open: &mut Option<T>, panel: T, name: &str, text: &str) -> Response {
+fn tab<T: PartialEq>(
+    ui: &mut Ui,
+    open: &mut Option<T>,
+    panel: T,
+    name: &str,
+    text: &str,
+) -> Response {
     let is_open = open.as_ref() == Some(&panel);
     let button = ui.add(Button::selectable(is_open, name)).on_hover_text(text);
     if button.clicked() {
@@ -138,8 +179,8 @@ fn tab<T: PartialEq>(ui: &mut Ui, open: &mut Option<T>, panel: T, name: &str, te
     button
 }
 
-/// Like [`tab`], with a count over its corner if it isn't 0. The count takes no room of its own, so that the buttons beside
-/// it stay where they are.
+/// Like [`tab`], with a count over its corner if it isn't 0. The count takes no room of its own, so
+/// that the buttons beside it stay where they are.
 fn tab_with_count<T: PartialEq>(
     ui: &mut Ui,
     open: &mut Option<T>,

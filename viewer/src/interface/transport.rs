@@ -1,4 +1,5 @@
-//! The transport bar at the bottom: pause, step and speed of the engine's clock, and the number of robots.
+//! The transport bar at the bottom: pause, step and speed of the engine's clock, and the number of
+//! robots.
 
 use std::ops::RangeInclusive;
 
@@ -12,9 +13,11 @@ use super::view_model::{Action, ViewModel};
 
 /// The slowest and the fastest speed of the slider; right of the fastest is "as fast as possible".
 const SPEEDS: (f32, f32) = (0.1, 100.0);
-/// The slider's position for "as fast as possible". Other positions are the common logarithm of the speed.
+/// The slider's position for "as fast as possible". Other positions are the common logarithm of the
+/// speed.
 const UNLIMITED: f32 = 2.3;
-/// The least width of the window in which the sliders have names, and lines between them, in points.
+/// The least width of the window in which the sliders have names, and lines between them, in
+/// points.
 const NAMED: f32 = 720.0;
 /// The least length of a slider's rail, in points.
 const SHORTEST_RAIL: f32 = 40.0;
@@ -33,21 +36,31 @@ fn speed(speed: f32) -> Action {
 
 /// Returns the action that sets the number of robots.
 fn robots(count: u32) -> Action {
-    Action::Control(ControlRequest { count: count.into(), ..ControlRequest::new(ControlKind::Robots) })
+    Action::Control(ControlRequest {
+        count: count.into(),
+        ..ControlRequest::new(ControlKind::Robots)
+    })
 }
 
 impl Interface {
-    pub(super) fn transport(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+    pub(super) fn transport(
+        &mut self,
+        ui: &mut Ui,
+        model: &ViewModel<'_>,
+        actions: &mut Vec<Action>,
+    ) {
         let theme = self.settings.theme();
         let is_connected = model.status.is_some();
         let room = ui.available_width();
         // Sliders get shorter, and then are numbers only. A recording has one.
-        let (sliders, others) = if model.recording().is_some() { (1.0, 320.0) } else { (2.0, 440.0) };
+        let (sliders, others) =
+            if model.recording().is_some() { (1.0, 320.0) } else { (2.0, 440.0) };
         let rest = (room - others - if room >= NAMED { 120.0 } else { 0.0 }) / sliders;
         ui.spacing_mut().slider_width = if rest < SHORTEST_RAIL { 0.0 } else { rest.min(130.0) };
         ui.horizontal_centered(|ui| {
             ui.add_enabled_ui(is_connected, |ui| {
-                let (icon, name) = if model.is_paused() { (Icon::Play, "Resume") } else { (Icon::Pause, "Pause") };
+                let (icon, name) =
+                    if model.is_paused() { (Icon::Play, "Resume") } else { (Icon::Pause, "Pause") };
                 let response = icons::button(ui, icon, name, vec2(38.0, 28.0));
                 if response.on_hover_text(format!("{name} (Space)")).clicked() {
                     actions.extend(self.pause_or_resume(model));
@@ -58,7 +71,10 @@ impl Interface {
                         self.step_back(model, actions);
                     }
                 }
-                if icons::button(ui, Icon::Step, "Step", vec2(32.0, 28.0)).on_hover_text("One tick (.)").clicked() {
+                if icons::button(ui, Icon::Step, "Step", vec2(32.0, 28.0))
+                    .on_hover_text("One tick (.)")
+                    .clicked()
+                {
                     actions.extend(self.step(model));
                 }
             });
@@ -92,30 +108,45 @@ impl Interface {
 
     fn clock(&self, ui: &mut Ui, model: &ViewModel<'_>, with_speed: bool) {
         let text = model.clock_secs().map_or("–".to_owned(), clock_text);
-        ui.add_sized([96.0, 24.0], egui::Label::new(RichText::new(text).monospace().size(17.0)).extend());
+        ui.add_sized(
+            [96.0, 24.0],
+            egui::Label::new(RichText::new(text).monospace().size(17.0)).extend(),
+        );
         if !with_speed {
             return;
         }
-        let factor = model.status.filter(|_| !model.is_paused()).map(|status| status.real_time_factor);
+        let factor =
+            model.status.filter(|_| !model.is_paused()).map(|status| status.real_time_factor);
         let text = factor.map_or("– ×".to_owned(), |factor| format!("{factor:.2}×"));
-        ui.add_sized([50.0, 24.0], egui::Label::new(style::faint(ui, self.settings.theme(), text)).extend())
-            .on_hover_text("Measured speed: simulated seconds per second");
+        ui.add_sized(
+            [50.0, 24.0],
+            egui::Label::new(style::faint(ui, self.settings.theme(), text)).extend(),
+        )
+        .on_hover_text("Measured speed: simulated seconds per second");
     }
 
     fn speed_slider(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
         let reported = model.frame.map_or(1.0, |frame| frame.header().speed);
         let mut position = position_of(self.sliders.speed.unwrap_or(reported));
         let (range, format) =
-            (SPEEDS.0.log10()..=UNLIMITED, |position, _: RangeInclusive<usize>| speed_text(speed_at(position as f32)));
-        let parse =
-            |text: &str| text.trim().trim_end_matches('×').parse().ok().map(|speed: f32| f64::from(position_of(speed)));
+            (SPEEDS.0.log10()..=UNLIMITED, |position, _: RangeInclusive<usize>| {
+                speed_text(speed_at(position as f32))
+            });
+        let parse = |text: &str| {
+            text.trim()
+                .trim_end_matches('×')
+                .parse()
+                .ok()
+                .map(|speed: f32| f64::from(position_of(speed)))
+        };
         let response = if has_rail(ui) {
             ui.add(Slider::new(&mut position, range).custom_formatter(format).custom_parser(parse))
         } else {
             let number = DragValue::new(&mut position).range(range).speed(0.01);
             ui.add(number.custom_formatter(format).custom_parser(parse))
         };
-        let response = response.on_hover_text("Requested speed: simulated seconds per second ([ and ])");
+        let response =
+            response.on_hover_text("Requested speed: simulated seconds per second ([ and ])");
         if response.changed() {
             let wanted = speed_at(position);
             self.sliders.speed = Some(wanted);
@@ -137,11 +168,15 @@ impl Interface {
         } else {
             ui.add(DragValue::new(&mut count).range(range).speed(speed))
         };
-        let response = response.on_hover_text("Number of robots, also while the fleet runs (K and I)");
+        let response =
+            response.on_hover_text("Number of robots, also while the fleet runs (K and I)");
         if response.changed() {
             self.sliders.robots = Some(count);
             actions.push(robots(count));
-        } else if !response.dragged() && !response.has_focus() && self.sliders.robots == Some(reported) {
+        } else if !response.dragged()
+            && !response.has_focus()
+            && self.sliders.robots == Some(reported)
+        {
             self.sliders.robots = None;
         }
     }
@@ -151,9 +186,14 @@ impl Interface {
         if !model.is_paused() {
             return vec![control(ControlKind::Pause)];
         }
-        let ended = model.recording().filter(|timeline| timeline.now.is_some_and(|now| now >= timeline.end));
+        let ended = model
+            .recording()
+            .filter(|timeline| timeline.now.is_some_and(|now| now >= timeline.end));
         let again = ended.map(|timeline| {
-            Action::Control(ControlRequest { count: timeline.start, ..ControlRequest::new(ControlKind::Seek) })
+            Action::Control(ControlRequest {
+                count: timeline.start,
+                ..ControlRequest::new(ControlKind::Seek)
+            })
         });
         again.into_iter().chain([control(ControlKind::Resume)]).collect()
     }
@@ -161,7 +201,8 @@ impl Interface {
     /// Returns the requests that advance one tick: a running engine is paused first.
     pub(super) fn step(&self, model: &ViewModel<'_>) -> Vec<Action> {
         let pause = (!model.is_paused()).then(|| control(ControlKind::Pause));
-        let step = Action::Control(ControlRequest { count: 1, ..ControlRequest::new(ControlKind::Step) });
+        let step =
+            Action::Control(ControlRequest { count: 1, ..ControlRequest::new(ControlKind::Step) });
         pause.into_iter().chain([step]).collect()
     }
 
@@ -176,7 +217,8 @@ impl Interface {
         })
     }
 
-    /// Returns the action that multiplies the number of robots by a factor; it changes by at least one.
+    /// Returns the action that multiplies the number of robots by a factor; it changes by at least
+    /// one.
     pub(super) fn times_robots(&mut self, model: &ViewModel<'_>, factor: f32) -> Option<Action> {
         if model.recording().is_some() {
             self.notify("a recording has the robots that it has");

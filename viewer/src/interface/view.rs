@@ -40,7 +40,11 @@ impl Interface {
         heading(ui, theme, "trails");
         ui.add(Slider::new(&mut settings.trails, 0..=4096).logarithmic(true).text("points"));
         if (1..settings.trails).contains(&model.trail_points) {
-            ui.label(faint(ui, theme, format!("limited to {} by the graphics adapter", model.trail_points)));
+            ui.label(faint(
+                ui,
+                theme,
+                format!("limited to {} by the graphics adapter", model.trail_points),
+            ));
         }
         ui.checkbox(&mut settings.trails_of_selected, "selected robots only");
         heading(ui, theme, "floor");
@@ -53,7 +57,13 @@ impl Interface {
         if let Some(size) = &mut settings.floor {
             ui.horizontal(|ui| {
                 for (metres, name) in size.iter_mut().zip(["width ", "depth "]) {
-                    ui.add(DragValue::new(metres).range(1.0..=1e6).speed(0.5).prefix(name).suffix(" m"));
+                    ui.add(
+                        DragValue::new(metres)
+                            .range(1.0..=1e6)
+                            .speed(0.5)
+                            .prefix(name)
+                            .suffix(" m"),
+                    );
                 }
             });
         }
@@ -67,7 +77,9 @@ impl Interface {
         let settings = &mut self.settings;
         ui.horizontal(|ui| {
             for (metres, name) in settings.offset.iter_mut().zip(["x ", "y "]) {
-                ui.add(DragValue::new(metres).range(-1e6..=1e6).speed(0.1).prefix(name).suffix(" m"));
+                ui.add(
+                    DragValue::new(metres).range(-1e6..=1e6).speed(0.1).prefix(name).suffix(" m"),
+                );
             }
         });
         heading(ui, theme, "interface");
@@ -78,14 +90,17 @@ impl Interface {
                 ui.selectable_value(&mut settings.scale, scale, percent(scale));
             }
         });
-        shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "size of the interface"));
+        shown
+            .response
+            .widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "size of the interface"));
     }
 
     /// Shows the switches of what a fleet manager plans, each with what is known of it.
     fn plan_layers(&mut self, ui: &mut Ui, model: &ViewModel<'_>) {
         let (theme, settings, plans) = (self.settings.theme(), &mut self.settings, &model.plans);
         let robots = if self.filter.has_conditions() { "matching" } else { "all" };
-        ui.checkbox(&mut settings.plans, format!("routes and goals of {robots} robots")).on_hover_text("Key H");
+        ui.checkbox(&mut settings.plans, format!("routes and goals of {robots} robots"))
+            .on_hover_text("Key H");
         if settings.plans {
             ui.label(faint(ui, theme, routes_text(plans)));
         }
@@ -95,9 +110,11 @@ impl Interface {
         }
     }
 
-    /// Uses a file that was dropped on the window: a mesh for the robots, any other file for the floor.
+    /// Uses a file that was dropped on the window: a mesh for the robots, any other file for the
+    /// floor.
     pub fn use_file(&mut self, path: &Path) {
-        let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
+        let extension =
+            path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
         let file = path.display().to_string();
         match extension.as_deref() {
             Some("stl" | "obj" | "gltf" | "glb") => {
@@ -121,17 +138,34 @@ impl Interface {
 
     fn mesh_file(&mut self, ui: &mut Ui) {
         let (drafts, settings) = (&mut self.files, &mut self.settings);
-        if file_line(ui, &mut drafts.mesh.file, "mesh: STL, OBJ or glTF", settings.mesh.is_some(), "mesh file") {
+        if file_line(
+            ui,
+            &mut drafts.mesh.file,
+            "mesh: STL, OBJ or glTF",
+            settings.mesh.is_some(),
+            "mesh file",
+        ) {
             settings.mesh = (!drafts.mesh.file.is_empty()).then(|| drafts.mesh.clone());
         }
         if let Some(mesh) = &mut settings.mesh {
             ui.horizontal_wrapped(|ui| {
-                let scale = DragValue::new(&mut drafts.mesh.scale).range(1e-6..=1e6).speed(0.001).prefix("scale ");
-                let z = DragValue::new(&mut drafts.mesh.z).range(-100.0..=100.0).speed(0.01).prefix("z ").suffix(" m");
-                let yaw =
-                    DragValue::new(&mut drafts.mesh.yaw).range(-360.0..=360.0).speed(1.0).prefix("yaw ").suffix("°");
+                let scale = DragValue::new(&mut drafts.mesh.scale)
+                    .range(1e-6..=1e6)
+                    .speed(0.001)
+                    .prefix("scale ");
+                let z = DragValue::new(&mut drafts.mesh.z)
+                    .range(-100.0..=100.0)
+                    .speed(0.01)
+                    .prefix("z ")
+                    .suffix(" m");
+                let yaw = DragValue::new(&mut drafts.mesh.yaw)
+                    .range(-360.0..=360.0)
+                    .speed(1.0)
+                    .prefix("yaw ")
+                    .suffix("°");
                 for value in [ui.add(scale.max_decimals(6)), ui.add(z), ui.add(yaw)] {
-                    // A change reads the file again, so it is applied only when the value is released.
+                    // A change reads the file again, so it is applied only when the value is
+                    // released.
                     if value.drag_stopped() || value.lost_focus() {
                         *mesh = RobotMesh { file: mesh.file.clone(), ..drafts.mesh };
                     }
@@ -142,7 +176,9 @@ impl Interface {
 
     /// Shows the choice of colourings of the robots.
     pub(super) fn colour_choice(&mut self, ui: &mut Ui, model: &ViewModel<'_>) {
-        let choice = egui::ComboBox::from_id_salt("colour").selected_text(&self.settings.colour).width(110.0);
+        let choice = egui::ComboBox::from_id_salt("colour")
+            .selected_text(&self.settings.colour)
+            .width(110.0);
         let shown = choice.show_ui(ui, |ui| {
             for name in colourings(model) {
                 ui.selectable_value(&mut self.settings.colour, name.clone(), name);
@@ -154,7 +190,8 @@ impl Interface {
     /// Selects the next colouring.
     pub(super) fn next_colouring(&mut self, model: &ViewModel<'_>) {
         let all = colourings(model);
-        let next = all.iter().position(|name| *name == self.settings.colour).map_or(0, |index| index + 1);
+        let next =
+            all.iter().position(|name| *name == self.settings.colour).map_or(0, |index| index + 1);
         self.settings.colour = all[next % all.len()].clone();
     }
 }
@@ -186,15 +223,19 @@ fn waits_text(plans: &PlanFacts) -> String {
     match plans.waiting {
         Some([waiting, in_rings]) => {
             let verb = if waiting == 1 { "waits" } else { "wait" };
-            let in_rings = if in_rings == 0 { "none".to_owned() } else { thousands(in_rings.into()) };
-            format!("{} {verb}, {in_rings} of them in rings", with_plural(waiting.into(), robot_noun(plans)))
+            let in_rings =
+                if in_rings == 0 { "none".to_owned() } else { thousands(in_rings.into()) };
+            format!(
+                "{} {verb}, {in_rings} of them in rings",
+                with_plural(waiting.into(), robot_noun(plans))
+            )
         }
         None => "no fleet manager says who waits".to_owned(),
     }
 }
 
-/// Shows a field for a file name with its buttons; `name` is its accessible name. Returns whether to apply the file name,
-/// which is then empty for no file.
+/// Shows a field for a file name with its buttons; `name` is its accessible name. Returns whether
+/// to apply the file name, which is then empty for no file.
 fn file_line(ui: &mut Ui, file: &mut String, hint: &str, is_loaded: bool, name: &str) -> bool {
     ui.horizontal(|ui| {
         let line = ui.add(TextEdit::singleline(file).hint_text(hint).desired_width(150.0));
@@ -245,6 +286,7 @@ fn colourings(model: &ViewModel<'_>) -> Vec<String> {
     let columns = model.columns.iter().map(ToString::to_string);
     // Ids make no colours, and the names are listed as long as this viewer reads them.
     let ids = ["goal", "waits-for"];
-    let columns: Vec<_> = columns.filter(|name| !built_in.contains(name) && !ids.contains(&name.as_str())).collect();
+    let columns: Vec<_> =
+        columns.filter(|name| !built_in.contains(name) && !ids.contains(&name.as_str())).collect();
     built_in.into_iter().chain(columns).collect()
 }

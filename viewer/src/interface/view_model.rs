@@ -1,5 +1,5 @@
-//! The input of the interface, a [`ViewModel`], and its output, [`Action`]s. Both are independent of windows and graphics
-//! cards.
+//! The input of the interface, a [`ViewModel`], and its output, [`Action`]s. Both are independent
+//! of windows and graphics cards.
 
 use glam::Vec2;
 use regatta_plugin::control::{ControlRequest, ControlResponse};
@@ -71,7 +71,8 @@ pub struct ViewModel<'a> {
     pub plans: PlanFacts,
     /// The indices of closed edges, sorted.
     pub closed: &'a [u32],
-    /// The density of half the strength in robots per hectare, if robots are drawn as their density.
+    /// The density of half the strength in robots per hectare, if robots are drawn as their
+    /// density.
     pub density: Option<f32>,
     /// What is known of where it jams.
     pub jams: &'a JamFacts,
@@ -140,7 +141,8 @@ impl<'a> Timeline<'a> {
             note: header.note(),
             start: header.start_nanos,
             end: header.end_nanos,
-            now: (frame.run_id() == header.run_id).then(|| header.time_of(frame.header().sim_time_nanos)),
+            now: (frame.run_id() == header.run_id)
+                .then(|| header.time_of(frame.header().sim_time_nanos)),
             searched: header.searched_nanos,
             left_out: header.left_out,
             marks: recording.marks,
@@ -267,7 +269,8 @@ impl ViewModel<'_> {
         self.timeline.filter(|timeline| timeline.live.is_none())
     }
 
-    /// The time of the shown frame in seconds: on the clock of the recording, if it is of one, else simulated.
+    /// The time of the shown frame in seconds: on the clock of the recording, if it is of one, else
+    /// simulated.
     pub fn clock_secs(&self) -> Option<f64> {
         let recorded = self.recording().and_then(|recording| recording.now);
         let nanos = recorded.or_else(|| Some(self.frame?.header().sim_time_nanos))?;

@@ -1,5 +1,5 @@
-//! A list of any length of which only the rows in sight are laid out. Positions are in rows rather than points, so that
-//! the millionth row is placed as exactly as the first.
+//! A list of any length of which only the rows in sight are laid out. Positions are in rows rather
+//! than points, so that the millionth row is placed as exactly as the first.
 
 use egui::{Id, Rect, Response, Sense, Ui, pos2, vec2};
 
@@ -42,7 +42,8 @@ impl VirtualList {
         rows: usize,
         mut row: impl FnMut(&mut Ui, Rect, usize),
     ) {
-        let (area, _) = ui.allocate_exact_size(ui.available_size().max(vec2(40.0, ROW)), Sense::hover());
+        let (area, _) =
+            ui.allocate_exact_size(ui.available_size().max(vec2(40.0, ROW)), Sense::hover());
         let id = Id::unique(name);
         self.visible = f64::from(area.height() / ROW);
         let last = (rows as f64 - self.visible).max(0.0);
@@ -59,7 +60,11 @@ impl VirtualList {
         let shown = (self.visible.ceil() as usize + 1).min(rows.saturating_sub(from as usize));
         for i in 0..shown {
             let top = inside.top() + ((from + i as f64 - self.first) * f64::from(ROW)) as f32;
-            row(&mut list, Rect::from_min_size(pos2(inside.left(), top), vec2(inside.width(), ROW)), from as usize + i);
+            row(
+                &mut list,
+                Rect::from_min_size(pos2(inside.left(), top), vec2(inside.width(), ROW)),
+                from as usize + i,
+            );
         }
     }
 
@@ -69,7 +74,8 @@ impl VirtualList {
             return;
         }
         let track = Rect::from_min_max(pos2(area.right() - BAR, area.top()), area.max);
-        let length = (track.height() * (self.visible / rows) as f32).max(MIN_HANDLE).min(track.height());
+        let length =
+            (track.height() * (self.visible / rows) as f32).max(MIN_HANDLE).min(track.height());
         let room = f64::from(track.height() - length).max(1.0);
         let response = ui.interact(track, id.with("bar"), Sense::click_and_drag());
         if response.dragged() {
@@ -79,12 +85,14 @@ impl VirtualList {
         }
         let top = track.top() + (self.first.clamp(0.0, last) / last * room) as f32;
         let handle = Rect::from_min_size(pos2(track.left(), top), vec2(BAR, length));
-        let colour = if response.hovered() || response.dragged() { colours.accent } else { colours.line };
+        let colour =
+            if response.hovered() || response.dragged() { colours.accent } else { colours.line };
         ui.painter().rect_filled(handle.shrink2(vec2(1.0, 0.0)), BAR / 2.0, colour);
     }
 }
 
-/// Makes a row clickable and highlights it if it is selected or hovered; `name` is its accessible name.
+/// Makes a row clickable and highlights it if it is selected or hovered; `name` is its accessible
+/// name.
 pub fn clickable(
     ui: &Ui,
     rect: Rect,

@@ -13,17 +13,23 @@ use super::view_model::{Item, ViewModel};
 pub const COLUMNS: [&str; 4] = ["activity", "waits-for", "goal", "battery"];
 
 impl Interface {
-    /// Shows what the selected robot does, for whom it waits, where it goes, its task and its battery, as far as that is
-    /// published.
+    /// Shows what the selected robot does, for whom it waits, where it goes, its task and its
+    /// battery, as far as that is published.
     pub(super) fn work(&mut self, ui: &mut Ui, model: &ViewModel<'_>) {
         let theme = self.settings.theme();
         let [activity, waits_for, goal, battery] = COLUMNS.map(|name| model.value(name));
-        if [activity, waits_for, goal, battery].iter().all(Option::is_none) && model.task.is_none() {
+        if [activity, waits_for, goal, battery].iter().all(Option::is_none) && model.task.is_none()
+        {
             return;
         }
         heading(ui, theme, "work");
         if let Some(activity) = activity {
-            line(ui, theme, "does", Activity::from_value(activity).map_or("unknown", Activity::name));
+            line(
+                ui,
+                theme,
+                "does",
+                Activity::from_value(activity).map_or("unknown", Activity::name),
+            );
         }
         self.task(ui, model);
         let mut next = None;
@@ -78,7 +84,10 @@ fn link(ui: &mut Ui, theme: crate::palette::Theme, name: &str, value: Option<Str
     };
     let row = ui.horizontal(|ui| {
         ui.label(style::faint(ui, theme, name));
-        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| ui.link(value).clicked()).inner
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            ui.link(value).clicked()
+        })
+        .inner
     });
     row.inner
 }

@@ -8,7 +8,8 @@ use regatta_plugin::traffic::EdgeTraffic;
 use regatta_plugin::{Traffic, World};
 use serde::{Deserialize, Serialize};
 
-/// The share of edges with a value that are hotter than the hot end of the scale: a few extremes would leave the rest cold.
+/// The share of edges with a value that are hotter than the hot end of the scale: a few extremes
+/// would leave the rest cold.
 const BEYOND: f32 = 0.01;
 
 /// A figure of the traffic on an edge.
@@ -61,8 +62,14 @@ pub struct HeatError(String);
 
 impl Figure {
     /// All figures, in the order of menus.
-    pub const ALL: [Self; 6] =
-        [Self::Occupancy, Self::Throughput, Self::Speed, Self::Waiting, Self::Contacts, Self::Routes];
+    pub const ALL: [Self; 6] = [
+        Self::Occupancy,
+        Self::Throughput,
+        Self::Speed,
+        Self::Waiting,
+        Self::Contacts,
+        Self::Routes,
+    ];
 
     /// The name in options and files.
     pub fn name(self) -> &'static str {
@@ -196,9 +203,11 @@ pub struct HeatMap {
 impl HeatMap {
     /// Works out the heat map of a world's edges.
     pub fn new(heat: Heat, traffic: &Traffic<'_>, world: &World<'_>) -> Self {
-        let period = Period::ALL.iter().position(|period| *period == heat.period).unwrap_or_default();
+        let period =
+            Period::ALL.iter().position(|period| *period == heat.period).unwrap_or_default();
         let edges = || world.edges().iter().zip(traffic.periods[period]);
-        let values: Vec<f32> = edges().filter_map(|(_, figures)| heat.figure.value(figures)).collect();
+        let values: Vec<f32> =
+            edges().filter_map(|(_, figures)| heat.figure.value(figures)).collect();
         let (ends, is_exceeded) = scale(heat.figure, &values);
         // Heat and curve in one number, which is sorted faster than pairs.
         let mut all = Vec::with_capacity(values.len());
@@ -210,8 +219,11 @@ impl HeatMap {
             all.extend(curves.map(|curve| u64::from(level.to_bits()) << 32 | u64::from(curve)));
         }
         all.sort_unstable();
-        let hot = all.into_iter().map(|key| HotCurve { curve: key as u32, level: f32::from_bits((key >> 32) as u32) });
-        let is_straight = |hot: &HotCurve| world.all_curves().get(hot.curve as usize).is_some_and(is_straight);
+        let hot = all
+            .into_iter()
+            .map(|key| HotCurve { curve: key as u32, level: f32::from_bits((key >> 32) as u32) });
+        let is_straight =
+            |hot: &HotCurve| world.all_curves().get(hot.curve as usize).is_some_and(is_straight);
         let (straight, bent) = hot.partition(is_straight);
         let facts = HeatFacts {
             heat,
@@ -233,8 +245,8 @@ fn is_straight(curve: &regatta_plugin::world::CurveRecord) -> bool {
     [a, b].iter().all(|point| chord.perp_dot(*point - start).abs() < 1e-3)
 }
 
-/// Returns the values of the cold and the hot end, and whether a value is beyond the hot one. The hot end is a round number,
-/// so that it seldom changes.
+/// Returns the values of the cold and the hot end, and whether a value is beyond the hot one. The
+/// hot end is a round number, so that it seldom changes.
 fn scale(figure: Figure, values: &[f32]) -> ([f32; 2], bool) {
     if figure == Figure::Speed {
         return ([100.0, 0.0], false);
@@ -242,7 +254,9 @@ fn scale(figure: Figure, values: &[f32]) -> ([f32; 2], bool) {
     let mut values = values.to_vec();
     let beyond = (values.len() as f32 * BEYOND) as usize;
     let index = values.len().checked_sub(1 + beyond);
-    let hot = round_up(index.map_or(0.0, |index| *values.select_nth_unstable_by(index, f32::total_cmp).1));
+    let hot = round_up(
+        index.map_or(0.0, |index| *values.select_nth_unstable_by(index, f32::total_cmp).1),
+    );
     ([0.0, hot], values.iter().any(|value| *value > hot))
 }
 
@@ -252,7 +266,11 @@ fn round_up(value: f32) -> f32 {
         return 1.0;
     }
     let unit = 10_f32.powf(value.log10().floor());
-    [1.0, 2.0, 5.0, 10.0].into_iter().map(|step| step * unit).find(|round| *round >= value * 0.9999).unwrap_or(value)
+    [1.0, 2.0, 5.0, 10.0]
+        .into_iter()
+        .map(|step| step * unit)
+        .find(|round| *round >= value * 0.9999)
+        .unwrap_or(value)
 }
 
 #[cfg(test)]
@@ -304,14 +322,24 @@ mod tests {
             ..EdgeTraffic::default()
         };
         let edges = [edge(10.0, 0.25, 1.0), edge(2.0, 1.0, 1.0), edge(0.0, 0.0, 0.0)];
-        let header = TrafficHeader { period_secs: [60.0, 300.0, 300.0], ..TrafficHeader::default() };
+        let header =
+            TrafficHeader { period_secs: [60.0, 300.0, 300.0], ..TrafficHeader::default() };
         let traffic = Traffic { header: &header, periods: [&edges; 3], missed: 0 };
-        let map = |text: &str| HeatMap::new(text.parse().expect("a heat map"), &traffic, &world.view(1, 1));
+        let map = |text: &str| {
+            HeatMap::new(text.parse().expect("a heat map"), &traffic, &world.view(1, 1))
+        };
         let hot = |curve, level| HotCurve { curve, level };
         let waiting = map("waiting");
-        assert_eq!((&waiting.straight[..], &waiting.bent[..]), (&[hot(1, 0.2), hot(0, 1.0)][..], &[hot(2, 0.2)][..]));
+        assert_eq!(
+            (&waiting.straight[..], &waiting.bent[..]),
+            (&[hot(1, 0.2), hot(0, 1.0)][..], &[hot(2, 0.2)][..])
+        );
         assert_eq!((waiting.facts.secs, waiting.facts.edges), (300.0, 2));
         let speed = map("speed:minute");
-        assert_eq!(speed.straight, [hot(1, 0.0), hot(0, 0.75)], "slow is hot, and nothing is known of an empty edge");
+        assert_eq!(
+            speed.straight,
+            [hot(1, 0.0), hot(0, 0.75)],
+            "slow is hot, and nothing is known of an empty edge"
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! Who is on an edge or over a node. That takes a pass over all robots, so it is done on a thread that no picture waits for.
+//! Who is on an edge or over a node. That takes a pass over all robots, so it is done on a thread
+//! that no picture waits for.
 
 use glam::Vec2;
 use regatta_plugin::Frame;
@@ -28,7 +29,8 @@ impl Presence {
     /// The robots within a radius around a place, in metres.
     pub fn around(frame: &Frame<'_>, place: Vec2, radius: f32) -> Self {
         let is_near = |x: f32, y: f32| Vec2::new(x, y).distance_squared(place) <= radius * radius;
-        let rows = frame.x().iter().zip(frame.y()).enumerate().filter(|(_, (x, y))| is_near(**x, **y));
+        let rows =
+            frame.x().iter().zip(frame.y()).enumerate().filter(|(_, (x, y))| is_near(**x, **y));
         Self::of(frame, rows.map(|(row, _)| row))
     }
 
@@ -54,8 +56,11 @@ mod tests {
     #[test]
     fn robots_at_a_place_are_counted_and_absent_ones_are_not() {
         let robots = 40;
-        let header =
-            FrameHeader { robots: robots as u32, stride_lines: stride_lines(robots) as u32, ..FrameHeader::default() };
+        let header = FrameHeader {
+            robots: robots as u32,
+            stride_lines: stride_lines(robots) as u32,
+            ..FrameHeader::default()
+        };
         let mut lines = vec![Line::default(); frame_lines(robots)];
         let columns = ColumnsMut::split(&mut lines, robots);
         for i in 0..robots {
@@ -68,6 +73,10 @@ mod tests {
         assert_eq!((even.robots, even.waiting, odd.robots, odd.waiting), (20, 0, 19, 9));
         assert_eq!((odd.listed.len(), &odd.listed[..3]), (LISTED, &[3, 5, 7][..]));
         let around = Presence::around(&frame, Vec2::new(2.0, 0.0), 1.0);
-        assert_eq!(around, Presence { robots: 2, waiting: 0, listed: vec![2, 3] }, "robot 1 is absent");
+        assert_eq!(
+            around,
+            Presence { robots: 2, waiting: 0, listed: vec![2, 3] },
+            "robot 1 is absent"
+        );
     }
 }

@@ -1,4 +1,5 @@
-//! Hot spots: places where robots touch, or stand and can't drive on, ranked by the time that they have cost.
+//! Hot spots: places where robots touch, or stand and can't drive on, ranked by the time that they
+//! have cost.
 
 use std::fmt::Write as _;
 
@@ -45,9 +46,11 @@ impl From<&HotSpot> for Spot {
 
 /// Returns the spots as CSV, with the ids of edges by their indices in the world.
 pub fn csv(spots: &[Spot], edge_ids: &dyn Fn(u32) -> Option<u32>) -> String {
-    let mut text = String::from("rank,x_m,y_m,lost_s,contact_s,standing_s,first_s,last_s,trend,edges\n");
+    let mut text =
+        String::from("rank,x_m,y_m,lost_s,contact_s,standing_s,first_s,last_s,trend,edges\n");
     for (rank, spot) in (1..).zip(spots) {
-        let edges: Vec<_> = spot.edges.iter().filter_map(|edge| edge_ids(*edge)).map(|id| id.to_string()).collect();
+        let edges: Vec<_> =
+            spot.edges.iter().filter_map(|edge| edge_ids(*edge)).map(|id| id.to_string()).collect();
         let ([first, last], trend) = (spot.seen, spot.trend.name());
         let (lost, contact, standing) = (spot.lost_secs(), spot.contact_secs, spot.standing_secs);
         // Writing to a string can't fail.
@@ -70,7 +73,8 @@ mod tests {
     fn a_spot_is_a_row_with_the_ids_of_its_edges() {
         let none = regatta_plugin::frame::NO_EDGE;
         let (seen, edges, trend) = ([1.0, 20.0], [2, 3, none, none], Trend::Easing as u32);
-        let spot = HotSpot { x: 100.5, standing_secs: 40.0, seen, edges, trend, ..HotSpot::default() };
+        let spot =
+            HotSpot { x: 100.5, standing_secs: 40.0, seen, edges, trend, ..HotSpot::default() };
         let csv = csv(&[Spot::from(&spot)], &|edge| Some(100 + edge));
         assert_eq!(csv.lines().nth(1), Some("1,100.50,0.00,40.0,0.0,40.0,1.0,20.0,easing,102 103"));
     }

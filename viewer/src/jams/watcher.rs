@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 use glam::Vec2;
 use regatta_plugin::traffic::{EdgeTraffic, TRAFFIC_PERIODS};
 use regatta_plugin::{
-    ContactReader, FleetName, HistoryReader, Participant, ReadError, Result, RunHistory, Subscriber, Traffic,
-    TrafficReader, WorldReader,
+    ContactReader, FleetName, HistoryReader, Participant, ReadError, Result, RunHistory,
+    Subscriber, Traffic, TrafficReader, WorldReader,
 };
 
 use super::heat::{Heat, HeatMap};
@@ -25,14 +25,20 @@ const PAUSES: u32 = 20;
 const LIST_EVERY: Duration = Duration::from_millis(500);
 
 /// Watches until the sender of changes is dropped, or `report` wants no more.
-pub fn run(fleet: &FleetName, changed: &Receiver<Watch>, report: &mut dyn FnMut(JamReport) -> bool) -> Result {
+pub fn run(
+    fleet: &FleetName,
+    changed: &Receiver<Watch>,
+    report: &mut dyn FnMut(JamReport) -> bool,
+) -> Result {
     let participant = Participant::join(fleet, "viewer-jams")?;
     let mut watch = Watch::default();
     let mut watcher: Option<Watcher> = None;
     loop {
         let change = match &watcher {
             None => changed.recv().map_err(|_| RecvTimeoutError::Disconnected),
-            Some(open) => changed.recv_timeout(open.look_at.saturating_duration_since(Instant::now())),
+            Some(open) => {
+                changed.recv_timeout(open.look_at.saturating_duration_since(Instant::now()))
+            }
         };
         match change {
             Ok(newer) => watch = changed.try_iter().last().unwrap_or(newer),
@@ -97,8 +103,8 @@ impl Watcher {
         self.look(watch)
     }
 
-    /// Looks at everything that is watched. Before the next look is due, as when the pointer moves to another edge, only at what
-    /// takes one pass over the robots.
+    /// Looks at everything that is watched. Before the next look is due, as when the pointer moves
+    /// to another edge, only at what takes one pass over the robots.
     fn look(&mut self, watch: &Watch) -> Result<JamReport> {
         let start = Instant::now();
         self.has_frame |= self.frames.latest()?.is_some();
@@ -112,7 +118,11 @@ impl Watcher {
         let draws_heat = is_other || is_due && self.is_heat_old;
         let report = JamReport {
             heat: if draws_heat { Some(self.heat_map(watch)?) } else { None },
-            edges: watch.edges.iter().map(|edge| self.edge_facts(*edge)).collect::<Result<_, _>>()?,
+            edges: watch
+                .edges
+                .iter()
+                .map(|edge| self.edge_facts(*edge))
+                .collect::<Result<_, _>>()?,
             node: self.node_facts(watch)?,
             history: if watch.history && is_due { self.history()? } else { None },
         };
@@ -124,7 +134,9 @@ impl Watcher {
     }
 
     fn heat_map(&self, watch: &Watch) -> Result<Option<HeatMap>, ReadError> {
-        let (Some(heat), Some(world)) = (watch.heat, self.worlds.current()?) else { return Ok(None) };
+        let (Some(heat), Some(world)) = (watch.heat, self.worlds.current()?) else {
+            return Ok(None);
+        };
         Ok(self.current_traffic()?.map(|traffic| HeatMap::new(heat, &traffic, &world)))
     }
 
@@ -141,8 +153,8 @@ impl Watcher {
         Ok(self.traffic.current()?.filter(fits))
     }
 
-    /// Adds a new frame to the hot spots and the figures over time. Returns both from time to time: those of a plugin, which has
-    /// seen more of the run, if there is one.
+    /// Adds a new frame to the hot spots and the figures over time. Returns both from time to time:
+    /// those of a plugin, which has seen more of the run, if there is one.
     fn history(&mut self) -> Result<Option<History>, ReadError> {
         let has_frame = std::mem::take(&mut self.has_frame);
         self.published.update()?;
@@ -152,7 +164,8 @@ impl Watcher {
         let contacts = self.contacts.current().filter(|_| has_checker);
         let entered = |edges: &[EdgeTraffic]| edges.iter().map(|edge| edge.entered_per_hour).sum();
         let throughput = self.current_traffic()?.map(|traffic| entered(traffic.periods[0]));
-        self.run.add(&frame, contacts.map(|contacts| (contacts.header, contacts.pairs)), || throughput);
+        self.run
+            .add(&frame, contacts.map(|contacts| (contacts.header, contacts.pairs)), || throughput);
         if Instant::now() < self.list_at {
             return Ok(None);
         }
@@ -162,11 +175,16 @@ impl Watcher {
         Ok(Some(found))
     }
 
-    /// What a plugin or a replay has found in a run: it is of more than this window has seen, even if the plugin has ended since.
+    /// What a plugin or a replay has found in a run: it is of more than this window has seen, even
+    /// if the plugin has ended since.
     fn published(&self, run: u64) -> Option<History> {
         let (header, samples) = self.published.samples()?;
-        let (_, spots) = self.published.spots().filter(|(spots, _)| spots.run_id == run && header.run_id == run)?;
-        let [from_secs, until_secs] = [header.began_nanos, header.sim_time_nanos].map(|nanos| nanos as f64 * 1e-9);
+        let (_, spots) = self
+            .published
+            .spots()
+            .filter(|(spots, _)| spots.run_id == run && header.run_id == run)?;
+        let [from_secs, until_secs] =
+            [header.began_nanos, header.sim_time_nanos].map(|nanos| nanos as f64 * 1e-9);
         let known = Known { from_secs, until_secs, is_published: true };
         Some((spots.iter().map(Spot::from).collect(), samples.into(), known))
     }
@@ -175,15 +193,23 @@ impl Watcher {
     fn own(&self) -> History {
         let until_secs = self.run.series.samples.last().map_or(0.0, |sample| sample.secs);
         let known = Known { from_secs: self.run.spots.began().1, until_secs, is_published: false };
-        (self.run.spots.list().iter().map(Spot::from).collect(), self.run.series.samples.clone().into(), known)
+        (
+            self.run.spots.list().iter().map(Spot::from).collect(),
+            self.run.series.samples.clone().into(),
+            known,
+        )
     }
 
     fn edge_facts(&self, edge: u32) -> Result<EdgeFacts, ReadError> {
         let published = self.current_traffic()?;
-        let period_secs = published.map_or([0.0; TRAFFIC_PERIODS], |traffic| traffic.header.period_secs);
+        let period_secs =
+            published.map_or([0.0; TRAFFIC_PERIODS], |traffic| traffic.header.period_secs);
         let traffic = published.and_then(|traffic| {
-            let figures: Vec<_> =
-                traffic.periods.iter().filter_map(|edges| edges.get(edge as usize).copied()).collect();
+            let figures: Vec<_> = traffic
+                .periods
+                .iter()
+                .filter_map(|edges| edges.get(edge as usize).copied())
+                .collect();
             <[_; TRAFFIC_PERIODS]>::try_from(figures).ok()
         });
         let frame = self.frames.current()?;
@@ -193,10 +219,15 @@ impl Watcher {
 
     fn node_facts(&self, watch: &Watch) -> Result<Option<NodeFacts>, ReadError> {
         let (frame, world) = (self.frames.current()?, self.worlds.current()?);
-        let (Some(frame), Some(world), Some(index)) = (frame, world, watch.node) else { return Ok(None) };
+        let (Some(frame), Some(world), Some(index)) = (frame, world, watch.node) else {
+            return Ok(None);
+        };
         let facts = world.nodes().get(index as usize).map(|node| {
             let place = Vec2::new(node.x, node.y);
-            NodeFacts { node: index, present: Presence::around(&frame, place, robot_spots::radius(&world)) }
+            NodeFacts {
+                node: index,
+                present: Presence::around(&frame, place, robot_spots::radius(&world)),
+            }
         });
         Ok(facts)
     }

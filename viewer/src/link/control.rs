@@ -16,7 +16,11 @@ const STATUS_EVERY: Duration = Duration::from_millis(250);
 const TIMEOUT: Duration = Duration::from_secs(2);
 
 /// Sends requests until the link is dropped, and polls the status in between.
-pub fn run(fleet: &FleetName, requested: &Receiver<ControlRequest>, report: &Sender<Report>) -> Result {
+pub fn run(
+    fleet: &FleetName,
+    requested: &Receiver<ControlRequest>,
+    report: &Sender<Report>,
+) -> Result {
     let mut control = Control::open(fleet)?;
     let steps = steps::start(fleet, report)?;
     let mut queue = VecDeque::new();
@@ -39,16 +43,19 @@ pub fn run(fleet: &FleetName, requested: &Receiver<ControlRequest>, report: &Sen
         if matches!(step, Some(Step::Forward(_))) {
             continue;
         }
-        let answer = control.request(request.unwrap_or(ControlRequest::new(ControlKind::Status)), TIMEOUT);
+        let answer =
+            control.request(request.unwrap_or(ControlRequest::new(ControlKind::Status)), TIMEOUT);
         if report.send(Report::of_answer(answer, request.is_some())).is_err() {
             return Ok(());
         }
     }
 }
 
-/// Removes requests for a speed, a number of robots or a time that a later one supersedes: a slider sends many.
+/// Removes requests for a speed, a number of robots or a time that a later one supersedes: a slider
+/// sends many.
 fn keep_newest(requests: &mut VecDeque<ControlRequest>) {
-    let superseded = [ControlKind::Speed, ControlKind::Robots, ControlKind::Seek].map(|kind| kind as u32);
+    let superseded =
+        [ControlKind::Speed, ControlKind::Robots, ControlKind::Seek].map(|kind| kind as u32);
     let all: Vec<_> = requests.drain(..).collect();
     for (i, request) in all.iter().enumerate() {
         let has_later = all[i + 1..].iter().any(|later| later.kind == request.kind);
@@ -70,12 +77,17 @@ mod tests {
 
     #[test]
     fn a_step_that_takes_long_is_awaited_while_the_status_is_polled() {
-        let fleet: FleetName = format!("unit-viewer-step-{}", std::process::id()).parse().expect("a name");
+        let fleet: FleetName =
+            format!("unit-viewer-step-{}", std::process::id()).parse().expect("a name");
         let mut producer = ProducerPorts::create(&fleet, 1).expect("a producer");
         let (request, requested) = mpsc::channel();
         let (report, reports) = mpsc::channel();
-        let viewer = std::thread::spawn(move || run(&fleet, &requested, &report).map_err(|error| error.to_string()));
-        request.send(ControlRequest { count: 7, ..ControlRequest::new(ControlKind::Step) }).expect("sent");
+        let viewer = std::thread::spawn(move || {
+            run(&fleet, &requested, &report).map_err(|error| error.to_string())
+        });
+        request
+            .send(ControlRequest { count: 7, ..ControlRequest::new(ControlKind::Step) })
+            .expect("sent");
         let (mut step, mut polls) = (None, 0);
         // The step is done only after three seconds or so of polls.
         while polls < 12 {
@@ -106,7 +118,8 @@ mod tests {
     #[test]
     fn only_the_last_speed_is_sent() {
         let speed = |speed| ControlRequest { speed, ..ControlRequest::new(ControlKind::Speed) };
-        let (pause, step) = (ControlRequest::new(ControlKind::Pause), ControlRequest::new(ControlKind::Step));
+        let (pause, step) =
+            (ControlRequest::new(ControlKind::Pause), ControlRequest::new(ControlKind::Step));
         let mut requests = VecDeque::from([speed(1.0), pause, speed(2.0), step, step, speed(3.0)]);
         keep_newest(&mut requests);
         assert_eq!(requests, [pause, step, step, speed(3.0)]);

@@ -6,19 +6,23 @@ use std::time::{Duration, Instant};
 
 use regatta_plugin::event::{EventKind, EventRecord};
 use regatta_plugin::manager::{ManagerAnswer, ManagerResponse};
-use regatta_plugin::{DispatchError, Dispatcher, FleetName, ManagerClient, ManagerError, Result, WayError};
+use regatta_plugin::{
+    DispatchError, Dispatcher, FleetName, ManagerClient, ManagerError, Result, WayError,
+};
 
 use super::report::Report;
 use crate::orders::UserOrder;
 
 /// The time between two looks for answers.
 const POLL: Duration = Duration::from_millis(20);
-/// The time after which the user is told that an order has no answer yet. The answer is told whenever it comes.
+/// The time after which the user is told that an order has no answer yet. The answer is told
+/// whenever it comes.
 const PATIENCE: Duration = Duration::from_secs(2);
 /// The longest wait for the world, before a robot is sent.
 const WORLD: Duration = Duration::from_secs(2);
 
-/// Sends orders until the link is dropped. The fleet is joined with the first one, and left when all are answered.
+/// Sends orders until the link is dropped. The fleet is joined with the first one, and left when
+/// all are answered.
 pub fn run(fleet: &FleetName, requested: &Receiver<UserOrder>, report: &Sender<Report>) -> Result {
     while let Ok(first) = requested.recv() {
         let outcome = serve(fleet, first, requested, report);
@@ -37,7 +41,8 @@ fn serve(
     report: &Sender<Report>,
 ) -> Result<(), DispatchError> {
     let dispatcher = Dispatcher::join(fleet, "viewer-orders", WORLD)?;
-    let mut desk = Desk { dispatcher, manager: ManagerClient::open(fleet)?, waiting: BTreeMap::new() };
+    let mut desk =
+        Desk { dispatcher, manager: ManagerClient::open(fleet)?, waiting: BTreeMap::new() };
     let mut next = Some(first);
     loop {
         let orders = next.into_iter().chain(requested.try_iter());
@@ -63,10 +68,13 @@ struct Desk {
 }
 
 impl Desk {
-    /// Sends an order. Returns what to tell now: the fleet manager's answer, or why the order can't be sent.
+    /// Sends an order. Returns what to tell now: the fleet manager's answer, or why the order can't
+    /// be sent.
     fn give(&mut self, order: UserOrder) -> Option<Report> {
         match order {
-            UserOrder::SendByManager { robot, node } => Some(asked(order, self.manager.send(robot, node))),
+            UserOrder::SendByManager { robot, node } => {
+                Some(asked(order, self.manager.send(robot, node)))
+            }
             UserOrder::Recall(robot) => Some(asked(order, self.manager.recall(robot))),
             _ => match self.send(order) {
                 Ok(token) => {
@@ -101,10 +109,14 @@ impl Desk {
                 told.push(text(order, answer));
             }
         }
-        for (order, since, is_told) in self.waiting.values_mut().filter(|(_, since, _)| since.elapsed() > PATIENCE) {
+        for (order, since, is_told) in
+            self.waiting.values_mut().filter(|(_, since, _)| since.elapsed() > PATIENCE)
+        {
             if !std::mem::replace(is_told, true) {
                 let secs = since.elapsed().as_secs();
-                told.push(format!("{order}: no answer for {secs} s; a paused fleet takes it at its next tick"));
+                told.push(format!(
+                    "{order}: no answer for {secs} s; a paused fleet takes it at its next tick"
+                ));
             }
         }
         Ok(told)
@@ -114,7 +126,9 @@ impl Desk {
 /// What to tell of a request to the fleet manager.
 fn asked(order: UserOrder, answer: Result<ManagerResponse, ManagerError>) -> Report {
     match answer.map(|response| response.answer()) {
-        Ok(Some(ManagerAnswer::Later)) => Report::Notice(format!("accepted: {order}, when its order is finished")),
+        Ok(Some(ManagerAnswer::Later)) => {
+            Report::Notice(format!("accepted: {order}, when its order is finished"))
+        }
         Ok(_) => Report::Notice(format!("accepted: {order}")),
         Err(error) => Report::Refused(order, format!("can't {order}: {error}")),
     }
@@ -140,18 +154,26 @@ mod tests {
     /// The order that no frame has told of a way for, and two that are answered by the test.
     #[test]
     fn answers_and_refusals_are_told() {
-        let fleet: FleetName = format!("unit-viewer-orders-{}", std::process::id()).parse().expect("a name");
+        let fleet: FleetName =
+            format!("unit-viewer-orders-{}", std::process::id()).parse().expect("a name");
         let mut producer = ProducerPorts::create(&fleet, 1).expect("a producer");
         let ((request, requested), (report, reports)) = (mpsc::channel(), mpsc::channel());
-        let thread = std::thread::spawn(move || run(&fleet, &requested, &report).map_err(|error| error.to_string()));
-        [UserOrder::Hold(4), UserOrder::Close(9)].into_iter().for_each(|order| request.send(order).expect("sent"));
+        let thread = std::thread::spawn(move || {
+            run(&fleet, &requested, &report).map_err(|error| error.to_string())
+        });
+        [UserOrder::Hold(4), UserOrder::Close(9)]
+            .into_iter()
+            .for_each(|order| request.send(order).expect("sent"));
         let mut taken: Vec<OrderRecord> = Vec::new();
         while taken.len() < 2 {
             producer.update();
             producer.take_orders(|_, records| taken.extend_from_slice(records)).expect("readable");
             std::thread::sleep(Duration::from_millis(1));
         }
-        assert_eq!([taken[0].kind, taken[1].kind], [OrderKind::Hold, OrderKind::CloseEdge].map(|kind| kind as u32));
+        assert_eq!(
+            [taken[0].kind, taken[1].kind],
+            [OrderKind::Hold, OrderKind::CloseEdge].map(|kind| kind as u32)
+        );
         let answer = |order: &OrderRecord, kind: EventKind, detail| EventRecord {
             token: order.token,
             kind: kind as u32,
@@ -168,7 +190,10 @@ mod tests {
             Report::Notice(text) => text,
             other => panic!("{other:?}"),
         });
-        assert_eq!(told, ["accepted: hold robot 4", "can't close edge 9: refused: there is no edge 9"]);
+        assert_eq!(
+            told,
+            ["accepted: hold robot 4", "can't close edge 9: refused: there is no edge 9"]
+        );
         drop((request, reports));
         assert_eq!(thread.join().expect("no panic"), Ok(()));
     }

@@ -1,11 +1,12 @@
-//! The thread that polls the fleet for the interface: the order of the fleet list, columns, values and routes.
+//! The thread that polls the fleet for the interface: the order of the fleet list, columns, values
+//! and routes.
 
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError};
 use std::time::{Duration, Instant};
 
 use regatta_plugin::{
-    ColumnName, ColumnReader, FleetName, Participant, ReadError, Result, Subscriber, TaskReader, WorldReader,
-    column_names,
+    ColumnName, ColumnReader, FleetName, Participant, ReadError, Result, Subscriber, TaskReader,
+    WorldReader, column_names,
 };
 
 use super::report::{Fact, Report};
@@ -16,7 +17,8 @@ use crate::tasks::TaskBook;
 
 /// The time between two sorts of the fleet list.
 const SORT_EVERY: Duration = Duration::from_millis(700);
-/// The time between two lists of the columns, each of which goes through all services of the machine.
+/// The time between two lists of the columns, each of which goes through all services of the
+/// machine.
 const LIST_EVERY: Duration = Duration::from_secs(2);
 /// The time between two looks at which robots match the filter.
 const FILTER_EVERY: Duration = Duration::from_millis(200);
@@ -26,7 +28,8 @@ const VALUES_EVERY: Duration = Duration::from_millis(200);
 const TASKS_EVERY: Duration = Duration::from_millis(100);
 /// The timeout of a request for routes, which delays all other polls.
 const ROUTE_TIMEOUT: Duration = Duration::from_millis(100);
-/// The most columns that are read for the selected robot: each occupies a reader's place at the column.
+/// The most columns that are read for the selected robot: each occupies a reader's place at the
+/// column.
 const MAX_COLUMNS: usize = 16;
 
 /// A change of what is polled.
@@ -132,10 +135,11 @@ impl Poller {
         let rows = (!self.query.is_plain()).then_some(self.sort_at);
         let values = self.robot.map(|_| self.values_at);
         let filter = (!self.filters.is_empty()).then_some(self.filter_at);
-        let next = [Some(self.list_at), Some(self.tasks_at), filter, rows, values, self.routes.due()]
-            .into_iter()
-            .flatten()
-            .min();
+        let next =
+            [Some(self.list_at), Some(self.tasks_at), filter, rows, values, self.routes.due()]
+                .into_iter()
+                .flatten()
+                .min();
         next.map_or(LIST_EVERY, |next| next.saturating_duration_since(Instant::now()))
     }
 
@@ -193,8 +197,9 @@ impl Poller {
             return Ok(Vec::new());
         };
         let types = ports.types.current()?.map(|column| column.values);
-        let report =
-            |filter: &Filter| Report::Matches(filter.clone(), filter.matches(&frame, &world, types, &self.tasks));
+        let report = |filter: &Filter| {
+            Report::Matches(filter.clone(), filter.matches(&frame, &world, types, &self.tasks))
+        };
         Ok(self.filters.iter().map(report).collect())
     }
 
@@ -213,7 +218,11 @@ impl Poller {
         };
         let rows = frames.latest()?.map(|frame| self.query.rows(frame.columns()));
         // A paused engine sends no new frame.
-        Ok(if rows.is_some() { rows } else { frames.current()?.map(|frame| self.query.rows(frame.columns())) })
+        Ok(if rows.is_some() {
+            rows
+        } else {
+            frames.current()?.map(|frame| self.query.rows(frame.columns()))
+        })
     }
 
     fn values(&mut self) -> Result<Vec<(ColumnName, f32)>> {
@@ -221,15 +230,19 @@ impl Poller {
         self.columns.retain(|(name, _)| self.names.contains(name));
         for name in self.names.iter().filter(|name| name.to_string() != "type").take(MAX_COLUMNS) {
             if !self.columns.iter().any(|(open, _)| open == name) {
-                self.columns.push((name.clone(), ColumnReader::open_on(&self.participant, name.as_str())?));
+                self.columns
+                    .push((name.clone(), ColumnReader::open_on(&self.participant, name.as_str())?));
             }
         }
         let mut values = Vec::new();
         for (name, reader) in &mut self.columns {
             reader.latest()?;
-            let value = reader.current()?.and_then(|column| column.values.get(robot as usize).copied());
+            let value =
+                reader.current()?.and_then(|column| column.values.get(robot as usize).copied());
             // The name is listed as long as this reader is open, so the publisher is checked too.
-            values.extend(value.filter(|_| reader.has_publisher()).map(|value| (name.clone(), value)));
+            values.extend(
+                value.filter(|_| reader.has_publisher()).map(|value| (name.clone(), value)),
+            );
         }
         Ok(values)
     }

@@ -19,7 +19,8 @@ pub enum Report {
     Facts(Fact),
     /// A message for the user.
     Notice(String),
-    /// An order or a request of the user that came to nothing, and why. The fleet has no event of it.
+    /// An order or a request of the user that came to nothing, and why. The fleet has no event of
+    /// it.
     Refused(UserOrder, String),
     /// The selected robots' routes; empty if no process answers.
     Routes(Vec<RouteResponse>),
@@ -49,7 +50,8 @@ pub enum Fact {
 }
 
 impl Report {
-    /// Returns the report of the engine's answer to a request of the user, or to a poll of the status.
+    /// Returns the report of the engine's answer to a request of the user, or to a poll of the
+    /// status.
     pub fn of_answer(answer: Result<ControlResponse, ControlError>, is_requested: bool) -> Self {
         match answer {
             Ok(status) => Fact::Status(Some(Box::new(status))).into(),

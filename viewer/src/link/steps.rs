@@ -1,5 +1,5 @@
-//! The thread that sends steps to the engine. A step is answered when it is done, which may take arbitrarily long: other
-//! requests, a pause among them, must not wait for it.
+//! The thread that sends steps to the engine. A step is answered when it is done, which may take
+//! arbitrarily long: other requests, a pause among them, must not wait for it.
 
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::time::Duration;
@@ -75,7 +75,10 @@ mod tests {
     #[test]
     fn steps_that_wait_are_added_up_until_another_request_ends_them() {
         use Step::{End, Forward};
-        assert_eq!([Forward(1), Forward(2), End, Forward(3), Forward(4)].into_iter().fold(0, add), 7);
+        assert_eq!(
+            [Forward(1), Forward(2), End, Forward(3), Forward(4)].into_iter().fold(0, add),
+            7
+        );
         assert_eq!([Forward(1), End].into_iter().fold(0, add), 0);
     }
 }

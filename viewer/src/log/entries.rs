@@ -52,8 +52,16 @@ pub enum Place {
 
 impl Kind {
     /// All kinds.
-    pub const ALL: [Self; 8] =
-        [Self::Fault, Self::Stop, Self::Contact, Self::Order, Self::Edge, Self::Robot, Self::Fleet, Self::Note];
+    pub const ALL: [Self; 8] = [
+        Self::Fault,
+        Self::Stop,
+        Self::Contact,
+        Self::Order,
+        Self::Edge,
+        Self::Robot,
+        Self::Fleet,
+        Self::Note,
+    ];
 
     /// The name, for the user.
     pub fn name(self) -> &'static str {
@@ -73,14 +81,16 @@ impl Kind {
 /// Returns the entry of an event; `None` if it is routine, as reached nodes are.
 pub(super) fn of_event(event: &EventRecord, time_nanos: u64) -> Option<(Entry, AlarmChange)> {
     use EventKind::{
-        BrokenDown, EdgeClosed, EdgeOpened, Faulted, Held, Recovered, Refused, Removed, Repaired, Resumed, Spawned,
-        Stalled,
+        BrokenDown, EdgeClosed, EdgeOpened, Faulted, Held, Recovered, Refused, Removed, Repaired,
+        Resumed, Spawned, Stalled,
     };
     let (robot, id) = (event.robot, event.id);
     let is_flat = event.detail == BreakdownCause::FlatBattery as u32;
     let kind = event.kind()?;
     let (group, severity, text) = match kind {
-        BrokenDown if is_flat => (Kind::Fault, Severity::Alarm, format!("robot {robot}: battery flat")),
+        BrokenDown if is_flat => {
+            (Kind::Fault, Severity::Alarm, format!("robot {robot}: battery flat"))
+        }
         BrokenDown => (Kind::Fault, Severity::Alarm, format!("robot {robot} broke down")),
         Faulted => (Kind::Fault, Severity::Alarm, format!("robot {robot} can't continue")),
         Repaired => (Kind::Fault, Severity::Info, format!("robot {robot} repaired")),
@@ -88,7 +98,9 @@ pub(super) fn of_event(event: &EventRecord, time_nanos: u64) -> Option<(Entry, A
         Recovered => (Kind::Stop, Severity::Info, format!("robot {robot} no longer stalls")),
         Held => (Kind::Stop, Severity::Warning, format!("robot {robot} stands, held")),
         Resumed => (Kind::Stop, Severity::Info, format!("robot {robot} resumed")),
-        Refused if robot == NO_ROBOT => (Kind::Order, Severity::Warning, format!("order about {id} refused")),
+        Refused if robot == NO_ROBOT => {
+            (Kind::Order, Severity::Warning, format!("order about {id} refused"))
+        }
         Refused => (Kind::Order, Severity::Warning, format!("robot {robot}: order refused")),
         Spawned => (Kind::Robot, Severity::Info, format!("robot {robot} joined")),
         Removed => (Kind::Robot, Severity::Info, format!("robot {robot} left")),
@@ -116,12 +128,24 @@ pub(super) fn of_contact(event: &ContactEvent) -> Option<(Entry, AlarmChange)> {
     }
     let begins = event.change == ContactChange::Began as u32;
     let (severity, change, text) = match begins {
-        true => (Severity::Alarm, AlarmChange::Begins(key), format!("robots {one} and {other} touch")),
-        false => (Severity::Info, AlarmChange::Ends(key), format!("robots {one} and {other} are apart again")),
+        true => {
+            (Severity::Alarm, AlarmChange::Begins(key), format!("robots {one} and {other} touch"))
+        }
+        false => (
+            Severity::Info,
+            AlarmChange::Ends(key),
+            format!("robots {one} and {other} are apart again"),
+        ),
     };
     let place = Place::At([event.x, event.y]);
-    let entry =
-        Entry { time_nanos: event.sim_time_nanos, kind: Kind::Contact, severity, robot: Some(one), place, text };
+    let entry = Entry {
+        time_nanos: event.sim_time_nanos,
+        kind: Kind::Contact,
+        severity,
+        robot: Some(one),
+        place,
+        text,
+    };
     Some((entry, change))
 }
 
@@ -136,7 +160,10 @@ pub(super) fn of_task(task: &TaskRecord, time_nanos: u64) -> Option<(Entry, Alar
     let robot = Some(task.robot).filter(|robot| *robot != NO_ROBOT);
     let by = robot.map(|robot| format!(" (robot {robot})")).unwrap_or_default();
     let text = format!("transport order {} {what}{by}", task.task);
-    Some((Entry { time_nanos, kind: Kind::Order, severity, robot, place: Place::None, text }, AlarmChange::None))
+    Some((
+        Entry { time_nanos, kind: Kind::Order, severity, robot, place: Place::None, text },
+        AlarmChange::None,
+    ))
 }
 
 /// Returns the entry of a mark of a recording.
@@ -144,8 +171,12 @@ pub fn of_mark(mark: &RecordingMark) -> Option<Entry> {
     let (robot, count) = (mark.robot, mark.count);
     let more = if count > 1 { format!(" and {} more", count - 1) } else { String::new() };
     let (kind, severity, text) = match mark.kind()? {
-        MarkKind::Contact => (Kind::Contact, Severity::Alarm, format!("robot {robot} touches another{more}")),
-        MarkKind::Fault => (Kind::Fault, Severity::Alarm, format!("robot {robot}{more} broke down")),
+        MarkKind::Contact => {
+            (Kind::Contact, Severity::Alarm, format!("robot {robot} touches another{more}"))
+        }
+        MarkKind::Fault => {
+            (Kind::Fault, Severity::Alarm, format!("robot {robot}{more} broke down"))
+        }
         MarkKind::Stop => (Kind::Stop, Severity::Warning, format!("robot {robot}{more} stopped")),
         MarkKind::Note => (Kind::Note, Severity::Info, "note".to_owned()),
     };

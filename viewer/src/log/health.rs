@@ -1,4 +1,5 @@
-//! The health of a fleet that no event tells: whether its robots move, and whether its manager is there.
+//! The health of a fleet that no event tells: whether its robots move, and whether its manager is
+//! there.
 
 use regatta_plugin::frame::{Frame, RobotState};
 
@@ -6,7 +7,8 @@ use super::{AlarmChange, AlarmKey, Entry, Kind, Place, Severity};
 
 /// The simulated time between two looks from which on it is a jump in a recording, in nanoseconds.
 const JUMP_NANOS: u64 = 10_000_000_000;
-/// The simulated time for which robots that want to drive all stand, until that is an alarm, in nanoseconds.
+/// The simulated time for which robots that want to drive all stand, until that is an alarm, in
+/// nanoseconds.
 const STANDSTILL_NANOS: u64 = 30_000_000_000;
 /// The simulated time after which a fleet manager that says nothing is silent, in nanoseconds.
 const SILENCE_NANOS: u64 = 5_000_000_000;
@@ -19,7 +21,8 @@ pub(super) struct Health {
     /// The time of the last look, in simulated nanoseconds.
     looked: u64,
     stands: bool,
-    /// When the fleet manager last told of a frame, in simulated nanoseconds; `None` if there was none in this run.
+    /// When the fleet manager last told of a frame, in simulated nanoseconds; `None` if there was
+    /// none in this run.
     managed: Option<u64>,
     is_silent: bool,
     is_managed: bool,
@@ -31,7 +34,8 @@ impl Health {
         Self { moved: now, looked: now, ..Self::default() }
     }
 
-    /// Takes the time of a look. What happened in a time that a recording's jump has left out isn't known.
+    /// Takes the time of a look. What happened in a time that a recording's jump has left out isn't
+    /// known.
     pub fn look(&mut self, now: u64, is_replayed: bool) {
         if is_replayed && now.abs_diff(self.looked) > JUMP_NANOS {
             self.moved = now;
@@ -47,8 +51,14 @@ impl Health {
             return None;
         }
         let (severity, text, change) = match is_silent {
-            true => (Severity::Alarm, "the fleet manager is silent or gone", AlarmChange::Begins(AlarmKey::Manager)),
-            false => (Severity::Info, "the fleet manager is back", AlarmChange::Ends(AlarmKey::Manager)),
+            true => (
+                Severity::Alarm,
+                "the fleet manager is silent or gone",
+                AlarmChange::Begins(AlarmKey::Manager),
+            ),
+            false => {
+                (Severity::Info, "the fleet manager is back", AlarmChange::Ends(AlarmKey::Manager))
+            }
         };
         Some((about_fleet(now, severity, text.to_owned()), change))
     }
@@ -71,7 +81,8 @@ impl Health {
         let secs = STANDSTILL_NANOS / 1_000_000_000;
         Some(match stands {
             true => {
-                let text = format!("standstill: robots want to drive, and none has moved for {secs} s");
+                let text =
+                    format!("standstill: robots want to drive, and none has moved for {secs} s");
                 (about_fleet(now, Severity::Alarm, text), AlarmChange::Begins(AlarmKey::Standstill))
             }
             false => {

@@ -1,10 +1,13 @@
-//! Alarms that hold now, whether or not somebody saw them begin: what the fleet shows is compared with what events have told.
+//! Alarms that hold now, whether or not somebody saw them begin: what the fleet shows is compared
+//! with what events have told.
 
 use std::collections::BTreeMap;
 
 use regatta_plugin::contact::{ContactLevel, ContactRecord};
 use regatta_plugin::frame::{Frame, RobotState};
-use regatta_plugin::{ClosureReader, ContactReader, Participant, ReadError, RecordingReader, Result};
+use regatta_plugin::{
+    ClosureReader, ContactReader, Participant, ReadError, RecordingReader, Result,
+};
 
 use super::{AlarmChange, AlarmKey, Entry, Kind, Place, Severity};
 
@@ -63,14 +66,25 @@ impl Standing {
         }
     }
 
-    /// Compares the alarms of a kind with those that hold at a tick, which are sorted. Returns the changes that no event has told.
-    /// Events of that tick and later ones are believed: what holds may be older.
-    pub fn compare(&mut self, is_kind: fn(&AlarmKey) -> bool, holding: &[AlarmKey], tick: u64) -> Vec<AlarmChange> {
+    /// Compares the alarms of a kind with those that hold at a tick, which are sorted. Returns the
+    /// changes that no event has told. Events of that tick and later ones are believed: what holds
+    /// may be older.
+    pub fn compare(
+        &mut self,
+        is_kind: fn(&AlarmKey) -> bool,
+        holding: &[AlarmKey],
+        tick: u64,
+    ) -> Vec<AlarmChange> {
         let is_older = |told: &Told| told.tick < tick;
-        let is_untold = |key: &&AlarmKey| self.0.get(key).is_none_or(|told| !told.is_active && is_older(told));
+        let is_untold =
+            |key: &&AlarmKey| self.0.get(key).is_none_or(|told| !told.is_active && is_older(told));
         let begun = holding.iter().filter(is_untold).copied().map(AlarmChange::Begins);
-        let known = self.0.iter().filter(|(key, told)| is_kind(key) && told.is_active && is_older(told));
-        let over = known.map(|(key, _)| *key).filter(|key| holding.binary_search(key).is_err()).map(AlarmChange::Ends);
+        let known =
+            self.0.iter().filter(|(key, told)| is_kind(key) && told.is_active && is_older(told));
+        let over = known
+            .map(|(key, _)| *key)
+            .filter(|key| holding.binary_search(key).is_err())
+            .map(AlarmChange::Ends);
         let changes: Vec<_> = begun.chain(over).collect();
         self.0.retain(|key, told| !is_kind(key) || told.is_active || !is_older(told));
         changes.iter().for_each(|change| self.tell(*change, tick));
@@ -80,7 +94,8 @@ impl Standing {
 
 /// The alarms of robots that are broken or can't continue, sorted.
 pub(super) fn robots(frame: &Frame<'_>) -> Vec<AlarmKey> {
-    let is_out = |state: u8| state == RobotState::Broken as u8 || state == RobotState::Faulted as u8;
+    let is_out =
+        |state: u8| state == RobotState::Broken as u8 || state == RobotState::Faulted as u8;
     let robots = (0..).zip(frame.columns().state).filter(|(_, state)| is_out(**state));
     robots.map(|(robot, _)| AlarmKey::Robot(robot)).collect()
 }
@@ -93,13 +108,18 @@ pub(super) fn contacts(pairs: &[ContactRecord]) -> Vec<AlarmKey> {
     keys
 }
 
-/// Returns the entry of a robot's change that no event has told, seen at a simulated time in nanoseconds.
+/// Returns the entry of a robot's change that no event has told, seen at a simulated time in
+/// nanoseconds.
 pub(super) fn robot_entry(change: AlarmChange, frame: &Frame<'_>, unseen: Unseen) -> Option<Entry> {
-    let (AlarmChange::Begins(AlarmKey::Robot(robot)) | AlarmChange::Ends(AlarmKey::Robot(robot))) = change else {
+    let (AlarmChange::Begins(AlarmKey::Robot(robot)) | AlarmChange::Ends(AlarmKey::Robot(robot))) =
+        change
+    else {
         return None;
     };
     let text = match (change, frame.state_of(robot as usize)) {
-        (AlarmChange::Begins(_), RobotState::Faulted) => format!("robot {robot} can't continue, {}", unseen.remark()),
+        (AlarmChange::Begins(_), RobotState::Faulted) => {
+            format!("robot {robot} can't continue, {}", unseen.remark())
+        }
         (AlarmChange::Begins(_), _) => format!("robot {robot} is broken, {}", unseen.remark()),
         _ => format!("robot {robot} can drive again"),
     };
@@ -108,31 +128,49 @@ pub(super) fn robot_entry(change: AlarmChange, frame: &Frame<'_>, unseen: Unseen
 }
 
 /// Returns the entry of a contact that no event has told. Since when robots touch is known.
-pub(super) fn contact_entry(change: AlarmChange, pairs: &[ContactRecord], now_nanos: u64) -> Option<Entry> {
-    let (AlarmChange::Begins(AlarmKey::Contact(robots)) | AlarmChange::Ends(AlarmKey::Contact(robots))) = change else {
+pub(super) fn contact_entry(
+    change: AlarmChange,
+    pairs: &[ContactRecord],
+    now_nanos: u64,
+) -> Option<Entry> {
+    let (AlarmChange::Begins(AlarmKey::Contact(robots))
+    | AlarmChange::Ends(AlarmKey::Contact(robots))) = change
+    else {
         return None;
     };
     let [one, other] = robots;
-    let pair = pairs.iter().find(|pair| pair.robots == robots && matches!(change, AlarmChange::Begins(_)));
+    let pair =
+        pairs.iter().find(|pair| pair.robots == robots && matches!(change, AlarmChange::Begins(_)));
     let text = match pair {
         Some(_) => format!("robots {one} and {other} touch"),
         None => format!("robots {one} and {other} are apart again"),
     };
     let time = pair.map_or(now_nanos, |pair| pair.since_nanos);
     let place = pair.map_or(Place::None, |pair| Place::At([pair.x, pair.y]));
-    Some(Entry { robot: Some(one), place, text, ..seen(change, time, Kind::Contact, Severity::Alarm) })
+    Some(Entry {
+        robot: Some(one),
+        place,
+        text,
+        ..seen(change, time, Kind::Contact, Severity::Alarm)
+    })
 }
 
-/// Returns the entry of an edge's change that no event has told, seen at a simulated time in nanoseconds.
+/// Returns the entry of an edge's change that no event has told, seen at a simulated time in
+/// nanoseconds.
 pub(super) fn edge_entry(change: AlarmChange, now_nanos: u64, unseen: Unseen) -> Option<Entry> {
-    let (AlarmChange::Begins(AlarmKey::Edge(id)) | AlarmChange::Ends(AlarmKey::Edge(id))) = change else {
+    let (AlarmChange::Begins(AlarmKey::Edge(id)) | AlarmChange::Ends(AlarmKey::Edge(id))) = change
+    else {
         return None;
     };
     let text = match change {
         AlarmChange::Begins(_) => format!("edge {id} is closed, {}", unseen.remark()),
         _ => format!("edge {id} is open"),
     };
-    Some(Entry { place: Place::Edge(id), text, ..seen(change, now_nanos, Kind::Edge, Severity::Warning) })
+    Some(Entry {
+        place: Place::Edge(id),
+        text,
+        ..seen(change, now_nanos, Kind::Edge, Severity::Warning)
+    })
 }
 
 fn seen(change: AlarmChange, time_nanos: u64, kind: Kind, severity: Severity) -> Entry {
@@ -166,8 +204,10 @@ impl Now {
 
     /// Returns whether a recording is replayed in a run, if that has changed.
     pub fn change_of_replay(&mut self, run_id: u64) -> Option<bool> {
-        let is_replayed = self.recording.current().is_some_and(|recording| recording.header.run_id == run_id);
-        (std::mem::replace(&mut self.is_replayed, is_replayed) != is_replayed).then_some(is_replayed)
+        let is_replayed =
+            self.recording.current().is_some_and(|recording| recording.header.run_id == run_id);
+        (std::mem::replace(&mut self.is_replayed, is_replayed) != is_replayed)
+            .then_some(is_replayed)
     }
 
     /// Whether a recording is replayed.
@@ -176,20 +216,37 @@ impl Now {
     }
 
     /// Returns what has begun or ended without an event that told it.
-    pub fn compare(&self, standing: &mut Standing, frame: &Frame<'_>, unseen: Unseen) -> Vec<(Entry, AlarmChange)> {
+    pub fn compare(
+        &self,
+        standing: &mut Standing,
+        frame: &Frame<'_>,
+        unseen: Unseen,
+    ) -> Vec<(Entry, AlarmChange)> {
         let (run, tick, time) = (frame.run_id(), frame.tick(), frame.header().sim_time_nanos);
         let mut news = Vec::new();
-        let changes = standing.compare(|key| matches!(key, AlarmKey::Robot(_)), &robots(frame), tick);
-        news.extend(changes.into_iter().filter_map(|change| Some((robot_entry(change, frame, unseen)?, change))));
+        let changes =
+            standing.compare(|key| matches!(key, AlarmKey::Robot(_)), &robots(frame), tick);
+        news.extend(
+            changes
+                .into_iter()
+                .filter_map(|change| Some((robot_entry(change, frame, unseen)?, change))),
+        );
         if let Some(list) = self.contacts.current().filter(|list| list.header.run_id == run) {
             let is_contact: fn(&AlarmKey) -> bool = |key| matches!(key, AlarmKey::Contact(_));
             let changes = standing.compare(is_contact, &contacts(list.pairs), list.header.tick);
-            let entry = |change| Some((contact_entry(change, list.pairs, list.header.sim_time_nanos)?, change));
+            let entry = |change| {
+                Some((contact_entry(change, list.pairs, list.header.sim_time_nanos)?, change))
+            };
             news.extend(changes.into_iter().filter_map(entry));
         }
-        let closed: Vec<_> = self.closures.closed(run).iter().map(|closed| AlarmKey::Edge(closed.edge)).collect();
+        let closed: Vec<_> =
+            self.closures.closed(run).iter().map(|closed| AlarmKey::Edge(closed.edge)).collect();
         let changes = standing.compare(|key| matches!(key, AlarmKey::Edge(_)), &closed, tick);
-        news.extend(changes.into_iter().filter_map(|change| Some((edge_entry(change, time, unseen)?, change))));
+        news.extend(
+            changes
+                .into_iter()
+                .filter_map(|change| Some((edge_entry(change, time, unseen)?, change))),
+        );
         news
     }
 }
@@ -217,7 +274,10 @@ mod tests {
             "its repair was missed; the edge is another matter"
         );
         assert!(standing.compare(is_robot, &[], 40).is_empty());
-        assert_eq!(standing.compare(|key| matches!(key, AlarmKey::Edge(_)), &[], 50), [Ends(AlarmKey::Edge(7))]);
+        assert_eq!(
+            standing.compare(|key| matches!(key, AlarmKey::Edge(_)), &[], 50),
+            [Ends(AlarmKey::Edge(7))]
+        );
     }
 
     /// Events come before the frame of their tick.
@@ -225,10 +285,17 @@ mod tests {
     fn an_event_is_believed_until_a_later_frame_is_seen() {
         let mut standing = Standing::default();
         standing.tell(Begins(BROKEN), 10);
-        assert!(standing.compare(is_robot, &[], 9).is_empty() && standing.compare(is_robot, &[], 10).is_empty());
+        assert!(
+            standing.compare(is_robot, &[], 9).is_empty()
+                && standing.compare(is_robot, &[], 10).is_empty()
+        );
         assert!(standing.compare(is_robot, &[BROKEN], 11).is_empty());
         standing.tell(Ends(BROKEN), 20);
         assert!(standing.compare(is_robot, &[BROKEN], 19).is_empty());
-        assert_eq!(standing.compare(is_robot, &[BROKEN], 21), [Begins(BROKEN)], "it broke again, and nobody told");
+        assert_eq!(
+            standing.compare(is_robot, &[BROKEN], 21),
+            [Begins(BROKEN)],
+            "it broke again, and nobody told"
+        );
     }
 }

@@ -8,7 +8,8 @@ use super::entries::{of_contact, of_event};
 use super::*;
 
 fn event(kind: EventKind, robot: u32) -> (Entry, AlarmChange) {
-    of_event(&EventRecord { kind: kind as u32, robot, id: 5, ..EventRecord::default() }, 7).expect("an entry")
+    of_event(&EventRecord { kind: kind as u32, robot, id: 5, ..EventRecord::default() }, 7)
+        .expect("an entry")
 }
 
 fn log(news: Vec<(Entry, AlarmChange)>) -> FleetLog {
@@ -22,7 +23,10 @@ fn an_alarm_stays_until_it_is_acknowledged_and_over() {
     let mut log = log(vec![event(EventKind::BrokenDown, 3), event(EventKind::BrokenDown, 4)]);
     assert_eq!((log.alarms().len(), log.unacknowledged()), (2, 2));
     log.take(LogReport { news: vec![event(EventKind::Repaired, 3)], ..LogReport::default() });
-    assert!(log.alarms().iter().any(|(key, alarm)| *key == AlarmKey::Robot(3) && !alarm.is_active), "it was missed");
+    assert!(
+        log.alarms().iter().any(|(key, alarm)| *key == AlarmKey::Robot(3) && !alarm.is_active),
+        "it was missed"
+    );
     log.acknowledge(Some(AlarmKey::Robot(3)));
     log.acknowledge(Some(AlarmKey::Robot(4)));
     assert_eq!((log.alarms().len(), log.unacknowledged()), (1, 0), "robot 4 is still broken");
@@ -45,8 +49,12 @@ fn entries_and_alarms_are_bounded() {
 
 #[test]
 fn entries_are_filtered_by_kind_robot_and_text() {
-    let (broken, closed) = (event(EventKind::BrokenDown, 31).0, event(EventKind::EdgeClosed, NO_ROBOT).0);
-    assert_eq!((closed.robot, closed.place, closed.text.as_str()), (None, Place::Edge(5), "edge 5 closed"));
+    let (broken, closed) =
+        (event(EventKind::BrokenDown, 31).0, event(EventKind::EdgeClosed, NO_ROBOT).0);
+    assert_eq!(
+        (closed.robot, closed.place, closed.text.as_str()),
+        (None, Place::Edge(5), "edge 5 closed")
+    );
     let shows = |kind, text: &str| {
         let filter = LogFilter { kind, text: text.into() };
         [filter.shows(&broken), filter.shows(&closed)]
@@ -56,7 +64,10 @@ fn entries_are_filtered_by_kind_robot_and_text() {
     assert_eq!(shows(None, " #31"), [true, false]);
     assert_eq!(shows(None, "#3"), [false, false], "the whole number");
     assert_eq!(shows(None, "CLOSED"), [false, true]);
-    assert!(of_event(&EventRecord { kind: EventKind::ReachedNode as u32, ..EventRecord::default() }, 0).is_none());
+    assert!(
+        of_event(&EventRecord { kind: EventKind::ReachedNode as u32, ..EventRecord::default() }, 0)
+            .is_none()
+    );
 }
 
 #[test]
@@ -69,8 +80,13 @@ fn only_robots_that_touch_are_an_alarm() {
         ..ContactEvent::default()
     };
     assert!(of_contact(&contact(ContactLevel::Possible, ContactChange::Began)).is_none());
-    let (entry, change) = of_contact(&contact(ContactLevel::Touching, ContactChange::Began)).expect("an entry");
-    assert_eq!((entry.place, change), (Place::At([4.0, 0.0]), AlarmChange::Begins(AlarmKey::Contact([2, 9]))));
-    let (_, change) = of_contact(&contact(ContactLevel::Touching, ContactChange::Ended)).expect("an entry");
+    let (entry, change) =
+        of_contact(&contact(ContactLevel::Touching, ContactChange::Began)).expect("an entry");
+    assert_eq!(
+        (entry.place, change),
+        (Place::At([4.0, 0.0]), AlarmChange::Begins(AlarmKey::Contact([2, 9])))
+    );
+    let (_, change) =
+        of_contact(&contact(ContactLevel::Touching, ContactChange::Ended)).expect("an entry");
     assert_eq!(change, AlarmChange::Ends(AlarmKey::Contact([2, 9])));
 }

@@ -8,7 +8,8 @@ use std::time::Duration;
 
 use regatta_plugin::frame::Frame;
 use regatta_plugin::{
-    ColumnReader, ContactEventReader, EventReader, FleetName, Participant, ReadError, Result, Subscriber, TaskReader,
+    ColumnReader, ContactEventReader, EventReader, FleetName, Participant, ReadError, Result,
+    Subscriber, TaskReader,
 };
 
 use super::entries::{of_contact, of_event, of_task};
@@ -19,7 +20,8 @@ use crate::text::with_plural;
 
 /// The time between two looks. Events of some tens of ticks are kept for a reader.
 const EVERY: Duration = Duration::from_millis(40);
-/// The number of looks between two at whether anybody moves, and whether the manager is there: a second.
+/// The number of looks between two at whether anybody moves, and whether the manager is there: a
+/// second.
 const CHECK_EVERY: u32 = 25;
 /// The number of looks between two at which alarms hold: a fifth of a second.
 const COMPARE_EVERY: u32 = 5;
@@ -63,7 +65,11 @@ impl Drop for LogWatch {
     }
 }
 
-fn run(fleet: &FleetName, is_over: &AtomicBool, report: &mut dyn FnMut(LogReport) -> bool) -> Result {
+fn run(
+    fleet: &FleetName,
+    is_over: &AtomicBool,
+    report: &mut dyn FnMut(LogReport) -> bool,
+) -> Result {
     let mut collector = LogCollector::open(&Participant::join(fleet, "viewer-log")?)?;
     while !is_over.load(Ordering::Relaxed) {
         let found = collector.poll()?;
@@ -131,7 +137,8 @@ impl LogCollector {
         self.frames.latest()?;
         self.now.update()?;
         let mut found = LogReport::default();
-        let Self { frames, records, now, goals, run_id, looks, health, standing, has_missed } = self;
+        let Self { frames, records, now, goals, run_id, looks, health, standing, has_missed } =
+            self;
         let Some(frame) = frames.current()? else { return Ok(found) };
         let clock = Clock::of(&frame);
         if frame.run_id() != *run_id {
@@ -139,7 +146,8 @@ impl LogCollector {
             *run_id = frame.run_id();
             *health = Health::new(clock.sim_nanos);
             *standing = Standing::default();
-            // Of a run that begins while the window is open, events may have come before the first frame.
+            // Of a run that begins while the window is open, events may have come before the first
+            // frame.
             *has_missed = found.is_new_run;
         }
         found.is_replayed = now.change_of_replay(*run_id);
@@ -147,9 +155,13 @@ impl LogCollector {
         thin_out(&mut found.news);
         if missed > 0 {
             *has_missed = true;
-            let (ticks, verb) = (with_plural(missed, "tick"), if missed == 1 { "was" } else { "were" });
-            let text = format!("events of {ticks} {verb} missed: the fleet is faster than this viewer");
-            found.news.push((about_fleet(clock.sim_nanos, Severity::Info, text), AlarmChange::None));
+            let (ticks, verb) =
+                (with_plural(missed, "tick"), if missed == 1 { "was" } else { "were" });
+            let text =
+                format!("events of {ticks} {verb} missed: the fleet is faster than this viewer");
+            found
+                .news
+                .push((about_fleet(clock.sim_nanos, Severity::Info, text), AlarmChange::None));
         }
         if looks.is_multiple_of(COMPARE_EVERY) {
             let unseen = match (now.is_replayed(), *has_missed) {
@@ -174,7 +186,8 @@ impl LogCollector {
 }
 
 impl Records {
-    /// Appends what has happened in a run since the last call. Returns the number of ticks whose events were missed.
+    /// Appends what has happened in a run since the last call. Returns the number of ticks whose
+    /// events were missed.
     fn take(
         &mut self,
         run_id: u64,
@@ -221,12 +234,20 @@ struct Clock {
 impl Clock {
     fn of(frame: &Frame<'_>) -> Self {
         let header = frame.header();
-        Self { tick: header.tick, sim_nanos: header.sim_time_nanos, period_nanos: header.tick_period_nanos }
+        Self {
+            tick: header.tick,
+            sim_nanos: header.sim_time_nanos,
+            period_nanos: header.tick_period_nanos,
+        }
     }
 
     fn time_of(&self, tick: u64) -> u64 {
         let apart = self.tick.abs_diff(tick).saturating_mul(self.period_nanos);
-        if tick > self.tick { self.sim_nanos.saturating_add(apart) } else { self.sim_nanos.saturating_sub(apart) }
+        if tick > self.tick {
+            self.sim_nanos.saturating_add(apart)
+        } else {
+            self.sim_nanos.saturating_sub(apart)
+        }
     }
 }
 
@@ -253,11 +274,17 @@ mod tests {
 
     #[test]
     fn many_entries_at_once_are_counted() {
-        let entry = |number: usize| (about_fleet(number as u64, Severity::Info, String::new()), AlarmChange::None);
+        let entry = |number: usize| {
+            (about_fleet(number as u64, Severity::Info, String::new()), AlarmChange::None)
+        };
         let mut news: Vec<_> = (0..1_000).map(entry).collect();
         news[900].1 = AlarmChange::Begins(AlarmKey::Standstill);
         thin_out(&mut news);
         assert_eq!(news.len(), MOST_OF_A_KIND + 2, "an alarm is never left out");
-        assert!(news.last().is_some_and(|(entry, _)| entry.text.starts_with("800 more")), "{:?}", news.last());
+        assert!(
+            news.last().is_some_and(|(entry, _)| entry.text.starts_with("800 more")),
+            "{:?}",
+            news.last()
+        );
     }
 }

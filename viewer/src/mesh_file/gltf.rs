@@ -1,4 +1,5 @@
-//! glTF files. Whatever is used is checked first, because the crate `gltf` panics where an index, a type or a size is wrong.
+//! glTF files. Whatever is used is checked first, because the crate `gltf` panics where an index, a
+//! type or a size is wrong.
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -18,20 +19,26 @@ const GLB_HEADER: u32 = 12;
 pub(super) fn read(path: &Path) -> Result<Vec<Corner>, String> {
     let bytes = std::fs::read(path).map_err(|error| error.to_string())?;
     check_length(&bytes)?;
-    let Gltf { document, mut blob } = Gltf::from_slice_without_validation(&bytes).map_err(|error| error.to_string())?;
+    let Gltf { document, mut blob } =
+        Gltf::from_slice_without_validation(&bytes).map_err(|error| error.to_string())?;
     let document = validate(document)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let buffers = document.buffers().map(|buffer| read_buffer(&buffer, folder, &mut blob));
     let buffers = buffers.collect::<Result<Vec<_>, String>>()?;
-    let scene = document.default_scene().or_else(|| document.scenes().next()).ok_or("the file has no scene")?;
+    let scene = document
+        .default_scene()
+        .or_else(|| document.scenes().next())
+        .ok_or("the file has no scene")?;
     // In glTF, z is forward, y up and x left.
-    let from_gltf = Mat4::from_cols_array(&[0., 1., 0., 0., 0., 0., 1., 0., 1., 0., 0., 0., 0., 0., 0., 1.]);
+    let from_gltf =
+        Mat4::from_cols_array(&[0., 1., 0., 0., 0., 0., 1., 0., 1., 0., 0., 0., 0., 0., 0., 1.]);
     let mut corners = Vec::new();
     let mut open: Vec<_> = scene.nodes().map(|node| (node, from_gltf)).collect();
     let mut seen = HashSet::new();
     while let Some((node, parent)) = open.pop() {
         if !seen.insert(node.index()) {
-            return Err("the nodes are not a tree: a node has two parents, or is its own ancestor".to_owned());
+            return Err("the nodes are not a tree: a node has two parents, or is its own ancestor"
+                .to_owned());
         }
         let transform = parent * Mat4::from_cols_array_2d(&node.transform().matrix());
         for primitive in node.mesh().iter().flat_map(gltf::Mesh::primitives) {
@@ -57,7 +64,11 @@ fn check_length(bytes: &[u8]) -> Result<(), String> {
 fn validate(document: Document) -> Result<Document, String> {
     let json = document.into_json();
     // The crate's own check of a primitive takes this for granted.
-    let mut named = json.meshes.iter().flat_map(|mesh| &mesh.primitives).flat_map(|part| part.attributes.values());
+    let mut named = json
+        .meshes
+        .iter()
+        .flat_map(|mesh| &mesh.primitives)
+        .flat_map(|part| part.attributes.values());
     if let Some(missing) = named.find(|accessor| accessor.value() >= json.accessors.len()) {
         return Err(format!("a primitive names accessor {}, which doesn't exist", missing.value()));
     }
@@ -70,14 +81,21 @@ fn validate(document: Document) -> Result<Document, String> {
     })
 }
 
-fn read_buffer(buffer: &gltf::Buffer<'_>, folder: &Path, blob: &mut Option<Vec<u8>>) -> Result<Vec<u8>, String> {
+fn read_buffer(
+    buffer: &gltf::Buffer<'_>,
+    folder: &Path,
+    blob: &mut Option<Vec<u8>>,
+) -> Result<Vec<u8>, String> {
     let data = match buffer.source() {
         Source::Bin => blob.take().ok_or("the file has no binary part")?,
         Source::Uri(uri) if uri.starts_with("data:") => {
-            Data::from_source(buffer.source(), None).map_err(|error| format!("invalid data in a buffer ({error})"))?.0
+            Data::from_source(buffer.source(), None)
+                .map_err(|error| format!("invalid data in a buffer ({error})"))?
+                .0
         }
         Source::Uri(uri) => {
-            let file = uri.strip_prefix("file://").or_else(|| uri.strip_prefix("file:")).unwrap_or(uri);
+            let file =
+                uri.strip_prefix("file://").or_else(|| uri.strip_prefix("file:")).unwrap_or(uri);
             let path = folder.join(decode(file)?);
             let failed = |reason: String| format!("buffer {}: {reason}", path.display());
             files::check_regular(&path).map_err(failed)?;
@@ -85,7 +103,12 @@ fn read_buffer(buffer: &gltf::Buffer<'_>, folder: &Path, blob: &mut Option<Vec<u
         }
     };
     if data.len() < buffer.length() {
-        return Err(format!("buffer {} has {} bytes of {}", buffer.index(), data.len(), buffer.length()));
+        return Err(format!(
+            "buffer {} has {} bytes of {}",
+            buffer.index(),
+            data.len(),
+            buffer.length()
+        ));
     }
     Ok(data)
 }
@@ -117,10 +140,15 @@ fn add_primitive(
         check_accessor(&accessor, Dimensions::Vec3, &[DataType::F32])?;
     }
     if let Some(accessor) = primitive.indices() {
-        check_accessor(&accessor, Dimensions::Scalar, &[DataType::U8, DataType::U16, DataType::U32])?;
+        check_accessor(
+            &accessor,
+            Dimensions::Scalar,
+            &[DataType::U8, DataType::U16, DataType::U32],
+        )?;
     }
     let reader = primitive.reader(|buffer| buffers.get(buffer.index()).map(|data| &data[..]));
-    let positions: Vec<_> = reader.read_positions().ok_or("a primitive has no positions")?.collect();
+    let positions: Vec<_> =
+        reader.read_positions().ok_or("a primitive has no positions")?.collect();
     let normals: Vec<_> = reader.read_normals().map(Iterator::collect).unwrap_or_default();
     let [red, green, blue, _] = primitive.material().pbr_metallic_roughness().base_color_factor();
     let paint = paint_of([red, green, blue]);
@@ -138,8 +166,13 @@ fn add_primitive(
     }
 }
 
-/// Checks that an accessor has the expected type, and that all of its elements are within its buffers.
-fn check_accessor(accessor: &Accessor<'_>, dimensions: Dimensions, types: &[DataType]) -> Result<(), String> {
+/// Checks that an accessor has the expected type, and that all of its elements are within its
+/// buffers.
+fn check_accessor(
+    accessor: &Accessor<'_>,
+    dimensions: Dimensions,
+    types: &[DataType],
+) -> Result<(), String> {
     let (index, count, size) = (accessor.index(), accessor.count(), accessor.size());
     if accessor.dimensions() != dimensions || !types.contains(&accessor.data_type()) {
         return Err(format!("accessor {index} has a type that is not supported there"));

@@ -53,7 +53,8 @@ fn malformed_files_are_reported_without_a_panic() {
     }
 }
 
-/// A glTF file that uses everything that is read: an indexed triangle with normals, a colour and a sparse position.
+/// A glTF file that uses everything that is read: an indexed triangle with normals, a colour and a
+/// sparse position.
 const RICH: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],
     "nodes":[{"children":[1]},{"mesh":0,"translation":[0,0,1]}],
     "meshes":[{"primitives":[{"attributes":{"POSITION":0,"NORMAL":1},"indices":2,"material":0,"mode":4}]}],
@@ -75,7 +76,8 @@ const RICH: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0
 fn with_another_number<'a>(text: &'a str, number: &'a str) -> impl Iterator<Item = String> + 'a {
     let is_digit = |i: usize| text.as_bytes().get(i).is_some_and(u8::is_ascii_digit);
     // Numbers follow a colon, a comma or a bracket; those of the data and of versions don't.
-    let starts = (1..text.len()).filter(move |i| is_digit(*i) && b":,[".contains(&text.as_bytes()[*i - 1]));
+    let starts =
+        (1..text.len()).filter(move |i| is_digit(*i) && b":,[".contains(&text.as_bytes()[*i - 1]));
     starts.map(move |start| {
         let end = (start..).find(|i| !is_digit(*i)).unwrap_or(text.len());
         [&text[..start], number, &text[end..]].concat()
@@ -89,14 +91,30 @@ fn a_gltf_file_with_any_wrong_number_is_read_or_refused() {
     assert_eq!(corners, [[2.0, 0.0, 0.5], [6.0, 0.0, 0.5], [2.0, 2.0, 0.5]]);
     assert_eq!(mesh.vertices[0].paint, paint_of([1.0, 0.0, 0.0]));
     let mut refused = 0;
-    for number in ["0", "1", "2", "3", "7", "35", "5121", "5125", "5126", "4294967295", "18446744073709551615", "-1"] {
+    for number in [
+        "0",
+        "1",
+        "2",
+        "3",
+        "7",
+        "35",
+        "5121",
+        "5125",
+        "5126",
+        "4294967295",
+        "18446744073709551615",
+        "-1",
+    ] {
         for (index, text) in with_another_number(RICH, number).enumerate() {
             match load_text("wrong.gltf", &text) {
                 Ok(mesh) => assert!(mesh.vertices.len() <= 300, "{index}: {number}"),
                 Err(error) => {
                     refused += 1;
                     let error = error.to_string();
-                    assert!(error.contains("wrong.gltf") && !error.contains('\n'), "{index}: {number}: {error}");
+                    assert!(
+                        error.contains("wrong.gltf") && !error.contains('\n'),
+                        "{index}: {number}: {error}"
+                    );
                 }
             }
         }
@@ -107,9 +125,19 @@ fn a_gltf_file_with_any_wrong_number_is_read_or_refused() {
 #[test]
 fn a_gltf_file_that_lacks_a_part_is_refused() {
     let missing = RICH.replace("\"POSITION\":0", "\"POSITION\":9");
-    let error = load_text("missing.gltf", &missing).map(|_| ()).expect_err("it names a missing accessor").to_string();
+    let error = load_text("missing.gltf", &missing)
+        .map(|_| ())
+        .expect_err("it names a missing accessor")
+        .to_string();
     assert!(error.contains("accessor 9") && !error.contains('\n'), "{error}");
-    for uri in ["%ff.bin", "no-such-file.bin", "http://a/b.bin", "data:;base64,!!", "data:;base64,AAAA", ""] {
+    for uri in [
+        "%ff.bin",
+        "no-such-file.bin",
+        "http://a/b.bin",
+        "data:;base64,!!",
+        "data:;base64,AAAA",
+        "",
+    ] {
         let start = RICH.find("data:").expect("an address");
         let end = start + RICH[start..].find('"').expect("its end");
         let text = [&RICH[..start], uri, &RICH[end..]].concat();
@@ -124,17 +152,24 @@ fn a_binary_gltf_file_cut_anywhere_is_refused() {
         [{"attributes":{"POSITION":0}}]}],"accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3",
         "min":[0,0,0],"max":[1,0,1]}],"bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36}]}   "#;
     let json = &json[..json.len() / 4 * 4];
-    let positions = [0.0_f32, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0].map(f32::to_le_bytes).concat();
-    let chunk = |kind: &[u8], data: &[u8]| [&(data.len() as u32).to_le_bytes(), kind, data].concat();
+    let positions =
+        [0.0_f32, 0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0].map(f32::to_le_bytes).concat();
+    let chunk =
+        |kind: &[u8], data: &[u8]| [&(data.len() as u32).to_le_bytes(), kind, data].concat();
     let chunks = [chunk(b"JSON", json), chunk(b"BIN\0", &positions)].concat();
     let header = |length: u32| [&b"glTF"[..], &2_u32.to_le_bytes(), &length.to_le_bytes()].concat();
     let whole = [header(12 + chunks.len() as u32), chunks.clone()].concat();
-    assert_eq!(load_bytes("whole.glb", &whole).map(|mesh| mesh.vertices.len()).map_err(|e| e.to_string()), Ok(3));
+    assert_eq!(
+        load_bytes("whole.glb", &whole).map(|mesh| mesh.vertices.len()).map_err(|e| e.to_string()),
+        Ok(3)
+    );
     for length in 0..whole.len() {
         load_bytes("cut.glb", &whole[..length]).map(|_| ()).expect_err("it is cut");
     }
     for length in [0, 11, u32::MAX] {
-        load_bytes("length.glb", &[header(length), chunks.clone()].concat()).map(|_| ()).expect_err("a wrong length");
+        load_bytes("length.glb", &[header(length), chunks.clone()].concat())
+            .map(|_| ())
+            .expect_err("a wrong length");
     }
 }
 
@@ -173,17 +208,20 @@ fn a_mesh_only_shades_the_robots_colour() {
 #[test]
 fn a_mesh_is_turned_about_the_vertical_axis() {
     let corner = Corner { at: Vec3::new(1.0, 0.0, 0.5), normal: Vec3::X, paint: PLAIN };
-    let mesh = build(&[corner; 3], Placement { scale: 2.0, z: 0.25, yaw: core::f32::consts::FRAC_PI_2 });
+    let mesh =
+        build(&[corner; 3], Placement { scale: 2.0, z: 0.25, yaw: core::f32::consts::FRAC_PI_2 });
     let [x, y, z] = mesh.vertices[0].position;
     assert!(x.abs() < 1e-6 && (y - 2.0).abs() < 1e-6 && (z - 1.25).abs() < 1e-6, "{x} {y} {z}");
     assert_eq!(mesh.vertices[0].normal, [0, 127, 0, 0]);
 }
 
-/// Returns copies of a file in each of which some bytes are replaced, removed or repeated, always the same ones.
+/// Returns copies of a file in each of which some bytes are replaced, removed or repeated, always
+/// the same ones.
 fn damaged(bytes: &[u8], copies: u64) -> impl Iterator<Item = Vec<u8>> + '_ {
     let mut state = 0x9e37_79b9_7f4a_7c15_u64;
     let mut random = move |below: usize| {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 33) as usize % below.max(1)
     };
     (0..copies).map(move |_| {
@@ -209,9 +247,12 @@ fn damaged(bytes: &[u8], copies: u64) -> impl Iterator<Item = Vec<u8>> + '_ {
 
 #[test]
 fn damaged_files_of_each_format_are_read_or_refused() {
-    let facet = [0.0_f32, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].map(f32::to_le_bytes).concat();
+    let facet = [0.0_f32, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]
+        .map(f32::to_le_bytes)
+        .concat();
     let stl = [&[b' '; 80][..], &2_u32.to_le_bytes(), &facet, &[0; 2], &facet, &[0; 2]].concat();
-    let obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\nf -3//1 -2//1 -1//1\n";
+    let obj =
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\nf -3//1 -2//1 -1//1\n";
     let text = "solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
     let files = [
         ("d.gltf", RICH.as_bytes(), 3000),

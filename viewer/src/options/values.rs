@@ -40,7 +40,8 @@ pub struct MeshOption {
     pub placement: Placement,
 }
 
-/// Where a picture is placed on the floor: x and y of its lower left corner in metres, metres per pixel, and the yaw in degrees.
+/// Where a picture is placed on the floor: x and y of its lower left corner in metres, metres per
+/// pixel, and the yaw in degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FloorAt(pub [f32; 4]);
 
@@ -70,14 +71,22 @@ pub enum CameraOption {
 
 /// Parses finite numbers below a million, separated by commas.
 fn numbers(text: &str, expected: &'static str) -> Result<Vec<f32>, OptionError> {
-    let number = |part: &str| part.trim().parse::<f32>().ok().filter(|number| number.is_finite() && number.abs() < 1e6);
-    text.split(',').map(number).collect::<Option<_>>().ok_or(OptionError { text: text.to_owned(), expected })
+    let number = |part: &str| {
+        part.trim().parse::<f32>().ok().filter(|number| number.is_finite() && number.abs() < 1e6)
+    };
+    text.split(',')
+        .map(number)
+        .collect::<Option<_>>()
+        .ok_or(OptionError { text: text.to_owned(), expected })
 }
 
 /// Parses a duration that is not zero.
 pub fn duration_above_zero(text: &str) -> Result<humantime::Duration, OptionError> {
     let duration = text.parse::<humantime::Duration>().ok().filter(|duration| !duration.is_zero());
-    duration.ok_or(OptionError { text: text.to_owned(), expected: "a duration above 0, for example 10s or 1min" })
+    duration.ok_or(OptionError {
+        text: text.to_owned(),
+        expected: "a duration above 0, for example 10s or 1min",
+    })
 }
 
 /// Parses the speed of a film.
@@ -89,14 +98,22 @@ pub fn film_speed(text: &str) -> Result<f32, OptionError> {
 /// Parses the scale of a plan.
 pub fn scale(text: &str) -> Result<f32, OptionError> {
     let expected = "a scale from 1 to 1000000 such as 200, for 1:200";
-    let scale = text.strip_prefix("1:").unwrap_or(text).parse::<f32>().ok().filter(|scale| (1.0..=1e6).contains(scale));
+    let scale = text
+        .strip_prefix("1:")
+        .unwrap_or(text)
+        .parse::<f32>()
+        .ok()
+        .filter(|scale| (1.0..=1e6).contains(scale));
     scale.ok_or(OptionError { text: text.to_owned(), expected })
 }
 
 /// Parses a number of samples per pixel.
 pub fn samples(text: &str) -> Result<u32, OptionError> {
     let expected = "1 or 4";
-    text.parse().ok().filter(|count| [1, 4].contains(count)).ok_or(OptionError { text: text.to_owned(), expected })
+    text.parse()
+        .ok()
+        .filter(|count| [1, 4].contains(count))
+        .ok_or(OptionError { text: text.to_owned(), expected })
 }
 
 impl FromStr for Size {
@@ -129,7 +146,9 @@ impl FromStr for LightOption {
         let expected = "a light such as 0,0,5 or 0,0,5,1,0.8,0.6";
         let (position, colour) = match numbers(text, expected)?[..] {
             [x, y, z] => (Vec3::new(x, y, z), Vec3::ONE),
-            [x, y, z, red, green, blue] => (Vec3::new(x, y, z), Vec3::new(red, green, blue).max(Vec3::ZERO)),
+            [x, y, z, red, green, blue] => {
+                (Vec3::new(x, y, z), Vec3::new(red, green, blue).max(Vec3::ZERO))
+            }
             _ => return Err(OptionError { text: text.to_owned(), expected }),
         };
         Ok(Self(Light { position, colour }))
@@ -141,7 +160,8 @@ impl FromStr for MeshOption {
 
     fn from_str(text: &str) -> Result<Self, OptionError> {
         let expected = "a mesh such as box.stl, box.stl,0.001 or tug=box.stl,0.001,0.1,90";
-        let (robot_type, rest) = text.split_once('=').map_or((None, text), |(name, rest)| (Some(name), rest));
+        let (robot_type, rest) =
+            text.split_once('=').map_or((None, text), |(name, rest)| (Some(name), rest));
         let mut parts = rest.split(',');
         let path = parts.next().filter(|path| !path.is_empty());
         let mut number = |default: f32, (low, high): (f32, f32)| {
@@ -181,7 +201,8 @@ impl FromStr for Bookmark {
     fn from_str(text: &str) -> Result<Self, OptionError> {
         let expected = "a named camera such as dock=4,-3,12,1.57,0.9 or hall=20,10,60";
         let failed = || OptionError { text: text.to_owned(), expected };
-        let (name, view) = text.split_once('=').filter(|(name, _)| !name.trim().is_empty()).ok_or_else(failed)?;
+        let (name, view) =
+            text.split_once('=').filter(|(name, _)| !name.trim().is_empty()).ok_or_else(failed)?;
         match view.parse()? {
             CameraOption::Named(_) => Err(failed()),
             view => Ok(Self { name: name.trim().to_owned(), view }),
@@ -202,8 +223,12 @@ impl FromStr for CameraOption {
             "plan" => Ok(Self::Plan),
             name if is_name => Ok(Self::Named(name.to_owned())),
             eye => match numbers(eye, expected)?[..] {
-                [x, y, z, yaw, pitch] => Ok(Self::Eye(Camera::from_eye(Vec3::new(x, y, z), yaw, pitch))),
-                [x, y, height] if height > 0.0 => Ok(Self::Eye(Camera::plan_around(Vec2::new(x, y), height))),
+                [x, y, z, yaw, pitch] => {
+                    Ok(Self::Eye(Camera::from_eye(Vec3::new(x, y, z), yaw, pitch)))
+                }
+                [x, y, height] if height > 0.0 => {
+                    Ok(Self::Eye(Camera::plan_around(Vec2::new(x, y), height)))
+                }
                 _ => Err(failed()),
             },
         }
@@ -211,10 +236,13 @@ impl FromStr for CameraOption {
 }
 
 impl CameraOption {
-    /// Returns the camera for a picture of a fleet within `bounds`, which fits into the part `window` of it.
+    /// Returns the camera for a picture of a fleet within `bounds`, which fits into the part
+    /// `window` of it.
     pub fn camera(&self, bounds: Bounds, window: Window) -> Camera {
         match self {
-            Self::Fit | Self::Named(_) => Camera::fit(bounds, window.aspect).fitted_within(bounds, window),
+            Self::Fit | Self::Named(_) => {
+                Camera::fit(bounds, window.aspect).fitted_within(bounds, window)
+            }
             Self::Top => Camera::top(bounds, window.aspect).fitted_within(bounds, window),
             Self::Plan => Camera::plan(bounds, window),
             Self::Eye(camera) => *camera,
@@ -225,7 +253,10 @@ impl CameraOption {
     pub fn entry(camera: &Camera) -> String {
         if camera.is_plan() {
             let (at, height) = (camera.target, camera.distance * 2.0 * (camera.fov_y / 2.0).tan());
-            return format!("  - {{name: here, x: {:.2}, y: {:.2}, height: {height:.2}}}", at.x, at.y);
+            return format!(
+                "  - {{name: here, x: {:.2}, y: {:.2}, height: {height:.2}}}",
+                at.x, at.y
+            );
         }
         let (eye, yaw, pitch) = (camera.eye(), camera.yaw, camera.pitch);
         format!(
@@ -260,7 +291,10 @@ mod tests {
         let plan: CameraOption = "20,-10,60".parse().expect("a plan");
         let camera = plan.camera(Bounds::default(), Window::whole(1.0));
         assert!(camera.is_plan() && camera.target == Vec3::new(20.0, -10.0, 0.0));
-        assert_eq!(CameraOption::entry(&camera), "  - {name: here, x: 20.00, y: -10.00, height: 60.00}");
+        assert_eq!(
+            CameraOption::entry(&camera),
+            "  - {name: here, x: 20.00, y: -10.00, height: 60.00}"
+        );
         assert_eq!("dock".parse(), Ok(CameraOption::Named("dock".into())));
         let bookmark: Bookmark = "west hall = 1,2,3,0,0.5".parse().expect("a bookmark");
         assert_eq!(bookmark.name, "west hall");

@@ -1,5 +1,6 @@
-//! Tests that colours are told apart with any colour vision. Vision is simulated as by Machado, Oliveira and Fernandes (2009) for
-//! a complete lack of one kind of cones; the distance is that of CIE 1976, in which 20 is a plain difference.
+//! Tests that colours are told apart with any colour vision. Vision is simulated as by Machado,
+//! Oliveira and Fernandes (2009) for a complete lack of one kind of cones; the distance is that of
+//! CIE 1976, in which 20 is a plain difference.
 
 use glam::{Mat3, Vec3};
 
@@ -38,7 +39,8 @@ fn lab(linear: Vec3) -> Vec3 {
         [0.180_5 / 0.950_47, 0.072_2, 0.950_5 / 1.088_83],
     ]);
     let xyz = xyz_from * linear.clamp(Vec3::ZERO, Vec3::ONE);
-    let [x, y, z] = xyz.to_array().map(|t| if t > 0.008_856 { t.cbrt() } else { 7.787 * t + 16.0 / 116.0 });
+    let [x, y, z] =
+        xyz.to_array().map(|t| if t > 0.008_856 { t.cbrt() } else { 7.787 * t + 16.0 / 116.0 });
     Vec3::new(116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z))
 }
 
@@ -72,8 +74,12 @@ fn categories_are_told_apart_with_any_colour_vision() {
 fn lines_are_told_apart_with_any_colour_vision() {
     for theme in [Theme::Dark, Theme::Light] {
         let colours = theme.colours();
-        let lines =
-            [("route", colours.route), ("waiting", colours.waiting), ("ring", colours.ring), ("floor", colours.floor)];
+        let lines = [
+            ("route", colours.route),
+            ("waiting", colours.waiting),
+            ("ring", colours.ring),
+            ("floor", colours.floor),
+        ];
         assert_apart(&lines.map(|(name, colour)| (name.to_owned(), colour)));
     }
 }

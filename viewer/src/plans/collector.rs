@@ -40,11 +40,17 @@ pub struct Collector {
 impl Collector {
     /// Creates a collector that knows no routes.
     pub fn new() -> Self {
-        Self { routes: Vec::new(), run: 0, next: 0, round_began: Instant::now(), round_secs: f32::INFINITY }
+        Self {
+            routes: Vec::new(),
+            run: 0,
+            next: 0,
+            round_began: Instant::now(),
+            round_secs: f32::INFINITY,
+        }
     }
 
-    /// Asks for the routes of the next of some robots (`None` for all) that are under way in a frame, until `until` or the end of
-    /// the round. Returns whether the round has ended.
+    /// Asks for the routes of the next of some robots (`None` for all) that are under way in a
+    /// frame, until `until` or the end of the round. Returns whether the round has ended.
     ///
     /// # Errors
     /// [`RouteError`]: there are no answers now.
@@ -62,7 +68,9 @@ impl Collector {
                 for answer in client.routes(&batch, TIMEOUT)? {
                     let is_current = answer.is_found() && answer.run_id == self.run;
                     let place = self.routes.get_mut(answer.robot as usize);
-                    place.into_iter().for_each(|place| *place = is_current.then(|| Box::new(answer)));
+                    place
+                        .into_iter()
+                        .for_each(|place| *place = is_current.then(|| Box::new(answer)));
                 }
             }
             if self.next == self.routes.len() {
@@ -85,7 +93,8 @@ impl Collector {
         self.next = self.next.min(self.routes.len());
     }
 
-    /// Takes the next robots to ask for. Those without a route, and those that are not wanted, are passed over.
+    /// Takes the next robots to ask for. Those without a route, and those that are not wanted, are
+    /// passed over.
     fn batch(&mut self, frame: &Frame<'_>, robots: Option<&RobotSet>) -> Vec<u32> {
         let mut batch = Vec::with_capacity(AT_ONCE);
         while self.next < self.routes.len() && batch.len() < AT_ONCE {
@@ -107,7 +116,8 @@ impl Collector {
     /// How many of some robots (`None` for all) under way in a frame have a known route.
     pub fn coverage(&self, frame: &Frame<'_>, robots: Option<&RobotSet>) -> Coverage {
         let mut all = Coverage { round_secs: self.round_secs, ..Coverage::default() };
-        let is_counted = |robot: &usize| is_under_way(frame, *robot) && is_in(robots, *robot as u32);
+        let is_counted =
+            |robot: &usize| is_under_way(frame, *robot) && is_in(robots, *robot as u32);
         for robot in (0..frame.len()).filter(is_counted) {
             all.under_way += 1;
             all.known += u32::from(self.routes.get(robot).is_some_and(Option::is_some));

@@ -31,9 +31,15 @@ impl Places {
     }
 }
 
-/// Returns a mark for each node that is a goal: of a selected robot, or of one that `is_watched`. `goals` holds the id of the node
-/// that each robot was sent to, or NaN. Marks of selected robots come last, so that they are drawn over the others.
-pub fn marks(goals: &[f32], is_watched: impl Fn(u32) -> bool, selected: &[u32], places: &Places) -> Vec<GoalMark> {
+/// Returns a mark for each node that is a goal: of a selected robot, or of one that `is_watched`.
+/// `goals` holds the id of the node that each robot was sent to, or NaN. Marks of selected robots
+/// come last, so that they are drawn over the others.
+pub fn marks(
+    goals: &[f32],
+    is_watched: impl Fn(u32) -> bool,
+    selected: &[u32],
+    places: &Places,
+) -> Vec<GoalMark> {
     let mut is_marked = vec![0_u8; places.0.len()];
     let watched = (0..).zip(goals).filter(|(robot, _)| is_watched(*robot));
     let chosen = selected.iter().filter_map(|robot| goals.get(*robot as usize));
@@ -43,7 +49,8 @@ pub fn marks(goals: &[f32], is_watched: impl Fn(u32) -> bool, selected: &[u32], 
         }
     }
     let of = |mark: u8| places.0.iter().zip(&is_marked).filter(move |(_, marked)| **marked == mark);
-    let goal = |selected| move |((_, node), _): (&(u32, u32), &u8)| GoalMark { node: *node, selected };
+    let goal =
+        |selected| move |((_, node), _): (&(u32, u32), &u8)| GoalMark { node: *node, selected };
     of(1).map(goal(0)).chain(of(2).map(goal(1))).collect()
 }
 
@@ -56,11 +63,17 @@ mod tests {
     #[test]
     fn each_goal_is_marked_once_and_those_of_selected_robots_last() {
         let node = |id, x| NodeRecord { id, x, ..NodeRecord::default() };
-        let world = WorldData { nodes: vec![node(30, 3.0), node(10, 1.0), node(20, 2.0)], ..WorldData::default() };
+        let world = WorldData {
+            nodes: vec![node(30, 3.0), node(10, 1.0), node(20, 2.0)],
+            ..WorldData::default()
+        };
         let places = Places::new(&world.view(1, 1));
         let mark = |node, selected| GoalMark { node, selected };
         let goals = [20.0, 10.0, f32::NAN, 20.0, 99.0, -1.0, 30.0];
-        assert_eq!(marks(&goals, |_| true, &[1, 77], &places), [mark(2, 0), mark(0, 0), mark(1, 1)]);
+        assert_eq!(
+            marks(&goals, |_| true, &[1, 77], &places),
+            [mark(2, 0), mark(0, 0), mark(1, 1)]
+        );
         assert_eq!(marks(&goals, |robot| robot == 6, &[1], &places), [mark(0, 0), mark(1, 1)]);
         assert_eq!(marks(&goals, |_| false, &[0, 2, 5], &places), [mark(2, 1)]);
         assert_eq!(marks(&goals, |_| false, &[], &places), []);

@@ -11,15 +11,22 @@ use crate::watching::Inbox;
 /// Two edges of ten metres in a row, and their nodes.
 fn world() -> WorldData {
     let node = |id, x| NodeRecord { id, x, ..NodeRecord::default() };
-    let mut world = WorldData { nodes: vec![node(10, 0.0), node(11, 10.0), node(12, 20.0)], ..WorldData::default() };
+    let mut world = WorldData {
+        nodes: vec![node(10, 0.0), node(11, 10.0), node(12, 20.0)],
+        ..WorldData::default()
+    };
     for i in 0..2 {
         let line = CurveRecord::straight([i as f32 * 10.0, 0.0], [i as f32 * 10.0 + 10.0, 0.0]);
-        world.add_edge(EdgeRecord { length: 10.0, origin: i, destination: i + 1, ..EdgeRecord::default() }, [line]);
+        world.add_edge(
+            EdgeRecord { length: 10.0, origin: i, destination: i + 1, ..EdgeRecord::default() },
+            [line],
+        );
     }
     world
 }
 
-/// Publishes a frame of three robots, with the columns of a fleet manager: the first two wait for each other.
+/// Publishes a frame of three robots, with the columns of a fleet manager: the first two wait for
+/// each other.
 fn publish(producer: &mut ProducerPorts, tick: u64) {
     producer.publish_column("goal", tick, &[12.0, 12.0, f32::NAN]).expect("a column");
     producer.publish_column("waits-for", tick, &[1.0, 0.0, f32::NAN]).expect("a column");
@@ -28,15 +35,22 @@ fn publish(producer: &mut ProducerPorts, tick: u64) {
     let columns = frame.columns_mut();
     columns.edge[..3].copy_from_slice(&[0, 1, 1]);
     columns.s[..3].copy_from_slice(&[4.0, 5.0, 10.0]);
-    columns.state[..3]
-        .copy_from_slice(&[RobotState::Driving, RobotState::Driving, RobotState::Idle].map(|state| state as u8));
+    columns.state[..3].copy_from_slice(
+        &[RobotState::Driving, RobotState::Driving, RobotState::Idle].map(|state| state as u8),
+    );
     frame.send().expect("sent");
     producer.update();
 }
 
-/// Returns the first complete report of what is watched of a fleet, and the robots whose routes were asked for.
-fn watched(test: &str, watch: Watch, is_complete: impl Fn(&PlanReport) -> bool) -> (PlanReport, Vec<u32>) {
-    let fleet: FleetName = format!("unit-viewer-{test}-{}", std::process::id()).parse().expect("a name");
+/// Returns the first complete report of what is watched of a fleet, and the robots whose routes
+/// were asked for.
+fn watched(
+    test: &str,
+    watch: Watch,
+    is_complete: impl Fn(&PlanReport) -> bool,
+) -> (PlanReport, Vec<u32>) {
+    let fleet: FleetName =
+        format!("unit-viewer-{test}-{}", std::process::id()).parse().expect("a name");
     let mut producer = ProducerPorts::create(&fleet, 3).expect("a producer");
     let mut routes = RouteServer::open_on(producer.participant()).expect("routes");
     producer.publish_world(&world()).expect("a world");
@@ -47,7 +61,11 @@ fn watched(test: &str, watch: Watch, is_complete: impl Fn(&PlanReport) -> bool) 
         assert!(Instant::now() < deadline, "no report after {} requests", asked.len());
         publish(&mut producer, tick);
         let answer = |robot, legs: &[u32]| {
-            RouteResponse::unknown(run, tick, robot).with_legs(1, legs.len(), legs.iter().map(|edge| (*edge, false)))
+            RouteResponse::unknown(run, tick, robot).with_legs(
+                1,
+                legs.len(),
+                legs.iter().map(|edge| (*edge, false)),
+            )
         };
         let answered = routes.answer(8, |request| {
             asked.push(request.robot);
@@ -56,7 +74,8 @@ fn watched(test: &str, watch: Watch, is_complete: impl Fn(&PlanReport) -> bool) 
         answered.expect("answered");
         std::thread::sleep(Duration::from_millis(2));
         let found = inbox.newest().expect("readable")?;
-        (found.facts.waiting.is_some() && found.facts.has_goals && is_complete(&found)).then_some(found)
+        (found.facts.waiting.is_some() && found.facts.has_goals && is_complete(&found))
+            .then_some(found)
     });
     (report.expect("a report"), asked)
 }
@@ -65,7 +84,8 @@ fn watched(test: &str, watch: Watch, is_complete: impl Fn(&PlanReport) -> bool) 
 fn routes_goals_and_waits_of_a_fleet_are_collected() {
     let watch = Watch { plans: true, waits: true, ..Watch::default() };
     let (report, asked) = watched("plans", watch, |found| found.lines.len() == 3);
-    // What is left of edge 0 for the first robot, and of edge 1 for the second one; all of edge 1 is the first one's horizon.
+    // What is left of edge 0 for the first robot, and of edge 1 for the second one; all of edge 1
+    // is the first one's horizon.
     let lines: Vec<_> = report.lines.iter().map(|line| (line.curve, line.released)).collect();
     assert_eq!(lines, [(1, 0), (0, 1), (1, 1)]);
     assert_eq!(report.goals, [GoalMark { node: 2, selected: 0 }]);
@@ -89,19 +109,27 @@ fn of_a_filter_only_robots_that_match_and_selected_ones_are_watched() {
     assert_eq!(report.goals, [GoalMark { node: 2, selected: 0 }]);
     assert!(asked.iter().all(|robot| *robot == 1), "{asked:?}");
     let (counts, known) = (report.facts.waiting, report.facts.routes.expect("routes are watched"));
-    assert_eq!((counts, known.known, known.under_way, report.facts.is_filtered), (Some([1, 1]), 1, 1, true));
+    assert_eq!(
+        (counts, known.known, known.under_way, report.facts.is_filtered),
+        (Some([1, 1]), 1, 1, true)
+    );
 
     let watch = Watch { selected: vec![0], ..watch };
     let (report, _) = watched("selected-plans", watch, |found| found.lines.len() == 3);
     assert_eq!(report.arrows, [arrow(0, 1), arrow(1, 0)]);
     assert_eq!(report.goals, [GoalMark { node: 2, selected: 1 }]);
     let (counts, known) = (report.facts.waiting, report.facts.routes.expect("routes are watched"));
-    assert_eq!((counts, known.known, known.under_way), (Some([1, 1]), 1, 1), "the selected robot is not counted");
+    assert_eq!(
+        (counts, known.known, known.under_way),
+        (Some([1, 1]), 1, 1),
+        "the selected robot is not counted"
+    );
 }
 
 #[test]
 fn robots_that_begin_to_match_are_no_other_wish() {
-    let watch = |robots| Watch { plans: true, matching: Some(RobotSet::new(robots)), ..Watch::default() };
+    let watch =
+        |robots| Watch { plans: true, matching: Some(RobotSet::new(robots)), ..Watch::default() };
     assert!(!watch(3).differs(&watch(64)));
     assert!(watch(3).differs(&Watch { plans: true, ..Watch::default() }), "another filter");
     assert!(watch(3).differs(&Watch { selected: vec![1], ..watch(3) }));
@@ -109,6 +137,7 @@ fn robots_that_begin_to_match_are_no_other_wish() {
 
 #[test]
 fn nothing_is_watched_without_a_wish() {
-    let fleet: FleetName = format!("unit-viewer-no-plans-{}", std::process::id()).parse().expect("a name");
+    let fleet: FleetName =
+        format!("unit-viewer-no-plans-{}", std::process::id()).parse().expect("a name");
     assert!(Inbox::open(&fleet, Watch::default()).expect("no thread").is_none());
 }

@@ -17,13 +17,19 @@ pub struct WaitArrow {
     pub in_ring: u32,
 }
 
-/// Returns an arrow for each robot that waits. `waits_for` holds the id of the robot that each robot waits for, or NaN; an id
-/// that no robot has counts as NaN. Arrows of rings come last, so that they are drawn over the others.
+/// Returns an arrow for each robot that waits. `waits_for` holds the id of the robot that each
+/// robot waits for, or NaN; an id that no robot has counts as NaN. Arrows of rings come last, so
+/// that they are drawn over the others.
 pub fn arrows(waits_for: &[f32]) -> Vec<WaitArrow> {
-    let next: Vec<u32> = (0..).zip(waits_for).map(|(robot, value)| target(*value, robot, waits_for.len())).collect();
+    let next: Vec<u32> =
+        (0..).zip(waits_for).map(|(robot, value)| target(*value, robot, waits_for.len())).collect();
     let on_ring = on_rings(&next);
     let waiting = (0_u32..).zip(&next).filter(|(_, to)| **to != NOBODY);
-    let arrow = |(from, to): (u32, &u32)| WaitArrow { from, to: *to, in_ring: on_ring[from as usize].into() };
+    let arrow = |(from, to): (u32, &u32)| WaitArrow {
+        from,
+        to: *to,
+        in_ring: on_ring[from as usize].into(),
+    };
     let mut all: Vec<_> = waiting.map(arrow).collect();
     all.sort_by_key(|arrow| arrow.in_ring);
     all
@@ -35,8 +41,9 @@ fn target(value: f32, robot: u32, robots: usize) -> u32 {
     if is_robot { value as u32 } else { NOBODY }
 }
 
-/// Returns for each element of a list whether following the list from it leads back to it. `next` holds the index of the
-/// element after each one; an index beyond the end ends a chain. Takes time in proportion to the elements.
+/// Returns for each element of a list whether following the list from it leads back to it. `next`
+/// holds the index of the element after each one; an index beyond the end ends a chain. Takes time
+/// in proportion to the elements.
 pub fn on_rings(next: &[u32]) -> Vec<bool> {
     let mut is_on = vec![false; next.len()];
     // The walk that came by each element first; 0 for none.
@@ -47,7 +54,8 @@ pub fn on_rings(next: &[u32]) -> Vec<bool> {
             walks[at] = walk;
             at = next[at] as usize;
         }
-        // A walk that ends where it has been itself has found a ring; the rings of other walks are known.
+        // A walk that ends where it has been itself has found a ring; the rings of other walks are
+        // known.
         while walks.get(at) == Some(&walk) && !is_on[at] {
             is_on[at] = true;
             at = next[at] as usize;
@@ -74,7 +82,8 @@ mod tests {
 
     #[test]
     fn rings_are_found_and_those_who_wait_for_a_ring_are_not_in_it() {
-        // 0 → 1 → 2 → 0 is a ring; 3 → 4 → 0 waits for it; 5 ⇄ 6 is a second ring; 7 → 8, which waits for nobody.
+        // 0 → 1 → 2 → 0 is a ring; 3 → 4 → 0 waits for it; 5 ⇄ 6 is a second ring; 7 → 8, which
+        // waits for nobody.
         let next = [1, 2, 0, 4, 0, 6, 5, 8, NOBODY];
         let wanted = [true, true, true, false, false, true, true, false, false];
         assert_eq!(on_rings(&next), wanted);
@@ -85,13 +94,16 @@ mod tests {
     fn rings_of_any_list_are_those_found_by_walking() {
         let mut seed = 1_u64;
         let mut random = move |below: u64| {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            seed = seed
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
             (seed >> 33) % below
         };
         for robots in 1..40_u64 {
             for _ in 0..20 {
-                let next: Vec<u32> =
-                    (0..robots).map(|_| if random(4) == 0 { NOBODY } else { random(robots) as u32 }).collect();
+                let next: Vec<u32> = (0..robots)
+                    .map(|_| if random(4) == 0 { NOBODY } else { random(robots) as u32 })
+                    .collect();
                 assert_eq!(on_rings(&next), on_rings_by_walking(&next), "{next:?}");
             }
         }

@@ -19,7 +19,10 @@ pub(super) struct Beside {
 }
 
 /// The renderers of all levels that are shown.
-pub(super) fn all<'a>(shown: &'a mut Renderer, beside: &'a mut [Beside]) -> impl Iterator<Item = &'a mut Renderer> {
+pub(super) fn all<'a>(
+    shown: &'a mut Renderer,
+    beside: &'a mut [Beside],
+) -> impl Iterator<Item = &'a mut Renderer> {
     iter::once(shown).chain(beside.iter_mut().map(|beside| &mut beside.renderer))
 }
 
@@ -34,11 +37,13 @@ impl Stage {
         all(&mut self.renderer, &mut self.beside)
     }
 
-    /// Shows these levels beside the scene's, and no others. `create` makes the renderer of one that isn't shown yet. Call this after
-    /// [`apply`](Stage::apply). Returns whether there are new renderers.
+    /// Shows these levels beside the scene's, and no others. `create` makes the renderer of one
+    /// that isn't shown yet. Call this after [`apply`](Stage::apply). Returns whether there are new
+    /// renderers.
     pub fn show_beside(&mut self, levels: &[&str], create: impl Fn() -> Renderer) -> bool {
         self.beside.retain(|beside| levels.contains(&beside.level.as_str()));
-        let is_shown = |beside: &[Beside], level: &str| beside.iter().any(|beside| beside.level == level);
+        let is_shown =
+            |beside: &[Beside], level: &str| beside.iter().any(|beside| beside.level == level);
         let new: Vec<_> = levels.iter().filter(|level| !is_shown(&self.beside, level)).collect();
         for level in &new {
             let mut renderer = create();
@@ -78,17 +83,19 @@ impl Stage {
         set_matches(&mut self.renderer, matches);
     }
 
-    /// Sets the robots of a level as [`set_matches`](Self::set_matches). Returns false if it isn't shown beside the scene's.
+    /// Sets the robots of a level as [`set_matches`](Self::set_matches). Returns false if it isn't
+    /// shown beside the scene's.
     pub fn set_matches_beside(&mut self, level: &str, matches: &Matches) -> bool {
         let beside = self.beside.iter_mut().find(|beside| beside.level == level);
         beside.map(|beside| set_matches(&mut beside.renderer, matches)).is_some()
     }
 
-    /// Makes the scene's level the one that is shown. Returns whether it was shown beside the one before, so that its graph is
-    /// uploaded already: they change places then.
+    /// Makes the scene's level the one that is shown. Returns whether it was shown beside the one
+    /// before, so that its graph is uploaded already: they change places then.
     pub(super) fn change_level(&mut self) -> bool {
         let before = std::mem::replace(&mut self.level, self.scene.level.clone());
-        let wanted = self.beside.iter_mut().find(|beside| Some(&beside.level) == self.level.as_ref());
+        let wanted =
+            self.beside.iter_mut().find(|beside| Some(&beside.level) == self.level.as_ref());
         let (Some(beside), Some(before)) = (wanted, before) else {
             self.renderer.set_level(self.level.as_deref());
             return false;
@@ -109,7 +116,8 @@ impl Stage {
         alpha: f32,
     ) {
         let legend = self.legend();
-        let picture = Picture { camera, scene: &self.scene, legend: &legend, size, within: None, alpha };
+        let picture =
+            Picture { camera, scene: &self.scene, legend: &legend, size, within: None, alpha };
         if let Some(beside) = self.beside.iter_mut().find(|beside| beside.level == level) {
             beside.renderer.draw(encoder, target, &picture);
         }

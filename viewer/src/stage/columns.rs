@@ -28,15 +28,20 @@ impl Stage {
                 }
             }
         }
-        let is_due = self.robot_bounds.is_none() || self.feed.counts().read.is_multiple_of(BOUNDS_EVERY);
+        let is_due =
+            self.robot_bounds.is_none() || self.feed.counts().read.is_multiple_of(BOUNDS_EVERY);
         if news.frame && self.graph_bounds.is_none() && is_due {
             self.update_robot_bounds();
         }
         let frame = self.feed.frame();
         let values = match &self.scene.colouring {
-            Colouring::Speed if news.frame || is_recoloured => Some(frame.map(|frame| frame.speed())),
+            Colouring::Speed if news.frame || is_recoloured => {
+                Some(frame.map(|frame| frame.speed()))
+            }
             // A frame may have replaced the buffers, which are empty then.
-            Colouring::Column(_) if news.value || is_recoloured || (news.frame && self.renderer.lacks_values()) => {
+            Colouring::Column(_)
+                if news.value || is_recoloured || (news.frame && self.renderer.lacks_values()) =>
+            {
                 Some(self.feed.value())
             }
             _ => None,
@@ -50,15 +55,18 @@ impl Stage {
             (_, values) => values,
         };
         if let Some(values) = values {
-            let is_due = self.range.is_none() || self.feed.counts().read.is_multiple_of(RANGE_EVERY);
+            let is_due =
+                self.range.is_none() || self.feed.counts().read.is_multiple_of(RANGE_EVERY);
             if let Some(values) = values.filter(|_| is_due) {
                 self.range = widened(self.range, values);
             }
-            all(&mut self.renderer, &mut self.beside).for_each(|renderer| renderer.set_values(values));
+            all(&mut self.renderer, &mut self.beside)
+                .for_each(|renderer| renderer.set_values(values));
         }
     }
 
-    /// Grows the robots' bounds. They never shrink during a run, and grow in large steps, so that the view seldom moves.
+    /// Grows the robots' bounds. They never shrink during a run, and grow in large steps, so that
+    /// the view seldom moves.
     fn update_robot_bounds(&mut self) {
         let Some(frame) = self.feed.frame() else { return };
         let run = frame.run_id();
@@ -84,9 +92,10 @@ fn widened(range: Option<(f32, f32)>, values: &[f32]) -> Option<(f32, f32)> {
     let step = values.len().div_ceil(SAMPLED_ROWS).max(1);
     let finite = values.iter().step_by(step).copied().filter(|value| value.is_finite());
     let ends = range.into_iter().flat_map(|(low, high)| [low, high]);
-    let (low, high) = ends
-        .chain(finite)
-        .fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+    let (low, high) =
+        ends.chain(finite).fold((f32::INFINITY, f32::NEG_INFINITY), |(low, high), value| {
+            (low.min(value), high.max(value))
+        });
     if low > high {
         return None;
     }

@@ -33,7 +33,8 @@ pub struct App<'a> {
     failure: Option<Error>,
     /// When there is something to do without an event.
     wakes_at: Instant,
-    /// Whether a picture was drawn since the last look for events: that may have read some, for which there is no wait then.
+    /// Whether a picture was drawn since the last look for events: that may have read some, for
+    /// which there is no wait then.
     has_drawn: bool,
 }
 
@@ -89,8 +90,9 @@ impl<'a> App<'a> {
             .with_title(title(&self.options.name(), None))
             .with_inner_size(LogicalSize::new(width, height))
             .with_min_inner_size(LogicalSize::new(320.0, 200.0));
-        let window =
-            events.create_window(attributes).map_err(|error| Error::new(format!("can't open a window: {error}")))?;
+        let window = events
+            .create_window(attributes)
+            .map_err(|error| Error::new(format!("can't open a window: {error}")))?;
         let controller = self.camera_controller(self.options.requested_camera()?);
         let mut interface = Interface::new(settings_store.initial().clone(), controller);
         interface.bookmarks.clone_from(&self.options.bookmark);
@@ -99,7 +101,13 @@ impl<'a> App<'a> {
         if let Some(error) = error {
             interface.notify(error.to_string());
         }
-        ViewerWindow::open(self.options, &self.instance, Arc::new(window), interface, settings_store)
+        ViewerWindow::open(
+            self.options,
+            &self.instance,
+            Arc::new(window),
+            interface,
+            settings_store,
+        )
     }
 
     /// Returns the camera that the options request.
@@ -138,7 +146,8 @@ impl<'a> App<'a> {
         self.losses.push(Instant::now());
         let Some(viewer) = self.viewer.take() else { return };
         if self.losses.len() > most {
-            let text = format!("the graphics device was lost repeatedly ({reason}); check its driver");
+            let text =
+                format!("the graphics device was lost repeatedly ({reason}); check its driver");
             return self.fail(events, Error::new(text));
         }
         tracing::warn!("the graphics device was lost ({reason}); opening it again");

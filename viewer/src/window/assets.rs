@@ -26,11 +26,13 @@ pub struct Unloadable {
 }
 
 impl Assets {
-    /// Loads the files of the settings that are not loaded yet. One that can't be loaded is returned, and replaced in the
-    /// settings by the one before, which stays in use.
+    /// Loads the files of the settings that are not loaded yet. One that can't be loaded is
+    /// returned, and replaced in the settings by the one before, which stays in use.
     pub fn update(&mut self, settings: &mut Settings, stage: &mut Stage) -> Vec<Unloadable> {
         let mut failures = Vec::new();
-        if (&self.floor.0, self.floor.1, self.floor.2) != (&settings.floor_image, settings.floor, settings.floor_at) {
+        if (&self.floor.0, self.floor.1, self.floor.2)
+            != (&settings.floor_image, settings.floor, settings.floor_at)
+        {
             failures.extend(self.update_floor(settings, stage));
         }
         if self.mesh != settings.mesh {
@@ -73,19 +75,26 @@ impl Assets {
     }
 }
 
-fn load_floor(file: &str, size: Option<[f32; 2]>, placed: Option<[f32; 4]>, stage: &mut Stage) -> Result<(), String> {
+fn load_floor(
+    file: &str,
+    size: Option<[f32; 2]>,
+    placed: Option<[f32; 4]>,
+    stage: &mut Stage,
+) -> Result<(), String> {
     if file.is_empty() {
         set_floor(stage, None);
         return Ok(());
     }
     let bounds = size.map_or(stage.bounds(), Bounds::of_size);
-    let picture = FloorPicture::load(Path::new(file), bounds, stage.renderer.max_texture_size(), placed);
+    let picture =
+        FloorPicture::load(Path::new(file), bounds, stage.renderer.max_texture_size(), placed);
     let picture = picture.map_err(|error| error.to_string())?;
     let has_room = set_floor(stage, Some(&picture));
     has_room.then_some(()).ok_or_else(|| format!("{file}: no room in the graphics memory"))
 }
 
-/// Sets or removes the picture on the floor of all levels that are shown. Returns false if one of them has no room for it.
+/// Sets or removes the picture on the floor of all levels that are shown. Returns false if one of
+/// them has no room for it.
 fn set_floor(stage: &mut Stage, picture: Option<&FloorPicture>) -> bool {
     let mut has_room = true;
     stage.renderers().for_each(|renderer| has_room &= renderer.set_floor_picture(picture));
@@ -93,7 +102,8 @@ fn set_floor(stage: &mut Stage, picture: Option<&FloorPicture>) -> bool {
 }
 
 fn load_mesh(mesh: Option<&RobotMesh>, stage: &mut Stage) -> Result<(), String> {
-    let mesh = mesh.map(|mesh| mesh_file::load(Path::new(&mesh.file), mesh.placement())).transpose();
+    let mesh =
+        mesh.map(|mesh| mesh_file::load(Path::new(&mesh.file), mesh.placement())).transpose();
     let mesh = mesh.map_err(|error| error.to_string())?;
     let mut has_room = true;
     stage.renderers().for_each(|renderer| has_room &= renderer.set_mesh(None, mesh.as_ref()));

@@ -1,5 +1,5 @@
-//! The end of the display. winit has no event for it: its calls panic then, or Xlib ends the process while winit waits for events, and
-//! what the process has in shared memory stays there.
+//! The end of the display. winit has no event for it: its calls panic then, or Xlib ends the
+//! process while winit waits for events, and what the process has in shared memory stays there.
 
 use std::panic::{self, AssertUnwindSafe, PanicHookInfo};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -36,21 +36,27 @@ pub fn gone() -> Error {
 /// If the display has gone.
 pub fn catch<T>(call: impl FnOnce() -> T) -> Result<T> {
     // What the call has left half done is only dropped.
-    panic::catch_unwind(AssertUnwindSafe(call)).map_err(|payload| match IS_GONE.load(Ordering::Relaxed) {
-        true => gone(),
-        false => panic::resume_unwind(payload),
+    panic::catch_unwind(AssertUnwindSafe(call)).map_err(|payload| {
+        match IS_GONE.load(Ordering::Relaxed) {
+            true => gone(),
+            false => panic::resume_unwind(payload),
+        }
     })
 }
 
 /// Runs the application on X11 until it exits.
 ///
-/// While winit waits for events, the end of the display would be noticed by Xlib, which ends the process. So this waits instead, and asks
-/// the display for something before winit looks for events: then it is a call of winit that panics.
+/// While winit waits for events, the end of the display would be noticed by Xlib, which ends the
+/// process. So this waits instead, and asks the display for something before winit looks for
+/// events: then it is a call of winit that panics.
 ///
 /// # Errors
 /// If the display has gone.
 #[cfg(target_os = "linux")]
-pub fn run_on_x11(mut events: winit::event_loop::EventLoop<()>, app: &mut super::app::App<'_>) -> Result {
+pub fn run_on_x11(
+    mut events: winit::event_loop::EventLoop<()>,
+    app: &mut super::app::App<'_>,
+) -> Result {
     use std::time::{Duration, Instant};
     use winit::platform::pump_events::{EventLoopExtPumpEvents, PumpStatus};
 

@@ -68,7 +68,14 @@ impl FleetState {
     }
 
     /// Records the shown frame: its age if it is new, and the pose of the followed robot.
-    pub fn record_frame(&mut self, frame: &Frame<'_>, is_new: bool, followed: Option<u32>, offset: Vec2, now: Instant) {
+    pub fn record_frame(
+        &mut self,
+        frame: &Frame<'_>,
+        is_new: bool,
+        followed: Option<u32>,
+        offset: Vec2,
+        now: Instant,
+    ) {
         if is_new {
             self.last_frame_at = Some(now);
             let sent = Duration::from_nanos(frame.header().wall_time_nanos);

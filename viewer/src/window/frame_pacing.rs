@@ -1,10 +1,12 @@
-//! Frame pacing: pictures are drawn at the screen's refresh rate while something moves, and otherwise only for news.
+//! Frame pacing: pictures are drawn at the screen's refresh rate while something moves, and
+//! otherwise only for news.
 
 use std::time::{Duration, Instant};
 
 /// The time between two checks for news while nothing moves.
 const CHECK_INTERVAL: Duration = Duration::from_millis(30);
-/// The time after the last news during which drawing goes on: columns arrive shortly after their frame.
+/// The time after the last news during which drawing goes on: columns arrive shortly after their
+/// frame.
 const DRAW_ON: Duration = Duration::from_millis(400);
 /// The refresh rate of screens that don't report it, in hertz.
 const DEFAULT_RATE: f64 = 60.0;
@@ -22,18 +24,25 @@ pub struct FramePacing {
 }
 
 impl FramePacing {
-    /// Creates the pacing for a screen with this refresh rate in hertz. `software` says that the processor draws.
+    /// Creates the pacing for a screen with this refresh rate in hertz. `software` says that the
+    /// processor draws.
     pub fn new(rate: Option<f64>, software: bool, now: Instant) -> Self {
         let period = 1.0 / rate.filter(|rate| *rate >= 1.0).unwrap_or(DEFAULT_RATE);
         // A screen limits the rate by itself; a shorter period only prevents needless pictures.
         let period = if software { period } else { period * 0.75 };
-        Self { drawn_at: now, moves_until: now + DRAW_ON, scheduled: None, period: Duration::from_secs_f64(period) }
+        Self {
+            drawn_at: now,
+            moves_until: now + DRAW_ON,
+            scheduled: None,
+            period: Duration::from_secs_f64(period),
+        }
     }
 
     /// Records that a picture is drawn now.
     pub fn record_draw(&mut self, now: Instant) {
         // A multiple of the period rather than the current time, which is always a bit late.
-        self.drawn_at = (self.drawn_at + self.period).max(now.checked_sub(self.period).unwrap_or(now));
+        self.drawn_at =
+            (self.drawn_at + self.period).max(now.checked_sub(self.period).unwrap_or(now));
         self.scheduled = None;
     }
 

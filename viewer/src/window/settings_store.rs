@@ -21,8 +21,8 @@ pub struct SettingsStore {
 }
 
 impl SettingsStore {
-    /// Reads the settings file, and applies the options of the command line. If the file can't be read, the default
-    /// settings are used, and the error is returned too.
+    /// Reads the settings file, and applies the options of the command line. If the file can't be
+    /// read, the default settings are used, and the error is returned too.
     pub fn load(options: &Options) -> (Self, Option<SettingsError>) {
         let loaded = file::path().as_deref().map_or(Ok(Settings::default()), Settings::load);
         let (stored, error) = match loaded {
@@ -41,8 +41,8 @@ impl SettingsStore {
         &self.initial
     }
 
-    /// Forgets a file that could not be loaded, so that no later start tries again. Where an option of the command line has
-    /// named it, the stored settings keep the file that they have.
+    /// Forgets a file that could not be loaded, so that no later start tries again. Where an option
+    /// of the command line has named it, the stored settings keep the file that they have.
     pub fn forget(&mut self, file: &str) {
         for settings in [&mut self.initial, &mut self.stored] {
             settings.mesh.take_if(|mesh| mesh.file == file);

@@ -1,12 +1,12 @@
-//! The window's surface, on which pictures are presented. It is reconfigured or recreated when the window's size, the
-//! screen or the driver change.
+//! The window's surface, on which pictures are presented. It is reconfigured or recreated when the
+//! window's size, the screen or the driver change.
 
 use std::sync::Arc;
 
 use glam::UVec2;
 use wgpu::{
-    CompositeAlphaMode, CurrentSurfaceTexture, PresentMode, Surface, SurfaceColorSpace, SurfaceConfiguration,
-    SurfaceTexture, TextureFormat, TextureUsages, TextureView,
+    CompositeAlphaMode, CurrentSurfaceTexture, PresentMode, Surface, SurfaceColorSpace,
+    SurfaceConfiguration, SurfaceTexture, TextureFormat, TextureUsages, TextureView,
 };
 use winit::window::Window;
 
@@ -53,7 +53,10 @@ pub enum NoCanvas {
 ///
 /// # Errors
 /// If no graphics driver supports the windowing system.
-pub fn create_surface(instance: &wgpu::Instance, window: &Arc<Window>) -> Result<Surface<'static>, DeviceError> {
+pub fn create_surface(
+    instance: &wgpu::Instance,
+    window: &Arc<Window>,
+) -> Result<Surface<'static>, DeviceError> {
     instance.create_surface(Arc::clone(window)).map_err(|error| {
         tracing::debug!(%error, "no surface");
         DeviceError::NoAdapter
@@ -68,7 +71,8 @@ impl WindowSurface {
     pub fn new(surface: Surface<'static>, gpu: &Gpu, size: UVec2) -> Result<Self, DeviceError> {
         let formats = surface.get_capabilities(&gpu.adapter).formats;
         let plain = [TextureFormat::Bgra8Unorm, TextureFormat::Rgba8Unorm];
-        let preferred = plain.into_iter().find(|format| formats.contains(format)).or(formats.first().copied());
+        let preferred =
+            plain.into_iter().find(|format| formats.contains(format)).or(formats.first().copied());
         let interface_format = preferred.ok_or_else(|| DeviceError::Refused {
             adapter: gpu.info.name.clone(),
             reason: "it can't draw into this window".into(),
@@ -110,20 +114,29 @@ impl WindowSurface {
         let config = self.config.as_ref().ok_or(NoCanvas::Hidden)?;
         let size = UVec2::new(config.width, config.height);
         let texture = match self.surface.get_current_texture() {
-            CurrentSurfaceTexture::Success(texture) | CurrentSurfaceTexture::Suboptimal(texture) => texture,
+            CurrentSurfaceTexture::Success(texture)
+            | CurrentSurfaceTexture::Suboptimal(texture) => texture,
             CurrentSurfaceTexture::Occluded => return Err(NoCanvas::Hidden),
             CurrentSurfaceTexture::Timeout => return Err(NoCanvas::Later),
             CurrentSurfaceTexture::Outdated => {
                 self.resize(gpu, size);
                 return Err(NoCanvas::Later);
             }
-            CurrentSurfaceTexture::Lost | CurrentSurfaceTexture::Validation => return Err(NoCanvas::Lost),
+            CurrentSurfaceTexture::Lost | CurrentSurfaceTexture::Validation => {
+                return Err(NoCanvas::Lost);
+            }
         };
         let view = |format| {
-            let descriptor = wgpu::TextureViewDescriptor { format: Some(format), ..Default::default() };
+            let descriptor =
+                wgpu::TextureViewDescriptor { format: Some(format), ..Default::default() };
             texture.texture.create_view(&descriptor)
         };
-        Ok(Canvas { fleet: view(self.fleet_format), interface: view(self.interface_format), size, texture })
+        Ok(Canvas {
+            fleet: view(self.fleet_format),
+            interface: view(self.interface_format),
+            size,
+            texture,
+        })
     }
 }
 

@@ -1,4 +1,5 @@
-//! An open window: the fleet that is read, the device that draws, the interface, and the data flow between them.
+//! An open window: the fleet that is read, the device that draws, the interface, and the data flow
+//! between them.
 
 mod paint;
 mod show;
@@ -118,7 +119,14 @@ impl ViewerWindow {
         let context = egui::Context::default();
         let limit = gpu.device.limits().max_texture_dimension_2d as usize;
         let scale = window.scale_factor() as f32;
-        let input = egui_winit::State::new(context.clone(), ViewportId::ROOT, &window, Some(scale), None, Some(limit));
+        let input = egui_winit::State::new(
+            context.clone(),
+            ViewportId::ROOT,
+            &window,
+            Some(scale),
+            None,
+            Some(limit),
+        );
         let rate = window.current_monitor().and_then(|monitor| monitor.refresh_rate_millihertz());
         let adapter = format!("{} ({})", gpu.info.name, gpu.info.backend);
         let (now, size) = (Instant::now(), size_of(&window));
@@ -128,7 +136,11 @@ impl ViewerWindow {
             insets: Insets::new(&gpu, surface.fleet_format),
             stage,
             target,
-            frame_pacing: FramePacing::new(rate.map(|rate| f64::from(rate) / 1e3), gpu.is_software(), now),
+            frame_pacing: FramePacing::new(
+                rate.map(|rate| f64::from(rate) / 1e3),
+                gpu.is_software(),
+                now,
+            ),
             surface,
             gpu,
             instance: instance.clone(),
@@ -200,7 +212,12 @@ impl ViewerWindow {
             self.frame_pacing.keep_drawing(now);
         }
         // Marks arrive while a replay stands, too.
-        if self.stage.feed.recording().is_some_and(|recording| recording.header.searched_nanos != u64::MAX) {
+        if self
+            .stage
+            .feed
+            .recording()
+            .is_some_and(|recording| recording.header.searched_nanos != u64::MAX)
+        {
             self.frame_pacing.schedule(now + Duration::from_millis(250));
         }
         if self.engine_state(now) == EngineState::Silent {
@@ -233,7 +250,8 @@ impl ViewerWindow {
         self.gpu.lost()
     }
 
-    /// Receives the reports of the link and of UDP processes. Returns whether there is something new to show.
+    /// Receives the reports of the link and of UDP processes. Returns whether there is something
+    /// new to show.
     fn receive_reports(&mut self) -> bool {
         let mut has_news = false;
         let reports: Vec<_> = self.link.reports().collect();
@@ -271,7 +289,8 @@ impl ViewerWindow {
         has_news
     }
 
-    /// Sets the robots that match a filter. Returns whether it is one of those that were requested last.
+    /// Sets the robots that match a filter. Returns whether it is one of those that were requested
+    /// last.
     fn set_matches(&mut self, filter: &Filter, matches: Matches) -> bool {
         if *filter == self.fleet_state.filter {
             self.stage.set_matches(&matches);
@@ -310,7 +329,8 @@ impl ViewerWindow {
         if is_other_level {
             self.stage.scene.level = self.interface.level().map(str::to_owned);
         }
-        self.stage.scene.selected = if robots.is_empty() { self.look.select.clone() } else { robots };
+        self.stage.scene.selected =
+            if robots.is_empty() { self.look.select.clone() } else { robots };
         if self.fleet_state.routes_of != self.stage.scene.selected {
             self.fleet_state.routes_of.clone_from(&self.stage.scene.selected);
             self.stage.set_routes(Vec::new());
@@ -339,7 +359,13 @@ impl ViewerWindow {
         self.schedule(&output, start);
         let waited = self.paint(picture, output, start)?;
         self.gpu.check_memory()?;
-        let parts = [read - start, uploaded - read, shown.elapsed().saturating_sub(waited), shown - uploaded, waited];
+        let parts = [
+            read - start,
+            uploaded - read,
+            shown.elapsed().saturating_sub(waited),
+            shown - uploaded,
+            waited,
+        ];
         let period = (start - self.drawn_at).as_secs_f32();
         self.timing.push(parts.map(|part| part.as_secs_f32()), period.min(1.0));
         self.drawn_at = start;
@@ -355,7 +381,9 @@ impl ViewerWindow {
             self.interface.set_levels(levels(&world));
         }
         if self.stage.feed.frame().is_some() {
-            for Unloadable { file, message } in self.assets.update(&mut self.interface.settings, &mut self.stage) {
+            for Unloadable { file, message } in
+                self.assets.update(&mut self.interface.settings, &mut self.stage)
+            {
                 tracing::warn!("{message}");
                 self.interface.notify(message);
                 self.settings_store.forget(&file);
@@ -363,7 +391,13 @@ impl ViewerWindow {
         }
         if let Some(frame) = self.stage.frame() {
             let followed = self.interface.camera_controller.followed().map(|(robot, _)| robot);
-            self.fleet_state.record_frame(&frame, news.frame, followed, self.stage.scene.offset, now);
+            self.fleet_state.record_frame(
+                &frame,
+                news.frame,
+                followed,
+                self.stage.scene.offset,
+                now,
+            );
         }
         if news != News::default() {
             self.frame_pacing.keep_drawing(now);

@@ -15,7 +15,10 @@ fn the_clock_is_paused_stepped_and_resumed() {
     settle(&mut harness);
     harness.get_by_label("Resume").click();
     settle(&mut harness);
-    assert_eq!(harness.state().requests(), [(ControlKind::Step, 1, 0.0), (ControlKind::Resume, 0, 0.0)]);
+    assert_eq!(
+        harness.state().requests(),
+        [(ControlKind::Step, 1, 0.0), (ControlKind::Resume, 0, 0.0)]
+    );
 }
 
 #[test]
@@ -59,7 +62,10 @@ fn a_robot_is_found_by_its_id_and_flown_to() {
     harness.run_steps(120);
     is_between_the_panels(&harness, Vec2::new(321.0, -321.0));
     harness.get_by_label("Robot 321");
-    assert!(harness.state().requests().is_empty(), "digits typed into a field trigger no shortcuts");
+    assert!(
+        harness.state().requests().is_empty(),
+        "digits typed into a field trigger no shortcuts"
+    );
 }
 
 #[test]
@@ -123,7 +129,13 @@ fn the_list_of_a_million_robots_shows_the_rows_in_sight() {
 fn a_click_on_a_collision_flies_to_it() {
     let mut fixture = Fixture::new(50);
     fixture.interface.settings.left = Some(LeftPanel::Collisions);
-    fixture.pairs = vec![ContactRecord { robots: [3, 9], level: 2, x: 30.0, y: -12.0, ..ContactRecord::default() }];
+    fixture.pairs = vec![ContactRecord {
+        robots: [3, 9],
+        level: 2,
+        x: 30.0,
+        y: -12.0,
+        ..ContactRecord::default()
+    }];
     let mut harness = harness(fixture);
     harness.get_by_label("1");
     harness.get_by_label("robots 3 and 9 touching").click();
@@ -134,7 +146,11 @@ fn a_click_on_a_collision_flies_to_it() {
     is_between_the_panels(&harness, Vec2::new(30.0, -12.0));
     harness.get_by_label("robot 9").click();
     settle(&mut harness);
-    assert_eq!(harness.state().interface.selected, Some(Item::Robot(9)), "the other robot of the pair");
+    assert_eq!(
+        harness.state().interface.selected,
+        Some(Item::Robot(9)),
+        "the other robot of the pair"
+    );
 }
 
 #[test]
@@ -223,7 +239,10 @@ fn the_panel_reports_a_robot_that_has_left() {
 fn the_panel_shows_the_rest_of_a_route() {
     let mut fixture = Fixture::new(5);
     let released = RouteLength { edges: 1, metres: 4.25, is_partial: false };
-    fixture.route = Some(Remaining { released, planned: RouteLength { edges: 300, metres: 812.0, is_partial: true } });
+    fixture.route = Some(Remaining {
+        released,
+        planned: RouteLength { edges: 300, metres: 812.0, is_partial: true },
+    });
     fixture.interface.select(Some(Item::Robot(2)));
     let mut harness = harness(fixture);
     settle(&mut harness);
@@ -240,7 +259,13 @@ fn the_panel_shows_the_rest_of_a_route() {
 #[test]
 fn the_panel_tells_a_robots_work() {
     let mut fixture = Fixture::new(5);
-    fixture.values = vec![("activity", 4.0), ("battery", 74.6), ("goal", 7.0), ("load", 1.5), ("waits-for", 3.0)];
+    fixture.values = vec![
+        ("activity", 4.0),
+        ("battery", 74.6),
+        ("goal", 7.0),
+        ("load", 1.5),
+        ("waits-for", 3.0),
+    ];
     let next = Some(Stop { node: 8, action: StopAction::Pick });
     fixture.task = Some(RobotTask { task: 312, stop: [1, 2], next, is_handling: false });
     let mut harness = harness(fixture);

@@ -34,9 +34,20 @@ fn the_heat_map_is_chosen_and_says_what_it_lacks() {
     harness.key_press_modifiers(Modifiers::SHIFT, Key::G);
     settle(&mut harness);
     let heat: Heat = "waiting".parse().expect("a heat map");
-    assert!(harness.state().interface.settings.heat && harness.state().interface.settings.heat_of == heat);
+    assert!(
+        harness.state().interface.settings.heat
+            && harness.state().interface.settings.heat_of == heat
+    );
     let (ends, has_contacts, has_routes) = ([0.0, 50.0], true, false);
-    let facts = HeatFacts { heat, ends, is_exceeded: true, edges: 12, secs: 240.0, has_contacts, has_routes };
+    let facts = HeatFacts {
+        heat,
+        ends,
+        is_exceeded: true,
+        edges: 12,
+        secs: 240.0,
+        has_contacts,
+        has_routes,
+    };
     harness.state_mut().jams.heat = Some(facts);
     settle(&mut harness);
     harness.get_by_label("last 4\u{a0}min");
@@ -48,7 +59,11 @@ fn the_heat_map_is_chosen_and_says_what_it_lacks() {
     harness.get_by_label("no routes are known: none in lockstep, none of recordings");
     harness.state_mut().jams.heat = Some(HeatFacts { has_routes: true, ..routes });
     settle(&mut harness);
-    assert!(harness.query_by_label("no routes are known: none in lockstep, none of recordings").is_none());
+    assert!(
+        harness
+            .query_by_label("no routes are known: none in lockstep, none of recordings")
+            .is_none()
+    );
     harness.key_press_modifiers(Modifiers::SHIFT, Key::H);
     settle(&mut harness);
     assert!(!harness.state().interface.settings.heat);
@@ -63,7 +78,9 @@ fn an_edge_tells_its_robots_and_its_traffic() {
     harness.state_mut().jams.edges = vec![facts.clone()];
     settle(&mut harness);
     harness.get_by_label("regatta plugin traffic --fleet test");
-    facts.traffic = Some([EdgeTraffic { entered_per_hour: 1234.0, waiting_secs: 56.5, ..EdgeTraffic::default() }; 3]);
+    facts.traffic = Some(
+        [EdgeTraffic { entered_per_hour: 1234.0, waiting_secs: 56.5, ..EdgeTraffic::default() }; 3],
+    );
     harness.state_mut().jams.edges = vec![facts];
     settle(&mut harness);
     assert_eq!(harness.query_all_by_label("1234").count(), 3);
@@ -75,28 +92,44 @@ fn an_edge_tells_its_robots_and_its_traffic() {
 
 /// The place of a point of the ground in the window.
 fn on_screen(harness: &Harness<'_, Fixture>, at: Vec2) -> egui::Pos2 {
-    let (camera, picture) = (harness.state().interface.camera_controller.camera(), harness.state().picture);
-    let at = camera.project(at.extend(0.0), Vec2::new(picture.width(), picture.height())).expect("in sight");
+    let (camera, picture) =
+        (harness.state().interface.camera_controller.camera(), harness.state().picture);
+    let at = camera
+        .project(at.extend(0.0), Vec2::new(picture.width(), picture.height()))
+        .expect("in sight");
     pos2(picture.left() + at.x, picture.top() + at.y)
 }
 
 #[test]
 fn the_edge_under_the_pointer_tells_its_figures() {
     let mut harness = harness(Fixture::new(5));
-    let (edge, beside) = (on_screen(&harness, Vec2::new(0.5, 1.0)), on_screen(&harness, Vec2::new(3.0, -3.0)));
+    let (edge, beside) =
+        (on_screen(&harness, Vec2::new(0.5, 1.0)), on_screen(&harness, Vec2::new(3.0, -3.0)));
     harness.hover_at(edge);
     settle(&mut harness);
     harness.get_by_label("edge 34");
-    assert_eq!(harness.state().interface.watched_places(), (vec![0], None), "another thread counts its robots");
-    let figures = EdgeTraffic { occupancy: 1.5, entered_per_hour: 321.0, waiting_secs: 56.5, ..EdgeTraffic::default() };
+    assert_eq!(
+        harness.state().interface.watched_places(),
+        (vec![0], None),
+        "another thread counts its robots"
+    );
+    let figures = EdgeTraffic {
+        occupancy: 1.5,
+        entered_per_hour: 321.0,
+        waiting_secs: 56.5,
+        ..EdgeTraffic::default()
+    };
     let present = Presence { robots: 7, waiting: 4, listed: vec![0] };
     let facts = EdgeFacts { present, ..EdgeFacts::default() };
     harness.state_mut().jams.edges = vec![facts.clone()];
     settle(&mut harness);
     harness.get_by_label("more with: regatta plugin traffic");
     harness.get_by_label("7");
-    harness.state_mut().jams.edges =
-        vec![EdgeFacts { traffic: Some([figures; 3]), period_secs: [65.0, 648.0, 3000.0], ..facts }];
+    harness.state_mut().jams.edges = vec![EdgeFacts {
+        traffic: Some([figures; 3]),
+        period_secs: [65.0, 648.0, 3000.0],
+        ..facts
+    }];
     settle(&mut harness);
     for label in ["321", "56.5", "7", "4", "last 10\u{a0}min 48\u{a0}s"] {
         harness.get_by_label(label);
@@ -147,7 +180,8 @@ fn a_hot_spot_is_flown_to_and_the_list_is_exported() {
     press(&mut harness, Key::Num7);
     harness.get_by_label("nobody has lost time");
     harness.get_by_label("since the start of the run");
-    harness.state_mut().jams.known = Known { from_secs: 754.0, until_secs: 800.0, is_published: false };
+    harness.state_mut().jams.known =
+        Known { from_secs: 754.0, until_secs: 800.0, is_published: false };
     settle(&mut harness);
     harness.get_by_label("since 12:34, when this window began to watch");
     harness.state_mut().jams.known.is_published = true;
@@ -171,7 +205,8 @@ fn a_hot_spot_is_flown_to_and_the_list_is_exported() {
     assert_eq!(text.lines().nth(1), Some("1,40.00,3.00,35.0,25.0,10.0,61.0,90.0,growing,34"));
 }
 
-/// The ring lies in the layer of the picture, over which panels are drawn: so it must be cut off where they begin.
+/// The ring lies in the layer of the picture, over which panels are drawn: so it must be cut off
+/// where they begin.
 #[test]
 fn the_ring_of_a_hot_spot_lies_over_no_panel() {
     let mut fixture = Fixture::new(5);
@@ -200,15 +235,15 @@ fn the_ring_of_a_hot_spot_lies_over_no_panel() {
     assert!(clips.iter().all(|clip| !clip.intersects(panel)), "{clips:?} over {panel}");
 }
 
-/// Clicks into the middle of the plot of touching pairs, at some time of the shown samples. While the pointer is there, each plot
-/// tells that time.
+/// Clicks into the middle of the plot of touching pairs, at some time of the shown samples. While
+/// the pointer is there, each plot tells that time.
 fn click_into_a_plot(harness: &mut Harness<'_, Fixture>) {
     let title = harness.get_by_label("touching pairs").rect();
     let at = pos2(title.left() + 130.0, title.top() + 70.0);
     harness.hover_at(at);
     settle(harness);
-    let times =
-        harness.query_all_by_label_contains("at 0:").count() + harness.query_all_by_label_contains("at 1:").count();
+    let times = harness.query_all_by_label_contains("at 0:").count()
+        + harness.query_all_by_label_contains("at 1:").count();
     assert_eq!(times, 5, "each plot tells the same time");
     harness.drag_at(at);
     harness.drop_at(at);
@@ -242,9 +277,13 @@ fn plots_show_the_figures_at_the_time_under_the_pointer_and_a_click_looks_back()
     settle(&mut harness);
     click_into_a_plot(&mut harness);
     let state = harness.state();
-    let looks_back = |action: &&Action| matches!(action, Action::LookBack(Some(76_000_000_000..82_000_000_000)));
+    let looks_back =
+        |action: &&Action| matches!(action, Action::LookBack(Some(76_000_000_000..82_000_000_000)));
     assert_eq!(state.actions.iter().filter(looks_back).count(), 1, "{:?}", state.actions);
-    assert!(state.requests().iter().all(|(kind, ..)| *kind != ControlKind::Seek), "a live run can't be sent back");
+    assert!(
+        state.requests().iter().all(|(kind, ..)| *kind != ControlKind::Seek),
+        "a live run can't be sent back"
+    );
 }
 
 #[test]
@@ -260,7 +299,11 @@ fn plots_of_a_recording_tell_what_is_shown_and_a_click_goes_there() {
     harness.get_by_label("waiting 3");
     assert_eq!(harness.query_all_by_label("at 0:03").count(), 5, "the figures at the shown time");
     click_into_a_plot(&mut harness);
-    let seeks: Vec<_> =
-        harness.state().requests().into_iter().filter(|(kind, ..)| *kind == ControlKind::Seek).collect();
+    let seeks: Vec<_> = harness
+        .state()
+        .requests()
+        .into_iter()
+        .filter(|(kind, ..)| *kind == ControlKind::Seek)
+        .collect();
     assert!(seeks.len() == 1 && (1_000_000_000..9_000_000_000).contains(&seeks[0].1), "{seeks:?}");
 }

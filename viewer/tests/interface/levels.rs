@@ -25,7 +25,10 @@ fn levels_of_filters(harness: &Harness<'_, Fixture>) -> Vec<Option<String>> {
 fn the_levels_divide_the_picture_and_the_first_is_the_current_one() {
     let (harness, parts) = side_by_side();
     let state = harness.state();
-    assert_eq!(parts.iter().map(|(level, _)| level.as_str()).collect::<Vec<_>>(), ["cellar", "ground", "first"]);
+    assert_eq!(
+        parts.iter().map(|(level, _)| level.as_str()).collect::<Vec<_>>(),
+        ["cellar", "ground", "first"]
+    );
     assert_eq!((state.interface.level(), state.picture), (Some("cellar"), parts[0].1));
     assert_eq!(state.interface.levels_beside().collect::<Vec<_>>(), ["ground", "first"]);
     for ((_, part), (_, next)) in parts.iter().zip(&parts[1..]) {
@@ -38,7 +41,8 @@ fn the_levels_divide_the_picture_and_the_first_is_the_current_one() {
     );
 }
 
-/// A click selects what is there, in the level of the part: when that level is the one that is picked from.
+/// A click selects what is there, in the level of the part: when that level is the one that is
+/// picked from.
 #[test]
 fn a_click_into_another_part_moves_on_to_its_level_and_selects_there() {
     let (mut harness, parts) = side_by_side();
@@ -55,8 +59,10 @@ fn a_click_into_another_part_moves_on_to_its_level_and_selects_there() {
     assert_eq!((harness.state().interface.level(), harness.state().picture), (Some("first"), part));
     settle(&mut harness);
     let kinds: Vec<_> = harness.state().actions.iter().collect();
-    let pick = kinds.iter().position(|action| matches!(action, Action::Pick { .. })).expect("a pick");
-    let filter = kinds.iter().position(|action| matches!(action, Action::Filter(_))).expect("a filter");
+    let pick =
+        kinds.iter().position(|action| matches!(action, Action::Pick { .. })).expect("a pick");
+    let filter =
+        kinds.iter().position(|action| matches!(action, Action::Filter(_))).expect("a filter");
     let Action::Pick { at: picked, .. } = kinds[pick] else { unreachable!("a pick") };
     let expected = at - part.min;
     assert!((*picked - Vec2::new(expected.x, expected.y)).length() < 1e-3, "{picked} {expected:?}");
@@ -97,7 +103,10 @@ fn the_wheel_zooms_about_the_pointer_in_its_part() {
     settle(&mut harness);
     let after = harness.state().interface.camera_controller.camera();
     assert_eq!(harness.state().interface.level(), Some("ground"));
-    assert!(after.distance < before.distance && after.target.distance(before.target) < 1e-3, "{before:?} {after:?}");
+    assert!(
+        after.distance < before.distance && after.target.distance(before.target) < 1e-3,
+        "{before:?} {after:?}"
+    );
 }
 
 #[test]
@@ -117,7 +126,11 @@ fn levels_are_chosen_in_the_view_panel() {
     assert_eq!((state.interface.parts().len(), state.interface.level()), (2, Some("cellar")));
     choose(&mut harness, "ground");
     let state = harness.state();
-    assert_eq!((state.interface.parts().len(), state.interface.level()), (0, Some("ground")), "one alone");
+    assert_eq!(
+        (state.interface.parts().len(), state.interface.level()),
+        (0, Some("ground")),
+        "one alone"
+    );
     choose(&mut harness, "all levels");
     assert_eq!(harness.state().interface.level(), None);
     let wanted = [Some("cellar"), Some("ground"), None].map(|level| level.map(str::to_owned));
@@ -144,7 +157,8 @@ fn a_selected_robot_is_named_only_in_the_picture_of_its_level() {
     fixture.world.edges[0].level = level;
     fixture.interface.select(Some(Item::Robot(0)));
     settle(&mut harness);
-    let is_named = |harness: &Harness<'_, Fixture>| floating_texts(harness).contains(&"robot 0".to_owned());
+    let is_named =
+        |harness: &Harness<'_, Fixture>| floating_texts(harness).contains(&"robot 0".to_owned());
     assert!(is_named(&harness), "{:?}", floating_texts(&harness));
     harness.hover_at(parts[1].1.center());
     harness.event(egui::Event::MouseWheel {
@@ -200,15 +214,25 @@ fn robots_that_match_are_counted_on_all_levels_side_by_side() {
 fn another_world_without_the_level_is_shown_as_a_whole() {
     let (mut harness, _) = side_by_side();
     let show = |harness: &mut Harness<'_, Fixture>, levels: &[&str]| {
-        harness.state_mut().interface.set_levels(levels.iter().map(|level| (*level).to_owned()).collect());
+        harness
+            .state_mut()
+            .interface
+            .set_levels(levels.iter().map(|level| (*level).to_owned()).collect());
         settle(harness);
         let interface = &harness.state().interface;
         (interface.level().map(str::to_owned), interface.parts().len())
     };
     assert_eq!(show(&mut harness, &[]), (None, 0));
     assert_eq!(levels_of_filters(&harness).last(), Some(&None), "no robot is hidden");
-    assert!(harness.query_by_label_contains("there is no level").is_none(), "the user has chosen none");
-    assert_eq!(show(&mut harness, &["attic", "ground"]), (Some("attic".to_owned()), 2), "side by side again");
+    assert!(
+        harness.query_by_label_contains("there is no level").is_none(),
+        "the user has chosen none"
+    );
+    assert_eq!(
+        show(&mut harness, &["attic", "ground"]),
+        (Some("attic".to_owned()), 2),
+        "side by side again"
+    );
     harness.state_mut().interface.show_side_by_side(false);
     assert_eq!(show(&mut harness, &["attic", "ground"]), (Some("attic".to_owned()), 0));
     assert_eq!(show(&mut harness, &["ground"]), (None, 0));

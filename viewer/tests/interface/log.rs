@@ -22,7 +22,14 @@ fn alarms_are_acknowledged_and_entries_filtered_and_jumped_to() {
     let news = vec![
         (entry(3, Kind::Fault, 7, "robot 7 broke down"), AlarmChange::Begins(AlarmKey::Robot(7))),
         (entry(4, Kind::Stop, 9, "robot 9 stalls"), AlarmChange::None),
-        (Entry { robot: None, place: Place::Edge(34), ..entry(5, Kind::Edge, 0, "edge 34 closed") }, AlarmChange::None),
+        (
+            Entry {
+                robot: None,
+                place: Place::Edge(34),
+                ..entry(5, Kind::Edge, 0, "edge 34 closed")
+            },
+            AlarmChange::None,
+        ),
     ];
     fixture.interface.log().take(LogReport { news, ..LogReport::default() });
     let mut harness = harness(fixture);
@@ -32,8 +39,13 @@ fn alarms_are_acknowledged_and_entries_filtered_and_jumped_to() {
     settle(&mut harness);
     assert_eq!(harness.state_mut().interface.log().unacknowledged(), 0);
     harness.get_by_label("1 alarm");
-    let over = (entry(6, Kind::Fault, 7, "robot 7 repaired"), AlarmChange::Ends(AlarmKey::Robot(7)));
-    harness.state_mut().interface.log().take(LogReport { news: vec![over], ..LogReport::default() });
+    let over =
+        (entry(6, Kind::Fault, 7, "robot 7 repaired"), AlarmChange::Ends(AlarmKey::Robot(7)));
+    harness
+        .state_mut()
+        .interface
+        .log()
+        .take(LogReport { news: vec![over], ..LogReport::default() });
     settle(&mut harness);
     harness.get_by_label("no alarms");
     harness.get_by_label_contains("robot 9 stalls").click();
@@ -63,7 +75,8 @@ fn the_log_of_a_recording_jumps_to_its_marks() {
     settle(&mut harness);
     harness.get_by_label_contains("robot 3 and 1 more broke down").click();
     settle(&mut harness);
-    let sought = harness.state().requests().into_iter().find(|(kind, ..)| *kind == ControlKind::Seek);
+    let sought =
+        harness.state().requests().into_iter().find(|(kind, ..)| *kind == ControlKind::Seek);
     assert_eq!(sought.map(|(_, time, _)| time), Some(6_000_000_000));
     assert_eq!(harness.state().interface.selected, Some(Item::Robot(3)));
 }
@@ -92,7 +105,10 @@ fn the_alarms_of_a_recording_go_when_they_are_over() {
 fn an_alarm_leaves_the_buttons_beside_its_tab_where_they_are() {
     let mut harness = harness(Fixture::new(50));
     let before = harness.get_by_label("Plots").rect();
-    let news = vec![(entry(3, Kind::Fault, 7, "robot 7 broke down"), AlarmChange::Begins(AlarmKey::Robot(7)))];
+    let news = vec![(
+        entry(3, Kind::Fault, 7, "robot 7 broke down"),
+        AlarmChange::Begins(AlarmKey::Robot(7)),
+    )];
     harness.state_mut().interface.log().take(LogReport { news, ..LogReport::default() });
     settle(&mut harness);
     harness.get_by_label("Log 1");
@@ -104,17 +120,29 @@ fn alarms_that_hold_come_first_and_are_not_displaced_by_those_that_are_over() {
     let mut fixture = Fixture::new(50);
     let log = fixture.interface.log();
     let take = |log: &mut FleetLog, news| log.take(LogReport { news, ..LogReport::default() });
-    let begins = |time, robot| (entry(time, Kind::Fault, robot, "broken"), AlarmChange::Begins(AlarmKey::Robot(robot)));
-    let ends = |robot| (entry(5_000, Kind::Fault, robot, "repaired"), AlarmChange::Ends(AlarmKey::Robot(robot)));
+    let begins = |time, robot| {
+        (entry(time, Kind::Fault, robot, "broken"), AlarmChange::Begins(AlarmKey::Robot(robot)))
+    };
+    let ends = |robot| {
+        (entry(5_000, Kind::Fault, robot, "repaired"), AlarmChange::Ends(AlarmKey::Robot(robot)))
+    };
     let last = MAX_ALARMS as u32 - 1;
     take(log, (0..=last).map(|robot| begins(robot.into(), robot)).collect());
     take(log, (1..=last).map(ends).collect());
     log.acknowledge(Some(AlarmKey::Robot(0)));
     let keys = |log: &FleetLog| log.alarms().iter().map(|(key, _)| *key).collect::<Vec<_>>();
-    assert_eq!(keys(log)[..3], [0, last, last - 1].map(AlarmKey::Robot), "also an acknowledged one that holds");
+    assert_eq!(
+        keys(log)[..3],
+        [0, last, last - 1].map(AlarmKey::Robot),
+        "also an acknowledged one that holds"
+    );
     take(log, vec![begins(6_000, 7_000)]);
     assert_eq!(keys(log)[..3], [7_000, 0, last].map(AlarmKey::Robot));
-    assert_eq!(keys(log).last(), Some(&AlarmKey::Robot(2)), "the oldest one that was over has made room");
+    assert_eq!(
+        keys(log).last(),
+        Some(&AlarmKey::Robot(2)),
+        "the oldest one that was over has made room"
+    );
     assert_eq!((keys(log).len(), log.losses()), (MAX_ALARMS, [0, 1]));
 }
 
@@ -125,9 +153,17 @@ fn refused_requests_are_told_and_stay_in_the_log() {
     fixture.interface.settings.left = Some(LeftPanel::Log);
     let text = "can't recall robot 7: it was not sent";
     fixture.interface.tell_refusal(UserOrder::Recall(7), text.into(), 5_000_000_000);
-    fixture.interface.tell_refusal(UserOrder::Close(34), "can't close edge 34".into(), 6_000_000_000);
+    fixture.interface.tell_refusal(
+        UserOrder::Close(34),
+        "can't close edge 34".into(),
+        6_000_000_000,
+    );
     let log = fixture.interface.log();
-    assert!(log.entries().iter().all(|entry| entry.kind == Kind::Order && entry.severity == Severity::Warning));
+    assert!(
+        log.entries()
+            .iter()
+            .all(|entry| entry.kind == Kind::Order && entry.severity == Severity::Warning)
+    );
     assert!(log.alarms().is_empty());
     let mut harness = harness(fixture);
     harness.get_by_label(text);

@@ -1,4 +1,5 @@
-//! The interface, driven as a user drives it: egui_kittest clicks, types and presses keys; the view model is made up.
+//! The interface, driven as a user drives it: egui_kittest clicks, types and presses keys; the view
+//! model is made up.
 
 mod fleet;
 mod jams;
@@ -15,7 +16,9 @@ use egui_kittest::kittest::Queryable;
 use glam::Vec2;
 use regatta_plugin::contact::{ContactHeader, ContactRecord};
 use regatta_plugin::control::{ControlKind, ControlResponse};
-use regatta_plugin::frame::{ClockState, ColumnsMut, FrameHeader, Line, RobotState, frame_lines, stride_lines};
+use regatta_plugin::frame::{
+    ClockState, ColumnsMut, FrameHeader, Line, RobotState, frame_lines, stride_lines,
+};
 use regatta_plugin::history::FleetSample as Sample;
 use regatta_plugin::recording::{MarkKind, RecordingMark};
 use regatta_plugin::task::StopAction;
@@ -36,7 +39,9 @@ use regatta_viewer::jams::heat::{Heat, HeatFacts};
 use regatta_viewer::jams::presence::Presence;
 use regatta_viewer::jams::spots::{Spot, Trend};
 use regatta_viewer::jams::{EdgeFacts, JamFacts, Known};
-use regatta_viewer::log::{AlarmChange, AlarmKey, Entry, FleetLog, Kind, LogReport, MAX_ALARMS, Place, Severity};
+use regatta_viewer::log::{
+    AlarmChange, AlarmKey, Entry, FleetLog, Kind, LogReport, MAX_ALARMS, Place, Severity,
+};
 use regatta_viewer::orders::UserOrder;
 use regatta_viewer::palette::{Colouring, Legend, Theme};
 use regatta_viewer::plans::{Coverage, PlanFacts};
@@ -71,7 +76,8 @@ struct Fixture {
     is_past: bool,
 }
 
-/// The robots of a fleet that match a filter, none of which is on the filter's level if there is a level.
+/// The robots of a fleet that match a filter, none of which is on the filter's level if there is a
+/// level.
 fn matches(fixture: &Fixture, robots: &[u32], has_level: bool) -> Matches {
     let all = fixture.header.robots;
     let mut matching = RobotSet::new(all as usize);
@@ -92,7 +98,8 @@ fn world() -> WorldData {
         NodeRecord { id: 7, x: 1.0, y: 2.0, name, level, ..NodeRecord::default() },
         NodeRecord { id: 8, ..NodeRecord::default() },
     ];
-    let edge = EdgeRecord { id: 34, origin: 0, destination: 1, length: 5.0, ..EdgeRecord::default() };
+    let edge =
+        EdgeRecord { id: 34, origin: 0, destination: 1, length: 5.0, ..EdgeRecord::default() };
     world.add_edge(edge, [CurveRecord::straight([1.0, 2.0], [0.0, 0.0])]);
     world
 }
@@ -111,10 +118,14 @@ impl Fixture {
         let columns = ColumnsMut::split(&mut lines, robots);
         for i in 0..robots {
             (columns.x[i], columns.y[i], columns.theta[i]) = (i as f32, -(i as f32), 0.5);
-            columns.state[i] = if i % 2 == 0 { RobotState::Driving as u8 } else { RobotState::Held as u8 };
+            columns.state[i] =
+                if i % 2 == 0 { RobotState::Driving as u8 } else { RobotState::Held as u8 };
         }
         Self {
-            interface: Interface::new(Settings::default(), CameraController::new(Camera::default(), true)),
+            interface: Interface::new(
+                Settings::default(),
+                CameraController::new(Camera::default(), true),
+            ),
             header,
             lines,
             world: world(),
@@ -128,7 +139,11 @@ impl Fixture {
             task: None,
             matches: None,
             rows: None,
-            status: Some(ControlResponse { robots: robots as u32, speed: 1.0, ..ControlResponse::default() }),
+            status: Some(ControlResponse {
+                robots: robots as u32,
+                speed: 1.0,
+                ..ControlResponse::default()
+            }),
             engine: EngineState::Running,
             timing: Timing::new("an adapter".into()),
             legend: Colouring::default().legend(Theme::Dark, &[], None),
@@ -141,8 +156,13 @@ impl Fixture {
 
     fn show(&mut self, ui: &mut egui::Ui) {
         let touching = self.pairs.len() as u32;
-        let contact_header = ContactHeader { touching, touching_ever: 9, ..ContactHeader::default() };
-        let values: Vec<_> = self.values.iter().map(|(name, value)| (name.parse().expect("a name"), *value)).collect();
+        let contact_header =
+            ContactHeader { touching, touching_ever: 9, ..ContactHeader::default() };
+        let values: Vec<_> = self
+            .values
+            .iter()
+            .map(|(name, value)| (name.parse().expect("a name"), *value))
+            .collect();
         let model = ViewModel {
             fleet: "test",
             engine: self.engine,
@@ -210,10 +230,18 @@ fn timeline(marks: &[RecordingMark], now: f64) -> Timeline<'_> {
 fn past(header: &FrameHeader, is_past: bool) -> Timeline<'static> {
     let now = header.sim_time_nanos;
     let live = Some(Live { bytes: 12 << 20, is_past });
-    Timeline { name: "live", start: now - 10_000_000_000, end: now, now: Some(now), live, ..timeline(&[], 0.0) }
+    Timeline {
+        name: "live",
+        start: now - 10_000_000_000,
+        end: now,
+        now: Some(now),
+        live,
+        ..timeline(&[], 0.0)
+    }
 }
 
-/// A fixture that shows a recording with a contact at 2 s and two faults at 6 s, at a time in seconds.
+/// A fixture that shows a recording with a contact at 2 s and two faults at 6 s, at a time in
+/// seconds.
 fn replay(now: f64) -> Fixture {
     let mark = |time_nanos, kind: MarkKind, count| RecordingMark {
         time_nanos,
@@ -222,7 +250,8 @@ fn replay(now: f64) -> Fixture {
         count,
         ..RecordingMark::default()
     };
-    let marks = vec![mark(2_000_000_000, MarkKind::Contact, 1), mark(6_000_000_000, MarkKind::Fault, 2)];
+    let marks =
+        vec![mark(2_000_000_000, MarkKind::Contact, 1), mark(6_000_000_000, MarkKind::Fault, 2)];
     Fixture { recording: Some((marks, now)), ..Fixture::new(5) }
 }
 
@@ -233,7 +262,8 @@ fn harness(fixture: Fixture) -> Harness<'static, Fixture> {
     harness
 }
 
-/// Draws some pictures. Spinners and countdowns request pictures without end, so that there is no last one.
+/// Draws some pictures. Spinners and countdowns request pictures without end, so that there is no
+/// last one.
 fn settle(harness: &mut Harness<'_, Fixture>) {
     harness.run_steps(6);
 }
@@ -247,7 +277,13 @@ fn press(harness: &mut Harness<'_, Fixture>, key: Key) {
 fn is_between_the_panels(harness: &Harness<'_, Fixture>, place: Vec2) {
     let picture = harness.state().picture;
     let size = Vec2::new(picture.width(), picture.height());
-    let at = harness.state().interface.camera_controller.camera().project(place.extend(0.25), size).expect("in sight");
+    let at = harness
+        .state()
+        .interface
+        .camera_controller
+        .camera()
+        .project(place.extend(0.25), size)
+        .expect("in sight");
     let right = if harness.state().interface.settings.right.is_some() { 1000.0 } else { size.x };
     let middle = Vec2::new((470.0 + 210.0 + right) / 2.0, size.y / 2.0);
     assert!((at - middle).abs().max_element() < 12.0, "{at}, not at {middle}");

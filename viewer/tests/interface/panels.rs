@@ -39,16 +39,21 @@ fn plans_of_all_robots_are_switched_on_and_say_what_they_lack() {
     harness.get_by_label("nothing known yet");
     harness.get_by_label("goals: not published");
     let routes = Coverage { known: 640, under_way: 990, round_secs: f32::INFINITY };
-    harness.state_mut().plans = PlanFacts { routes: Some(routes), has_goals: true, ..PlanFacts::default() };
+    harness.state_mut().plans =
+        PlanFacts { routes: Some(routes), has_goals: true, ..PlanFacts::default() };
     settle(&mut harness);
     harness.get_by_label("routes of 640\u{a0}of 990\u{a0}robots under way so far");
     harness.get_by_label("routes of 640\u{a0}of 990\u{a0}robots");
     harness.get_by_label("planned");
     let routes = Coverage { known: 985, under_way: 990, round_secs: 1.25 };
-    harness.state_mut().plans = PlanFacts { routes: Some(routes), has_goals: true, ..PlanFacts::default() };
+    harness.state_mut().plans =
+        PlanFacts { routes: Some(routes), has_goals: true, ..PlanFacts::default() };
     settle(&mut harness);
     harness.get_by_label("routes of 985\u{a0}of 990\u{a0}robots under way, at most 1.2\u{a0}s old");
-    assert!(harness.query_by_label("routes of 985\u{a0}of 990\u{a0}robots").is_none(), "nothing notable is missing");
+    assert!(
+        harness.query_by_label("routes of 985\u{a0}of 990\u{a0}robots").is_none(),
+        "nothing notable is missing"
+    );
     press(&mut harness, Key::H);
     assert!(!harness.state().interface.settings.plans);
     assert!(harness.query_by_label("planned").is_none());
@@ -74,7 +79,12 @@ fn counts_of_plans_say_that_they_are_of_robots_that_match() {
     (fixture.interface.settings.plans, fixture.interface.settings.waits) = (true, true);
     fixture.interface.settings.right = Some(RightPanel::View);
     let routes = Coverage { known: 3, under_way: 9, round_secs: f32::INFINITY };
-    fixture.plans = PlanFacts { is_filtered: true, routes: Some(routes), has_goals: true, waiting: Some([2, 0]) };
+    fixture.plans = PlanFacts {
+        is_filtered: true,
+        routes: Some(routes),
+        has_goals: true,
+        waiting: Some([2, 0]),
+    };
     let harness = harness(fixture);
     for text in [
         "routes of 3\u{a0}of 9\u{a0}matching robots under way so far",
@@ -96,10 +106,15 @@ fn udp_is_started_with_the_typed_addresses() {
     harness.get_by_label("Send").click();
     settle(&mut harness);
     let wanted = [
-        Action::StartUdpSource { listen: "127.0.0.1:9870".into(), echo_to: None, offset: Vec2::ZERO },
+        Action::StartUdpSource {
+            listen: "127.0.0.1:9870".into(),
+            echo_to: None,
+            offset: Vec2::ZERO,
+        },
         Action::StartUdpSender { to: "127.0.0.1:9870".into() },
     ];
-    let started: Vec<_> = harness.state().actions.iter().filter(|action| wanted.contains(action)).cloned().collect();
+    let started: Vec<_> =
+        harness.state().actions.iter().filter(|action| wanted.contains(action)).cloned().collect();
     assert_eq!(started, wanted);
 }
 
@@ -141,8 +156,10 @@ fn a_panel_that_opens_in_a_narrow_window_closes_the_one_on_the_other_side() {
         fixture.interface.settings.scale = scale;
         let settings = &mut fixture.interface.settings;
         (settings.left, settings.right) = (Some(LeftPanel::Fleet), Some(RightPanel::View));
-        let builder = Harness::builder().with_size([width / scale, height / scale]).with_max_steps(64);
-        let mut harness = builder.build_ui_state(|ui, fixture: &mut Fixture| fixture.show(ui), fixture);
+        let builder =
+            Harness::builder().with_size([width / scale, height / scale]).with_max_steps(64);
+        let mut harness =
+            builder.build_ui_state(|ui, fixture: &mut Fixture| fixture.show(ui), fixture);
         settle(&mut harness);
         let open = |harness: &Harness<'_, Fixture>| {
             let settings = &harness.state().interface.settings;
@@ -171,7 +188,9 @@ fn the_veil_over_a_fleet_that_has_ended_leaves_the_panels_as_they_are_and_its_ro
         .shapes
         .iter()
         .filter_map(|clipped| match &clipped.shape {
-            egui::Shape::Rect(shape) if shape.fill == grey => Some(shape.rect.intersect(clipped.clip_rect)),
+            egui::Shape::Rect(shape) if shape.fill == grey => {
+                Some(shape.rect.intersect(clipped.clip_rect))
+            }
             _ => None,
         })
         .collect();
@@ -187,9 +206,12 @@ fn cameras_of_everything_are_flown_to_as_those_of_a_place() {
     let bookmarks = ["dock=4,-3,12,1.57,0.9", "hall=fit", "roof=top", "chart=plan"];
     fixture.interface.bookmarks = bookmarks.map(|text| text.parse().expect("a bookmark")).into();
     let mut harness = harness(fixture);
-    for (name, is_down, is_plan) in
-        [("dock", false, false), ("hall", false, false), ("roof", true, false), ("chart", true, true)]
-    {
+    for (name, is_down, is_plan) in [
+        ("dock", false, false),
+        ("hall", false, false),
+        ("roof", true, false),
+        ("chart", true, true),
+    ] {
         let before = harness.state().interface.camera_controller.camera();
         harness.get_by_label(name).click();
         harness.run_steps(80);
@@ -198,9 +220,12 @@ fn cameras_of_everything_are_flown_to_as_those_of_a_place() {
         assert_eq!((camera.pitch > 1.5, camera.is_plan()), (is_down, is_plan), "{name}");
         let picture = harness.state().picture;
         let corners = [Bounds::default().low, Bounds::default().high].map(|corner| {
-            camera.project(corner.extend(0.0), Vec2::new(picture.width(), picture.height())).expect("in sight")
+            camera
+                .project(corner.extend(0.0), Vec2::new(picture.width(), picture.height()))
+                .expect("in sight")
         });
-        let is_free = |at: &Vec2| (0.0..=1000.0).contains(&at.x) && (0.0..=picture.height()).contains(&at.y);
+        let is_free =
+            |at: &Vec2| (0.0..=1000.0).contains(&at.x) && (0.0..=picture.height()).contains(&at.y);
         assert!(name == "dock" || corners.iter().all(is_free), "{name}: {corners:?}");
     }
 }

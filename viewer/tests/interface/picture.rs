@@ -18,7 +18,10 @@ fn the_picture_is_dragged_zoomed_and_picked() {
     harness.drop_at(at + egui::vec2(0.0, 60.0));
     harness.run_steps(2);
     let turned = harness.state().interface.camera_controller.camera();
-    assert!(turned.pitch > before.pitch + 0.1 && (turned.yaw - before.yaw).abs() < 1e-5, "{before:?} {turned:?}");
+    assert!(
+        turned.pitch > before.pitch + 0.1 && (turned.yaw - before.yaw).abs() < 1e-5,
+        "{before:?} {turned:?}"
+    );
     // In kittest, the pointer leaves the window after a drop.
     harness.hover_at(at);
     harness.run_steps(2);
@@ -39,7 +42,13 @@ fn the_picture_is_dragged_zoomed_and_picked() {
     harness.drag_at(at);
     harness.drop_at(at);
     harness.run_steps(2);
-    assert!(harness.state().actions.iter().any(|action| matches!(action, Action::Pick { extend: false, .. })));
+    assert!(
+        harness
+            .state()
+            .actions
+            .iter()
+            .any(|action| matches!(action, Action::Pick { extend: false, .. }))
+    );
 }
 
 #[test]
@@ -111,9 +120,15 @@ fn a_click_on_the_minimap_moves_the_camera_there() {
         let extent = bounds.high - bounds.low;
         let expected = bounds.low + Vec2::new(part.x, 1.0 - part.y) * extent;
         let target = harness.state().interface.camera_controller.camera().target.truncate();
-        assert!(target.distance(expected) < 0.02 * extent.length(), "{target} instead of {expected}");
+        assert!(
+            target.distance(expected) < 0.02 * extent.length(),
+            "{target} instead of {expected}"
+        );
     }
-    assert!(!harness.state().actions.iter().any(|action| matches!(action, Action::Pick { .. })), "not the picture");
+    assert!(
+        !harness.state().actions.iter().any(|action| matches!(action, Action::Pick { .. })),
+        "not the picture"
+    );
 }
 
 #[test]
@@ -124,8 +139,14 @@ fn a_click_on_the_view_cube_turns_the_camera() {
     harness.drop_at(cube.center() - egui::vec2(0.0, 14.0));
     harness.run_steps(80);
     let camera = harness.state().interface.camera_controller.camera();
-    assert!((camera.pitch - core::f32::consts::FRAC_PI_2).abs() < 0.02, "its top is above: {camera:?}");
-    assert!(!harness.state().actions.iter().any(|action| matches!(action, Action::Pick { .. })), "not the picture");
+    assert!(
+        (camera.pitch - core::f32::consts::FRAC_PI_2).abs() < 0.02,
+        "its top is above: {camera:?}"
+    );
+    assert!(
+        !harness.state().actions.iter().any(|action| matches!(action, Action::Pick { .. })),
+        "not the picture"
+    );
 }
 
 #[test]
@@ -152,8 +173,16 @@ fn a_click_keeps_the_camera_where_it_is_when_the_panel_of_the_selection_opens() 
 #[test]
 fn a_key_that_goes_up_as_another_one_does_not_zoom_for_good() {
     let mut harness = harness(Fixture::new(5));
-    let distance = |harness: &Harness<'_, Fixture>| harness.state().interface.camera_controller.camera().distance;
-    let key = |key, pressed, modifiers| egui::Event::Key { key, physical_key: None, pressed, repeat: false, modifiers };
+    let distance = |harness: &Harness<'_, Fixture>| {
+        harness.state().interface.camera_controller.camera().distance
+    };
+    let key = |key, pressed, modifiers| egui::Event::Key {
+        key,
+        physical_key: None,
+        pressed,
+        repeat: false,
+        modifiers,
+    };
     let before = distance(&harness);
     harness.event(key(egui::Key::Plus, true, Modifiers::SHIFT));
     harness.run_steps(3);

@@ -27,7 +27,12 @@ fn a_right_click_asks_for_the_menu_and_escape_or_a_click_elsewhere_closes_it() {
     harness.run_steps(2);
     for pressed in [true, false] {
         let button = egui::PointerButton::Secondary;
-        harness.event(egui::Event::PointerButton { pos: at, button, pressed, modifiers: Modifiers::NONE });
+        harness.event(egui::Event::PointerButton {
+            pos: at,
+            button,
+            pressed,
+            modifiers: Modifiers::NONE,
+        });
         harness.run_steps(1);
     }
     settle(&mut harness);
@@ -37,7 +42,11 @@ fn a_right_click_asks_for_the_menu_and_escape_or_a_click_elsewhere_closes_it() {
     });
     let (picture, window) = asked.expect("the menu is asked for");
     assert_eq!(window, Vec2::new(600.0, 300.0));
-    assert_eq!(window - picture, Vec2::new(8.0, 50.0), "below the top bar, within the harness's margin of 8 points");
+    assert_eq!(
+        window - picture,
+        Vec2::new(8.0, 50.0),
+        "below the top bar, within the harness's margin of 8 points"
+    );
     for by_key in [true, false] {
         harness.state_mut().interface.open_menu(Some(Item::Edge(0)), at);
         settle(&mut harness);

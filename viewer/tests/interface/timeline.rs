@@ -5,7 +5,11 @@ use super::*;
 #[test]
 fn a_replay_has_its_files_name_and_no_slider_for_robots() {
     let mut harness = harness(replay(4.0));
-    assert_eq!(harness.get_all_by_label("morning.mcap").count(), 2, "in the top bar and at the timeline");
+    assert_eq!(
+        harness.get_all_by_label("morning.mcap").count(),
+        2,
+        "in the top bar and at the timeline"
+    );
     harness.get_by_label("recording");
     harness.get_by_label("00:00.00\u{a0}– 00:10.00");
     assert!(harness.query_by_label("robots").is_none(), "a replay would refuse another number");
@@ -48,7 +52,10 @@ fn the_bar_and_the_marks_go_to_times() {
     ];
     let requests = harness.state().requests();
     assert!(
-        requests.iter().zip(wanted).all(|(one, other)| one.0 == other.0 && one.1.abs_diff(other.1) < 200),
+        requests
+            .iter()
+            .zip(wanted)
+            .all(|(one, other)| one.0 == other.0 && one.1.abs_diff(other.1) < 200),
         "{requests:?}"
     );
     assert_eq!(requests.len(), wanted.len());
@@ -106,7 +113,10 @@ fn at_its_end_a_recording_is_played_again_and_a_fleet_that_has_ended_is_greyed()
     (fixture.engine, fixture.header.clock) = (EngineState::Paused, ClockState::Paused as u32);
     let mut harness = harness(fixture);
     press(&mut harness, Key::Space);
-    assert_eq!(harness.state().requests(), [(ControlKind::Seek, 0, 0.0), (ControlKind::Resume, 0, 0.0)]);
+    assert_eq!(
+        harness.state().requests(),
+        [(ControlKind::Seek, 0, 0.0), (ControlKind::Resume, 0, 0.0)]
+    );
     assert!(harness.query_by_label("The replay has ended").is_none());
     harness.state_mut().engine = EngineState::Gone;
     settle(&mut harness);
@@ -114,7 +124,9 @@ fn at_its_end_a_recording_is_played_again_and_a_fleet_that_has_ended_is_greyed()
     harness.state_mut().recording = None;
     settle(&mut harness);
     harness.get_by_label("The engine has ended");
-    harness.get_by_label("this is its last picture, of 01:23.46; a new one is shown as soon as it runs");
+    harness.get_by_label(
+        "this is its last picture, of 01:23.46; a new one is shown as soon as it runs",
+    );
 }
 
 #[test]
@@ -122,7 +134,8 @@ fn the_past_of_a_live_run_is_looked_at_and_left() {
     let mut harness = harness(Fixture::new(5));
     assert!(harness.query_by_label("Timeline").is_none(), "the bar has to be asked for");
     press(&mut harness, Key::U);
-    harness.get_by_label("the last 00:10.00\u{a0}are kept, up to ten minutes: 12\u{a0}of 256\u{a0}MB");
+    harness
+        .get_by_label("the last 00:10.00\u{a0}are kept, up to ten minutes: 12\u{a0}of 256\u{a0}MB");
     let bar = harness.get_by_label("Timeline").rect();
     harness.drag_at(bar.center());
     settle(&mut harness);
@@ -132,7 +145,11 @@ fn the_past_of_a_live_run_is_looked_at_and_left() {
         Some(Action::LookBack(time)) => *time,
         other => panic!("{other:?}"),
     };
-    assert!(looked(&harness).is_some_and(|time| time.abs_diff(78_456_000_000) < 20_000_000), "{:?}", looked(&harness));
+    assert!(
+        looked(&harness).is_some_and(|time| time.abs_diff(78_456_000_000) < 20_000_000),
+        "{:?}",
+        looked(&harness)
+    );
     assert_eq!(harness.state().requests(), [], "the engine isn't asked for anything");
     harness.state_mut().is_past = true;
     harness.state_mut().interface.settings.right = Some(RightPanel::Selection);
@@ -169,7 +186,8 @@ fn notes_of_a_live_run_are_marks_that_are_gone_to() {
     settle(&mut harness);
     assert_eq!(harness.state().actions, [Action::LookBack(Some(note))]);
     harness.state_mut().actions.clear();
-    (harness.state_mut().is_past, harness.state_mut().header.sim_time_nanos) = (true, note - 1_000_000_000);
+    (harness.state_mut().is_past, harness.state_mut().header.sim_time_nanos) =
+        (true, note - 1_000_000_000);
     settle(&mut harness);
     assert!(harness.query_by_label("jam at dock 1").is_none(), "before the note");
     // The times of the fixture end with its frame.
@@ -189,7 +207,10 @@ fn a_note_of_a_recording_is_written_and_escape_drops_one() {
     settle(&mut harness);
     harness.event(egui::Event::Text(" they meet  here".into()));
     settle(&mut harness);
-    assert!(harness.state().requests().is_empty(), "letters typed into a field trigger no shortcuts");
+    assert!(
+        harness.state().requests().is_empty(),
+        "letters typed into a field trigger no shortcuts"
+    );
     press(&mut harness, Key::Enter);
     let written = Action::Note { time: 3_000_000_000, text: "they meet  here".to_owned() };
     assert_eq!(harness.state().actions, [written]);
@@ -205,5 +226,8 @@ fn a_note_of_a_recording_is_written_and_escape_drops_one() {
         press(&mut harness, key);
         assert!(harness.query_by_label("text of the note").is_none(), "{key:?}");
     }
-    assert!(harness.state().actions.is_empty(), "neither one that was dropped, nor one without a text");
+    assert!(
+        harness.state().actions.is_empty(),
+        "neither one that was dropped, nor one without a text"
+    );
 }

@@ -19,7 +19,13 @@ use crate::fixture::{USUAL, harness};
 fn keys_right_after_the_search_shortcut_are_for_the_search() {
     let mut harness = harness(USUAL, 1.0, |_| {});
     // All in one picture, as at a low rate.
-    let key = |key, modifiers| egui::Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers };
+    let key = |key, modifiers| egui::Event::Key {
+        key,
+        physical_key: None,
+        pressed: true,
+        repeat: false,
+        modifiers,
+    };
     let none = egui::Modifiers::NONE;
     for event in [
         key(Key::F, egui::Modifiers::COMMAND),
@@ -33,7 +39,11 @@ fn keys_right_after_the_search_shortcut_are_for_the_search() {
     }
     harness.run_steps(8);
     assert_eq!(harness.state().interface.selected, Some(Item::Robot(17)));
-    assert_eq!(harness.state().interface.settings.left, Some(LeftPanel::Fleet), "1 is no shortcut there");
+    assert_eq!(
+        harness.state().interface.settings.left,
+        Some(LeftPanel::Fleet),
+        "1 is no shortcut there"
+    );
 }
 
 #[test]
@@ -74,8 +84,12 @@ fn clearance_is_measured_between_robots_and_distance_between_places() {
     harness.drag_at(at);
     harness.drop_at(at);
     harness.run_steps(3);
-    let asked = harness.state().actions.iter().any(|action| matches!(action, Action::Measure { .. }));
-    assert!(asked && !harness.state().actions.iter().any(|action| matches!(action, Action::Pick { .. })));
+    let asked =
+        harness.state().actions.iter().any(|action| matches!(action, Action::Measure { .. }));
+    assert!(
+        asked
+            && !harness.state().actions.iter().any(|action| matches!(action, Action::Pick { .. }))
+    );
     let interface = &mut harness.state_mut().interface;
     interface.measure_to(End::Place(Vec2::new(1.0, 2.0)));
     interface.measure_to(End::Place(Vec2::new(4.0, 6.0)));
@@ -99,7 +113,10 @@ fn a_flight_to_a_moving_robot_arrives_where_it_is() {
             let robot = Vec3::new(3.0, step as f32 * 0.05, 0.25);
             let (at, middle) = (seen_at(&harness, robot), middle_of_free_part(&harness));
             // A hundred points are a metre.
-            assert!((at - middle).abs().max_element() < 15.0 && step > 1, "after {step} pictures: {at} {middle}");
+            assert!(
+                (at - middle).abs().max_element() < 15.0 && step > 1,
+                "after {step} pictures: {at} {middle}"
+            );
             return;
         }
     }

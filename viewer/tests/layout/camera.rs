@@ -50,16 +50,22 @@ fn a_flight_ends_in_the_middle_of_what_no_panel_covers() {
                 fixture.interface.select((!from_log).then_some(Item::Robot(3)));
             });
             match from_log {
-                true => harness.get_all_by_label_contains("robot 3 broke").next().expect("an entry").click(),
+                true => harness
+                    .get_all_by_label_contains("robot 3 broke")
+                    .next()
+                    .expect("an entry")
+                    .click(),
                 false => harness.key_press(Key::J),
             }
             harness.run_steps(80);
             let (at, middle) = (seen_at(&harness, robot), middle_of_free_part(&harness));
-            let what = format!("{size:?} at {scale}, log {from_log}, plots {plots}: {at}, not {middle}");
+            let what =
+                format!("{size:?} at {scale}, log {from_log}, plots {plots}: {at}, not {middle}");
             assert!(!harness.state().interface.camera_controller.is_flying(), "{what}");
             assert!((at.x - middle.x).abs() < 20.0 && (at.y - middle.y).abs() < 2.0, "{what}");
             let covers = |place: &Rect| place.contains(egui::pos2(at.x, at.y));
-            let covered = harness.state().interface.placed().iter().find(|(_, place)| covers(place));
+            let covered =
+                harness.state().interface.placed().iter().find(|(_, place)| covers(place));
             assert_eq!(covered, None, "{what}");
         }
     }
@@ -68,16 +74,20 @@ fn a_flight_ends_in_the_middle_of_what_no_panel_covers() {
 /// Neither a camera that was placed nor one that is still fitted to the fleet.
 #[test]
 fn the_picture_stays_where_it_is_when_a_panel_opens() {
-    for camera in
-        [CameraController::new(Camera::default(), true), CameraController::default(), CameraController::plan()]
-    {
+    for camera in [
+        CameraController::new(Camera::default(), true),
+        CameraController::default(),
+        CameraController::plan(),
+    ] {
         let mut harness = harness_of(USUAL, 1.0, |fixture| {
             past(fixture);
             fixture.interface.camera_controller = camera;
         });
         let before = view(&harness);
         // Panels on both sides, the plots, and the bar of the past; then they close again.
-        for key in [Key::Num1, Key::Num4, Key::Num8, Key::U, Key::Num1, Key::Num9, Key::Num8, Key::U] {
+        for key in
+            [Key::Num1, Key::Num4, Key::Num8, Key::U, Key::Num1, Key::Num9, Key::Num8, Key::U]
+        {
             harness.key_press(key);
             harness.run_steps(6);
             assert_eq!(view(&harness), before, "after {key:?}");
@@ -133,7 +143,8 @@ fn what_is_fitted_lies_between_the_panels() {
 #[test]
 fn a_flight_leads_a_place_to_the_middle_of_a_part_of_the_picture() {
     let (size, place) = (Vec2::new(900.0, 600.0), Vec2::new(-50.0, 60.0));
-    let window = Window { low: Vec2::new(0.4, 0.1), high: Vec2::new(0.8, 0.6), aspect: size.x / size.y };
+    let window =
+        Window { low: Vec2::new(0.4, 0.1), high: Vec2::new(0.8, 0.6), aspect: size.x / size.y };
     let (usual, low) = (Camera::default(), Camera { pitch: 0.05, ..Camera::default() });
     for camera in [usual, low, usual.toggled_plan()] {
         let mut controller = CameraController::new(camera, true);

@@ -1,4 +1,5 @@
-//! What holds in each window: no control, text or element over the picture lies over another one, and none is cut.
+//! What holds in each window: no control, text or element over the picture lies over another one,
+//! and none is cut.
 
 use egui::epaint::{ClippedShape, TextShape};
 use egui::{Id, Rect, Shape};
@@ -10,12 +11,17 @@ use crate::fixture::{Fixture, window_in_points};
 /// What the names of rows of lists contain.
 const ROWS: [&str; 3] = ["'robot ", "'acknowledge ", " broke down "];
 
-/// Checks the controls in panels, of which the ones below the window's end are scrolled to: none is cut at its sides, and no two
-/// that are in sight overlap. Returns how many are in sight.
-pub fn check_panels(harness: &Harness<'_, Fixture>, [width, height]: [f32; 2], what: &str) -> usize {
+/// Checks the controls in panels, of which the ones below the window's end are scrolled to: none is
+/// cut at its sides, and no two that are in sight overlap. Returns how many are in sight.
+pub fn check_panels(
+    harness: &Harness<'_, Fixture>,
+    [width, height]: [f32; 2],
+    what: &str,
+) -> usize {
     let scale = harness.state().interface.settings.scale;
     // Between the bar at the top and the one at the bottom.
-    let area = Rect::from_min_max(egui::pos2(0.0, 42.0), egui::pos2(width / scale, height / scale - 48.0));
+    let area =
+        Rect::from_min_max(egui::pos2(0.0, 42.0), egui::pos2(width / scale, height / scale - 48.0));
     let in_sight = |rect: &Rect| rect.top() >= area.top() && rect.bottom() <= area.bottom();
     // Rows of lists are drawn beyond the ends of their lists, and cut there.
     let is_row = |name: &str| ROWS.iter().any(|row| name.contains(row));
@@ -25,17 +31,24 @@ pub fn check_panels(harness: &Harness<'_, Fixture>, [width, height]: [f32; 2], w
     controls.len()
 }
 
-/// Checks the controls of the bars: they are whole, and don't overlap. `area` is the window, in points.
+/// Checks the controls of the bars: they are whole, and don't overlap. `area` is the window, in
+/// points.
 pub fn check(harness: &Harness<'_, Fixture>, size: [f32; 2], what: &str) {
     let scale = harness.state().interface.settings.scale;
     let area = window_in_points(size, scale);
     let controls = controls(harness);
     assert!(controls.len() > 4, "{what}: {controls:?}");
     no_overlap(&controls, area, what);
-    let bars = harness.state().panels.iter().filter(|(name, _)| ["top", "bottom", "timeline"].contains(name));
+    let bars = harness
+        .state()
+        .panels
+        .iter()
+        .filter(|(name, _)| ["top", "bottom", "timeline"].contains(name));
     for (bar, place) in bars {
         let of_bar = controls.iter().filter(|(_, rect)| place.contains(rect.center()));
-        of_bar.for_each(|(name, rect)| assert!(place.contains_rect(*rect), "{what}: {name} {rect} in {bar} {place}"));
+        of_bar.for_each(|(name, rect)| {
+            assert!(place.contains_rect(*rect), "{what}: {name} {rect} in {bar} {place}")
+        });
     }
 }
 
@@ -47,7 +60,8 @@ fn controls(harness: &Harness<'_, Fixture>) -> Vec<(String, Rect)> {
     };
     let mut controls = Vec::new();
     for node in harness.root().children_recursive() {
-        let (role, name) = (node.accesskit_node().role(), node.accesskit_node().label().unwrap_or_default());
+        let (role, name) =
+            (node.accesskit_node().role(), node.accesskit_node().label().unwrap_or_default());
         if is_control(role) && node.rect().is_positive() {
             controls.push((format!("{role:?} '{name}'"), node.rect()));
         }
@@ -57,10 +71,14 @@ fn controls(harness: &Harness<'_, Fixture>) -> Vec<(String, Rect)> {
 
 fn no_overlap(controls: &[(String, Rect)], area: Rect, what: &str) {
     for (i, (name, rect)) in controls.iter().enumerate() {
-        assert!(area.expand(0.6).contains_rect(*rect), "{what}: {name} at {rect:?} is cut by {area:?}");
+        assert!(
+            area.expand(0.6).contains_rect(*rect),
+            "{what}: {name} at {rect:?} is cut by {area:?}"
+        );
         for (other, beside) in &controls[..i] {
             let common = rect.intersect(*beside);
-            let nested = rect.expand(0.5).contains_rect(*beside) || beside.expand(0.5).contains_rect(*rect);
+            let nested =
+                rect.expand(0.5).contains_rect(*beside) || beside.expand(0.5).contains_rect(*rect);
             let overlap = common.width() > 0.6 && common.height() > 0.6 && !nested;
             assert!(!overlap, "{what}: {name} {rect:?} over {other} {beside:?}");
         }
@@ -78,7 +96,10 @@ pub fn check_placed(harness: &Harness<'_, Fixture>, what: &str) {
         };
         // What is drawn has the size of its place.
         let area = harness.ctx.memory(|memory| memory.area_rect(Id::unique(*name)));
-        assert!(area.is_none_or(|area| place.expand(1.0).contains_rect(area)), "{what}: {name} {area:?} in {place}");
+        assert!(
+            area.is_none_or(|area| place.expand(1.0).contains_rect(area)),
+            "{what}: {name} {area:?} in {place}"
+        );
         let others = fixture.panels.iter().chain(&placed[..i]);
         for (other, at) in others {
             assert!(!covers(at), "{what}: {name} {place} lies over {other} {at}");
@@ -93,7 +114,8 @@ pub fn check_placed(harness: &Harness<'_, Fixture>, what: &str) {
     }
 }
 
-/// Checks that no text is cut at its sides, and that no line ends between a number and what follows.
+/// Checks that no text is cut at its sides, and that no line ends between a number and what
+/// follows.
 pub fn check_texts(harness: &Harness<'_, Fixture>, what: &str) {
     for (text, place, clip) in texts(harness) {
         let (galley, is_in_sight) = (&text.galley, place.intersects(clip));
@@ -101,9 +123,13 @@ pub fn check_texts(harness: &Harness<'_, Fixture>, what: &str) {
         let is_within = place.left() >= clip.left() - 1.0 && place.right() <= clip.right() + 1.0;
         assert!(!is_in_sight || is_within, "{what}: '{words}' at {place} is cut by {clip}");
         for rows in galley.rows.windows(2) {
-            let ends: Vec<char> =
-                rows.iter().map(|row| row.text()).filter_map(|row| row.trim_end().chars().last()).collect();
-            let breaks = !rows[0].ends_with_newline && ends.first().is_some_and(char::is_ascii_digit);
+            let ends: Vec<char> = rows
+                .iter()
+                .map(|row| row.text())
+                .filter_map(|row| row.trim_end().chars().last())
+                .collect();
+            let breaks =
+                !rows[0].ends_with_newline && ends.first().is_some_and(char::is_ascii_digit);
             assert!(!breaks, "{what}: a line of '{words}' ends with a number");
         }
     }
@@ -120,7 +146,9 @@ pub fn texts<'a>(harness: &'a Harness<'_, Fixture>) -> Vec<(&'a TextShape, Rect,
 
 fn collect<'a>(shape: &'a Shape, clip: Rect, texts: &mut Vec<(&'a TextShape, Rect, Rect)>) {
     match shape {
-        Shape::Text(text) => texts.push((text, text.galley.rect.translate(text.pos.to_vec2()), clip)),
+        Shape::Text(text) => {
+            texts.push((text, text.galley.rect.translate(text.pos.to_vec2()), clip))
+        }
         Shape::Vec(shapes) => shapes.iter().for_each(|shape| collect(shape, clip, texts)),
         _ => {}
     }

@@ -52,7 +52,8 @@ pub struct Fixture {
     /// What a collision checker says.
     pub contacts: Option<ContactHeader>,
     pub pairs: Vec<ContactRecord>,
-    /// The file that is replayed, or the past of a live run; neither is known as long as it is `None`.
+    /// The file that is replayed, or the past of a live run; neither is known as long as it is
+    /// `None`.
     pub timeline: Option<Timeline<'static>>,
     /// The bars and panels of the last picture, with their names.
     pub panels: Vec<(&'static str, Rect)>,
@@ -73,7 +74,9 @@ impl Fixture {
         };
         let mut lines = vec![Line::default(); frame_lines(robots)];
         let columns = ColumnsMut::split(&mut lines, robots);
-        (0..robots).for_each(|i| (columns.x[i], columns.state[i], columns.edge[i]) = (i as f32, 1, (i % 2) as u32));
+        (0..robots).for_each(|i| {
+            (columns.x[i], columns.state[i], columns.edge[i]) = (i as f32, 1, (i % 2) as u32)
+        });
         let mut world = WorldData {
             nodes: vec![
                 NodeRecord { id: 446, ..NodeRecord::default() },
@@ -81,7 +84,13 @@ impl Fixture {
             ],
             ..WorldData::default()
         };
-        let edge = EdgeRecord { id: 567, origin: 0, destination: 1, length: 20.0, ..EdgeRecord::default() };
+        let edge = EdgeRecord {
+            id: 567,
+            origin: 0,
+            destination: 1,
+            length: 20.0,
+            ..EdgeRecord::default()
+        };
         world.add_edge(edge, [CurveRecord::straight([0.0, 0.0], [20.0, 0.0])]);
         Self {
             interface: Interface::new(
@@ -132,7 +141,11 @@ impl Fixture {
             world: self.world.view(1, 1),
             labels: &self.labels,
             robot_type_column: None,
-            contacts: self.contacts.as_ref().map(|header| Contacts { header, pairs: &self.pairs, missed: 0 }),
+            contacts: self.contacts.as_ref().map(|header| Contacts {
+                header,
+                pairs: &self.pairs,
+                missed: 0,
+            }),
             legend: &self.legend,
             columns: &[],
             values: &[("collision".parse().expect("a name"), 2.0)],
@@ -152,7 +165,10 @@ impl Fixture {
         let (picture, actions) = self.interface.show(ui, &model);
         self.picture = picture;
         let place = |name: &'static str| {
-            Some((name, PanelState::load(ui.ctx(), ui.scope_id().with_salt(IdSalt::new(name)))?.outer_rect))
+            Some((
+                name,
+                PanelState::load(ui.ctx(), ui.scope_id().with_salt(IdSalt::new(name)))?.outer_rect,
+            ))
         };
         self.panels = PANELS.into_iter().filter_map(place).collect();
         self.actions.extend(actions);
@@ -160,7 +176,11 @@ impl Fixture {
 }
 
 /// A window that shows an interface.
-pub fn harness(size: [f32; 2], scale: f32, prepare: impl FnOnce(&mut Interface)) -> Harness<'static, Fixture> {
+pub fn harness(
+    size: [f32; 2],
+    scale: f32,
+    prepare: impl FnOnce(&mut Interface),
+) -> Harness<'static, Fixture> {
     harness_of(size, scale, |fixture| prepare(&mut fixture.interface))
 }
 

@@ -19,7 +19,8 @@ use regatta_viewer::palette::{Colouring, Theme};
 use crate::checks::{check, check_panels, check_placed, check_texts};
 use crate::fixture::{Fixture, USUAL, harness_of, windows};
 
-/// What is prepared before the first picture, the keys that are pressed then, and what lies over the picture if there is room.
+/// What is prepared before the first picture, the keys that are pressed then, and what lies over
+/// the picture if there is room.
 struct State {
     name: &'static str,
     prepare: fn(&mut Fixture),
@@ -28,18 +29,38 @@ struct State {
 }
 
 const STATES: [State; 9] = [
-    State { name: "plots", prepare: plots, keys: &[], placed: &["legend", "view cube", "coordinates"] },
-    State { name: "heat map", prepare: heat, keys: &[], placed: &["legend", "view cube", "coordinates"] },
+    State {
+        name: "plots",
+        prepare: plots,
+        keys: &[],
+        placed: &["legend", "view cube", "coordinates"],
+    },
+    State {
+        name: "heat map",
+        prepare: heat,
+        keys: &[],
+        placed: &["legend", "view cube", "coordinates"],
+    },
     State {
         name: "plan",
         prepare: plan,
         keys: &[],
         placed: &["measurement", "legend", "scale bar", "north", "minimap", "coordinates"],
     },
-    State { name: "minimap", prepare: minimap, keys: &[], placed: &["legend", "view cube", "minimap"] },
+    State {
+        name: "minimap",
+        prepare: minimap,
+        keys: &[],
+        placed: &["legend", "view cube", "minimap"],
+    },
     State { name: "recording", prepare: recording, keys: &[], placed: &["legend", "view cube"] },
     State { name: "past", prepare: past, keys: &[Key::U], placed: &["legend", "view cube"] },
-    State { name: "ended", prepare: ended, keys: &[], placed: &["ended", "messages", "legend", "coordinates"] },
+    State {
+        name: "ended",
+        prepare: ended,
+        keys: &[],
+        placed: &["ended", "messages", "legend", "coordinates"],
+    },
     State { name: "hot spots", prepare: hot_spots, keys: &[], placed: &["legend"] },
     State { name: "log", prepare: log, keys: &[], placed: &["legend"] },
 ];
@@ -65,7 +86,15 @@ fn heat(fixture: &mut Fixture) {
     settings.heat_of = "contacts:10min".parse().expect("a heat map");
     let heat = settings.heat_of;
     let (ends, has_contacts, has_routes) = ([0.0, 50.0], false, false);
-    let facts = HeatFacts { heat, ends, is_exceeded: true, edges: 12, secs: 648.0, has_contacts, has_routes };
+    let facts = HeatFacts {
+        heat,
+        ends,
+        is_exceeded: true,
+        edges: 12,
+        secs: 648.0,
+        has_contacts,
+        has_routes,
+    };
     fixture.jams.heat = Some(facts);
 }
 
@@ -82,8 +111,12 @@ fn minimap(fixture: &mut Fixture) {
 }
 
 static MARKS: LazyLock<Vec<RecordingMark>> = LazyLock::new(|| {
-    let mark =
-        |kind: MarkKind| RecordingMark { time_nanos: 9, kind: kind as u32, count: 1, ..RecordingMark::default() };
+    let mark = |kind: MarkKind| RecordingMark {
+        time_nanos: 9,
+        kind: kind as u32,
+        count: 1,
+        ..RecordingMark::default()
+    };
     vec![mark(MarkKind::Contact), mark(MarkKind::Note)]
 });
 
@@ -105,7 +138,8 @@ pub fn recording(fixture: &mut Fixture) {
 pub fn past(fixture: &mut Fixture) {
     recording(fixture);
     let live = Some(Live { bytes: 200 << 20, is_past: true });
-    fixture.timeline = fixture.timeline.map(|timeline| Timeline { marks: &[], note: "", live, ..timeline });
+    fixture.timeline =
+        fixture.timeline.map(|timeline| Timeline { marks: &[], note: "", live, ..timeline });
 }
 
 fn ended(fixture: &mut Fixture) {
@@ -135,7 +169,8 @@ pub fn log(fixture: &mut Fixture) {
 /// Some such alarms.
 pub fn log_of(fixture: &mut Fixture, alarms: u32) {
     let alarm = |robot: u32| {
-        let text = format!("robot {robot} broke down far away from everything that is near to anybody");
+        let text =
+            format!("robot {robot} broke down far away from everything that is near to anybody");
         let entry = Entry {
             time_nanos: 1,
             kind: Kind::Fault,
@@ -147,7 +182,10 @@ pub fn log_of(fixture: &mut Fixture, alarms: u32) {
         (entry, AlarmChange::Begins(AlarmKey::Robot(robot)))
     };
     fixture.interface.settings.left = Some(LeftPanel::Log);
-    fixture.interface.log().take(LogReport { news: (0..alarms).map(alarm).collect(), ..LogReport::default() });
+    fixture
+        .interface
+        .log()
+        .take(LogReport { news: (0..alarms).map(alarm).collect(), ..LogReport::default() });
 }
 
 #[test]
@@ -166,8 +204,12 @@ fn nothing_lies_over_anything_else_in_any_state() {
             }
             // A large window has room for all.
             let is_large = (size, scale) == (USUAL, 1.0) || size[0] > USUAL[0];
-            let shown: Vec<_> = harness.state().interface.placed().iter().map(|(name, _)| *name).collect();
-            assert!(!is_large || placed.iter().all(|name| shown.contains(name)), "{what}: {shown:?}");
+            let shown: Vec<_> =
+                harness.state().interface.placed().iter().map(|(name, _)| *name).collect();
+            assert!(
+                !is_large || placed.iter().all(|name| shown.contains(name)),
+                "{what}: {shown:?}"
+            );
         }
     }
 }
@@ -195,7 +237,8 @@ fn large_numbers_are_not_broken_in_panels() {
         let harness = harness_of(size, scale, |fixture| {
             fixture.interface.settings.left = Some(LeftPanel::Collisions);
             let [touching_ever, possible_ever] = [1_234_567_890; 2];
-            fixture.contacts = Some(ContactHeader { touching_ever, possible_ever, ..ContactHeader::default() });
+            fixture.contacts =
+                Some(ContactHeader { touching_ever, possible_ever, ..ContactHeader::default() });
         });
         check_texts(&harness, &format!("collisions, {size:?} at {scale}"));
     }

@@ -4,7 +4,9 @@ use glam::{UVec2, Vec2};
 use image::RgbaImage;
 use regatta_plugin::Frame;
 use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, NO_EDGE, frame_lines, stride_lines};
-use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Shape, WorldData};
+use regatta_plugin::world::{
+    CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Shape, WorldData,
+};
 use regatta_viewer::camera::{Bounds, Camera};
 use regatta_viewer::gpu::TargetConfig;
 use regatta_viewer::gpu::device::Gpu;
@@ -54,7 +56,8 @@ impl TestRenderer {
         let columns = ColumnsMut::split(&mut lines, robots.len());
         for (i, robot) in robots.iter().enumerate() {
             (columns.x[i], columns.y[i], columns.theta[i]) = (robot.x, robot.y, robot.theta);
-            (columns.speed[i], columns.edge[i], columns.state[i]) = (robot.speed, NO_EDGE, robot.state);
+            (columns.speed[i], columns.edge[i], columns.state[i]) =
+                (robot.speed, NO_EDGE, robot.state);
         }
         self.tick += 1;
         let header = FrameHeader {
@@ -71,7 +74,8 @@ impl TestRenderer {
     pub fn render(&mut self, camera: &Camera, scene: &Scene, alpha: f32) -> RgbaImage {
         let robot_types = ["cart".to_owned(), "puck".to_owned()];
         let legend = scene.colouring.legend(scene.theme, &robot_types, Some((0.0, 2.0)));
-        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut encoder =
+            self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let picture = Picture { camera, scene, legend: &legend, size: SIZE, within: None, alpha };
         self.inner.draw(&mut encoder, &self.offscreen.view, &picture);
         self.offscreen.read(encoder).expect("a picture")
@@ -92,7 +96,10 @@ pub fn robot_types() -> [RobotTypeRecord; 2] {
 /// Returns a loop of two straight edges and two bends. The second straight edge is two-way.
 pub fn graph() -> WorldData {
     let places = [[0.0, 0.0], [8.0, 0.0], [8.0, 4.0], [0.0, 4.0]];
-    let nodes = (0..).zip(places).map(|(id, [x, y])| NodeRecord { id, x, y, ..NodeRecord::default() }).collect();
+    let nodes = (0..)
+        .zip(places)
+        .map(|(id, [x, y])| NodeRecord { id, x, y, ..NodeRecord::default() })
+        .collect();
     let mut world = WorldData { nodes, ..WorldData::default() };
     let mut edge = |id: u32, control_points, backwards| {
         let (origin, destination, length) = (id, (id + 1) % 4, 7.0);

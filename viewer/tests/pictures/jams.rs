@@ -1,4 +1,5 @@
-//! Tests of the layers that show where it jams: the heat map and the density from afar; and of colours at all levels of detail.
+//! Tests of the layers that show where it jams: the heat map and the density from afar; and of
+//! colours at all levels of detail.
 
 use glam::{Vec2, Vec3};
 use image::{DynamicImage, RgbaImage};
@@ -30,7 +31,8 @@ pub const TESTS: &[(&str, Test)] = &[
 /// Three of the four edges have waiting robots: little, more, and the most.
 fn heat(gpu: &Gpu) {
     let mut renderer = loop_renderer(gpu);
-    let edges = [5.0, 0.0, 45.0, 100.0].map(|waiting_secs| EdgeTraffic { waiting_secs, ..EdgeTraffic::default() });
+    let edges = [5.0, 0.0, 45.0, 100.0]
+        .map(|waiting_secs| EdgeTraffic { waiting_secs, ..EdgeTraffic::default() });
     let traffic = Traffic { header: &TrafficHeader::default(), periods: [&edges; 3], missed: 0 };
     let heat = "waiting:run".parse().expect("a heat map");
     let map = HeatMap::new(heat, &traffic, &graph().view(1, 1));
@@ -42,7 +44,8 @@ fn heat(gpu: &Gpu) {
     assert_like("robots_by_state", &renderer.render(&camera(), &coloured(Colouring::State), 1.0));
 }
 
-/// A town of straight and bent streets in all directions, with more of them than from where ribbons may be drawn into pixels.
+/// A town of straight and bent streets in all directions, with more of them than from where ribbons
+/// may be drawn into pixels.
 fn town() -> WorldData {
     let mut world = WorldData::default();
     for i in 0..2_500 {
@@ -62,14 +65,23 @@ fn town() -> WorldData {
     world
 }
 
-/// The heat map of a town from afar and near the ground, where some ribbons are short and others long.
+/// The heat map of a town from afar and near the ground, where some ribbons are short and others
+/// long.
 fn ribbons_in_pixels_are_like_triangles(gpu: &Gpu) {
     let (world, heat) = (town(), "waiting:run".parse().expect("a heat map"));
-    let waiting = |edge: usize| EdgeTraffic { waiting_secs: (edge * 31 % 97) as f32, ..EdgeTraffic::default() };
+    let waiting = |edge: usize| EdgeTraffic {
+        waiting_secs: (edge * 31 % 97) as f32,
+        ..EdgeTraffic::default()
+    };
     let edges: Vec<_> = (0..world.edges.len()).map(waiting).collect();
     let traffic = Traffic { header: &TrafficHeader::default(), periods: [&edges; 3], missed: 0 };
     let map = HeatMap::new(heat, &traffic, &world.view(1, 1));
-    let far = Camera { target: Vec3::new(220.0, 220.0, 0.0), distance: 150.0, pitch: 1.0, ..Camera::default() };
+    let far = Camera {
+        target: Vec3::new(220.0, 220.0, 0.0),
+        distance: 150.0,
+        pitch: 1.0,
+        ..Camera::default()
+    };
     let low = Camera { distance: 25.0, pitch: 0.3, ..far };
     for camera in [far, low] {
         let [triangles, pixels] = [u32::MAX, 0].map(|splats_from| {
@@ -97,11 +109,20 @@ fn edges_are_picked_under_their_ribbons(gpu: &Gpu) {
     renderer.inner.set_heat(Some(&HeatMap::new(heat, &traffic, &graph().view(1, 1))));
     renderer.push(&[]);
     for distance in [20.0, 60.0] {
-        let camera = Camera { target: Vec3::new(4.0, 2.0, 0.0), distance, pitch: 1.57, ..Camera::default() };
+        let camera =
+            Camera { target: Vec3::new(4.0, 2.0, 0.0), distance, pitch: 1.57, ..Camera::default() };
         renderer.render(&camera, &Scene { heat: Some(heat), ..coloured(Colouring::State) }, 1.0);
-        for (index, middle) in [[3.4, 0.0], [10.25, 2.0], [4.6, 4.0], [-2.25, 2.0]].into_iter().enumerate() {
-            let at = camera.project(Vec3::new(middle[0], middle[1], 0.0), SIZE.as_vec2()).expect("in the picture");
-            assert_eq!(renderer.inner.pick(at), Some(Picked::Edge(index as u32)), "{distance} m away");
+        for (index, middle) in
+            [[3.4, 0.0], [10.25, 2.0], [4.6, 4.0], [-2.25, 2.0]].into_iter().enumerate()
+        {
+            let at = camera
+                .project(Vec3::new(middle[0], middle[1], 0.0), SIZE.as_vec2())
+                .expect("in the picture");
+            assert_eq!(
+                renderer.inner.pick(at),
+                Some(Picked::Edge(index as u32)),
+                "{distance} m away"
+            );
         }
     }
 }
@@ -149,7 +170,9 @@ fn density(gpu: &Gpu) {
 
 /// The mean linear colour of the middle of a picture.
 fn mean(picture: &RgbaImage) -> Vec3 {
-    let middle = picture.enumerate_pixels().filter(|(x, y, _)| (110..210).contains(x) && (70..130).contains(y));
+    let middle = picture
+        .enumerate_pixels()
+        .filter(|(x, y, _)| (110..210).contains(x) && (70..130).contains(y));
     let (sum, count) = middle.fold((Vec3::ZERO, 0.0_f32), |(sum, count), (_, _, pixel)| {
         let [red, green, blue, _] = pixel.0.map(u32::from);
         (sum + Rgb(red << 16 | green << 8 | blue).linear(), count + 1.0)
@@ -157,10 +180,15 @@ fn mean(picture: &RgbaImage) -> Vec3 {
     sum / count
 }
 
-/// An even crowd of one state, as the camera moves away by 5 % from picture to picture: no jump of brightness, and the hue of
-/// the crowd against the floor stays.
+/// An even crowd of one state, as the camera moves away by 5 % from picture to picture: no jump of
+/// brightness, and the hue of the crowd against the floor stays.
 fn a_crowd_keeps_its_hue_from_near_to_far(gpu: &Gpu) {
-    let even = |i: usize| Robot { x: (i % 200) as f32 * 1.5, y: (i / 200) as f32 * 1.5, state: 1, ..Robot::default() };
+    let even = |i: usize| Robot {
+        x: (i % 200) as f32 * 1.5,
+        y: (i / 200) as f32 * 1.5,
+        state: 1,
+        ..Robot::default()
+    };
     let mut renderer = TestRenderer::new(gpu);
     renderer.push(&(0..40_000).map(even).collect::<Vec<_>>());
     renderer.inner.set_ground(300.0 * 300.0);
@@ -179,29 +207,43 @@ fn a_crowd_keeps_its_hue_from_near_to_far(gpu: &Gpu) {
     for (pair, distance) in colours.windows(2).zip(&distances) {
         let [before, after] = [pair[0] - floor, pair[1] - floor];
         let step = after.length() / before.length();
-        assert!((0.88..1.24).contains(&step), "at {distance} m the brightness changes by {step}: {colours:?}");
+        assert!(
+            (0.88..1.24).contains(&step),
+            "at {distance} m the brightness changes by {step}: {colours:?}"
+        );
         let hue = before.normalize().dot(after.normalize());
         assert!(hue > 0.999, "at {distance} m the hue changes: {hue}");
     }
 }
 
-/// A robot from straight above, at sizes at which it is a block and a mark: its middle has the colour of the legend.
+/// A robot from straight above, at sizes at which it is a block and a mark: its middle has the
+/// colour of the legend.
 fn robots_have_the_colours_of_the_legend(gpu: &Gpu) {
     for theme in [Theme::Dark, Theme::Light] {
         let mut scene = Scene { theme, ..coloured(Colouring::State) };
         scene.layers.shadows = false;
-        let Scale::Categories(legend) = scene.colouring.legend(theme, &[], None).scale else { panic!("categories") };
+        let Scale::Categories(legend) = scene.colouring.legend(theme, &[], None).scale else {
+            panic!("categories")
+        };
         for distance in [38.0, 60.0, 110.0] {
             let mut renderer = TestRenderer::new(gpu);
             renderer.push(&[Robot { state: 1, ..robots()[0] }]);
-            let camera = Camera { target: Vec3::new(-0.08, 0.0, 0.0), distance, pitch: 1.57, ..Camera::default() };
+            let camera = Camera {
+                target: Vec3::new(-0.08, 0.0, 0.0),
+                distance,
+                pitch: 1.57,
+                ..Camera::default()
+            };
             let picture = renderer.render(&camera, &scene, 1.0);
             let [red, green, blue, _] = picture.get_pixel(SIZE.x / 2, SIZE.y / 2).0.map(u32::from);
             let found = Rgb(red << 16 | green << 8 | blue).linear();
             let wanted = legend[1].1.linear();
             let ratio = found.length() / wanted.length();
             let hue = found.normalize().dot(wanted.normalize());
-            assert!((0.88..1.12).contains(&ratio) && hue > 0.995, "{theme:?} at {distance} m: {found} for {wanted}");
+            assert!(
+                (0.88..1.12).contains(&ratio) && hue > 0.995,
+                "{theme:?} at {distance} m: {found} for {wanted}"
+            );
         }
     }
 }

@@ -45,7 +45,11 @@ const LEVELS: [(&str, u32); 2] = [("cellar", 0), ("ground", SIZE.y)];
 pub fn two_levels() -> WorldData {
     let mut world = graph();
     let [cellar, ground] = LEVELS.map(|(name, _)| world.texts.add(name));
-    world.edges.iter_mut().zip([cellar, ground, ground, ground]).for_each(|(edge, level)| edge.level = level);
+    world
+        .edges
+        .iter_mut()
+        .zip([cellar, ground, ground, ground])
+        .for_each(|(edge, level)| edge.level = level);
     world
 }
 
@@ -59,7 +63,8 @@ fn in_a_screenshot(_: &Gpu) {
     let live = fleet("levels");
     let path = live.path("levels.png");
     let view = |size: &str, args: &[&str]| {
-        let common = ["--screenshot", &path, "--force", "--no-ids", "--no-legend", "--camera", "4,2,14"];
+        let common =
+            ["--screenshot", &path, "--force", "--no-ids", "--no-legend", "--camera", "4,2,14"];
         live.try_view(size, &[&common[..], args].concat()).expect("a picture");
         image::open(Path::new(&path)).expect("a picture").into_rgba8()
     };
@@ -74,11 +79,14 @@ fn in_a_screenshot(_: &Gpu) {
     assert!(parts[0] != parts[1], "they show different things");
     drop(live);
     let live = LiveFleet::start("one-level");
-    let refused = live.try_view("320x200", &["--screenshot", &live.path("no.png"), "--levels"]).expect_err("no levels");
+    let refused = live
+        .try_view("320x200", &["--screenshot", &live.path("no.png"), "--levels"])
+        .expect_err("no levels");
     assert!(refused.to_string().contains("leave --levels out"), "{refused}");
 }
 
-/// Robots that don't match a filter are dimmed with a level too; only those of other levels are hidden.
+/// Robots that don't match a filter are dimmed with a level too; only those of other levels are
+/// hidden.
 fn dimmed_on_a_level(gpu: &Gpu) {
     let draw = |present: u32, matches: u32| {
         let mut renderer = TestRenderer::new(gpu);
@@ -108,7 +116,11 @@ fn as_a_plan(_: &Gpu) {
     let live = fleet("plan");
     let path = live.path("plan.svg");
     let plan = |args: &[&str]| {
-        live.try_view("320x200", &[&["--svg", &path, "--force", "--svg-scale", "100"], args].concat()).expect("a plan");
+        live.try_view(
+            "320x200",
+            &[&["--svg", &path, "--force", "--svg-scale", "100"], args].concat(),
+        )
+        .expect("a plan");
         std::fs::read_to_string(&path).expect("a plan")
     };
     let count = |text: &str, id: &str| text.matches(&format!(" id=\"{id}")).count();
@@ -118,11 +130,16 @@ fn as_a_plan(_: &Gpu) {
     assert_eq!(edges, [1, 3, 4]);
     let robots = [&cellar, &ground, &all].map(|text| count(text, "robot-"));
     assert!(robots[0] > 0 && robots[0] == robots[2] && robots[1] == 0, "{robots:?}");
-    let size =
-        |text: &str| text.split("viewBox=\"0 0 ").nth(1).and_then(|rest| rest.split('"').next()).map(str::to_owned);
+    let size = |text: &str| {
+        text.split("viewBox=\"0 0 ")
+            .nth(1)
+            .and_then(|rest| rest.split('"').next())
+            .map(str::to_owned)
+    };
     assert!(size(&cellar) != size(&all), "a level that is smaller than all has a smaller sheet");
-    let refused =
-        live.try_view("320x200", &["--svg", &path, "--force", "--level", "attic"]).expect_err("no such level");
+    let refused = live
+        .try_view("320x200", &["--svg", &path, "--force", "--level", "attic"])
+        .expect_err("no such level");
     assert!(refused.to_string().contains("there is no level 'attic'"), "{refused}");
 }
 
@@ -132,7 +149,10 @@ fn stage(live: &LiveFleet, gpu: &Gpu, target: TargetConfig) -> Stage {
     let scene = Scene { level: Some("ground".to_owned()), ..Scene::default() };
     let mut stage = Stage::new(&participant, Renderer::new(gpu, target), scene).expect("a stage");
     let until = Instant::now() + Duration::from_secs(20);
-    while stage.feed.world().is_none() || stage.feed.frame().is_none() || stage.feed.value().is_none() {
+    while stage.feed.world().is_none()
+        || stage.feed.frame().is_none()
+        || stage.feed.value().is_none()
+    {
         assert!(Instant::now() < until, "no fleet");
         stage.update(Instant::now()).expect("an update");
         std::thread::sleep(Duration::from_millis(5));
@@ -147,7 +167,8 @@ fn show(stage: &mut Stage, level: &str) {
     stage.hide_other_levels();
 }
 
-/// A level is the same beside another one as alone, whichever of both is the scene's, with one sample per pixel and with several.
+/// A level is the same beside another one as alone, whichever of both is the scene's, with one
+/// sample per pixel and with several.
 fn in_a_window(gpu: &Gpu) {
     let live = fleet("beside");
     for samples in [1, 4] {
@@ -156,7 +177,8 @@ fn in_a_window(gpu: &Gpu) {
         let offscreen = Offscreen::new(gpu, SIZE, target).expect("room");
         let alone = LEVELS.map(|(level, _)| {
             show(&mut stage, level);
-            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let mut encoder =
+                gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             stage.draw(&mut encoder, &offscreen.view, &camera(), SIZE, 1.0);
             offscreen.read(encoder).expect("a picture")
         });
@@ -170,7 +192,8 @@ fn in_a_window(gpu: &Gpu) {
             let is_new = stage.show_beside(&[other], || Renderer::new(gpu, target));
             assert_eq!(is_new, round == 0, "the levels change places");
             stage.update(Instant::now()).expect("the columns");
-            let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let mut encoder =
+                gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let within = Some((UVec2::new(0, at), both.size()));
             stage.draw_within(&mut encoder, &both.view, within, &camera(), SIZE, 1.0);
             for view in insets.make_room(1, SIZE) {
@@ -180,17 +203,21 @@ fn in_a_window(gpu: &Gpu) {
             let picture: RgbaImage = both.read(encoder).expect("a picture");
             for ((name, top), alone) in LEVELS.iter().zip(&alone) {
                 let part = crop_imm(&picture, 0, *top, SIZE.x, SIZE.y).to_image();
-                // At the border of a robot, some samples are of the ground as it is kept: a pixel of it.
+                // At the border of a robot, some samples are of the ground as it is kept: a pixel
+                // of it.
                 let limit = if samples == 1 { 0.0 } else { TOLERANCE };
-                assert!(difference(&part, alone) <= limit, "{name} in round {round}, with {samples} samples");
+                assert!(
+                    difference(&part, alone) <= limit,
+                    "{name} in round {round}, with {samples} samples"
+                );
             }
         }
         assert!(!stage.show_beside(&[], || unreachable!("nothing is to be shown beside")));
     }
 }
 
-/// Of the heat map, routes, goals, arrows, halos and trails, a picture of a level has what is on that level: it equals the one of a fleet
-/// that has nothing else.
+/// Of the heat map, routes, goals, arrows, halos and trails, a picture of a level has what is on
+/// that level: it equals the one of a fleet that has nothing else.
 fn nothing_of_others(gpu: &Gpu) {
     let mut world = graph();
     let levels = ["cellar", "ground"].map(|name| world.texts.add(name));
@@ -205,7 +232,8 @@ fn nothing_of_others(gpu: &Gpu) {
         renderer.inner.set_level(Some("cellar"));
         renderer.inner.set_graph(&world.view(1, 1));
         let is_there = |index: u32| is_on_level[usize::from(index > 1)];
-        let hot = (0..4).filter(|curve| is_there(*curve)).map(|curve| HotCurve { curve, level: 0.8 });
+        let hot =
+            (0..4).filter(|curve| is_there(*curve)).map(|curve| HotCurve { curve, level: 0.8 });
         let (straight, bent) = hot.partition(|hot| hot.curve % 2 == 0);
         let facts = HeatFacts {
             heat,
@@ -225,7 +253,10 @@ fn nothing_of_others(gpu: &Gpu) {
         renderer.inner.set_plans(&PlanReport {
             lines: all.iter().map(|curve| line(*curve)).collect(),
             goals: all.iter().map(|node| GoalMark { node: *node, selected: node % 2 }).collect(),
-            arrows: waits.into_iter().filter(|wait| robots_there(wait.from) && robots_there(wait.to)).collect(),
+            arrows: waits
+                .into_iter()
+                .filter(|wait| robots_there(wait.from) && robots_there(wait.to))
+                .collect(),
             ..PlanReport::default()
         });
         let mut fleet = robots();
@@ -234,8 +265,10 @@ fn nothing_of_others(gpu: &Gpu) {
             .zip(0..)
             .filter(|(_, id)| !robots_there(*id))
             .for_each(|(robot, _)| robot.state = RobotState::Absent as u8);
-        let mut scene = Scene { selected: vec![1, 8], heat: Some(heat), ..coloured(Colouring::State) };
-        (scene.layers.plans, scene.layers.waits, scene.layers.trails, scene.trails.points) = (true, true, true, 8);
+        let mut scene =
+            Scene { selected: vec![1, 8], heat: Some(heat), ..coloured(Colouring::State) };
+        (scene.layers.plans, scene.layers.waits, scene.layers.trails, scene.trails.points) =
+            (true, true, true, 8);
         for step in 0..3 {
             fleet.iter_mut().for_each(|robot| robot.x += 0.4 * step as f32);
             renderer.push(&fleet);

@@ -49,7 +49,8 @@ impl LiveFleet {
     }
 
     pub fn start_in(test: &str, world: WorldData) -> Self {
-        let name: FleetName = format!("test-viewer-{test}-{}", std::process::id()).parse().expect("a name");
+        let name: FleetName =
+            format!("test-viewer-{test}-{}", std::process::id()).parse().expect("a name");
         let folder = std::env::temp_dir().join(name.to_string());
         std::fs::create_dir_all(&folder).expect("a folder");
         let stop = Arc::new(AtomicBool::new(false));
@@ -102,7 +103,8 @@ fn publish(fleet: &FleetName, world: WorldData, stop: &AtomicBool) {
         let columns = frame.columns_mut();
         for (i, row) in rows.iter().enumerate() {
             (columns.x[i], columns.y[i], columns.theta[i]) = (row.x, row.y, row.theta);
-            (columns.speed[i], columns.edge[i], columns.state[i], columns.s[i]) = (row.speed, 0, row.state, 0.0);
+            (columns.speed[i], columns.edge[i], columns.state[i], columns.s[i]) =
+                (row.speed, 0, row.state, 0.0);
         }
         frame.send().expect("sent");
         producer.notify();
@@ -128,14 +130,22 @@ fn a_screenshot(gpu: &Gpu) {
     renderer.inner.set_graph(&graph().view(1, 1));
     renderer.push(&robots());
     renderer.inner.set_values(Some(&collisions()));
-    let expected = renderer.render(&Camera::from_eye(Vec3::new(4.0, -4.0, 6.0), 1.5, 0.9), &Scene::default(), 1.0);
+    let expected = renderer.render(
+        &Camera::from_eye(Vec3::new(4.0, -4.0, 6.0), 1.5, 0.9),
+        &Scene::default(),
+        1.0,
+    );
     assert!(actual == expected, "the picture equals one rendered without shared memory");
-    assert!(screenshot(&["--no-ids"]) == expected, "a picture without room for the legend has none");
+    assert!(
+        screenshot(&["--no-ids"]) == expected,
+        "a picture without room for the legend has none"
+    );
     let ids = differing(&expected, &screenshot(&["--no-legend"])).len();
     assert!(ids > 100, "ids are drawn beside nodes and edges: {ids} pixels");
 }
 
-/// The legend lies in its corner, and of a picture of all levels in a strip beside them; a small picture of them has none.
+/// The legend lies in its corner, and of a picture of all levels in a strip beside them; a small
+/// picture of them has none.
 fn a_legend(_: &Gpu) {
     let live = LiveFleet::start_in("legend", two_levels());
     let path = live.path("shot.png");
@@ -154,7 +164,8 @@ fn a_legend(_: &Gpu) {
     let alone = screenshot("430x400", &["--levels", "--no-legend"]);
     assert!(parts == alone, "the legend covers nothing of the levels");
     assert!(strip.pixels().any(|pixel| pixel != strip.get_pixel(0, 0)), "it is beside them");
-    let [with, without] = [&["--levels"][..], &["--levels", "--no-legend"]].map(|args| screenshot("320x200", args));
+    let [with, without] =
+        [&["--levels"][..], &["--levels", "--no-legend"]].map(|args| screenshot("320x200", args));
     assert!(with == without, "a small picture has no legend");
 }
 
@@ -172,7 +183,8 @@ fn a_recording(_: &Gpu) {
     let error = live.try_view("320x200", &record).expect_err("a folder with pictures").to_string();
     assert!(error.ends_with("this exists; --force replaces it"), "{error}");
     for number in 0..5 {
-        let picture = image::open(Path::new(&folder).join(format!("{number:06}.png"))).expect("a picture");
+        let picture =
+            image::open(Path::new(&folder).join(format!("{number:06}.png"))).expect("a picture");
         assert_eq!((picture.width(), picture.height()), (SIZE.x, SIZE.y));
     }
     assert_eq!(std::fs::read_dir(&folder).expect("the folder").count(), 5);
@@ -201,8 +213,10 @@ fn what_cannot_be_shown(_: &Gpu) {
     }
     assert!(refused(&["--screenshot", &live.path("shot.jpg")]).contains("ends in .png"));
     let command = Options::augment_args(clap::Command::new("viewer").no_binary_name(true));
-    let absent = ["--headless", "--fleet", "nobody", "--screenshot", &picture, "--timeout", "200ms"];
-    let options = Options::from_arg_matches(&command.try_get_matches_from(absent).expect("arguments"));
+    let absent =
+        ["--headless", "--fleet", "nobody", "--screenshot", &picture, "--timeout", "200ms"];
+    let options =
+        Options::from_arg_matches(&command.try_get_matches_from(absent).expect("arguments"));
     let error = regatta_viewer::run(&options.expect("options")).expect_err("no fleet").to_string();
     assert!(error.contains("no frame of fleet 'nobody' within 200ms"), "{error}");
     assert!(!Path::new(&picture).exists());
@@ -211,7 +225,15 @@ fn what_cannot_be_shown(_: &Gpu) {
 fn a_full_memory(_: &Gpu) {
     // A device of its own, because others can't be used afterwards.
     let gpu = Gpu::software().expect("an adapter");
-    let huge = || texture(&gpu, UVec2::splat(16384), TextureFormat::Depth32Float, 4, TextureUsages::RENDER_ATTACHMENT);
+    let huge = || {
+        texture(
+            &gpu,
+            UVec2::splat(16384),
+            TextureFormat::Depth32Float,
+            4,
+            TextureUsages::RENDER_ATTACHMENT,
+        )
+    };
     assert!(gpu.allocate(huge).is_none());
     gpu.check_memory().expect("what was refused leaves the rest usable");
     // Neither the allocation nor the use of what it returns panics.
@@ -224,18 +246,28 @@ fn a_picture_without_room(gpu: &Gpu) {
     let live = LiveFleet::start("room");
     let path = live.path("shot.png");
     let limit = gpu.device.limits().max_texture_dimension_2d;
-    // With four samples per pixel this takes 11 GB, and its depth alone more than one allocation may have.
-    let error = live.try_view("16384x16384", &["--screenshot", &path, "--samples", "4"]).expect_err("no room");
+    // With four samples per pixel this takes 11 GB, and its depth alone more than one allocation
+    // may have.
+    let error = live
+        .try_view("16384x16384", &["--screenshot", &path, "--samples", "4"])
+        .expect_err("no room");
     let message = error.to_string();
-    assert!(message.contains("16384x16384") && message.contains("largest") && !message.contains('\n'), "{message}");
+    assert!(
+        message.contains("16384x16384") && message.contains("largest") && !message.contains('\n'),
+        "{message}"
+    );
     assert!(!Path::new(&path).exists());
     let target = TargetConfig::new(gpu, FORMAT, 4);
     let largest = match Offscreen::new(gpu, UVec2::splat(16384), target) {
         Err(PictureError::TooLarge { largest, .. }) => largest,
         other => panic!("{other:?}"),
     };
-    assert!(largest.x == largest.y && message.contains(&format!("{0}x{0}", largest.x)), "{message}");
+    assert!(
+        largest.x == largest.y && message.contains(&format!("{0}x{0}", largest.x)),
+        "{message}"
+    );
     assert!(largest.x > 1000 && Offscreen::new(gpu, largest, target).is_ok(), "{largest}");
-    let error = live.try_view("32768x8", &["--screenshot", &path]).expect_err("too wide").to_string();
+    let error =
+        live.try_view("32768x8", &["--screenshot", &path]).expect_err("too wide").to_string();
     assert!(error.contains(&format!("{limit}x{}", limit * 8 / 32768)), "{error}");
 }

@@ -1,8 +1,9 @@
-//! Tests of pictures against references, and of picking against known poses. They need a software adapter; without one,
-//! each of them is listed as ignored.
+//! Tests of pictures against references, and of picking against known poses. They need a software
+//! adapter; without one, each of them is listed as ignored.
 //!
-//! The references were rendered by Mesa's llvmpipe. After an intended visual change, update them, and check each of them
-//! by eye: `REGATTA_UPDATE_PICTURES=1 cargo test -p regatta-viewer --test pictures`.
+//! The references were rendered by Mesa's llvmpipe. After an intended visual change, update them,
+//! and check each of them by eye: `REGATTA_UPDATE_PICTURES=1 cargo test -p regatta-viewer --test
+//! pictures`.
 
 mod fleet;
 mod jams;
@@ -37,7 +38,9 @@ fn main() -> std::process::ExitCode {
                 device.iter().for_each(test);
                 Ok(())
             };
-            Trial::test(*name, run).with_ignored_flag(gpu.is_none()).with_kind("needs a software adapter")
+            Trial::test(*name, run)
+                .with_ignored_flag(gpu.is_none())
+                .with_kind("needs a software adapter")
         })
         .collect();
     trials.push(Trial::test("references_are_told_apart", || {

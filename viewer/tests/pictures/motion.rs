@@ -49,7 +49,10 @@ fn teleport(gpu: &Gpu) {
     renderer.push(&[Robot { x: 80.0, y: 2.0, ..Robot::default() }]);
     let there = [Robot { x: 5.0, y: 2.0, ..Robot::default() }];
     renderer.push(&there);
-    assert!(renderer.render(&top(), &Scene::default(), 0.5) == still(gpu, &there), "the robot is at its new position");
+    assert!(
+        renderer.render(&top(), &Scene::default(), 0.5) == still(gpu, &there),
+        "the robot is at its new position"
+    );
 }
 
 fn fleets_grow_and_shrink(gpu: &Gpu) {
@@ -66,17 +69,13 @@ fn fleets_grow_and_shrink(gpu: &Gpu) {
 }
 
 fn without_a_position(gpu: &Gpu) {
-    let [absent, lost, far] = [(1.0, 255), (f32::NAN, 0), (f32::INFINITY, 0)].map(|(x, state)| Robot {
-        x,
-        y: 2.0,
-        state,
-        ..Robot::default()
-    });
+    let [absent, lost, far] = [(1.0, 255), (f32::NAN, 0), (f32::INFINITY, 0)]
+        .map(|(x, state)| Robot { x, y: 2.0, state, ..Robot::default() });
     assert!(still(gpu, &[absent, lost, far]) == still(gpu, &[]), "nothing is drawn");
 }
 
-/// While the camera stands still, the ground is copied from the third picture on. The robots go on, and what is picked is what is
-/// seen.
+/// While the camera stands still, the ground is copied from the third picture on. The robots go on,
+/// and what is picked is what is seen.
 fn kept_ground(gpu: &Gpu) {
     let scene = Scene::default();
     let draw = |renderer: &mut TestRenderer, camera: &Camera| renderer.render(camera, &scene, 1.0);
@@ -100,13 +99,17 @@ fn kept_ground(gpu: &Gpu) {
         let mut other = TestRenderer::with_target(gpu, target);
         other.inner.set_graph(&graph().view(1, 1));
         other.push(&fleet);
-        assert!(difference(&moved, &draw(&mut other, &camera())) <= TOLERANCE, "the robot has moved");
+        assert!(
+            difference(&moved, &draw(&mut other, &camera())) <= TOLERANCE,
+            "the robot has moved"
+        );
         // From above, and back: the lists of the picture before are used up.
         draw(&mut renderer, &top());
         draw(&mut renderer, &camera());
         draw(&mut renderer, &camera());
         draw(&mut renderer, &camera());
-        let node = camera().project(Vec3::new(8.0, 4.0, 0.0), SIZE.as_vec2()).expect("in the picture");
+        let node =
+            camera().project(Vec3::new(8.0, 4.0, 0.0), SIZE.as_vec2()).expect("in the picture");
         assert!(renderer.inner.pick(node).is_some(), "what is picked is what was drawn");
         // Another graph is seen at once.
         renderer.inner.set_graph(&WorldData::default().view(2, 1));

@@ -1,4 +1,5 @@
-//! Tests that what overlaps is drawn in the same order in every picture, so that films have the same bytes on every run.
+//! Tests that what overlaps is drawn in the same order in every picture, so that films have the
+//! same bytes on every run.
 
 use glam::{UVec2, Vec2, Vec3};
 use image::RgbaImage;
@@ -17,7 +18,8 @@ pub const TESTS: &[(&str, Test)] = &[
     ("a_later_edge_is_drawn_over_an_earlier_one", edges_in_their_order),
 ];
 
-/// The number of robots that are drawn in a fixed order: several workgroups of the shader that lists them.
+/// The number of robots that are drawn in a fixed order: several workgroups of the shader that
+/// lists them.
 const ROBOTS: usize = 64;
 /// The workgroup size of the shader that sorts edges.
 const WORKGROUP: u32 = 64;
@@ -29,7 +31,8 @@ fn aspect() -> f32 {
     SIZE.x as f32 / SIZE.y as f32
 }
 
-/// Robots at one place, of which the first drives and the others are faulted: as meshes and as blocks, in perspective and in a plan.
+/// Robots at one place, of which the first drives and the others are faulted: as meshes and as
+/// blocks, in perspective and in a plan.
 fn robots_at_one_place(gpu: &Gpu) {
     let mut scene = Scene { colouring: Colouring::State, ..Scene::default() };
     (scene.layers.shadows, scene.layers.density) = (false, false);
@@ -38,25 +41,31 @@ fn robots_at_one_place(gpu: &Gpu) {
     fleet[0] = first;
     for half_size in [1.0, 6.0] {
         let bounds = Bounds { low: Vec2::splat(-half_size), high: Vec2::splat(half_size) };
-        for camera in [Camera::fit(bounds, aspect()), Camera::plan(bounds, Window::whole(aspect()))] {
+        for camera in [Camera::fit(bounds, aspect()), Camera::plan(bounds, Window::whole(aspect()))]
+        {
             let draw = |fleet: &[Robot]| {
                 let mut renderer = TestRenderer::new(gpu);
                 renderer.push(fleet);
                 renderer.render(&camera, &scene, 1.0)
             };
             let alone = draw(&fleet[..1]);
-            assert!(draw(&fleet) == alone, "another robot than the first is in front: {half_size} m, {camera:?}");
+            assert!(
+                draw(&fleet) == alone,
+                "another robot than the first is in front: {half_size} m, {camera:?}"
+            );
         }
     }
 }
 
-/// Straight edges of the directions that are listed, a workgroup of one after a workgroup of the other at the same places.
+/// Straight edges of the directions that are listed, a workgroup of one after a workgroup of the
+/// other at the same places.
 fn pairs(are_two_way: &[bool]) -> WorldData {
     let mut world = WorldData::default();
     let all = PAIRS.x * PAIRS.y;
     for first in (0..all).step_by(WORKGROUP as usize) {
         for is_two_way in are_two_way {
-            (first..(first + WORKGROUP).min(all)).for_each(|pair| add_edge(&mut world, place(pair), *is_two_way));
+            (first..(first + WORKGROUP).min(all))
+                .for_each(|pair| add_edge(&mut world, place(pair), *is_two_way));
         }
     }
     world
@@ -110,7 +119,8 @@ fn difference(one: &RgbaImage, other: &RgbaImage, at: Vec2) -> f32 {
     let mean = |picture: &RgbaImage| {
         let mut sum = Vec3::ZERO;
         for (x, y) in (0..9).map(|i| (i % 3, i / 3)) {
-            let [r, g, b, _] = picture.get_pixel(at.x as u32 + x - 1, at.y as u32 + y - 1).0.map(f32::from);
+            let [r, g, b, _] =
+                picture.get_pixel(at.x as u32 + x - 1, at.y as u32 + y - 1).0.map(f32::from);
             sum += Vec3::new(r, g, b) / 9.0;
         }
         sum

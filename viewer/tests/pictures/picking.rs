@@ -52,7 +52,11 @@ fn marks_are_picked(gpu: &Gpu) {
     let mut renderer = TestRenderer::new(gpu);
     let (low, side) = (Vec2::new(7000.0, -7500.0), 10);
     let fleet: Vec<_> = (0..side * side)
-        .map(|i| Robot { x: low.x + (i % side) as f32 * 30.0, y: low.y + (i / side) as f32 * 30.0, ..Robot::default() })
+        .map(|i| Robot {
+            x: low.x + (i % side) as f32 * 30.0,
+            y: low.y + (i / side) as f32 * 30.0,
+            ..Robot::default()
+        })
         .collect();
     renderer.push(&fleet);
     let camera = Camera::top(Bounds { low, high: low + 270.0 }, aspect());
@@ -74,7 +78,9 @@ fn nodes_and_edges(gpu: &Gpu) {
         assert_eq!(picked, Some(Picked::Node(index as u32)));
     }
     // The middles of the curves.
-    for (index, middle) in [[4.0, 0.0], [10.25, 2.0], [4.0, 4.0], [-2.25, 2.0]].into_iter().enumerate() {
+    for (index, middle) in
+        [[4.0, 0.0], [10.25, 2.0], [4.0, 4.0], [-2.25, 2.0]].into_iter().enumerate()
+    {
         let picked = renderer.inner.pick(pixel(&camera, Vec3::new(middle[0], middle[1], 0.0)));
         assert_eq!(picked, Some(Picked::Edge(index as u32)));
     }
@@ -86,7 +92,10 @@ fn the_nearer(gpu: &Gpu) {
     renderer.push(&[Robot { x: 2.0, ..Robot::default() }, Robot { x: 1.2, ..Robot::default() }]);
     let camera = Camera::from_eye(Vec3::new(-2.0, 0.0, 0.25), 0.0, 0.01);
     renderer.render(&camera, &Scene::default(), 1.0);
-    assert_eq!(renderer.inner.pick(pixel(&camera, Vec3::new(1.2, 0.0, 0.15))), Some(Picked::Robot(1)));
+    assert_eq!(
+        renderer.inner.pick(pixel(&camera, Vec3::new(1.2, 0.0, 0.15))),
+        Some(Picked::Robot(1))
+    );
 }
 
 fn with_an_offset(gpu: &Gpu) {
@@ -94,7 +103,10 @@ fn with_an_offset(gpu: &Gpu) {
     renderer.push(&[Robot { x: 3.0, y: 1.0, ..Robot::default() }]);
     let scene = Scene { offset: Vec2::new(2.0, 1.5), ..Scene::default() };
     renderer.render(&top(), &scene, 1.0);
-    assert_eq!(renderer.inner.pick(pixel(&top(), Vec3::new(5.0, 2.5, 0.2))), Some(Picked::Robot(0)));
+    assert_eq!(
+        renderer.inner.pick(pixel(&top(), Vec3::new(5.0, 2.5, 0.2))),
+        Some(Picked::Robot(0))
+    );
     assert_eq!(renderer.inner.pick(pixel(&top(), Vec3::new(3.0, 1.0, 0.2))), None);
 }
 
@@ -108,8 +120,10 @@ fn overlapping_marks(gpu: &Gpu) {
     let camera = Camera::fit(Bounds { low: Vec2::ZERO, high: Vec2::new(60.0, 40.0) }, aspect());
     let scene = Scene { colouring: Colouring::Type, ..Scene::default() };
     for splats_from in [u32::MAX, 0] {
-        let mut renderer =
-            TestRenderer::with_target(gpu, TargetConfig { splats_from, ..TargetConfig::new(gpu, FORMAT, 1) });
+        let mut renderer = TestRenderer::with_target(
+            gpu,
+            TargetConfig { splats_from, ..TargetConfig::new(gpu, FORMAT, 1) },
+        );
         renderer.push(&fleet);
         renderer.inner.set_robot_type_column(&[0.0, 1.0].repeat(750));
         let picture = renderer.render(&camera, &scene, 1.0);
@@ -117,7 +131,8 @@ fn overlapping_marks(gpu: &Gpu) {
         let pixels = (20..180).step_by(3).flat_map(|y| (20..300).step_by(7).map(move |x| (x, y)));
         for (x, y) in pixels {
             let colour = picture.get_pixel(x, y).0;
-            // Picking tolerates a few pixels, so it may find a robot beside a pixel of the dark floor.
+            // Picking tolerates a few pixels, so it may find a robot beside a pixel of the dark
+            // floor.
             let is_robot = colour[..3].iter().any(|part| *part > 120);
             let picked = renderer.inner.pick(Vec2::new(x as f32, y as f32) + 0.5);
             if let Some(Picked::Robot(id)) = picked.filter(|_| is_robot) {
@@ -130,12 +145,16 @@ fn overlapping_marks(gpu: &Gpu) {
     }
 }
 
-/// A fleet that shrinks so far that its marks' triangles need exactly the buffer size that its splats had.
+/// A fleet that shrinks so far that its marks' triangles need exactly the buffer size that its
+/// splats had.
 fn triangles_after_splats(gpu: &Gpu) {
     let target = TargetConfig { splats_from: 600, ..TargetConfig::new(gpu, FORMAT, 1) };
     let mut renderer = TestRenderer::with_target(gpu, target);
-    let row = |count: u32| -> Vec<_> { (0..count).map(|i| Robot { x: i as f32 * 20.0, ..Robot::default() }).collect() };
-    let camera = Camera::top(Bounds { low: Vec2::new(0.0, -20.0), high: Vec2::new(280.0, 20.0) }, aspect());
+    let row = |count: u32| -> Vec<_> {
+        (0..count).map(|i| Robot { x: i as f32 * 20.0, ..Robot::default() }).collect()
+    };
+    let camera =
+        Camera::top(Bounds { low: Vec2::new(0.0, -20.0), high: Vec2::new(280.0, 20.0) }, aspect());
     for robots in [650, 15] {
         renderer.push(&row(robots));
         renderer.render(&camera, &Scene::default(), 1.0);

@@ -49,12 +49,14 @@ pub const TESTS: &[(&str, Test)] = &[
     ("splats_are_like_triangles", splats_are_like_triangles),
 ];
 
-/// The largest share of pixels that may differ from the reference. Versions of the adapter differ in how they rasterize
-/// edges. A test checks that the tolerance still distinguishes references that differ by a ring or a few robots' colours.
+/// The largest share of pixels that may differ from the reference. Versions of the adapter differ
+/// in how they rasterize edges. A test checks that the tolerance still distinguishes references
+/// that differ by a ring or a few robots' colours.
 pub const TOLERANCE: f64 = 0.003;
 /// The difference of a channel, of 255, above which a pixel differs.
 const DIFFERENCE: u8 = 20;
-/// The standard deviation in pixels by which pictures are blurred before the comparison, as eyes blur thin lines.
+/// The standard deviation in pixels by which pictures are blurred before the comparison, as eyes
+/// blur thin lines.
 const BLUR: f32 = 1.0;
 
 fn path_of(name: &str) -> PathBuf {
@@ -65,7 +67,8 @@ fn path_of(name: &str) -> PathBuf {
 pub fn difference(one: &RgbImage, other: &RgbImage) -> f64 {
     assert_eq!(one.dimensions(), other.dimensions());
     let [one, other] = [one, other].map(|picture| image::imageops::blur(picture, BLUR));
-    let differs = |(a, b): (&Rgb<u8>, &Rgb<u8>)| a.0.iter().zip(b.0).any(|(a, b)| a.abs_diff(b) > DIFFERENCE);
+    let differs =
+        |(a, b): (&Rgb<u8>, &Rgb<u8>)| a.0.iter().zip(b.0).any(|(a, b)| a.abs_diff(b) > DIFFERENCE);
     let count = one.pixels().zip(other.pixels()).filter(|pair| differs(*pair)).count();
     count as f64 / f64::from(one.width() * one.height())
 }
@@ -101,14 +104,20 @@ pub fn assert_like(name: &str, picture: &RgbaImage) {
     if std::env::var_os("REGATTA_UPDATE_PICTURES").is_some() {
         return picture.save(&path).expect("the reference is written");
     }
-    let reference = image::open(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display())).into_rgb8();
+    let reference = image::open(&path)
+        .unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+        .into_rgb8();
     let picture = DynamicImage::from(picture.clone()).into_rgb8();
     let difference = difference(&picture, &reference);
     if difference > TOLERANCE {
         let actual = std::env::temp_dir().join(format!("regatta-{name}.png"));
         picture.save(&actual).expect("the picture is written");
         let share = difference * 100.0;
-        panic!("{share:.2} % of the pixels differ from {}; see {}", path.display(), actual.display());
+        panic!(
+            "{share:.2} % of the pixels differ from {}; see {}",
+            path.display(),
+            actual.display()
+        );
     }
 }
 
@@ -130,7 +139,10 @@ fn graph_alone(gpu: &Gpu) {
 }
 
 fn robots_by_state(gpu: &Gpu) {
-    assert_like("robots_by_state", &loop_renderer(gpu).render(&camera(), &coloured(Colouring::State), 1.0));
+    assert_like(
+        "robots_by_state",
+        &loop_renderer(gpu).render(&camera(), &coloured(Colouring::State), 1.0),
+    );
 }
 
 fn robots_by_speed(gpu: &Gpu) {
@@ -153,7 +165,10 @@ fn robots_by_collision(gpu: &Gpu) {
 }
 
 fn robots_without_the_column(gpu: &Gpu) {
-    assert_like("robots_without_the_column", &loop_renderer(gpu).render(&camera(), &Scene::default(), 1.0));
+    assert_like(
+        "robots_without_the_column",
+        &loop_renderer(gpu).render(&camera(), &Scene::default(), 1.0),
+    );
 }
 
 /// Two rows of robots from near to far: meshes, blocks, marks.
@@ -171,7 +186,8 @@ fn levels_of_detail(gpu: &Gpu) {
 
 fn trails(gpu: &Gpu) {
     let mut renderer = loop_renderer(gpu);
-    let scene = Scene { trails: Trails { points: 8, only_selected: false }, ..coloured(Colouring::State) };
+    let scene =
+        Scene { trails: Trails { points: 8, only_selected: false }, ..coloured(Colouring::State) };
     let mut fleet = robots();
     for _ in 0..6 {
         fleet.iter_mut().for_each(|robot| {
@@ -190,7 +206,8 @@ fn selection(gpu: &Gpu) {
     assert_like("selection", &loop_renderer(gpu).render(&camera(), &scene, 1.0));
 }
 
-/// A route from a robot's position: released up to the end of the bend, planned for the rest of the loop.
+/// A route from a robot's position: released up to the end of the bend, planned for the rest of the
+/// loop.
 fn routes(gpu: &Gpu) {
     let mut renderer = loop_renderer(gpu);
     let segment = |curve, range, released| RouteSegment { curve, range, released };
@@ -238,7 +255,8 @@ fn plans(gpu: &Gpu) {
     assert_like("plans", &renderer.render(&camera(), &scene, 1.0));
 }
 
-/// In the first row, robots wait for the one before them; in the second one, three of them wait for each other.
+/// In the first row, robots wait for the one before them; in the second one, three of them wait for
+/// each other.
 fn waits(gpu: &Gpu) {
     let mut renderer = loop_renderer(gpu);
     let nan = f32::NAN;
@@ -260,11 +278,13 @@ fn filter(gpu: &Gpu) {
     assert_like("robots_by_state", &renderer.render(&camera(), &coloured(Colouring::State), 1.0));
 }
 
-/// The straight edge of seven metres has six dashes of about 1.2 m: six gaps, and half a dash at either end.
+/// The straight edge of seven metres has six dashes of about 1.2 m: six gaps, and half a dash at
+/// either end.
 fn a_horizon_has_whole_dashes(gpu: &Gpu) {
     let mut renderer = loop_renderer(gpu);
     let mut scene = Scene::default();
-    (scene.layers.robots, scene.layers.grid, scene.layers.arrows, scene.layers.nodes) = (false, false, false, false);
+    (scene.layers.robots, scene.layers.grid, scene.layers.arrows, scene.layers.nodes) =
+        (false, false, false, false);
     scene.layers.plans = true;
     let mut render = |released| {
         let lines = vec![RouteSegment { curve: 0, range: [0.0, 1.0], released }];
@@ -273,14 +293,20 @@ fn a_horizon_has_whole_dashes(gpu: &Gpu) {
     };
     let [horizon, base] = [render(0), render(1)];
     let pixel = |x: f32| {
-        let at = top().project(Vec3::new(x, 0.0, 0.0), SIZE.as_vec2()).expect("in the picture").as_uvec2();
+        let at = top()
+            .project(Vec3::new(x, 0.0, 0.0), SIZE.as_vec2())
+            .expect("in the picture")
+            .as_uvec2();
         let [dash, solid] = [&horizon, &base].map(|picture| picture.get_pixel(at.x, at.y));
         dash[0].abs_diff(solid[0]) < 30
     };
     let dashes: Vec<bool> = (5..155).map(|step| pixel(step as f32 * 0.05)).collect();
     let gaps = dashes.windows(2).filter(|pair| pair[0] && !pair[1]).count();
     assert_eq!(gaps, 6, "{dashes:?}");
-    assert!(dashes[0] && dashes[dashes.len() - 1], "an edge begins and ends within a dash: {dashes:?}");
+    assert!(
+        dashes[0] && dashes[dashes.len() - 1],
+        "an edge begins and ends within a dash: {dashes:?}"
+    );
 }
 
 fn light_theme_from_the_top(gpu: &Gpu) {
@@ -292,8 +318,11 @@ fn light_theme_from_the_top(gpu: &Gpu) {
 fn map_and_offset(gpu: &Gpu) {
     let mut renderer = loop_renderer(gpu);
     let light = image::Rgba([150, 170, 190, 255]);
-    let pixels = RgbaImage::from_fn(6, 4, |x, y| if (x + y) % 2 == 0 { light } else { image::Rgba([40, 90, 60, 255]) });
-    let picture = FloorPicture { pixels, corner: Vec2::new(1.0, 0.0), turn: 0.2, size: Vec2::new(6.0, 4.0) };
+    let pixels = RgbaImage::from_fn(6, 4, |x, y| {
+        if (x + y) % 2 == 0 { light } else { image::Rgba([40, 90, 60, 255]) }
+    });
+    let picture =
+        FloorPicture { pixels, corner: Vec2::new(1.0, 0.0), turn: 0.2, size: Vec2::new(6.0, 4.0) };
     renderer.inner.set_floor_picture(Some(&picture));
     let scene = Scene { offset: Vec2::new(1.0, -1.0), ..coloured(Colouring::State) };
     assert_like("map_and_offset", &renderer.render(&top(), &scene, 1.0));
@@ -302,18 +331,26 @@ fn map_and_offset(gpu: &Gpu) {
 fn lamps(gpu: &Gpu) {
     let lamp = |x, colour| Light { position: Vec3::new(x, 2.0, 2.0), colour };
     let lights = vec![lamp(0.0, Vec3::new(2.0, 1.0, 0.4)), lamp(8.0, Vec3::new(0.4, 1.0, 2.0))];
-    assert_like("lamps", &loop_renderer(gpu).render(&camera(), &Scene { lights, ..coloured(Colouring::State) }, 1.0));
+    assert_like(
+        "lamps",
+        &loop_renderer(gpu).render(&camera(), &Scene { lights, ..coloured(Colouring::State) }, 1.0),
+    );
 }
 
 /// A red and white mesh from a file, whose robots are nevertheless in the colours of their data.
 fn meshes_of_files(gpu: &Gpu) {
     let folder = std::env::temp_dir().join(format!("regatta-painted-{}", std::process::id()));
     std::fs::create_dir_all(&folder).expect("made");
-    std::fs::write(folder.join("cart.mtl"), "newmtl red\nKd 0.8 0.05 0.05\nnewmtl white\nKd 1 1 1\n").expect("written");
+    std::fs::write(
+        folder.join("cart.mtl"),
+        "newmtl red\nKd 0.8 0.05 0.05\nnewmtl white\nKd 1 1 1\n",
+    )
+    .expect("written");
     let corners = "v -0.5 -0.3 0.3\nv 0 -0.3 0.3\nv 0 0.3 0.3\nv -0.5 0.3 0.3\nv 0.5 -0.3 0.3\nv 0.5 0.3 0.3\n";
     let faces = "mtllib cart.mtl\nusemtl red\nf 1 2 3 4\nusemtl white\nf 2 5 6 3\n";
     std::fs::write(folder.join("cart.obj"), [corners, faces].concat()).expect("written");
-    let loaded = mesh_file::load(&folder.join("cart.obj"), Placement { scale: 1.0, z: 0.0, yaw: 0.0 });
+    let loaded =
+        mesh_file::load(&folder.join("cart.obj"), Placement { scale: 1.0, z: 0.0, yaw: 0.0 });
     std::fs::remove_dir_all(&folder).expect("removed");
     let mut renderer = TestRenderer::new(gpu);
     assert!(renderer.inner.set_mesh(None, Some(&loaded.expect("a mesh"))));
@@ -328,9 +365,13 @@ fn meshes_of_files(gpu: &Gpu) {
     for (row, robot) in robots().iter().enumerate() {
         for along in [-0.25, 0.25] {
             let place = Vec2::new(robot.x, robot.y) + Vec2::from_angle(robot.theta) * along;
-            let at = top().project(place.extend(0.3), SIZE.as_vec2()).expect("in the picture").as_uvec2();
+            let at = top()
+                .project(place.extend(0.3), SIZE.as_vec2())
+                .expect("in the picture")
+                .as_uvec2();
             let shown = picture.get_pixel(at.x, at.y).0.map(f32::from);
-            let linear = Vec3::from_array([0, 1, 2].map(|part| (shown[part] / 255.0).powf(2.2))).normalize();
+            let linear =
+                Vec3::from_array([0, 1, 2].map(|part| (shown[part] / 255.0).powf(2.2))).normalize();
             let hue = palette[row % 3].linear().normalize();
             assert!(linear.dot(hue) > 0.985, "robot {row}: {shown:?} for {:?}", palette[row % 3]);
         }
@@ -373,8 +414,16 @@ fn one_level(gpu: &Gpu) {
     let mut renderer = TestRenderer::new(gpu);
     let mut world = graph();
     let [ground, first] = ["ground", "first"].map(|name| world.texts.add(name));
-    world.edges.iter_mut().zip([ground, first, first, first]).for_each(|(edge, level)| edge.level = level);
-    world.nodes.iter_mut().zip([ground, ground, first, first]).for_each(|(node, level)| node.level = level);
+    world
+        .edges
+        .iter_mut()
+        .zip([ground, first, first, first])
+        .for_each(|(edge, level)| edge.level = level);
+    world
+        .nodes
+        .iter_mut()
+        .zip([ground, ground, first, first])
+        .for_each(|(node, level)| node.level = level);
     renderer.inner.set_level(Some("ground"));
     renderer.inner.set_graph(&world.view(1, 1));
     renderer.push(&robots());
@@ -386,7 +435,8 @@ fn one_level(gpu: &Gpu) {
     assert_like("robots_by_state", &renderer.render(&camera(), &coloured(Colouring::State), 1.0));
 }
 
-/// The pixels of a robot in a plan are as many as its outline covers, in the middle and at the side of the picture.
+/// The pixels of a robot in a plan are as many as its outline covers, in the middle and at the side
+/// of the picture.
 fn plan_footprints(gpu: &Gpu) {
     let mut renderer = TestRenderer::new(gpu);
     let view = Camera::plan_around(Vec2::new(4.0, 0.0), 10.0);
@@ -401,29 +451,44 @@ fn plan_footprints(gpu: &Gpu) {
         let outline = 0.9 * 0.6 * per_metre * per_metre;
         // Pixels that are covered in part count as whole: half a pixel along the outline.
         let border = 2.0 * (0.9 + 0.6) * per_metre * 0.75;
-        assert!(covered >= outline && covered <= outline + border, "at {x}: {covered} pixels of {outline}");
+        assert!(
+            covered >= outline && covered <= outline + border,
+            "at {x}: {covered} pixels of {outline}"
+        );
     }
     let mut renderer = loop_renderer(gpu);
     let whole = Camera::plan(bounds(), Window::whole(SIZE.x as f32 / SIZE.y as f32));
     assert_like("plan", &renderer.render(&whole, &coloured(Colouring::State), 1.0));
 }
 
-/// Robots of both shapes from near, as meshes, to far, where the order of overlapping marks may differ; and marks alone
-/// that don't overlap.
+/// Robots of both shapes from near, as meshes, to far, where the order of overlapping marks may
+/// differ; and marks alone that don't overlap.
 fn splats_are_like_triangles(gpu: &Gpu) {
     let fleet = |side: usize, distance: f32| -> Vec<_> {
         let place = |i: usize| [(i / side) as f32 * distance, (i % side) as f32 * distance];
-        let robot =
-            |i: usize| Robot { x: place(i)[0], y: place(i)[1], theta: i as f32, state: (i % 5) as u8, speed: 0.0 };
+        let robot = |i: usize| Robot {
+            x: place(i)[0],
+            y: place(i)[1],
+            theta: i as f32,
+            state: (i % 5) as u8,
+            speed: 0.0,
+        };
         (0..8 * side * side).map(robot).collect()
     };
     let robot_type = [0.0, 1.0].repeat(4000);
     let low = Camera::from_eye(Vec3::new(-4.0, -2.0, 4.0), 0.1, 0.25);
-    let wide = Camera::fit(Bounds { low: Vec2::ZERO, high: Vec2::new(96.0, 12.0) }, SIZE.x as f32 / SIZE.y as f32);
-    for (fleet, camera, tolerance) in [(fleet(16, 2.0), low, 2.0 * TOLERANCE), (fleet(5, 2.7), wide, TOLERANCE)] {
+    let wide = Camera::fit(
+        Bounds { low: Vec2::ZERO, high: Vec2::new(96.0, 12.0) },
+        SIZE.x as f32 / SIZE.y as f32,
+    );
+    for (fleet, camera, tolerance) in
+        [(fleet(16, 2.0), low, 2.0 * TOLERANCE), (fleet(5, 2.7), wide, TOLERANCE)]
+    {
         let [triangles, splats] = [u32::MAX, 0].map(|splats_from| {
-            let mut renderer =
-                TestRenderer::with_target(gpu, TargetConfig { splats_from, ..TargetConfig::new(gpu, FORMAT, 1) });
+            let mut renderer = TestRenderer::with_target(
+                gpu,
+                TargetConfig { splats_from, ..TargetConfig::new(gpu, FORMAT, 1) },
+            );
             let mut scene = coloured(Colouring::State);
             scene.layers.density = false;
             renderer.push(&fleet);

@@ -7,18 +7,26 @@ use regatta_plugin::frame::RobotState;
 use regatta_plugin::order::{OrderKind, OrderRecord};
 
 use super::support::*;
-use crate::fleet::{Battery, EventBuffer, Fleet, FleetConfig, Placement, Repeat, RobotType, RouteSource};
+use crate::fleet::{
+    Battery, EventBuffer, Fleet, FleetConfig, Placement, Repeat, RobotType, RouteSource,
+};
 use crate::graph::{NodeIndex, Role, RouteGraph};
 
 /// 1 Wh: 3600 J last a minute of driving.
-const BATTERY: Battery =
-    Battery { capacity: 1.0, drain_moving: 60.0, drain_standing: 12.0, charge_rate: 600.0, charge: [100.0; 2] };
+const BATTERY: Battery = Battery {
+    capacity: 1.0,
+    drain_moving: 60.0,
+    drain_standing: 12.0,
+    charge_rate: 600.0,
+    charge: [100.0; 2],
+};
 
 fn with_battery(battery: Battery, acceleration: f32) -> RobotType {
     RobotType { battery: Some(battery), ..robot_type(f32::INFINITY, acceleration) }
 }
 
-/// Returns an edge of that many metres at 1 m/s, with a charger at its end, and another edge of 5 m.
+/// Returns an edge of that many metres at 1 m/s, with a charger at its end, and another edge of 5
+/// m.
 fn road_to_charger(metres: f64) -> Arc<RouteGraph> {
     let mut graph = Arc::unwrap_or_clone(chain(&[(metres, 1.0), (5.0, 1.0)]));
     graph.override_node(NodeIndex(1), Some(Role::Charge), None);
@@ -27,7 +35,8 @@ fn road_to_charger(metres: f64) -> Arc<RouteGraph> {
 
 /// Returns a fleet of one robot at the start of the road, which drives to the charger.
 fn driving(metres: f64, battery: Battery, acceleration: f32) -> Fleet {
-    let mut fleet = fleet(&road_to_charger(metres), config(vec![with_battery(battery, acceleration)]));
+    let mut fleet =
+        fleet(&road_to_charger(metres), config(vec![with_battery(battery, acceleration)]));
     let route = RouteSource::Listed([forward(0)].into(), Repeat::Once);
     fleet.spawn(Placement::Node(NodeIndex(0)), 0, route, 0, &mut events()).expect("a route");
     fleet
@@ -63,14 +72,20 @@ fn energy_is_taken_and_given_as_the_type_says() {
         // 60 W for 1 s.
         let later = pass(&mut fleet, tick, 1, events);
         assert!((later - at_charger - 10.0 / 6.0).abs() < 1e-3, "{at_charger} to {later}");
-        assert_eq!(pass(&mut fleet, tick, 60, events), 100.0, "no battery holds more than its capacity");
+        assert_eq!(
+            pass(&mut fleet, tick, 60, events),
+            100.0,
+            "no battery holds more than its capacity"
+        );
     }
 }
 
 #[test]
 fn robots_that_stand_elsewhere_take_energy_and_do_not_charge() {
     let mut fleet = fleet(&road_to_charger(20.0), config(vec![with_battery(BATTERY, 0.8)]));
-    fleet.spawn(Placement::Node(NodeIndex(0)), 0, RouteSource::None, 0, &mut events()).expect("a node");
+    fleet
+        .spawn(Placement::Node(NodeIndex(0)), 0, RouteSource::None, 0, &mut events())
+        .expect("a node");
     // 12 W for 30 s.
     let charge = pass(&mut fleet, &mut 0, 30, &mut events());
     assert!((charge - 90.0).abs() < 1e-3, "{charge}");
@@ -80,7 +95,9 @@ fn robots_that_stand_elsewhere_take_energy_and_do_not_charge() {
 fn a_robot_on_a_charger_charges_only_while_it_is_idle() {
     let battery = Battery { charge: [50.0; 2], ..BATTERY };
     let mut fleet = fleet(&road_to_charger(20.0), config(vec![with_battery(battery, 0.8)]));
-    fleet.spawn(Placement::Node(NodeIndex(1)), 0, RouteSource::None, 0, &mut events()).expect("a node");
+    fleet
+        .spawn(Placement::Node(NodeIndex(1)), 0, RouteSource::None, 0, &mut events())
+        .expect("a node");
     fleet.stall(0, &mut events());
     let tick = &mut 0;
     assert!(pass(&mut fleet, tick, 1, &mut events()) < 50.0);
@@ -95,13 +112,18 @@ fn a_flat_robot_is_broken_until_it_is_repaired() {
     assert_eq!(pass(&mut fleet, tick, 20, &mut events), 0.0);
     assert_eq!(state(&fleet), RobotState::Broken);
     let causes = |events: &EventBuffer| {
-        let breakdowns = events.records().iter().filter(|event| event.kind == EventKind::BrokenDown as u32);
+        let breakdowns =
+            events.records().iter().filter(|event| event.kind == EventKind::BrokenDown as u32);
         breakdowns.map(|event| (event.robot, event.detail)).collect::<Vec<_>>()
     };
     assert_eq!(causes(&events), [(0, BreakdownCause::FlatBattery as u32)]);
     let place = fleet.pose(0);
     pass(&mut fleet, tick, 60, &mut events);
-    assert_eq!((fleet.pose(0), causes(&events).len()), (place, 1), "it stands, and that is told once");
+    assert_eq!(
+        (fleet.pose(0), causes(&events).len()),
+        (place, 1),
+        "it stands, and that is told once"
+    );
     let repair = OrderRecord { kind: OrderKind::Repair as u32, ..OrderRecord::default() };
     fleet.apply(&[repair], &mut events);
     assert_eq!(fleet.battery_charges(), Some(vec![100.0]));
@@ -113,14 +135,20 @@ fn a_flat_robot_is_broken_until_it_is_repaired() {
 fn a_flat_robot_goes_on_when_it_has_been_charged() {
     let empty = Battery { charge: [0.0; 2], ..BATTERY };
     let mut fleet = fleet(&road_to_charger(20.0), config(vec![with_battery(empty, 0.8)]));
-    fleet.spawn(Placement::Node(NodeIndex(1)), 0, RouteSource::None, 0, &mut events()).expect("a node");
+    fleet
+        .spawn(Placement::Node(NodeIndex(1)), 0, RouteSource::None, 0, &mut events())
+        .expect("a node");
     let tick = &mut 0;
     fleet.drain_batteries(0, &mut events());
     pass(&mut fleet, tick, 1, &mut events());
     assert_eq!(state(&fleet), RobotState::Idle);
     fleet.break_down(0, &mut events());
     pass(&mut fleet, tick, 1, &mut events());
-    assert_eq!(state(&fleet), RobotState::Broken, "what breaks otherwise isn't mended by a charger");
+    assert_eq!(
+        state(&fleet),
+        RobotState::Broken,
+        "what breaks otherwise isn't mended by a charger"
+    );
 }
 
 #[test]
@@ -130,7 +158,9 @@ fn the_charge_at_the_start_is_in_its_range_and_new_robots_get_their_own() {
     let mut fleet = fleet(&road_to_charger(20.0), config(types));
     for robot in 0..200 {
         let place = Placement::Node(NodeIndex(0));
-        fleet.spawn(place, u16::from(robot == 7), RouteSource::None, 0, &mut events()).expect("a node");
+        fleet
+            .spawn(place, u16::from(robot == 7), RouteSource::None, 0, &mut events())
+            .expect("a node");
     }
     let charges = fleet.battery_charges().expect("batteries");
     assert!(charges[7].is_nan(), "its type has no battery");
@@ -139,7 +169,9 @@ fn the_charge_at_the_start_is_in_its_range_and_new_robots_get_their_own() {
     assert!(known.iter().any(|charge| *charge < 25.0) && known.iter().any(|charge| *charge > 55.0));
     pass(&mut fleet, &mut 0, 10, &mut events());
     fleet.remove(3, &mut events()).expect("a robot");
-    fleet.spawn(Placement::Node(NodeIndex(0)), 0, RouteSource::None, 0, &mut events()).expect("a node");
+    fleet
+        .spawn(Placement::Node(NodeIndex(0)), 0, RouteSource::None, 0, &mut events())
+        .expect("a node");
     assert_eq!(fleet.battery_charges().expect("batteries")[3], charges[3]);
 }
 
@@ -155,8 +187,12 @@ fn charges_are_the_same_on_any_number_of_threads() {
         }
         let mut events = events();
         pass(&mut fleet, &mut 0, 20, &mut events);
-        let charges: Vec<_> =
-            fleet.battery_charges().expect("batteries").iter().map(|charge| charge.to_bits()).collect();
+        let charges: Vec<_> = fleet
+            .battery_charges()
+            .expect("batteries")
+            .iter()
+            .map(|charge| charge.to_bits())
+            .collect();
         (charges, events.records().to_vec(), bits(&poses(&mut fleet)).to_vec())
     };
     let (one, four) = (run(1), run(4));

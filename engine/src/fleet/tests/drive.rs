@@ -17,7 +17,9 @@ fn without_limits() -> FleetConfig {
 
 fn spawn_on(fleet: &mut Fleet, node: u32, legs: &[Leg], repeat: Repeat) -> u32 {
     let source = RouteSource::Listed(legs.into(), repeat);
-    fleet.spawn(Placement::Node(NodeIndex(node)), 0, source, 0, &mut events()).expect("a valid route")
+    fleet
+        .spawn(Placement::Node(NodeIndex(node)), 0, source, 0, &mut events())
+        .expect("a valid route")
 }
 
 fn count(events: &EventBuffer, kind: EventKind) -> usize {
@@ -26,9 +28,12 @@ fn count(events: &EventBuffer, kind: EventKind) -> usize {
 
 #[test]
 fn distance_is_speed_times_time() {
-    for (speed, hertz, ticks) in [(0.05, 1000, 20_000), (1.0, 60, 600), (1.7, 500, 5000), (50.0, 10, 100)] {
+    for (speed, hertz, ticks) in
+        [(0.05, 1000, 20_000), (1.0, 60, 600), (1.7, 500, 5000), (50.0, 10, 100)]
+    {
         let graph = chain(&[(3.0, speed), (0.011, speed), (900.0, speed)]);
-        let config = FleetConfig { tick_period: Duration::from_secs(1) / hertz, ..without_limits() };
+        let config =
+            FleetConfig { tick_period: Duration::from_secs(1) / hertz, ..without_limits() };
         let mut fleet = fleet(&graph, config);
         spawn_on(&mut fleet, 0, &[forward(0), forward(1), forward(2)], Repeat::Once);
         for _ in 0..ticks {
@@ -36,7 +41,10 @@ fn distance_is_speed_times_time() {
         }
         let x = f64::from(poses(&mut fleet).columns().x[0]);
         let expected = speed * f64::from(ticks) / f64::from(hertz);
-        assert!((x - expected).abs() < 0.001 * expected, "{speed} m/s at {hertz} Hz: {x} m instead of {expected} m");
+        assert!(
+            (x - expected).abs() < 0.001 * expected,
+            "{speed} m/s at {hertz} Hz: {x} m instead of {expected} m"
+        );
     }
 }
 
@@ -62,11 +70,17 @@ fn a_route_ends_in_the_pose_of_its_last_node_and_is_reported() {
     (0..2000).for_each(|_| fleet.step(None, &mut events));
     let frame = poses(&mut fleet);
     let end = graph.node(graph.leg_end(first));
-    assert_eq!((frame.columns().x[0], frame.columns().y[0]), (end.position.x as f32, end.position.y as f32));
+    assert_eq!(
+        (frame.columns().x[0], frame.columns().y[0]),
+        (end.position.x as f32, end.position.y as f32)
+    );
     assert_eq!((frame.columns().speed[0], frame.columns().state[0]), (0.0, RobotState::Idle as u8));
     assert_eq!(frame.columns().edge[0], first.edge.0);
     let [reached, done] = events.records() else { panic!("{:?}", events.records()) };
-    assert_eq!((reached.kind, reached.robot, reached.id), (EventKind::ReachedNode as u32, robot, end.id));
+    assert_eq!(
+        (reached.kind, reached.robot, reached.id),
+        (EventKind::ReachedNode as u32, robot, end.id)
+    );
     assert_eq!(done.kind, EventKind::RouteDone as u32);
 }
 
@@ -79,7 +93,11 @@ fn reverse_gear_drives_back_with_the_same_heading() {
     let frame = poses(&mut fleet);
     let columns = frame.columns();
     assert_eq!((columns.theta[0], columns.speed[0], columns.edge[0]), (0.0, -0.5, 0));
-    assert!((columns.x[0] - 1.9).abs() < 1e-5 && (columns.s[0] - 1.9).abs() < 1e-5, "{}", columns.x[0]);
+    assert!(
+        (columns.x[0] - 1.9).abs() < 1e-5 && (columns.s[0] - 1.9).abs() < 1e-5,
+        "{}",
+        columns.x[0]
+    );
     (0..190 + 50).for_each(|_| fleet.step(None, &mut events()));
     assert!((poses(&mut fleet).columns().x[0] - 1.0).abs() < 1e-4, "a loop goes on");
 }
@@ -89,7 +107,9 @@ fn random_walks_never_stop_without_dead_ends() {
     let graph = town(5, 4.0);
     let mut fleet = fleet(&graph, without_limits());
     for node in 0..25 {
-        fleet.spawn(Placement::Node(NodeIndex(node)), 0, RouteSource::Random, 0, &mut events()).expect("a node");
+        fleet
+            .spawn(Placement::Node(NodeIndex(node)), 0, RouteSource::Random, 0, &mut events())
+            .expect("a node");
     }
     let mut visited = vec![false; graph.edges().len()];
     for _ in 0..20_000 {
@@ -105,7 +125,9 @@ fn random_walks_never_stop_without_dead_ends() {
 fn a_random_walk_turns_back_only_at_dead_ends() {
     let graph = town(2, 4.0);
     let mut fleet = fleet(&graph, without_limits());
-    fleet.spawn(Placement::Node(NodeIndex(0)), 0, RouteSource::Random, 0, &mut events()).expect("a node");
+    fleet
+        .spawn(Placement::Node(NodeIndex(0)), 0, RouteSource::Random, 0, &mut events())
+        .expect("a node");
     let mut nodes = Vec::new();
     let mut events = events();
     (0..20_000).for_each(|_| fleet.step(None, &mut events));
@@ -118,7 +140,9 @@ fn a_random_walk_faults_at_a_dead_end() {
     let graph = chain(&[(1.0, 1.0)]);
     let mut fleet = fleet(&graph, without_limits());
     let mut events = events();
-    fleet.spawn(Placement::Edge(EdgeIndex(0), 0.25), 0, RouteSource::Random, 9, &mut events).expect("an edge");
+    fleet
+        .spawn(Placement::Edge(EdgeIndex(0), 0.25), 0, RouteSource::Random, 9, &mut events)
+        .expect("an edge");
     assert_eq!(events.records()[0].token, 9);
     (0..100).for_each(|_| fleet.step(None, &mut events));
     assert_eq!(fleet.states(), [RobotState::Faulted as u8]);
@@ -135,9 +159,13 @@ fn robots_without_a_route_stay_where_they_were_spawned() {
     spawn(Placement::Edge(EdgeIndex(0), 11.0)).expect("its end");
     spawn(Placement::Node(NodeIndex(1))).expect("a node");
     assert!(
-        spawn(Placement::Edge(EdgeIndex(0), 11.1)).is_err() && spawn(Placement::Edge(EdgeIndex(0), f32::NAN)).is_err()
+        spawn(Placement::Edge(EdgeIndex(0), 11.1)).is_err()
+            && spawn(Placement::Edge(EdgeIndex(0), f32::NAN)).is_err()
     );
-    assert!(spawn(Placement::Edge(EdgeIndex(0), -0.1)).is_err() && spawn(Placement::Node(NodeIndex(2))).is_err());
+    assert!(
+        spawn(Placement::Edge(EdgeIndex(0), -0.1)).is_err()
+            && spawn(Placement::Node(NodeIndex(2))).is_err()
+    );
     fleet.step(None, &mut events());
     let frame = poses(&mut fleet);
     let columns = frame.columns();
@@ -152,7 +180,9 @@ fn the_lowest_free_id_is_used_first_and_absent_rows_at_the_end_are_dropped() {
     let graph = chain(&[(1.0, 1.0)]);
     let mut fleet = fleet(&graph, without_limits());
     let spawn = |fleet: &mut Fleet| {
-        fleet.spawn(Placement::Node(NodeIndex(0)), 0, RouteSource::None, 0, &mut events()).expect("a node")
+        fleet
+            .spawn(Placement::Node(NodeIndex(0)), 0, RouteSource::None, 0, &mut events())
+            .expect("a node")
     };
     (0..200).for_each(|id| assert_eq!(spawn(&mut fleet), id));
     for id in [3, 70, 198] {
@@ -180,8 +210,13 @@ fn memory_per_robot_is_31_or_51_bytes() {
 fn invalid_fleets_are_refused() {
     let graph = chain(&[(1.0, 50.0)]);
     let tracks = Arc::new(Tracks::compile(&graph));
-    let new = |config| Fleet::new(graph.clone(), tracks.clone(), config).map(drop).unwrap_err().to_string();
-    assert!(new(FleetConfig { tick_period: Duration::from_secs(1), ..without_limits() }).contains("50.0 m"));
+    let new = |config| {
+        Fleet::new(graph.clone(), tracks.clone(), config).map(drop).unwrap_err().to_string()
+    };
+    assert!(
+        new(FleetConfig { tick_period: Duration::from_secs(1), ..without_limits() })
+            .contains("50.0 m")
+    );
     assert!(new(config(vec![robot_type(1.0, 0.0)])).contains("test"));
     assert!(new(config(vec![robot_type(f32::NAN, 1.0)])).contains("test"));
 }

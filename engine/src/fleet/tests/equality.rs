@@ -11,24 +11,41 @@ use crate::fleet::{EventBuffer, Fleet, FleetConfig, Placement, Repeat, RouteSour
 use crate::graph::{EdgeIndex, Gear, NodeIndex, RouteGraph};
 use crate::motion::Isa;
 
-/// Returns a fleet of robots with every kind of route: walks, loops in both gears, orders, limits, parked and removed robots.
+/// Returns a fleet of robots with every kind of route: walks, loops in both gears, orders, limits,
+/// parked and removed robots.
 fn mixed(graph: &Arc<RouteGraph>, robots: u32, limited: bool, isa: Isa, threads: usize) -> Fleet {
     let limit = if limited { 0.9 } else { f32::INFINITY };
-    let types = vec![robot_type(f32::INFINITY, f32::INFINITY), robot_type(1.1, limit), robot_type(3.0, limit / 3.0)];
+    let types = vec![
+        robot_type(f32::INFINITY, f32::INFINITY),
+        robot_type(1.1, limit),
+        robot_type(3.0, limit / 3.0),
+    ];
     let mut fleet = fleet(graph, FleetConfig { isa, threads, ..config(types) });
     let nodes = graph.nodes().len() as u32;
     let back = (0..).zip(graph.edges()).find(|(_, edge)| edge.velocity_backwards.is_some());
     let (back, edge) = back.expect("an edge for both gears");
     for robot in 0..robots {
         let robot_type = (robot % 3) as u16;
-        let spawn = |fleet: &mut Fleet, place, source| fleet.spawn(place, robot_type, source, 0, &mut events());
+        let spawn = |fleet: &mut Fleet, place, source| {
+            fleet.spawn(place, robot_type, source, 0, &mut events())
+        };
         let spawned = match robot % 7 {
-            0..4 => spawn(&mut fleet, Placement::Node(NodeIndex(robot % nodes)), RouteSource::Random),
+            0..4 => {
+                spawn(&mut fleet, Placement::Node(NodeIndex(robot % nodes)), RouteSource::Random)
+            }
             4 => {
                 let lap = [forward(back), reverse(back)];
-                spawn(&mut fleet, Placement::Node(edge.origin), RouteSource::Listed(lap.into(), Repeat::Loop))
+                spawn(
+                    &mut fleet,
+                    Placement::Node(edge.origin),
+                    RouteSource::Listed(lap.into(), Repeat::Loop),
+                )
             }
-            5 => spawn(&mut fleet, Placement::Edge(EdgeIndex(robot % back.max(1)), 0.4), RouteSource::Random),
+            5 => spawn(
+                &mut fleet,
+                Placement::Edge(EdgeIndex(robot % back.max(1)), 0.4),
+                RouteSource::Random,
+            ),
             _ => spawn(&mut fleet, Placement::Node(NodeIndex(robot % nodes)), RouteSource::None),
         };
         assert_eq!(spawned, Ok(robot));
@@ -39,13 +56,18 @@ fn mixed(graph: &Arc<RouteGraph>, robots: u32, limited: bool, isa: Isa, threads:
 /// Returns orders that depend on the tick and the fleet alone.
 fn orders(graph: &RouteGraph, fleet: &Fleet, robots: u32, tick: u32) -> Vec<OrderRecord> {
     let robot = tick.wrapping_mul(2_654_435_761) % robots;
-    let order = |kind: OrderKind| OrderRecord { kind: kind as u32, robot, ..OrderRecord::default() };
+    let order =
+        |kind: OrderKind| OrderRecord { kind: kind as u32, robot, ..OrderRecord::default() };
     let leg = graph.departures(NodeIndex(tick % graph.nodes().len() as u32))[0];
     let reverse = u32::from(leg.gear == Gear::Reverse);
-    let record = OrderRecord { id: graph.edge(leg.edge).id, reverse, released: 1, ..order(OrderKind::Leg) };
+    let record =
+        OrderRecord { id: graph.edge(leg.edge).id, reverse, released: 1, ..order(OrderKind::Leg) };
     match tick % 11 {
         0 => vec![order(OrderKind::Hold)],
-        1 => vec![OrderRecord { robot: (tick - 1).wrapping_mul(2_654_435_761) % robots, ..order(OrderKind::Resume) }],
+        1 => vec![OrderRecord {
+            robot: (tick - 1).wrapping_mul(2_654_435_761) % robots,
+            ..order(OrderKind::Resume)
+        }],
         2 => vec![OrderRecord { legs: 1, ..order(OrderKind::Assign) }, record],
         3 => vec![OrderRecord { legs: 1, ..order(OrderKind::Extend) }, record],
         4 => vec![order(OrderKind::Cancel)],
@@ -64,9 +86,17 @@ fn planned(graph: &RouteGraph, fleet: &Fleet, robot: u32) -> Vec<OrderRecord> {
         return vec![];
     }
     let leg = graph.departures(fleet.node_ahead(robot as usize))[0];
-    let record = |kind: OrderKind| OrderRecord { kind: kind as u32, robot, legs: 1, ..OrderRecord::default() };
+    let record = |kind: OrderKind| OrderRecord {
+        kind: kind as u32,
+        robot,
+        legs: 1,
+        ..OrderRecord::default()
+    };
     let reverse = u32::from(leg.gear == Gear::Reverse);
-    vec![record(OrderKind::Assign), OrderRecord { id: graph.edge(leg.edge).id, reverse, ..record(OrderKind::Leg) }]
+    vec![
+        record(OrderKind::Assign),
+        OrderRecord { id: graph.edge(leg.edge).id, reverse, ..record(OrderKind::Leg) },
+    ]
 }
 
 /// Returns the release of some metres of the leg where a robot's base ends, or after it.
@@ -74,7 +104,14 @@ fn released(graph: &RouteGraph, fleet: &Fleet, robot: u32, s: f32) -> Vec<OrderR
     let Some(ahead) = fleet.ahead(robot) else { return vec![] };
     let Some(leg) = ahead.horizon.first() else { return vec![] };
     let (id, reverse) = (graph.edge(leg.edge).id, u32::from(leg.gear == Gear::Reverse));
-    vec![OrderRecord { kind: OrderKind::Release as u32, robot, id, reverse, s, ..OrderRecord::default() }]
+    vec![OrderRecord {
+        kind: OrderKind::Release as u32,
+        robot,
+        id,
+        reverse,
+        s,
+        ..OrderRecord::default()
+    }]
 }
 
 /// Steps a fleet and returns every frame and every event.
@@ -95,9 +132,11 @@ fn assert_same(robots: u32, limited: bool, ticks: u32, variants: &[(Isa, usize)]
     let refused_release = |event: &EventRecord| event.detail == Refusal::NotAhead as u32;
     assert!(!events.iter().any(refused_release), "the test releases what is ahead");
     for &(isa, threads) in variants {
-        let (others, other_events) = drive(&graph, mixed(&graph, robots, limited, isa, threads), ticks);
+        let (others, other_events) =
+            drive(&graph, mixed(&graph, robots, limited, isa, threads), ticks);
         for (tick, (frame, other)) in frames.iter().zip(&others).enumerate() {
-            let (frame, other): (&[u8], &[u8]) = (bytemuck::cast_slice(frame), bytemuck::cast_slice(other));
+            let (frame, other): (&[u8], &[u8]) =
+                (bytemuck::cast_slice(frame), bytemuck::cast_slice(other));
             assert!(frame == other, "{isa}, {threads} threads, tick {tick}");
         }
         assert_eq!(events, other_events, "{isa}, {threads} threads");
@@ -120,7 +159,8 @@ fn every_instruction_set_gives_the_same_bits() {
 #[test]
 fn any_number_of_threads_gives_the_same_bits() {
     for limited in [false, true] {
-        let variants = [(Isa::detect(), 1), (Isa::detect(), 2), (Isa::detect(), 3), (Isa::Scalar, 2)];
+        let variants =
+            [(Isa::detect(), 1), (Isa::detect(), 2), (Isa::detect(), 3), (Isa::Scalar, 2)];
         assert_same(5 * 1024 + 77, limited, 400, &variants);
     }
 }
@@ -137,7 +177,10 @@ fn every_line_of_a_frame_is_written() {
     for isa in supported() {
         let mut fleet = mixed(&graph, 70, true, isa, 1);
         let unwritten = Line([-7e7; 16]);
-        assert!(step(&mut fleet, &mut events()).lines.iter().all(|line| *line != unwritten), "{isa}");
+        assert!(
+            step(&mut fleet, &mut events()).lines.iter().all(|line| *line != unwritten),
+            "{isa}"
+        );
         assert!(poses(&mut fleet).lines.iter().all(|line| *line != unwritten), "{isa}");
     }
 }
@@ -145,7 +188,8 @@ fn every_line_of_a_frame_is_written() {
 #[test]
 fn steps_without_frames_move_robots_too() {
     let graph = town(3, 6.0);
-    let [mut published, mut unpublished] = [(); 2].map(|()| mixed(&graph, 70, true, Isa::detect(), 1));
+    let [mut published, mut unpublished] =
+        [(); 2].map(|()| mixed(&graph, 70, true, Isa::detect(), 1));
     for _ in 0..300 {
         step(&mut published, &mut events());
         unpublished.step(None, &mut events());
@@ -159,7 +203,9 @@ fn another_seed_gives_other_random_walks() {
     let new = |seed| {
         let types = vec![robot_type(f32::INFINITY, f32::INFINITY)];
         let mut fleet = fleet(&graph, FleetConfig { seed, ..config(types) });
-        fleet.spawn(Placement::Node(NodeIndex(0)), 0, RouteSource::Random, 0, &mut events()).expect("a node");
+        fleet
+            .spawn(Placement::Node(NodeIndex(0)), 0, RouteSource::Random, 0, &mut events())
+            .expect("a node");
         (0..2000).for_each(|_| fleet.step(None, &mut events()));
         bits(&poses(&mut fleet)).to_vec()
     };
@@ -173,7 +219,9 @@ fn columns_off_the_cache_lines_are_refused() {
     let mut fleet = mixed(&town(3, 6.0), 1, false, Isa::Scalar, 1);
     let mut lines = [Line([0.0; 16]); 8];
     let words: &mut [f32] = bytemuck::cast_slice_mut(&mut lines);
-    let [x, y, theta, speed, s, edge, state] = words[1..113].as_chunks_mut::<16>().0 else { unreachable!() };
+    let [x, y, theta, speed, s, edge, state] = words[1..113].as_chunks_mut::<16>().0 else {
+        unreachable!()
+    };
     let (edge, state) = (bytemuck::cast_slice_mut(edge), bytemuck::cast_slice_mut(state));
     fleet.write(ColumnsMut { x, y, theta, speed, s, edge, state });
 }

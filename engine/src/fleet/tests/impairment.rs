@@ -10,7 +10,10 @@ use crate::graph::NodeIndex;
 
 /// Returns a fleet of one robot that drives 50 m at 1 m/s.
 fn driving(acceleration: f32) -> Fleet {
-    let mut fleet = fleet(&chain(&[(50.0, 1.0), (5.0, 1.0)]), config(vec![robot_type(f32::INFINITY, acceleration)]));
+    let mut fleet = fleet(
+        &chain(&[(50.0, 1.0), (5.0, 1.0)]),
+        config(vec![robot_type(f32::INFINITY, acceleration)]),
+    );
     let route = RouteSource::Listed([forward(0)].into(), Repeat::Once);
     fleet.spawn(Placement::Node(NodeIndex(0)), 0, route, 0, &mut events()).expect("a route");
     (0..200).for_each(|_| fleet.step(None, &mut events()));
@@ -65,7 +68,10 @@ fn orders_for_an_impaired_robot_take_effect_afterwards() {
     assert_eq!(kinds, [EventKind::Recovered as u32, EventKind::Held as u32]);
     assert_eq!(after(&mut fleet, 10).1, 0.0);
     fleet.stall(0, &mut events());
-    assert_eq!(apply(&mut fleet, OrderKind::Resume), [EventKind::Accepted as u32, EventKind::Resumed as u32]);
+    assert_eq!(
+        apply(&mut fleet, OrderKind::Resume),
+        [EventKind::Accepted as u32, EventKind::Resumed as u32]
+    );
     assert_eq!(after(&mut fleet, 10), (after(&mut fleet, 0).0, 0.0, RobotState::Stalled));
     apply(&mut fleet, OrderKind::Cancel);
     let legs = OrderRecord { kind: OrderKind::Assign as u32, legs: 1, ..OrderRecord::default() };
@@ -109,12 +115,15 @@ fn speeds_vary_by_robot_and_edge_within_the_limit() {
     let mut fleet = fleet(&graph, config(vec![robot_type(f32::INFINITY, f32::INFINITY)]));
     fleet.vary_speeds(0.1, 7);
     for _ in 0..40 {
-        fleet.spawn(Placement::Node(NodeIndex(4)), 0, RouteSource::Random, 0, &mut events()).expect("a node");
+        fleet
+            .spawn(Placement::Node(NodeIndex(4)), 0, RouteSource::Random, 0, &mut events())
+            .expect("a node");
     }
     let frame = step(&mut fleet, &mut events());
     let columns = frame.columns();
-    let share =
-        |robot: usize| columns.speed[robot] / graph.edges()[columns.edge[robot] as usize].velocity_forward as f32;
+    let share = |robot: usize| {
+        columns.speed[robot] / graph.edges()[columns.edge[robot] as usize].velocity_forward as f32
+    };
     let shares: Vec<_> = (0..40).map(share).collect();
     assert!(shares.iter().all(|share| (0.9..=1.0).contains(share)), "{shares:?}");
     assert!(shares.iter().any(|share| *share < 0.94) && shares.iter().any(|share| *share > 0.96));

@@ -23,7 +23,12 @@ struct Tick {
 fn tick(fleet: &mut Fleet) -> Tick {
     let frame = step(fleet, &mut events());
     let columns = frame.columns();
-    Tick { x: columns.x[0], speed: columns.speed[0].abs(), edge: columns.edge[0], state: columns.state[0] }
+    Tick {
+        x: columns.x[0],
+        speed: columns.speed[0].abs(),
+        edge: columns.edge[0],
+        state: columns.state[0],
+    }
 }
 
 fn on_chain(parts: &[(f64, f64)], max_speed: f32, acceleration: f32, hertz: u32) -> Fleet {
@@ -40,7 +45,12 @@ fn drive(fleet: &mut Fleet, edges: std::ops::Range<u32>) {
 
 fn extend(edge: u32) -> [OrderRecord; 2] {
     let order = OrderRecord { kind: OrderKind::Extend as u32, legs: 1, ..OrderRecord::default() };
-    let leg = OrderRecord { kind: OrderKind::Leg as u32, id: 1000 + edge, released: 1, ..OrderRecord::default() };
+    let leg = OrderRecord {
+        kind: OrderKind::Leg as u32,
+        id: 1000 + edge,
+        released: 1,
+        ..OrderRecord::default()
+    };
     [order, leg]
 }
 
@@ -48,9 +58,15 @@ fn order(fleet: &mut Fleet, kind: OrderKind) {
     fleet.apply(&[OrderRecord { kind: kind as u32, ..OrderRecord::default() }], &mut events());
 }
 
-/// Steps until the robot stands and checks every change of speed until then. Over two units of distance, an
-/// acceleration makes a difference of √(2 a 2⁻²⁶): the last change may deviate by that much.
-fn step_until_it_stands(fleet: &mut Fleet, parts: &[(f64, f64)], max_speed: f32, change: f32) -> Vec<Tick> {
+/// Steps until the robot stands and checks every change of speed until then. Over two units of
+/// distance, an acceleration makes a difference of √(2 a 2⁻²⁶): the last change may deviate by that
+/// much.
+fn step_until_it_stands(
+    fleet: &mut Fleet,
+    parts: &[(f64, f64)],
+    max_speed: f32,
+    change: f32,
+) -> Vec<Tick> {
     let acceleration = fleet.types()[0].max_acceleration;
     let tolerance = 1e-5 + (2.0 * acceleration / (1u32 << 26) as f32).sqrt();
     let mut ticks: Vec<Tick> = Vec::new();
@@ -60,7 +76,10 @@ fn step_until_it_stands(fleet: &mut Fleet, parts: &[(f64, f64)], max_speed: f32,
         let limit = max_speed.min(parts[now.edge as usize].1 as f32);
         assert!(now.speed <= limit, "{now:?} is faster than {limit}");
         let difference = (now.speed - before).abs();
-        assert!(difference <= change * 1.001 + tolerance, "{difference} after {before} m/s: {now:?}, {change} allowed");
+        assert!(
+            difference <= change * 1.001 + tolerance,
+            "{difference} after {before} m/s: {now:?}, {change} allowed"
+        );
         before = now.speed;
         ticks.push(now);
         if now.speed == 0.0 {
@@ -73,8 +92,8 @@ fn step_until_it_stands(fleet: &mut Fleet, parts: &[(f64, f64)], max_speed: f32,
 proptest! {
     #![proptest_config(ProptestConfig { cases: 150, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// On any edges, including those shorter than a step or a braking distance, no edge is driven too fast, no change
-    /// of speed is too large, and the robot stops at the very end.
+    /// On any edges, including those shorter than a step or a braking distance, no edge is driven
+    /// too fast, no change of speed is too large, and the robot stops at the very end.
     #[test]
     fn speeds_stay_within_all_limits(
         parts in prop::collection::vec((prop_oneof![0.002..0.1, 0.1..2.0, 2.0..15.0], 0.1..5.0), 1..15),
@@ -109,7 +128,8 @@ fn a_trapezoidal_profile_takes_the_expected_time() {
 
 #[test]
 fn braking_starts_before_short_edges() {
-    // 20 edges of 0.1 m, then one that allows 0.1 m/s only: braking from 2 m/s takes 2 m and begins before them.
+    // 20 edges of 0.1 m, then one that allows 0.1 m/s only: braking from 2 m/s takes 2 m and begins
+    // before them.
     let mut parts = vec![(6.0, 2.0)];
     parts.extend([(0.1, 2.0); 20]);
     parts.push((0.5, 0.1));
@@ -166,7 +186,10 @@ fn a_hold_brakes_and_a_resume_accelerates() {
     (0..10).for_each(|_| assert_eq!(tick(&mut fleet).x, end.x));
     order(&mut fleet, OrderKind::Resume);
     assert!((tick(&mut fleet).speed - 0.01).abs() < 1e-6);
-    assert_eq!(step_until_it_stands(&mut fleet, &parts, f32::INFINITY, 0.01).last().expect("ticks").x, 50.0);
+    assert_eq!(
+        step_until_it_stands(&mut fleet, &parts, f32::INFINITY, 0.01).last().expect("ticks").x,
+        50.0
+    );
 }
 
 fn step_until_held(fleet: &mut Fleet) -> Vec<Tick> {
@@ -176,7 +199,12 @@ fn step_until_held(fleet: &mut Fleet) -> Vec<Tick> {
         let frame = step(fleet, &mut events);
         let columns = frame.columns();
         assert_eq!(columns.state[0], RobotState::Held as u8);
-        ticks.push(Tick { x: columns.x[0], speed: columns.speed[0], edge: columns.edge[0], state: columns.state[0] });
+        ticks.push(Tick {
+            x: columns.x[0],
+            speed: columns.speed[0],
+            edge: columns.edge[0],
+            state: columns.state[0],
+        });
         assert!(ticks.len() < 10_000);
     }
     assert_eq!(ticks.last().expect("ticks").speed, 0.0);
@@ -227,11 +255,18 @@ fn a_robot_stops_before_it_changes_gear() {
 #[test]
 fn random_walks_never_stop_and_respect_limits() {
     let graph = town(4, 3.0);
-    let mut fleet = fleet(&graph, config(vec![robot_type(1.5, 0.8), robot_type(f32::INFINITY, f32::INFINITY)]));
+    let mut fleet =
+        fleet(&graph, config(vec![robot_type(1.5, 0.8), robot_type(f32::INFINITY, f32::INFINITY)]));
     for node in 0..32 {
         let robot_type = (node % 2) as u16;
         fleet
-            .spawn(Placement::Node(NodeIndex(node % 16)), robot_type, RouteSource::Random, 0, &mut events())
+            .spawn(
+                Placement::Node(NodeIndex(node % 16)),
+                robot_type,
+                RouteSource::Random,
+                0,
+                &mut events(),
+            )
             .expect("a node");
     }
     let mut before = poses(&mut fleet);
@@ -257,7 +292,9 @@ fn random_walks_never_stop_and_respect_limits() {
 fn a_tiny_acceleration_on_an_endless_route_ends_the_look_ahead() {
     let graph = town(4, 3.0);
     let mut fleet = fleet(&graph, config(vec![robot_type(1.5, 1e-12)]));
-    fleet.spawn(Placement::Node(NodeIndex(0)), 0, RouteSource::Random, 0, &mut events()).expect("a node");
+    fleet
+        .spawn(Placement::Node(NodeIndex(0)), 0, RouteSource::Random, 0, &mut events())
+        .expect("a node");
     let speed = step(&mut fleet, &mut events()).columns().speed[0];
     assert!((0.0..1e-12).contains(&speed), "{speed}");
 }

@@ -42,7 +42,9 @@ const ACCEPTED: (u32, u32, u32) = (EventKind::Accepted as u32, 0, 0);
 fn on_chain() -> Fleet {
     let graph = chain(&[(2.0, 1.0), (3.0, 1.0), (4.0, 1.0), (5.0, 1.0)]);
     let mut fleet = fleet(&graph, config(vec![robot_type(f32::INFINITY, f32::INFINITY)]));
-    fleet.spawn(Placement::Edge(EdgeIndex(0), 1.0), 0, RouteSource::None, 0, &mut events()).expect("on the edge");
+    fleet
+        .spawn(Placement::Edge(EdgeIndex(0), 1.0), 0, RouteSource::None, 0, &mut events())
+        .expect("on the edge");
     fleet
 }
 
@@ -62,7 +64,10 @@ fn a_robot_drives_its_base_waits_at_its_end_and_is_extended() {
     let mut fleet = on_chain();
     let assign = route(OrderKind::Assign, &[leg(1, true), leg(2, false)]);
     assert_eq!(apply(&mut fleet, &assign), [ACCEPTED]);
-    assert!(near(after(&mut fleet, 50), 2.0, RobotState::Driving), "the robot finishes its edge first");
+    assert!(
+        near(after(&mut fleet, 50), 2.0, RobotState::Driving),
+        "the robot finishes its edge first"
+    );
     assert!(near(after(&mut fleet, 200), 5.0, RobotState::Waiting));
     assert_eq!(apply(&mut fleet, &route(OrderKind::Extend, &[leg(2, true)])), [ACCEPTED]);
     assert!(near(after(&mut fleet, 100), 7.0, RobotState::Driving));
@@ -89,7 +94,10 @@ fn a_cancelled_robot_finishes_its_edge() {
 #[test]
 fn a_cancelled_robot_without_a_route_stays() {
     let mut fleet = on_chain();
-    apply(&mut fleet, &[order(OrderKind::Cancel), order(OrderKind::Hold), order(OrderKind::Cancel)]);
+    apply(
+        &mut fleet,
+        &[order(OrderKind::Cancel), order(OrderKind::Hold), order(OrderKind::Cancel)],
+    );
     apply(&mut fleet, &[order(OrderKind::Resume)]);
     assert!(near(after(&mut fleet, 100), 1.0, RobotState::Idle));
 }
@@ -131,7 +139,10 @@ fn listed_routes_and_random_walks_can_be_extended() {
     let walk = RouteSource::Random;
     fleet.spawn(Placement::Node(NodeIndex(0)), 0, walk, 0, &mut events()).expect("a walk");
     after(&mut fleet, 10);
-    assert_eq!(apply(&mut fleet, &route(OrderKind::Extend, &[leg(0, true), leg(1, true)])), [ACCEPTED]);
+    assert_eq!(
+        apply(&mut fleet, &route(OrderKind::Extend, &[leg(0, true), leg(1, true)])),
+        [ACCEPTED]
+    );
     let mut other = route(OrderKind::Extend, &[leg(1, true)]);
     other[0].robot = 1;
     assert_eq!(apply(&mut fleet, &other), [ACCEPTED]);
@@ -147,10 +158,12 @@ fn orders_spawn_and_remove() {
     let at_node = OrderRecord { id: 102, ..order(OrderKind::SpawnAtNode) };
     let on_edge = OrderRecord { id: 1001, s: 0.5, ..order(OrderKind::SpawnOnEdge) };
     fleet.apply(&[at_node, on_edge, order(OrderKind::Remove)], &mut events);
-    let kinds: Vec<_> = events.records().iter().map(|event| (event.kind, event.robot, event.token)).collect();
+    let kinds: Vec<_> =
+        events.records().iter().map(|event| (event.kind, event.robot, event.token)).collect();
     let (spawned, accepted, removed) =
         (EventKind::Spawned as u32, EventKind::Accepted as u32, EventKind::Removed as u32);
-    let pairs = [(spawned, 1), (accepted, 1), (spawned, 2), (accepted, 2), (accepted, 0), (removed, 0)];
+    let pairs =
+        [(spawned, 1), (accepted, 1), (spawned, 2), (accepted, 2), (accepted, 0), (removed, 0)];
     assert_eq!(kinds, pairs.map(|(kind, robot)| (kind, robot, TOKEN)));
     assert_eq!(poses(&mut fleet).columns().x[1..], [5.0, 2.5]);
     assert_eq!(poses(&mut fleet).columns().state[0], RobotState::Absent as u8);
@@ -169,12 +182,19 @@ fn orders_that_cannot_be_carried_out_are_refused() {
     assert_eq!(assign(&[leg(1, true), leg(3, true)]), refused(Refusal::NotConnected, 1003));
     assert_eq!(assign(&[]), refused(Refusal::MalformedRoute, 0));
     assert_eq!(assign(&[leg(1, false), leg(2, true)]), refused(Refusal::MalformedRoute, 0));
-    let spawn = |id, s, robot_type| [OrderRecord { id, s, robot_type, ..order(OrderKind::SpawnOnEdge) }];
+    let spawn =
+        |id, s, robot_type| [OrderRecord { id, s, robot_type, ..order(OrderKind::SpawnOnEdge) }];
     assert_eq!(apply(&mut fleet, &spawn(9, 0.0, 0)), refused(Refusal::UnknownEdge, 9));
     assert_eq!(apply(&mut fleet, &spawn(1000, 2.5, 0)), refused(Refusal::DistanceOutOfRange, 1000));
-    assert_eq!(apply(&mut fleet, &spawn(1000, f32::NAN, 0)), refused(Refusal::DistanceOutOfRange, 1000));
+    assert_eq!(
+        apply(&mut fleet, &spawn(1000, f32::NAN, 0)),
+        refused(Refusal::DistanceOutOfRange, 1000)
+    );
     assert_eq!(apply(&mut fleet, &spawn(1000, 0.0, 1)), refused(Refusal::UnknownRobotType, 1));
-    assert_eq!(apply(&mut fleet, &spawn(1000, 0.0, 1 << 20)), refused(Refusal::UnknownRobotType, 1 << 20));
+    assert_eq!(
+        apply(&mut fleet, &spawn(1000, 0.0, 1 << 20)),
+        refused(Refusal::UnknownRobotType, 1 << 20)
+    );
     let at_node = OrderRecord { id: 9, ..order(OrderKind::SpawnAtNode) };
     assert_eq!(apply(&mut fleet, &[at_node]), refused(Refusal::UnknownNode, 9));
     assert!(near(after(&mut fleet, 100), 1.0, RobotState::Idle), "refused orders change nothing");
@@ -197,7 +217,10 @@ fn reverse_gear_is_refused_where_it_is_not_allowed() {
     let end = Placement::Edge(EdgeIndex(edge), 1.0);
     fleet.spawn(end, 0, RouteSource::None, 0, &mut events()).expect("an edge");
     let back = OrderRecord { reverse: 1, ..leg(edge, true) };
-    assert_eq!(apply(&mut fleet, &route(OrderKind::Assign, &[back])), refused(Refusal::NoReverse, 1000 + edge));
+    assert_eq!(
+        apply(&mut fleet, &route(OrderKind::Assign, &[back])),
+        refused(Refusal::NoReverse, 1000 + edge)
+    );
 }
 
 #[test]
@@ -218,13 +241,18 @@ fn stray_legs_and_malformed_orders_are_refused_once() {
     assert_eq!(apply(&mut fleet, &strays).len(), 2);
     let unknown = OrderRecord { kind: 99, ..order(OrderKind::Hold) };
     assert_eq!(apply(&mut fleet, &[unknown]), refused(Refusal::MalformedOrder, 0));
-    let short = [OrderRecord { legs: 3, ..order(OrderKind::Assign) }, leg(1, true), order(OrderKind::Resume)];
+    let short = [
+        OrderRecord { legs: 3, ..order(OrderKind::Assign) },
+        leg(1, true),
+        order(OrderKind::Resume),
+    ];
     let answers = apply(&mut fleet, &short);
     assert_eq!(answers[0], refused(Refusal::MalformedOrder, 0)[0]);
     assert_eq!(answers[1], ACCEPTED, "the order after it is carried out");
 }
 
-/// Returns the legs ahead of the first robot as edge indices: the one that it is on, its base, its horizon.
+/// Returns the legs ahead of the first robot as edge indices: the one that it is on, its base, its
+/// horizon.
 fn ahead(fleet: &Fleet) -> (Option<u32>, Vec<u32>, Vec<u32>) {
     let numbers = |legs: &[Leg]| legs.iter().map(|leg| leg.edge.0).collect();
     let ahead = fleet.ahead(0).expect("a robot");
@@ -254,7 +282,8 @@ fn ahead_lists_the_current_leg_the_base_and_the_horizon() {
 #[test]
 fn ahead_is_one_lap_of_a_loop_and_one_leg_of_a_random_walk() {
     let there_and_back: Arc<[Leg]> = [forward(0), reverse(0)].into();
-    let mut fleet = fleet(&chain(&[(2.0, 1.0)]), config(vec![robot_type(f32::INFINITY, f32::INFINITY)]));
+    let mut fleet =
+        fleet(&chain(&[(2.0, 1.0)]), config(vec![robot_type(f32::INFINITY, f32::INFINITY)]));
     let listed = RouteSource::Listed(there_and_back, Repeat::Loop);
     fleet.spawn(Placement::Node(NodeIndex(0)), 0, listed, 0, &mut events()).expect("on the node");
     for _ in 0..3 {
@@ -276,7 +305,9 @@ fn ahead_is_one_lap_of_a_loop_and_one_leg_of_a_random_walk() {
 #[test]
 fn a_random_walk_takes_the_legs_that_are_ahead_of_it() {
     let mut fleet = fleet(&town(5, 3.0), config(vec![robot_type(f32::INFINITY, f32::INFINITY)]));
-    fleet.spawn(Placement::Edge(EdgeIndex(0), 0.1), 0, RouteSource::Random, 0, &mut events()).expect("on the edge");
+    fleet
+        .spawn(Placement::Edge(EdgeIndex(0), 0.1), 0, RouteSource::Random, 0, &mut events())
+        .expect("on the edge");
     let drawn: Vec<_> = fleet.walk_ahead(0).take(16).collect();
     let mut driven = vec![fleet.ahead(0).expect("a robot").on.expect("a leg")];
     while driven.len() <= drawn.len() {

@@ -18,7 +18,8 @@ fn portable_lanes_give_the_bits_of_the_reference() {
             fleet
         });
         for _ in 0..2000 {
-            let [one, other] = [&mut reference, &mut portable].map(|fleet| step(fleet, &mut events()));
+            let [one, other] =
+                [&mut reference, &mut portable].map(|fleet| step(fleet, &mut events()));
             assert_eq!(bits(&one), bits(&other));
         }
     }

@@ -43,12 +43,17 @@ fn refused(reason: Refusal) -> Vec<(u32, u32)> {
     vec![(EventKind::Refused as u32, reason as u32)]
 }
 
-/// Steps and returns the position and the state of the first robot, and the kinds of the events but `ReachedNode`.
+/// Steps and returns the position and the state of the first robot, and the kinds of the events but
+/// `ReachedNode`.
 fn after(fleet: &mut Fleet, ticks: u32) -> (f32, u8, Vec<u32>) {
     let mut events = events();
     (0..ticks).for_each(|_| fleet.step(None, &mut events));
     let frame = poses(fleet);
-    let kinds = events.records().iter().map(|event| event.kind).filter(|kind| *kind != EventKind::ReachedNode as u32);
+    let kinds = events
+        .records()
+        .iter()
+        .map(|event| event.kind)
+        .filter(|kind| *kind != EventKind::ReachedNode as u32);
     (frame.columns().x[0], frame.columns().state[0], kinds.collect())
 }
 
@@ -61,7 +66,9 @@ fn assert_stands(fleet: &mut Fleet, x: f32, state: RobotState) {
 fn on_chain(acceleration: f32) -> Fleet {
     let graph = chain(&[(2.0, 1.0), (3.0, 1.0), (20.0, 1.0), (5.0, 1.0)]);
     let mut fleet = fleet(&graph, config(vec![robot_type(f32::INFINITY, acceleration)]));
-    fleet.spawn(Placement::Edge(EdgeIndex(0), 1.0), 0, RouteSource::None, 0, &mut events()).expect("on the edge");
+    fleet
+        .spawn(Placement::Edge(EdgeIndex(0), 1.0), 0, RouteSource::None, 0, &mut events())
+        .expect("on the edge");
     fleet
 }
 
@@ -71,7 +78,10 @@ const ACCELERATIONS: [f32; 2] = [f32::INFINITY, 0.5];
 fn a_robot_stops_where_its_base_ends_and_goes_on_when_it_grows() {
     for acceleration in ACCELERATIONS {
         let mut fleet = on_chain(acceleration);
-        assert_eq!(apply(&mut fleet, &route(OrderKind::Assign, &[(1, true), (2, false), (3, false)])), [ACCEPTED]);
+        assert_eq!(
+            apply(&mut fleet, &route(OrderKind::Assign, &[(1, true), (2, false), (3, false)])),
+            [ACCEPTED]
+        );
         // Beyond a piece of 8 m.
         assert_eq!(apply(&mut fleet, &release(2, 11.25)), [ACCEPTED]);
         assert_eq!(after(&mut fleet, 2000).2, [EventKind::WaitingForRelease as u32]);
@@ -114,7 +124,10 @@ fn what_is_not_ahead_is_refused() {
 fn the_base_of_an_idle_robot_within_an_edge_ends_where_it_stands() {
     for acceleration in ACCELERATIONS {
         let mut fleet = on_chain(acceleration);
-        assert_eq!(apply(&mut fleet, &route(OrderKind::Assign, &[(1, false)])), [ACCEPTED, WAITING]);
+        assert_eq!(
+            apply(&mut fleet, &route(OrderKind::Assign, &[(1, false)])),
+            [ACCEPTED, WAITING]
+        );
         after(&mut fleet, 100);
         assert_stands(&mut fleet, 1.0, RobotState::Waiting);
         apply(&mut fleet, &release(0, 1.5));
@@ -198,7 +211,9 @@ fn a_leg_in_reverse_gear_is_released_from_the_edges_destination() {
     for acceleration in ACCELERATIONS {
         let graph = chain(&[(2.0, 1.0), (20.0, 1.0)]);
         let mut fleet = fleet(&graph, config(vec![robot_type(f32::INFINITY, acceleration)]));
-        fleet.spawn(Placement::Node(NodeIndex(2)), 0, RouteSource::None, 0, &mut events()).expect("a node");
+        fleet
+            .spawn(Placement::Node(NodeIndex(2)), 0, RouteSource::None, 0, &mut events())
+            .expect("a node");
         let mut assign = route(OrderKind::Assign, &[(1, false), (0, false)]);
         assign[1..].iter_mut().for_each(|leg| leg.reverse = 1);
         apply(&mut fleet, &assign);
@@ -270,14 +285,20 @@ fn records(fleet: &Fleet, graph: &RouteGraph, act: Act) -> Vec<OrderRecord> {
         all
     };
     match act {
-        Act::Assign { legs, released } => drive(OrderKind::Assign, fleet.node_ahead(0), legs, released),
+        Act::Assign { legs, released } => {
+            drive(OrderKind::Assign, fleet.node_ahead(0), legs, released)
+        }
         Act::Extend { legs, released } => {
-            let end = ahead.base.last().map_or_else(|| fleet.node_ahead(0), |leg| graph.leg_end(*leg));
+            let end =
+                ahead.base.last().map_or_else(|| fleet.node_ahead(0), |leg| graph.leg_end(*leg));
             drive(OrderKind::Extend, end, legs, released)
         }
         Act::Release { leg, part } => {
-            let last = ahead.released().checked_sub(1).filter(|_| ahead.released_metres.is_finite());
-            let Some(leg) = ahead.legs().nth(last.unwrap_or(ahead.released()) + leg) else { return vec![] };
+            let last =
+                ahead.released().checked_sub(1).filter(|_| ahead.released_metres.is_finite());
+            let Some(leg) = ahead.legs().nth(last.unwrap_or(ahead.released()) + leg) else {
+                return vec![];
+            };
             let s = part * graph.edge(leg.edge).path.polyline_length(64) as f32;
             vec![OrderRecord { kind: OrderKind::Release as u32, s, ..record(leg) }]
         }
@@ -294,10 +315,12 @@ fn step_within_base(fleet: &mut Fleet, lengths: &[f32]) -> f32 {
     let limit = ahead.released_metres;
     let before = poses(fleet);
     let frame = step(fleet, &mut events());
-    let (edge, s, speed) = (frame.columns().edge[0], frame.columns().s[0], frame.columns().speed[0]);
+    let (edge, s, speed) =
+        (frame.columns().edge[0], frame.columns().s[0], frame.columns().speed[0]);
     let place = |frame: &Frame| (frame.columns().x[0], frame.columns().y[0]);
     if place(&frame) != place(&before) {
-        let number = released.iter().position(|leg| leg.edge.0 == edge).expect("it drives a released leg");
+        let number =
+            released.iter().position(|leg| leg.edge.0 == edge).expect("it drives a released leg");
         if number + 1 == released.len() && limit.is_finite() {
             let reverse = released[number].gear == Gear::Reverse;
             let driven = if reverse { lengths[edge as usize] - s } else { s };

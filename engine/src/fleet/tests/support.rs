@@ -12,8 +12,9 @@ use crate::graph::arc_length::Tracks;
 use crate::graph::{CubicBezier, Edge, EdgeIndex, Gear, Leg, Node, NodeIndex, RouteGraph};
 use crate::motion::Isa;
 
-/// Returns a grid of `side` × `side` nodes, `spacing` metres apart, with bent edges between neighbours both ways. Every
-/// third edge may be driven backwards. Ids are indices plus 100 for nodes and plus 1000 for edges.
+/// Returns a grid of `side` × `side` nodes, `spacing` metres apart, with bent edges between
+/// neighbours both ways. Every third edge may be driven backwards. Ids are indices plus 100 for
+/// nodes and plus 1000 for edges.
 pub fn town(side: u32, spacing: f64) -> Arc<RouteGraph> {
     let at = |i: u32, j: u32| DVec2::new(f64::from(i), f64::from(j)) * spacing;
     let cells = || (0..side).flat_map(move |j| (0..side).map(move |i| (i, j)));
@@ -29,7 +30,8 @@ pub fn town(side: u32, spacing: f64) -> Arc<RouteGraph> {
     Arc::new(RouteGraph::from_valid_parts(nodes, edges))
 }
 
-/// Returns straight edges of these lengths (metres) and speeds, one after the other along x; all may be driven backwards.
+/// Returns straight edges of these lengths (metres) and speeds, one after the other along x; all
+/// may be driven backwards.
 pub fn chain(parts: &[(f64, f64)]) -> Arc<RouteGraph> {
     let mut x = 0.0;
     let mut nodes = vec![Node::new(100, DVec2::ZERO, 0.0)];
@@ -38,17 +40,25 @@ pub fn chain(parts: &[(f64, f64)]) -> Arc<RouteGraph> {
         let (from, to) = (DVec2::new(x, 0.0), DVec2::new(x + length, 0.0));
         x += length;
         nodes.push(Node::new(101 + number, to, 0.0));
-        let path = CubicBezier { control_points: [from, from.lerp(to, 1.0 / 3.0), from.lerp(to, 2.0 / 3.0), to] };
+        let path = CubicBezier {
+            control_points: [from, from.lerp(to, 1.0 / 3.0), from.lerp(to, 2.0 / 3.0), to],
+        };
         let ends = [NodeIndex(number), NodeIndex(number + 1)];
         edges.push(Edge::new(1000 + number, ends, path, (speed, Some(0.5 * speed))));
     }
     Arc::new(RouteGraph::from_valid_parts(nodes, edges))
 }
 
-fn push_bent_edge(edges: &mut Vec<Edge>, (origin, from): (u32, DVec2), (destination, to): (u32, DVec2)) {
+fn push_bent_edge(
+    edges: &mut Vec<Edge>,
+    (origin, from): (u32, DVec2),
+    (destination, to): (u32, DVec2),
+) {
     let number = edges.len() as u32;
     let side = (to - from).perp() * 0.08;
-    let path = CubicBezier { control_points: [from, from.lerp(to, 0.35) - side, from.lerp(to, 0.7) - side, to] };
+    let path = CubicBezier {
+        control_points: [from, from.lerp(to, 0.35) - side, from.lerp(to, 0.7) - side, to],
+    };
     let speeds = (0.5 + 0.4 * f64::from(number % 5), number.is_multiple_of(3).then_some(0.7));
     edges.push(Edge::new(1000 + number, [NodeIndex(origin), NodeIndex(destination)], path, speeds));
 }

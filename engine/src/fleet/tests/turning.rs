@@ -12,7 +12,9 @@ use regatta_plugin::order::{OrderKind, OrderRecord};
 
 use super::support::*;
 use crate::fleet::{Fleet, FleetConfig, Placement, Repeat, RobotType, RouteSource};
-use crate::graph::{CubicBezier, Edge, Leg, Node, NodeIndex, Orientation, ReadOptions, Rotation, RouteGraph, parse};
+use crate::graph::{
+    CubicBezier, Edge, Leg, Node, NodeIndex, Orientation, ReadOptions, Rotation, RouteGraph, parse,
+};
 use crate::motion::Isa;
 
 /// Returns straight edges between corners, each driven both ways, in the order of the corners.
@@ -21,7 +23,12 @@ fn polyline(corners: &[(f64, f64)], orientation: Orientation) -> Arc<RouteGraph>
     let nodes = (100..).zip(&at).map(|(id, &position)| Node::new(id, position, 0.0)).collect();
     let edge = |(number, ends): (u32, &[DVec2])| {
         let path = CubicBezier::straight(ends[0], ends[1]);
-        let edge = Edge::new(1000 + number, [NodeIndex(number), NodeIndex(number + 1)], path, (1.0, Some(1.0)));
+        let edge = Edge::new(
+            1000 + number,
+            [NodeIndex(number), NodeIndex(number + 1)],
+            path,
+            (1.0, Some(1.0)),
+        );
         Edge { orientation, ..edge }
     };
     Arc::new(RouteGraph::from_valid_parts(nodes, (0..).zip(at.windows(2)).map(edge).collect()))
@@ -101,7 +108,10 @@ fn a_robot_stops_turns_and_drives_on() {
         let end = all.last().expect("ticks");
         assert_eq!((end.x, end.y, end.state), (2.0, 2.0, RobotState::Idle as u8));
         assert_eq!(end.theta, FRAC_PI_2, "exactly the heading of the edge");
-        assert!(all.windows(2).all(|pair| (pair[1].theta - pair[0].theta).abs() <= 0.0051), "no jump");
+        assert!(
+            all.windows(2).all(|pair| (pair[1].theta - pair[0].theta).abs() <= 0.0051),
+            "no jump"
+        );
     }
 }
 
@@ -124,9 +134,13 @@ fn a_turn_with_limited_acceleration_follows_the_profile() {
     let turns = turns(&ticks(&mut fleet, 1000));
     // Accelerate for 0.5 s, turn at 1 rad/s, brake for 0.5 s: 90° / (1 rad/s) + 0.5 s.
     assert!((205..=212).contains(&turns.len()), "{} ticks", turns.len());
-    let rates: Vec<f32> = turns.windows(2).map(|pair| (pair[1].theta - pair[0].theta) / 0.01).collect();
+    let rates: Vec<f32> =
+        turns.windows(2).map(|pair| (pair[1].theta - pair[0].theta) / 0.01).collect();
     assert!(rates.iter().all(|rate| (0.0..=speed * 1.001).contains(rate)));
-    assert!(rates.windows(2).all(|pair| (pair[1] - pair[0]).abs() <= acceleration * 0.01 * 1.05), "{rates:?}");
+    assert!(
+        rates.windows(2).all(|pair| (pair[1] - pair[0]).abs() <= acceleration * 0.01 * 1.05),
+        "{rates:?}"
+    );
 }
 
 #[test]
@@ -136,16 +150,25 @@ fn the_shorter_way_is_turned() {
     let mut fleet = fleet_on(&graph, turning_type(f32::INFINITY, 1.0, f32::INFINITY));
     spawn(&mut fleet, &[forward(0), forward(1)]);
     let turns = turns(&ticks(&mut fleet, 1000));
-    assert!((234..=237).contains(&turns.len()) && turns.iter().all(|tick| tick.theta <= 0.0), "{}", turns.len());
+    assert!(
+        (234..=237).contains(&turns.len()) && turns.iter().all(|tick| tick.theta <= 0.0),
+        "{}",
+        turns.len()
+    );
 }
 
 #[test]
 fn the_edge_says_which_way_is_turned() {
-    for (rotation, ticks_of_turn) in
-        [(Rotation::CounterClockwise, 156..=159), (Rotation::Clockwise, 470..=473), (Rotation::None, 0..=0)]
-    {
+    for (rotation, ticks_of_turn) in [
+        (Rotation::CounterClockwise, 156..=159),
+        (Rotation::Clockwise, 470..=473),
+        (Rotation::None, 0..=0),
+    ] {
         let graph = polyline(&CORNER, Orientation::Tangential);
-        let edges = graph.edges().iter().map(|edge| Edge { rotation: [Rotation::Shorter, rotation], ..edge.clone() });
+        let edges = graph
+            .edges()
+            .iter()
+            .map(|edge| Edge { rotation: [Rotation::Shorter, rotation], ..edge.clone() });
         let graph = Arc::new(RouteGraph::from_valid_parts(graph.nodes().to_vec(), edges.collect()));
         let mut fleet = fleet_on(&graph, turning_type(f32::INFINITY, 1.0, f32::INFINITY));
         spawn(&mut fleet, &[forward(0), forward(1)]);
@@ -161,7 +184,10 @@ fn a_robot_turns_around_at_a_dead_end_only_if_it_drives_forward() {
     let mut fleet = fleet_on(&graph, turning_type(f32::INFINITY, 1.0, f32::INFINITY));
     spawn(&mut fleet, &[forward(0), reverse(0)]);
     let all = ticks(&mut fleet, 401);
-    assert!(turns(&all).is_empty() && all.iter().all(|tick| tick.theta == 0.0), "reverse gear keeps the heading");
+    assert!(
+        turns(&all).is_empty() && all.iter().all(|tick| tick.theta == 0.0),
+        "reverse gear keeps the heading"
+    );
     assert_eq!(all[400].x, 0.0);
 }
 
@@ -176,7 +202,10 @@ fn orientations_turn_the_heading_and_not_the_path() {
         let mut fleet = fleet_on(&graph, robot_type(1.0, f32::INFINITY));
         spawn(&mut fleet, &[forward(0), forward(1)]);
         let all = ticks(&mut fleet, 399);
-        assert!((all[100].theta - first).abs() < 1e-6 && (all[300].theta - second).abs() < 1e-6, "{orientation:?}");
+        assert!(
+            (all[100].theta - first).abs() < 1e-6 && (all[300].theta - second).abs() < 1e-6,
+            "{orientation:?}"
+        );
         assert_eq!((all[100].y, all[300].x), (0.0, 2.0));
     }
 }
@@ -203,16 +232,26 @@ fn a_turn_is_held_resumed_and_cancelled() {
     assert_eq!(before.state, RobotState::Turning as u8);
     assert!(order(&mut fleet, OrderKind::Hold).contains(&(EventKind::Held as u32)));
     let held = ticks(&mut fleet, 50);
-    assert!(held.iter().all(|tick| tick.theta == before.theta && tick.state == RobotState::Held as u8));
+    assert!(
+        held.iter().all(|tick| tick.theta == before.theta && tick.state == RobotState::Held as u8)
+    );
     order(&mut fleet, OrderKind::Resume);
     let resumed = ticks(&mut fleet, 10);
     assert!(resumed[9].theta > before.theta && resumed[9].state == RobotState::Turning as u8);
     order(&mut fleet, OrderKind::Cancel);
     let cancelled = ticks(&mut fleet, 10);
-    assert_eq!((cancelled[9].state, cancelled[9].theta), (RobotState::Idle as u8, resumed[9].theta));
+    assert_eq!(
+        (cancelled[9].state, cancelled[9].theta),
+        (RobotState::Idle as u8, resumed[9].theta)
+    );
     let legs = [
         OrderRecord { kind: OrderKind::Assign as u32, legs: 1, ..OrderRecord::default() },
-        OrderRecord { kind: OrderKind::Leg as u32, id: 1001, released: 1, ..OrderRecord::default() },
+        OrderRecord {
+            kind: OrderKind::Leg as u32,
+            id: 1001,
+            released: 1,
+            ..OrderRecord::default()
+        },
     ];
     fleet.apply(&legs, &mut events());
     let end = *ticks(&mut fleet, 400).last().expect("ticks");
@@ -222,8 +261,8 @@ fn a_turn_is_held_resumed_and_cancelled() {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 60, failure_persistence: None, ..ProptestConfig::default() })]
 
-    /// On any polyline, at any limits, headings never jump, robots turn only where they stand, and all instruction sets
-    /// and numbers of threads give the same bits.
+    /// On any polyline, at any limits, headings never jump, robots turn only where they stand, and
+    /// all instruction sets and numbers of threads give the same bits.
     #[test]
     fn headings_never_jump(
         corners in prop::collection::vec((-5.0..5.0, -5.0..5.0), 2..7),

@@ -28,7 +28,8 @@ pub(super) struct CurveSpan {
     /// Units of [`Distance`] from the edge's origin.
     pub(super) start: i64,
     pub(super) end: i64,
-    /// Whether the span is too short for its curvature to be resolved, so that it becomes a straight line.
+    /// Whether the span is too short for its curvature to be resolved, so that it becomes a
+    /// straight line.
     pub(super) is_straight: bool,
 }
 
@@ -40,7 +41,10 @@ impl CurveSpan {
 
     /// Returns the pieces of a curve's spans from P3 to P0.
     pub(super) fn reverse_pieces(spans: &[Self]) -> impl Iterator<Item = (Piece, PieceInfo)> {
-        spans.iter().rev().map(|span| span.piece(span.to.reversed(), span.from.reversed(), span.start))
+        spans
+            .iter()
+            .rev()
+            .map(|span| span.piece(span.to.reversed(), span.from.reversed(), span.start))
     }
 
     fn piece(&self, from: Knot, to: Knot, s_end: i64) -> (Piece, PieceInfo) {
@@ -49,7 +53,10 @@ impl CurveSpan {
             true => Polynomial([to.position, to.tangent, DVec2::ZERO, DVec2::ZERO]),
             false => Polynomial::hermite(from, to, length.to_metres()),
         };
-        (polynomial.to_piece(), PieceInfo { length, s_end: (s_end as f64 / Distance::PER_METRE) as f32 })
+        (
+            polynomial.to_piece(),
+            PieceInfo { length, s_end: (s_end as f64 / Distance::PER_METRE) as f32 },
+        )
     }
 }
 
@@ -61,7 +68,12 @@ impl Polynomial {
     pub(super) fn hermite(from: Knot, to: Knot, length: f64) -> Self {
         let mean = (to.position - from.position) / length;
         let bend = from.tangent + to.tangent - mean * 2.0;
-        Self([to.position, to.tangent, (bend + to.tangent - mean) / length, bend / (length * length)])
+        Self([
+            to.position,
+            to.tangent,
+            (bend + to.tangent - mean) / length,
+            bend / (length * length),
+        ])
     }
 
     pub(super) fn position(&self, w: f64) -> DVec2 {

@@ -12,8 +12,8 @@ use super::*;
 use crate::graph::CubicBezier;
 use exact_curve::{ExactPoint, sample};
 
-/// The smallest radius of curvature, in metres, for which the bounds hold. There one unit of distance changes the
-/// heading by 0.014°.
+/// The smallest radius of curvature, in metres, for which the bounds hold. There one unit of
+/// distance changes the heading by 0.014°.
 const SMALLEST_RADIUS: f64 = 30e-6;
 
 fn graph_of(curve: CubicBezier, thetas: [f64; 2]) -> RouteGraph {
@@ -23,7 +23,8 @@ fn graph_of(curve: CubicBezier, thetas: [f64; 2]) -> RouteGraph {
     RouteGraph::from_valid_parts(vec![node(1, p0, thetas[0]), node(2, p3, thetas[1])], vec![edge])
 }
 
-/// Returns the graph of one `Spline` edge: two poses and the handles b (at the origin) and f (at the destination).
+/// Returns the graph of one `Spline` edge: two poses and the handles b (at the origin) and f (at
+/// the destination).
 fn spline(start: (f64, f64, f64), end: (f64, f64, f64), b: f64, f: f64) -> RouteGraph {
     let (p0, p3) = (DVec2::new(start.0, start.1), DVec2::new(end.0, end.1));
     let (p1, p2) = (p0 + DVec2::from_angle(start.2) * b, p3 - DVec2::from_angle(end.2) * f);
@@ -31,7 +32,10 @@ fn spline(start: (f64, f64, f64), end: (f64, f64, f64), b: f64, f: f64) -> Route
 }
 
 fn curve_edge(control_points: [(f64, f64); 4]) -> RouteGraph {
-    graph_of(CubicBezier { control_points: control_points.map(|(x, y)| DVec2::new(x, y)) }, [0.0; 2])
+    graph_of(
+        CubicBezier { control_points: control_points.map(|(x, y)| DVec2::new(x, y)) },
+        [0.0; 2],
+    )
 }
 
 /// Returns the cubic of a graph's only edge.
@@ -42,7 +46,8 @@ fn cubic(graph: &RouteGraph) -> &CubicBezier {
 const FORWARD: Leg = Leg { edge: EdgeIndex(0), gear: Gear::Forward };
 const REVERSE: Leg = Leg { edge: EdgeIndex(0), gear: Gear::Reverse };
 
-/// Returns the row and `w` of a robot that has driven `s` metres of a track, as the motion kernel keeps them.
+/// Returns the row and `w` of a robot that has driven `s` metres of a track, as the motion kernel
+/// keeps them.
 fn locate(tracks: &Tracks, track: &Track, s: f64) -> (usize, f32) {
     let mut left = (s * Distance::PER_METRE).round() as i64;
     let mut row = track.first_piece as usize;
@@ -56,7 +61,8 @@ fn locate(tracks: &Tracks, track: &Track, s: f64) -> (usize, f32) {
     }
 }
 
-/// Returns the largest errors of the pieces of a graph's only edge, in both gears: metres, radians, |p'| - 1.
+/// Returns the largest errors of the pieces of a graph's only edge, in both gears: metres, radians,
+/// |p'| - 1.
 fn largest_errors(graph: &RouteGraph, steps: u32) -> [f64; 3] {
     let tracks = Tracks::compile(graph);
     let exact = sample(cubic(graph), steps);
@@ -65,7 +71,11 @@ fn largest_errors(graph: &RouteGraph, steps: u32) -> [f64; 3] {
     let mut worst = [0.0_f64; 3];
     for leg in [FORWARD, REVERSE] {
         let track = tracks.track(leg).unwrap();
-        assert!((track.length - length).abs() < 1e-6 + 1e-9 * length, "{} m long, not {length}", track.length);
+        assert!(
+            (track.length - length).abs() < 1e-6 + 1e-9 * length,
+            "{} m long, not {length}",
+            track.length
+        );
         for point in &exact {
             let (s, sign) = if leg == FORWARD { (point.s, 1.0) } else { (length - point.s, -1.0) };
             let (row, w) = locate(&tracks, track, s);
@@ -76,7 +86,8 @@ fn largest_errors(graph: &RouteGraph, steps: u32) -> [f64; 3] {
             }
             let derivative = piece.derivative(w).as_dvec2();
             worst[1] = worst[1].max((derivative * sign).angle_to(point.tangent).abs());
-            // The length is rounded to units while the ends are exact, so the middle compensates for it.
+            // The length is rounded to units while the ends are exact, so the middle compensates
+            // for it.
             let rounding = 1.5 * 0.5 / f64::from(tracks.infos()[row].length.0);
             worst[2] = worst[2].max((derivative.length() - 1.0).abs() - rounding);
         }
@@ -84,10 +95,11 @@ fn largest_errors(graph: &RouteGraph, steps: u32) -> [f64; 3] {
     worst
 }
 
-/// Returns the ranges of arc length where the curve turns too tightly, or stops and turns back, with a margin of one
-/// micrometre.
+/// Returns the ranges of arc length where the curve turns too tightly, or stops and turns back,
+/// with a margin of one micrometre.
 fn excluded_ranges(exact: &[ExactPoint]) -> Vec<Range<f64>> {
-    let tight = exact.iter().filter(|point| point.radius.is_nan() || point.radius < SMALLEST_RADIUS);
+    let tight =
+        exact.iter().filter(|point| point.radius.is_nan() || point.radius < SMALLEST_RADIUS);
     tight.map(|point| point.s - 1e-6..point.s + 1e-6).collect()
 }
 
@@ -142,7 +154,10 @@ fn a_track_ends_at_the_exact_pose_of_its_node_in_both_gears() {
     assert_eq!(reverse.x[..2], [start.0 as f32, -start.2.cos() as f32]);
     assert_eq!(reverse.y[..2], [start.1 as f32, -start.2.sin() as f32]);
     let at_node = tracks.pieces()[tracks.node_piece(NodeIndex(1)) as usize];
-    assert_eq!((at_node.x[..2].to_vec(), at_node.y[..2].to_vec()), (forward.x[..2].to_vec(), forward.y[..2].to_vec()));
+    assert_eq!(
+        (at_node.x[..2].to_vec(), at_node.y[..2].to_vec()),
+        (forward.x[..2].to_vec(), forward.y[..2].to_vec())
+    );
 }
 
 #[test]
@@ -165,8 +180,13 @@ fn distances_along_the_edge_count_from_its_origin_in_both_gears() {
 fn a_cusp_turns_the_heading_between_two_pieces() {
     let graph = curve_edge([(0.0, 0.0), (1.0, 1.0), (0.0, 1.0), (1.0, 0.0)]);
     let tracks = Tracks::compile(&graph);
-    let headings: Vec<_> = discontinuities(&tracks, FORWARD).into_iter().map(|(_, turn)| turn.abs()).collect();
-    assert_eq!(headings.iter().filter(|&&turn| (turn - PI).abs() < 1e-5).count(), 1, "{headings:?}");
+    let headings: Vec<_> =
+        discontinuities(&tracks, FORWARD).into_iter().map(|(_, turn)| turn.abs()).collect();
+    assert_eq!(
+        headings.iter().filter(|&&turn| (turn - PI).abs() < 1e-5).count(),
+        1,
+        "{headings:?}"
+    );
     assert_eq!(headings.iter().filter(|&&turn| turn > 1e-5).count(), 1, "{headings:?}");
     assert_bounds(&graph, 1000);
 }

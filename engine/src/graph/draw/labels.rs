@@ -41,7 +41,8 @@ impl Label {
         Self { text: elide(text), font, colour, centre: DVec2::ZERO }
     }
 
-    /// Returns half the estimated width and height. Chinese, Japanese and Korean characters are as wide as high.
+    /// Returns half the estimated width and height. Chinese, Japanese and Korean characters are as
+    /// wide as high.
     fn half_size(&self) -> DVec2 {
         let width = |letter| if letter >= '\u{1100}' && letter != '…' { 1.0 } else { GLYPH.x };
         DVec2::new(self.text.chars().map(width).sum(), GLYPH.y) * self.font / 2.0
@@ -51,12 +52,15 @@ impl Label {
         Area::around(self.centre, self.half_size())
     }
 
-    /// Returns the centres beside, above and below a symbol, which reaches `radius` from its own centre. The second six are
-    /// farther away, for a symbol with another one around it.
+    /// Returns the centres beside, above and below a symbol, which reaches `radius` from its own
+    /// centre. The second six are farther away, for a symbol with another one around it.
     fn centres_around(&self, symbol: DVec2, radius: f64) -> impl Iterator<Item = DVec2> + use<> {
-        const SIDES: [(f64, f64); 6] = [(1.0, -1.0), (1.0, 1.0), (-1.0, -1.0), (-1.0, 1.0), (0.0, -1.0), (0.0, 1.0)];
+        const SIDES: [(f64, f64); 6] =
+            [(1.0, -1.0), (1.0, 1.0), (-1.0, -1.0), (-1.0, 1.0), (0.0, -1.0), (0.0, 1.0)];
         let half = self.half_size();
-        let around = move |gap| SIDES.map(|(right, down)| symbol + (half + radius + gap) * DVec2::new(right, down));
+        let around = move |gap| {
+            SIDES.map(|(right, down)| symbol + (half + radius + gap) * DVec2::new(right, down))
+        };
         [1.0, 8.0].into_iter().flat_map(around)
     }
 
@@ -68,7 +72,11 @@ impl Label {
 
     fn write(&self, out: &mut String, paint: &str) -> fmt::Result {
         let (Self { font, centre, .. }, text) = (self, escape(&self.text));
-        writeln!(out, "<text x=\"{:.1}\" y=\"{:.1}\" font-size=\"{font:.1}\" {paint}>{text}</text>", centre.x, centre.y)
+        writeln!(
+            out,
+            "<text x=\"{:.1}\" y=\"{:.1}\" font-size=\"{font:.1}\" {paint}>{text}</text>",
+            centre.x, centre.y
+        )
     }
 }
 
@@ -113,7 +121,8 @@ impl Taken {
 
     fn is_free(&self, area: &Area) -> bool {
         let in_cell = |cell| self.cells.get(&cell).into_iter().flatten();
-        self.picture.contains(area) && !area.cells().flat_map(in_cell).any(|taken| taken.overlaps(area))
+        self.picture.contains(area)
+            && !area.cells().flat_map(in_cell).any(|taken| taken.overlaps(area))
     }
 
     /// Moves a label to the first free one of some centres; returns `None` if there is none.
@@ -126,16 +135,18 @@ impl Taken {
 }
 
 impl Map<'_> {
-    /// Writes the labels: first all halos, which are texts of their own because not every SVG renderer supports
-    /// `paint-order`, then the texts, so that no halo covers a text.
+    /// Writes the labels: first all halos, which are texts of their own because not every SVG
+    /// renderer supports `paint-order`, then the texts, so that no halo covers a text.
     pub(super) fn write_labels(&self, out: &mut String) -> fmt::Result {
         let labels = self.labels();
         for halo in [true, false] {
-            let paint = "fill=\"#fafbfc\" stroke=\"#fafbfc\" stroke-width=\"3\" stroke-linejoin=\"round\"";
+            let paint =
+                "fill=\"#fafbfc\" stroke=\"#fafbfc\" stroke-width=\"3\" stroke-linejoin=\"round\"";
             let paint = if halo { paint } else { "" };
             writeln!(out, "<g text-anchor=\"middle\" dominant-baseline=\"central\" {paint}>")?;
             for label in &labels {
-                let colour = if halo { String::new() } else { format!("fill=\"{}\"", label.colour) };
+                let colour =
+                    if halo { String::new() } else { format!("fill=\"{}\"", label.colour) };
                 label.write(out, &colour)?;
             }
             writeln!(out, "</g>")?;
@@ -143,9 +154,11 @@ impl Map<'_> {
         Ok(())
     }
 
-    /// Returns the labels that find room: those of nodes come first, then those of stations, then those of edges.
+    /// Returns the labels that find room: those of nodes come first, then those of stations, then
+    /// those of edges.
     fn labels(&self) -> Vec<Label> {
-        let (nodes, edges, stations) = (self.graph.nodes(), self.graph.edges(), self.graph.stations());
+        let (nodes, edges, stations) =
+            (self.graph.nodes(), self.graph.edges(), self.graph.stations());
         let mut taken = self.symbols();
         let mut labels = Vec::new();
         if nodes.len() <= MAX_LABELLED_NODES {
@@ -167,7 +180,8 @@ impl Map<'_> {
         for node in self.graph.nodes() {
             taken.add(Area::around(self.pixel(node.position), DVec2::splat(self.reach(node))));
         }
-        for at in self.graph.stations().iter().filter_map(|station| self.station_position(station)) {
+        for at in self.graph.stations().iter().filter_map(|station| self.station_position(station))
+        {
             taken.add(Area::around(at, DVec2::splat(self.station_size())));
         }
         taken
@@ -203,7 +217,8 @@ impl Map<'_> {
         let fits = |label: &Label| 2.0 * label.half_size().x <= length;
         let colour = SPEED_COLOURS[self.speed_class(edge)];
         let texts = [edge.name().unwrap_or(&id), &id];
-        let label = texts.map(|text| Label::new(text, self.font(), colour)).into_iter().find(fits)?;
+        let label =
+            texts.map(|text| Label::new(text, self.font(), colour)).into_iter().find(fits)?;
         let beside = |fraction| {
             let (position, tangent) = edge.path.at(fraction);
             let right = (tangent * DVec2::new(1.0, -1.0)).perp();
@@ -213,8 +228,8 @@ impl Map<'_> {
     }
 }
 
-/// Returns at most [`LONGEST_LABEL`] characters of a text. Names often differ only at their ends, so it leaves out the
-/// middle.
+/// Returns at most [`LONGEST_LABEL`] characters of a text. Names often differ only at their ends,
+/// so it leaves out the middle.
 fn elide(text: &str) -> String {
     let letters: Vec<char> = text.chars().filter(|letter| !letter.is_control()).collect();
     if letters.len() <= LONGEST_LABEL {
@@ -242,7 +257,8 @@ mod tests {
         Some(Box::new(Tags { name: Some(name.into()), ..Tags::default() }))
     }
 
-    /// Makes a graph of nodes with names at some points, with edges from each to the next, and a station at every third.
+    /// Makes a graph of nodes with names at some points, with edges from each to the next, and a
+    /// station at every third.
     fn graph(points: &[(f64, f64)], names: &[String]) -> RouteGraph {
         let mut nodes = Vec::new();
         let mut edges = Vec::new();
@@ -256,9 +272,16 @@ mod tests {
             let edge = Edge::new(index, [NodeIndex(before), NodeIndex(index)], curve, (1.0, None));
             edges.push(Edge { tags: tags(name).filter(|_| index % 2 == 0), ..edge });
             if index % 3 == 0 {
-                let (nodes, position) = (vec![NodeIndex(index)], (index % 2 == 0).then_some(position + 0.3));
+                let (nodes, position) =
+                    (vec![NodeIndex(index)], (index % 2 == 0).then_some(position + 0.3));
                 let properties = BTreeMap::new();
-                stations.push(Station { name: format!("Dock {index}"), role: Role::Drop, nodes, position, properties });
+                stations.push(Station {
+                    name: format!("Dock {index}"),
+                    role: Role::Drop,
+                    nodes,
+                    position,
+                    properties,
+                });
             }
         }
         RouteGraph::from_valid_parts(nodes, edges).with_surroundings(stations, Vec::new())
@@ -298,7 +321,9 @@ mod tests {
 
     #[test]
     fn many_edges_leave_the_names_of_nodes() {
-        let points: Vec<_> = (0..200).map(|index| (f64::from(index % 20) * 5.0, f64::from(index / 20) * 5.0)).collect();
+        let points: Vec<_> = (0..200)
+            .map(|index| (f64::from(index % 20) * 5.0, f64::from(index / 20) * 5.0))
+            .collect();
         let graph = graph(&points, &["n".to_owned()]);
         let labels = Map::new(&graph).labels();
         assert_eq!(labels.iter().filter(|label| label.text == "n").count(), points.len());

@@ -89,7 +89,9 @@ impl Reader<'_, '_> {
         let mut record = StringRecord::new();
         let mut columns: Option<Columns> = None;
         for count in 0.. {
-            let has_row = rows.read_record(&mut record).map_err(|error| self.syntax(1, &error.to_string()))?;
+            let has_row = rows
+                .read_record(&mut record)
+                .map_err(|error| self.syntax(1, &error.to_string()))?;
             if !has_row {
                 break;
             }
@@ -98,17 +100,23 @@ impl Reader<'_, '_> {
                 line: position.line(),
             });
             if count > MAX_ENTRIES || record.len() > MAX_COLUMNS {
-                let limit = format!("more than {MAX_ENTRIES} rows or {MAX_COLUMNS} columns: split the table");
+                let limit = format!(
+                    "more than {MAX_ENTRIES} rows or {MAX_COLUMNS} columns: split the table"
+                );
                 return Err(self.syntax(place.line, &limit));
             }
             if record.iter().all(str::is_empty) {
                 continue;
             }
-            if let Some(header) = may_be_header(&record).then(|| Columns::of_header(record.iter())).flatten() {
-                if let Some(column) = header.list.iter().find(|column| column.name.len() > MAX_NAME) {
+            if let Some(header) =
+                may_be_header(&record).then(|| Columns::of_header(record.iter())).flatten()
+            {
+                if let Some(column) = header.list.iter().find(|column| column.name.len() > MAX_NAME)
+                {
                     let name = shorten(&column.name);
-                    let message =
-                        format!("the name of the column `{name}` is longer than {MAX_NAME} bytes: shorten it");
+                    let message = format!(
+                        "the name of the column `{name}` is longer than {MAX_NAME} bytes: shorten it"
+                    );
                     return Err(self.syntax(place.line, &message));
                 }
                 columns = Some(header);
@@ -144,7 +152,9 @@ impl Reader<'_, '_> {
     /// Reads the file with the other table.
     fn sibling(&mut self, source: Source<'_>) -> Result<(), SyntaxError> {
         let (missing, words, others) = match (self.nodes.is_empty(), self.edges.is_empty()) {
-            (true, true) => return Err(self.syntax(1, "the tables have no rows: add nodes and edges")),
+            (true, true) => {
+                return Err(self.syntax(1, "the tables have no rows: add nodes and edges"));
+            }
             (true, _) => ("nodes", EDGE_WORDS.as_slice(), NODE_WORDS.as_slice()),
             (false, _) => ("edges", NODE_WORDS.as_slice(), EDGE_WORDS.as_slice()),
         };
@@ -165,32 +175,47 @@ impl Reader<'_, '_> {
 
     fn select_level(&mut self, level: Option<&str>) -> Result<(), SyntaxError> {
         let Some(level) = level else { return Ok(()) };
-        let (kept, others): (Vec<_>, Vec<_>) =
-            std::mem::take(&mut self.nodes).into_iter().partition(|node| node.tags.level.as_deref() == Some(level));
+        let (kept, others): (Vec<_>, Vec<_>) = std::mem::take(&mut self.nodes)
+            .into_iter()
+            .partition(|node| node.tags.level.as_deref() == Some(level));
         if kept.is_empty() {
-            return Err(self.syntax(1, &format!("no node has the level `{}`: see the column `level`", shorten(level))));
+            return Err(self.syntax(
+                1,
+                &format!("no node has the level `{}`: see the column `level`", shorten(level)),
+            ));
         }
         self.nodes = kept;
-        let others: std::collections::BTreeSet<_> = others.iter().map(|node| node.id.as_str()).collect();
-        self.edges.retain(|edge| !others.contains(edge.from.as_str()) && !others.contains(edge.to.as_str()));
+        let others: std::collections::BTreeSet<_> =
+            others.iter().map(|node| node.id.as_str()).collect();
+        self.edges.retain(|edge| {
+            !others.contains(edge.from.as_str()) && !others.contains(edge.to.as_str())
+        });
         Ok(())
     }
 
     fn layout(self) -> Result<Layout, SyntaxError> {
         if self.nodes.is_empty() || self.edges.is_empty() {
             if let Some((error, count)) = self.first_error {
-                let others = if count == 1 { String::new() } else { format!(" (and {} more errors)", count - 1) };
+                let others = if count == 1 {
+                    String::new()
+                } else {
+                    format!(" (and {} more errors)", count - 1)
+                };
                 return Err(SyntaxError { message: error.message + &others, ..error });
             }
             let missing = if self.nodes.is_empty() { "nodes" } else { "edges" };
-            return Err(self.syntax(1, &format!("the table of {missing} has no rows that can be used")));
+            return Err(
+                self.syntax(1, &format!("the table of {missing} has no rows that can be used"))
+            );
         }
         // Curves are few in most tables.
         let has_curves = self.edges.iter().any(|row| !row.control_points.is_empty());
         let located = if has_curves { self.nodes.as_slice() } else { &[] };
-        let positions: BTreeMap<_, _> = located.iter().map(|node| (node.id.as_str(), node.position)).collect();
+        let positions: BTreeMap<_, _> =
+            located.iter().map(|node| (node.id.as_str(), node.position)).collect();
         let mut free = free_ids(&self.edges);
-        let edges = self.edges.into_iter().flat_map(|row| edges(row, &positions, &mut free)).collect();
+        let edges =
+            self.edges.into_iter().flat_map(|row| edges(row, &positions, &mut free)).collect();
         self.ignored.report(self.report);
         Ok(Layout { edges, nodes: self.nodes, ..Layout::default() })
     }
@@ -229,7 +254,10 @@ impl Reader<'_, '_> {
 
 /// Returns the most frequent separator of the first line.
 fn separator(text: &str) -> u8 {
-    let first = text.lines().find(|line| !line.trim().is_empty() && !line.starts_with('#')).unwrap_or_default();
+    let first = text
+        .lines()
+        .find(|line| !line.trim().is_empty() && !line.starts_with('#'))
+        .unwrap_or_default();
     let count = |separator: &u8| first.bytes().filter(|byte| byte == separator).count();
     // The last of several is chosen.
     [b'\t', b';', b','].into_iter().max_by_key(count).unwrap_or(b',')
@@ -254,7 +282,11 @@ fn sibling_files(source: Source<'_>, words: &[&str], others: &[&str]) -> Vec<Pat
     let mut files = Vec::new();
     for word in others {
         let (first, rest) = word.split_at(1);
-        let word = if is_capital { format!("{}{rest}", first.to_ascii_uppercase()) } else { (*word).to_owned() };
+        let word = if is_capital {
+            format!("{}{rest}", first.to_ascii_uppercase())
+        } else {
+            (*word).to_owned()
+        };
         for ending in ["csv", "tsv", "txt", "CSV"] {
             files.push(source.folder.join(format!("{before}{word}{after}.{ending}")));
         }
@@ -267,7 +299,8 @@ fn may_be_header(cells: &StringRecord) -> bool {
     cells.iter().filter(|cell| cell.contains(char::is_alphabetic)).nth(1).is_some()
 }
 
-/// Returns ids for edges in the opposite direction: the numbers after the largest, or `None` if ids aren't numbers.
+/// Returns ids for edges in the opposite direction: the numbers after the largest, or `None` if ids
+/// aren't numbers.
 fn free_ids(rows: &[EdgeRow]) -> Option<u32> {
     let mut largest = 0;
     for row in rows {
@@ -284,7 +317,9 @@ fn edges(
 ) -> impl Iterator<Item = LayoutEdge> + use<> {
     let ends = positions.get(row.from.as_str()).zip(positions.get(row.to.as_str()));
     let cubic = ends.and_then(|(from, to)| cubic(*from, &row.control_points, *to));
-    let shape = |cubic: Option<CubicBezier>| cubic.map_or(Shape::Straight, |cubic| Shape::Cubics(vec![cubic]));
+    let shape = |cubic: Option<CubicBezier>| {
+        cubic.map_or(Shape::Straight, |cubic| Shape::Cubics(vec![cubic]))
+    };
     let back = row.is_bidirectional.then(|| {
         let id = free.map_or_else(|| format!("{} back", row.edge.id), |free| free.to_string());
         *free = free.and_then(|free| free.checked_add(1));
@@ -300,14 +335,17 @@ fn edges(
             ..LayoutEdge::default()
         }
     });
-    let edge = LayoutEdge { origin: row.from, destination: row.to, shape: shape(cubic), ..row.edge };
+    let edge =
+        LayoutEdge { origin: row.from, destination: row.to, shape: shape(cubic), ..row.edge };
     std::iter::once(edge).chain(back)
 }
 
 /// Returns the curve with two inner control points, or with the one of a quadratic curve.
 fn cubic(from: DVec2, control_points: &[DVec2], to: DVec2) -> Option<CubicBezier> {
     match *control_points {
-        [a] => Some(CubicBezier { control_points: [from, from.lerp(a, 2.0 / 3.0), to.lerp(a, 2.0 / 3.0), to] }),
+        [a] => Some(CubicBezier {
+            control_points: [from, from.lerp(a, 2.0 / 3.0), to.lerp(a, 2.0 / 3.0), to],
+        }),
         [a, b] => Some(CubicBezier { control_points: [from, a, b, to] }),
         _ => None,
     }

@@ -45,7 +45,8 @@ fn is_moving_ai(start: &str) -> bool {
         || first.strip_prefix("version ").is_some_and(|number| number.trim().parse::<f64>().is_ok())
 }
 
-/// A DXF file consists of pairs of lines: a group code and a value. It starts with a section or a comment.
+/// A DXF file consists of pairs of lines: a group code and a value. It starts with a section or a
+/// comment.
 fn is_dxf(start: &str) -> bool {
     // Those in binary too, of which the reader says what to do.
     if start.starts_with("AutoCAD Binary DXF") {
@@ -57,9 +58,13 @@ fn is_dxf(start: &str) -> bool {
 
 /// Returns the format of YAML by its keys at the outermost level.
 fn yaml(head: &str) -> Option<Format> {
-    let has = |key: &str| head.lines().any(|line| line.strip_prefix(key).is_some_and(|rest| rest.starts_with(':')));
+    let has = |key: &str| {
+        head.lines().any(|line| line.strip_prefix(key).is_some_and(|rest| rest.starts_with(':')))
+    };
     let has_inner = |key: &str| {
-        head.lines().any(|line| line.trim_start().strip_prefix(key).is_some_and(|rest| rest.starts_with(':')))
+        head.lines().any(|line| {
+            line.trim_start().strip_prefix(key).is_some_and(|rest| rest.starts_with(':'))
+        })
     };
     if has("image") && has("resolution") && has("origin") {
         return Some(Format::RosMap);
@@ -67,20 +72,27 @@ fn yaml(head: &str) -> Option<Format> {
     if !has("levels") {
         return None;
     }
-    let is_building =
-        has("coordinate_system") || has_inner("measurements") || has_inner("walls") || has("reference_level_name");
+    let is_building = has("coordinate_system")
+        || has_inner("measurements")
+        || has_inner("walls")
+        || has("reference_level_name");
     Some(if is_building { Format::OpenRmfBuilding } else { Format::OpenRmf })
 }
 
 /// Tables start with a line of column names.
 fn is_csv(start: &str) -> bool {
-    let mut lines = start.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
+    let mut lines =
+        start.lines().map(str::trim).filter(|line| !line.is_empty() && !line.starts_with('#'));
     let Some(header) = lines.next() else { return false };
-    let separator = [',', ';', '\t'].into_iter().max_by_key(|separator| header.matches(*separator).count());
-    let Some(separator) = separator.filter(|separator| header.contains(*separator)) else { return false };
+    let separator =
+        [',', ';', '\t'].into_iter().max_by_key(|separator| header.matches(*separator).count());
+    let Some(separator) = separator.filter(|separator| header.contains(*separator)) else {
+        return false;
+    };
     let is_name = |cell: &str| {
         let cell = cell.trim().trim_matches('"');
-        !cell.is_empty() && cell.chars().all(|letter| letter.is_alphanumeric() || " _-()[]/.".contains(letter))
+        !cell.is_empty()
+            && cell.chars().all(|letter| letter.is_alphanumeric() || " _-()[]/.".contains(letter))
     };
     header.split(separator).all(is_name)
 }
@@ -99,7 +111,10 @@ mod tests {
             ("{\n \"type\": \"FeatureCollection\", \"features\": []}", Format::Nav2),
             ("<?xml version=\"1.0\"?>\n<model/>", Format::OpenTcs),
             ("building_name: hotel\nlevels:\n  L1:\n    vertices: []\n", Format::OpenRmf),
-            ("coordinate_system: reference_image\nlevels:\n  L1:\n    measurements: []\n", Format::OpenRmfBuilding),
+            (
+                "coordinate_system: reference_image\nlevels:\n  L1:\n    measurements: []\n",
+                Format::OpenRmfBuilding,
+            ),
             ("type octile\nheight 2\n", Format::MovingAi),
             ("version 1\n0\tmap\t", Format::MovingAi),
             ("  0\r\nSECTION\r\n  2\r\n", Format::Dxf),

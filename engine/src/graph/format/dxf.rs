@@ -1,7 +1,7 @@
 //! Drawings: DXF in ASCII.
 //!
-//! Lines and curves of the chosen layers become edges in both directions, joined where their ends meet. Lines of the other
-//! layers become the background.
+//! Lines and curves of the chosen layers become edges in both directions, joined where their ends
+//! meet. Lines of the other layers become the background.
 
 mod curve;
 mod expand;
@@ -31,8 +31,10 @@ const MAX_NEAR_MISSES: usize = 100;
 const DEFPOINTS: &str = "DEFPOINTS";
 
 /// The metres of the units that $INSUNITS numbers from 1 on.
-const UNITS: [f64; 16] =
-    [0.0254, 0.3048, 1609.344, 1e-3, 1e-2, 1.0, 1e3, 25.4e-9, 25.4e-6, 0.9144, 1e-10, 1e-9, 1e-6, 0.1, 10.0, 100.0];
+const UNITS: [f64; 16] = [
+    0.0254, 0.3048, 1609.344, 1e-3, 1e-2, 1.0, 1e3, 25.4e-9, 25.4e-6, 0.9144, 1e-10, 1e-9, 1e-6,
+    0.1, 10.0, 100.0,
+];
 
 /// Reads a drawing.
 ///
@@ -49,8 +51,10 @@ pub(super) fn read<'text>(
     }
     let mut ignored = Ignored::default();
     let scan = scan::scan(source.text, &mut ignored, report)?;
-    let drawing = Drawing::load(&mut scan.text.as_bytes())
-        .map_err(|error| SyntaxError { line: 1, message: format!("the drawing can't be read: {error}") })?;
+    let drawing = Drawing::load(&mut scan.text.as_bytes()).map_err(|error| SyntaxError {
+        line: 1,
+        message: format!("the drawing can't be read: {error}"),
+    })?;
     reject_lost(&scan, &drawing, report);
     let unit = unit(options, &scan, report);
     let curves = curves(&drawing, &scan, unit, &mut ignored, report);
@@ -73,7 +77,10 @@ fn reject_lost(scan: &Scan, drawing: &Drawing, report: &mut Report<'_>) {
     if read != scan.offsets.len() || blocks != scan.block_sizes {
         let at = scan.offsets.get(read).copied().unwrap_or_default();
         let expected = scan.offsets.len() + scan.block_sizes.iter().sum::<usize>();
-        let message = format!("only {} of {expected} entities can be read", read + blocks.iter().sum::<usize>());
+        let message = format!(
+            "only {} of {expected} entities can be read",
+            read + blocks.iter().sum::<usize>()
+        );
         report.error(at, Subject::File, message);
     }
 }
@@ -91,7 +98,13 @@ fn unit(options: &ReadOptions, scan: &Scan, report: &mut Report<'_>) -> f64 {
     })
 }
 
-fn curves(drawing: &Drawing, scan: &Scan, unit: f64, ignored: &mut Ignored, report: &mut Report<'_>) -> Vec<Curve> {
+fn curves(
+    drawing: &Drawing,
+    scan: &Scan,
+    unit: f64,
+    ignored: &mut Ignored,
+    report: &mut Report<'_>,
+) -> Vec<Curve> {
     let mut expander = Expander::new(drawing.blocks(), ignored);
     let offsets = scan.offsets.iter().copied().chain(std::iter::repeat(0));
     for (entity, at) in drawing.entities().zip(offsets) {
@@ -134,12 +147,20 @@ impl Layers {
             }
             return Self { edges: visible, background: BTreeSet::new() };
         }
-        for layer in options.layers.iter().filter(|layer| !names.contains_key(&layer.to_uppercase())) {
-            let exists = if scan.layers.contains_key(&layer.to_uppercase()) { "has no lines" } else { "doesn't exist" };
-            let message = format!("layer `{}` {exists}: layers with lines are {list}", shorten(layer));
+        for layer in
+            options.layers.iter().filter(|layer| !names.contains_key(&layer.to_uppercase()))
+        {
+            let exists = if scan.layers.contains_key(&layer.to_uppercase()) {
+                "has no lines"
+            } else {
+                "doesn't exist"
+            };
+            let message =
+                format!("layer `{}` {exists}: layers with lines are {list}", shorten(layer));
             report.error(0, Subject::File, message);
         }
-        let edges: BTreeSet<String> = options.layers.iter().map(|layer| layer.to_uppercase()).collect();
+        let edges: BTreeSet<String> =
+            options.layers.iter().map(|layer| layer.to_uppercase()).collect();
         let background = visible.difference(&edges).cloned().collect();
         Self { edges, background }
     }
@@ -154,7 +175,8 @@ impl Layers {
             } else if self.background.contains(&layer) {
                 background.push(curve);
             } else {
-                ignored.add(curve.at, format!("line on the hidden layer `{}`", shorten(&curve.layer)));
+                ignored
+                    .add(curve.at, format!("line on the hidden layer `{}`", shorten(&curve.layer)));
             }
         }
         (edges, background)
@@ -182,7 +204,10 @@ fn report_network(network: &Network, report: &mut Report<'_>, ignored: &mut Igno
         report.warning(0, Subject::File, message);
     }
     if network.near_misses.len() > MAX_NEAR_MISSES {
-        let message = format!("{} further ends of lines miss another", network.near_misses.len() - MAX_NEAR_MISSES);
+        let message = format!(
+            "{} further ends of lines miss another",
+            network.near_misses.len() - MAX_NEAR_MISSES
+        );
         report.warning(0, Subject::File, message);
     }
 }
@@ -230,7 +255,8 @@ fn edge(id: usize, link: Link) -> LayoutEdge {
 
 /// Returns points of a curve to draw lines between.
 fn polyline(cubics: &[CubicBezier]) -> Vec<DVec2> {
-    let mut points: Vec<DVec2> = cubics.first().map(|cubic| cubic.control_points[0]).into_iter().collect();
+    let mut points: Vec<DVec2> =
+        cubics.first().map(|cubic| cubic.control_points[0]).into_iter().collect();
     for cubic in cubics {
         let count = if join::is_straight(std::slice::from_ref(cubic)) { 1 } else { 12 };
         points.extend((1..=count).map(|index| cubic.position(f64::from(index) / f64::from(count))));

@@ -1,7 +1,8 @@
 //! Layouts in the VDMA's Layout Interchange Format (LIF) 1.0: JSON.
 //!
-//! Real files break their own specification: numbers are texts, keys are missing, curves don't start at their nodes. They
-//! are read all the same where there is a sensible reading, with a warning.
+//! Real files break their own specification: numbers are texts, keys are missing, curves don't
+//! start at their nodes. They are read all the same where there is a sensible reading, with a
+//! warning.
 
 mod edge;
 mod ids;
@@ -80,7 +81,8 @@ pub(in crate::graph) fn read<'text>(
     for (key, raw) in fields {
         context.ignored.add(context.at(raw), format!("key `{}` of the file", shown(&key)));
     }
-    let mut sheets: Vec<Sheet<'text>> = layouts.into_iter().filter_map(|raw| Sheet::parse(raw, &mut context)).collect();
+    let mut sheets: Vec<Sheet<'text>> =
+        layouts.into_iter().filter_map(|raw| Sheet::parse(raw, &mut context)).collect();
     select(&mut sheets, options.level.as_deref(), &mut context);
     ignore_names(&sheets, &mut context);
     Ok(read_sheets(&sheets, options, context))
@@ -89,14 +91,18 @@ pub(in crate::graph) fn read<'text>(
 fn check_version<'text>(meta: Raw<'text>, context: &mut Context<'_, 'text>) {
     let Some(mut meta) = Object::parse(meta, "`metaInformation`", context) else { return };
     let version = meta.take_text("lifVersion", context);
-    if let Some(version) = version.filter(|version| !version.starts_with("0.") && !version.starts_with("1.")) {
+    if let Some(version) =
+        version.filter(|version| !version.starts_with("0.") && !version.starts_with("1."))
+    {
         let message = format!("the file is of LIF {}: it is read as LIF 1.0", shown(&version));
         context.warning(meta.at, message);
     }
     let own = Header::default();
-    for (key, value) in
-        [("projectIdentification", own.project), ("creator", own.creator), ("exportTimestamp", own.timestamp)]
-    {
+    for (key, value) in [
+        ("projectIdentification", own.project),
+        ("creator", own.creator),
+        ("exportTimestamp", own.timestamp),
+    ] {
         meta.drop_own(key, value);
     }
     meta.ignore_rest(context);
@@ -108,11 +114,15 @@ impl<'text> Sheet<'text> {
         let names = ["layoutId", "layoutName", "layoutLevelId"].map(|key| {
             let name = layout.take_text(key, context)?;
             if name.len() > MAX_NAME {
-                context.error(layout.at, format!("`{key}` of a layout is longer than {MAX_NAME} bytes: shorten it"));
+                context.error(
+                    layout.at,
+                    format!("`{key}` of a layout is longer than {MAX_NAME} bytes: shorten it"),
+                );
             }
             Some(name).filter(|name| name.len() <= MAX_NAME)
         });
-        let [nodes, edges, stations] = ["nodes", "edges", "stations"].map(|key| layout.take_list(key, context));
+        let [nodes, edges, stations] =
+            ["nodes", "edges", "stations"].map(|key| layout.take_list(key, context));
         let at = layout.at;
         layout.drop_own("layoutVersion", OWN_VERSION);
         layout.ignore_rest(context);
@@ -129,7 +139,8 @@ impl<'text> Sheet<'text> {
 
 /// Chooses the layouts to read, and names levels that have no name.
 fn select(sheets: &mut [Sheet<'_>], wanted: Option<&str>, context: &mut Context<'_, '_>) {
-    let known: Vec<String> = sheets.iter().filter_map(Sheet::name).take(MAX_NAMES).map(shown).collect();
+    let known: Vec<String> =
+        sheets.iter().filter_map(Sheet::name).take(MAX_NAMES).map(shown).collect();
     let known = known.join("`, `");
     if sheets.is_empty() {
         context.error(0, "`layouts` is empty: add a layout with nodes and edges");
@@ -139,11 +150,16 @@ fn select(sheets: &mut [Sheet<'_>], wanted: Option<&str>, context: &mut Context<
             sheet.is_read = sheet.names.iter().flatten().any(|name| name == wanted);
         }
         if !sheets.is_empty() && !sheets.iter().any(|sheet| sheet.is_read) {
-            context.error(0, format!("no layout is named `{}`: the file has `{known}`", shown(wanted)));
+            context.error(
+                0,
+                format!("no layout is named `{}`: the file has `{known}`", shown(wanted)),
+            );
         }
     } else if let [_, second, ..] = sheets {
         let (at, count) = (second.at, sheets.len());
-        let message = format!("the {count} layouts `{known}` lie in one plane: to read only one, name it with --level");
+        let message = format!(
+            "the {count} layouts `{known}` lie in one plane: to read only one, name it with --level"
+        );
         context.warning(at, message);
     }
     if sheets.len() > 1 {
@@ -156,7 +172,8 @@ fn select(sheets: &mut [Sheet<'_>], wanted: Option<&str>, context: &mut Context<
 /// Counts the names of layouts that aren't those of their levels.
 fn ignore_names(sheets: &[Sheet<'_>], context: &mut Context<'_, '_>) {
     for sheet in sheets {
-        for (key, name) in ["layoutId", "layoutName", "layoutLevelId"].into_iter().zip(&sheet.names) {
+        for (key, name) in ["layoutId", "layoutName", "layoutLevelId"].into_iter().zip(&sheet.names)
+        {
             let is_own = key == "layoutId" && name.as_deref() == Some(OWN_ID);
             if name.is_some() && name.as_deref() != sheet.level.as_deref() && !is_own {
                 context.ignored.add(sheet.at, format!("key `{key}` of a layout"));
@@ -165,7 +182,11 @@ fn ignore_names(sheets: &[Sheet<'_>], context: &mut Context<'_, '_>) {
     }
 }
 
-fn read_sheets<'text>(sheets: &[Sheet<'text>], options: &ReadOptions, context: Context<'_, 'text>) -> Layout {
+fn read_sheets<'text>(
+    sheets: &[Sheet<'text>],
+    options: &ReadOptions,
+    context: Context<'_, 'text>,
+) -> Layout {
     let mut reader = Reader {
         context,
         vehicles: Vehicles::new(options.vehicle_type.as_deref()),
@@ -192,7 +213,8 @@ fn read_sheets<'text>(sheets: &[Sheet<'text>], options: &ReadOptions, context: C
     layout
 }
 
-/// Robots that do something at the end of an edge do it at the node there, unless that has a role of its own.
+/// Robots that do something at the end of an edge do it at the node there, unless that has a role
+/// of its own.
 fn set_roles(layout: &mut Layout, mut roles: Vec<(String, Role)>) {
     roles.retain(|(_, role)| *role != Role::None);
     if roles.is_empty() {
@@ -210,7 +232,9 @@ fn set_roles(layout: &mut Layout, mut roles: Vec<(String, Role)>) {
 impl Reader<'_, '_, '_> {
     /// Reports what was noted on the way.
     fn finish(mut self, sheets: &[Sheet<'_>]) {
-        for (ids, kind) in [(&self.node_ids, "node"), (&self.edge_ids, "edge"), (&self.station_ids, "station")] {
+        for (ids, kind) in
+            [(&self.node_ids, "node"), (&self.edge_ids, "edge"), (&self.station_ids, "station")]
+        {
             if let Some((id, count)) = ids.shared() {
                 let at = sheets.get(1).map_or(0, |sheet| sheet.at);
                 let message = format!(

@@ -1,8 +1,8 @@
 //! Grid maps and scenarios of the MovingAI benchmarks.
 //!
-//! The centre of each free cell becomes a node, and an edge leads to each free cell beside, above and below it. The id of
-//! a node is `row × width + column`, counted from the top left corner as the benchmarks count; the bottom left corner of
-//! the map is at (0, 0).
+//! The centre of each free cell becomes a node, and an edge leads to each free cell beside, above
+//! and below it. The id of a node is `row × width + column`, counted from the top left corner as
+//! the benchmarks count; the bottom left corner of the map is at (0, 0).
 
 mod scen;
 #[cfg(test)]
@@ -26,7 +26,8 @@ const MAX_FREE: usize = 1_100_000;
 /// The side of a cell in millimetres, if the caller doesn't say.
 const DEFAULT_CELL: Millimetres = Millimetres(1000);
 
-/// The steps to the cells around a cell, in columns and rows, and the heading of a robot that drives there.
+/// The steps to the cells around a cell, in columns and rows, and the heading of a robot that
+/// drives there.
 const STEPS: [([isize; 2], f64); 4] = {
     use std::f64::consts::{FRAC_PI_2, PI};
     [([1, 0], 0.0), ([0, -1], FRAC_PI_2), ([-1, 0], PI), ([0, 1], -FRAC_PI_2)]
@@ -56,7 +57,11 @@ pub(super) fn read<'text>(
     let grid = Grid::read(header, source.text, report)?;
     let cell = f64::from(options.cell_size.unwrap_or(DEFAULT_CELL).0) / 1000.0;
     if grid.free.is_empty() {
-        report.error(0, Subject::File, "the map has no free cell: free cells are written `.`, `G` or `S`");
+        report.error(
+            0,
+            Subject::File,
+            "the map has no free cell: free cells are written `.`, `G` or `S`",
+        );
     }
     Ok(Layout { nodes: nodes(&grid, cell), edges: edges(&grid), ..Layout::default() })
 }
@@ -84,8 +89,10 @@ impl Header {
                 "width" => width = Some(side(line, key, value)?),
                 "height" => height = Some(side(line, key, value)?),
                 "map" => {
-                    let missing =
-                        || SyntaxError { line, message: "`height` and `width` must precede `map`".to_owned() };
+                    let missing = || SyntaxError {
+                        line,
+                        message: "`height` and `width` must precede `map`".to_owned(),
+                    };
                     let (width, height) = width.zip(height).ok_or_else(missing)?;
                     return Ok(Self { width, height, cells_at: at, line: line + 1 });
                 }
@@ -97,13 +104,20 @@ impl Header {
                 }
             }
         }
-        Err(SyntaxError { line: 1, message: "the line `map`, after which the cells follow, is missing".to_owned() })
+        Err(SyntaxError {
+            line: 1,
+            message: "the line `map`, after which the cells follow, is missing".to_owned(),
+        })
     }
 }
 
 fn side(line: usize, key: &str, value: Option<&str>) -> Result<usize, SyntaxError> {
-    let side = value.and_then(|value| value.parse().ok()).filter(|side| (1..=MAX_SIDE).contains(side));
-    side.ok_or_else(|| SyntaxError { line, message: format!("`{key}` must be a whole number from 1 to {MAX_SIDE}") })
+    let side =
+        value.and_then(|value| value.parse().ok()).filter(|side| (1..=MAX_SIDE).contains(side));
+    side.ok_or_else(|| SyntaxError {
+        line,
+        message: format!("`{key}` must be a whole number from 1 to {MAX_SIDE}"),
+    })
 }
 
 /// The cells of a map.
@@ -113,7 +127,8 @@ struct Grid {
     height: usize,
     /// `row × width + column` of each free cell, ascending, with its byte offset.
     free: Vec<(usize, u32)>,
-    /// Whether a cell is free, row by row. The cells that the text lacks are absent: they may be many.
+    /// Whether a cell is free, row by row. The cells that the text lacks are absent: they may be
+    /// many.
     is_free: Vec<bool>,
     /// By row: the index of its first cell in `is_free`.
     starts: Vec<usize>,
@@ -122,7 +137,8 @@ struct Grid {
 impl Grid {
     fn read(header: Header, text: &str, report: &mut Report<'_>) -> Result<Self, SyntaxError> {
         let Header { width, height, cells_at, .. } = header;
-        let mut grid = Self { width, height, free: Vec::new(), is_free: Vec::new(), starts: Vec::new() };
+        let mut grid =
+            Self { width, height, free: Vec::new(), is_free: Vec::new(), starts: Vec::new() };
         let mut ignored = Ignored::default();
         let mut at = cells_at;
         let mut rows = 0;
@@ -137,11 +153,16 @@ impl Grid {
             }
         }
         if rows < height {
-            let message = format!("the map has {rows} rows of {height}: the others count as blocked");
+            let message =
+                format!("the map has {rows} rows of {height}: the others count as blocked");
             report.warning(at as u32, Subject::File, message);
         }
         if rest.any(|content| !content.trim().is_empty()) {
-            report.warning(at as u32, Subject::File, format!("text after the {height} rows of the map: not used"));
+            report.warning(
+                at as u32,
+                Subject::File,
+                format!("text after the {height} rows of the map: not used"),
+            );
         }
         ignored.report(report);
         Ok(grid)
@@ -159,7 +180,10 @@ impl Grid {
         }
         self.starts.push(start);
         if self.is_free.len() < start + self.width {
-            ignored.add(at as u32, "a row that is shorter than the map, whose missing cells count as blocked");
+            ignored.add(
+                at as u32,
+                "a row that is shorter than the map, whose missing cells count as blocked",
+            );
         } else if row.trim_end().chars().nth(self.width).is_some() {
             ignored.add(at as u32, "cells beyond the width of the map");
         }
@@ -167,7 +191,9 @@ impl Grid {
 
     /// Returns a free cell's free neighbour.
     fn neighbour(&self, cell: usize, [columns, rows]: [isize; 2]) -> Option<usize> {
-        let column = (cell % self.width).checked_add_signed(columns).filter(|&column| column < self.width)?;
+        let column = (cell % self.width)
+            .checked_add_signed(columns)
+            .filter(|&column| column < self.width)?;
         let row = (cell / self.width).checked_add_signed(rows)?;
         let end = self.starts.get(row + 1).copied().unwrap_or(self.is_free.len());
         let index = self.starts.get(row)? + column;
@@ -181,7 +207,10 @@ fn is_free(cell: char, at: usize, ignored: &mut Ignored) -> bool {
         '.' | 'G' | 'S' => true,
         '@' | 'O' | 'T' | 'W' => false,
         other => {
-            ignored.add(at as u32, format!("cell `{}`, which counts as blocked", other.escape_debug()));
+            ignored.add(
+                at as u32,
+                format!("cell `{}`, which counts as blocked", other.escape_debug()),
+            );
             false
         }
     }
@@ -190,7 +219,10 @@ fn is_free(cell: char, at: usize, ignored: &mut Ignored) -> bool {
 fn nodes(grid: &Grid, cell_size: f64) -> Vec<LayoutNode> {
     let node = |&(cell, at): &(usize, u32)| {
         let (column, row) = (cell % grid.width, grid.height - 1 - cell / grid.width);
-        let heading = STEPS.iter().find(|(step, _)| grid.neighbour(cell, *step).is_some()).map_or(0.0, |step| step.1);
+        let heading = STEPS
+            .iter()
+            .find(|(step, _)| grid.neighbour(cell, *step).is_some())
+            .map_or(0.0, |step| step.1);
         LayoutNode {
             at,
             id: cell.to_string(),
@@ -208,12 +240,14 @@ fn edges(grid: &Grid) -> Vec<LayoutEdge> {
         STEPS.iter().filter_map(move |(step, _)| Some((cell, grid.neighbour(cell, *step)?, at)))
     };
     let mut edges = Vec::with_capacity(grid.free.iter().flat_map(steps).count());
-    edges.extend((1u32..).zip(grid.free.iter().flat_map(steps)).map(|(id, (from, to, at))| LayoutEdge {
-        at,
-        id: id.to_string(),
-        origin: from.to_string(),
-        destination: to.to_string(),
-        ..LayoutEdge::default()
+    edges.extend((1u32..).zip(grid.free.iter().flat_map(steps)).map(|(id, (from, to, at))| {
+        LayoutEdge {
+            at,
+            id: id.to_string(),
+            origin: from.to_string(),
+            destination: to.to_string(),
+            ..LayoutEdge::default()
+        }
     }));
     edges
 }

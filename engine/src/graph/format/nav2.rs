@@ -1,7 +1,8 @@
 //! Graphs of Nav2's Route Server: GeoJSON. Points are nodes, line strings are directed edges.
 //!
-//! The Route Server takes an edge's ends from `startid` and `endid`, and drives straight from one to the other; it doesn't
-//! look at the geometry of lines. Here, a line with inner points is a polyline.
+//! The Route Server takes an edge's ends from `startid` and `endid`, and drives straight from one
+//! to the other; it doesn't look at the geometry of lines. Here, a line with inner points is a
+//! polyline.
 
 mod feature;
 mod metadata;
@@ -39,16 +40,27 @@ pub(super) fn read<'text>(
     options: &ReadOptions,
     report: &mut Report<'text>,
 ) -> Result<Layout, SyntaxError> {
-    let syntax = |error: &serde_json::Error| SyntaxError { line: error.line(), message: error.to_string() };
-    let root: BTreeMap<String, &RawValue> = serde_json::from_str(source.text).map_err(|error| syntax(&error))?;
-    let mut reader = Reader { text: source.text, report, ignored: Ignored::default(), counts: Counts::default() };
+    let syntax =
+        |error: &serde_json::Error| SyntaxError { line: error.line(), message: error.to_string() };
+    let root: BTreeMap<String, &RawValue> =
+        serde_json::from_str(source.text).map_err(|error| syntax(&error))?;
+    let mut reader = Reader {
+        text: source.text,
+        report,
+        ignored: Ignored::default(),
+        counts: Counts::default(),
+    };
     reader.check_root(&root);
     let Some(features) = root.get("features") else {
-        let message = "it has no `features`: a graph of Nav2 is a FeatureCollection of points and lines".to_owned();
+        let message =
+            "it has no `features`: a graph of Nav2 is a FeatureCollection of points and lines"
+                .to_owned();
         return Err(SyntaxError { line: 1, message });
     };
-    let features: Vec<&RawValue> = serde_json::from_str(features.get()).map_err(|error| syntax(&error))?;
-    let features: Vec<Feature> = features.into_iter().filter_map(|feature| reader.feature(feature)).collect();
+    let features: Vec<&RawValue> =
+        serde_json::from_str(features.get()).map_err(|error| syntax(&error))?;
+    let features: Vec<Feature> =
+        features.into_iter().filter_map(|feature| reader.feature(feature)).collect();
     let mut layout = Layout { nodes: reader.nodes(&features), ..Layout::default() };
     layout.edges = reader.edges(&features, &layout.nodes);
     reader.finish();
@@ -62,7 +74,8 @@ fn keep_level(layout: &mut Layout, options: &ReadOptions, report: &mut Report<'_
     let is_wanted = |level: &Option<Box<str>>| level.as_deref() == Some(wanted.as_str());
     layout.nodes.retain(|node| is_wanted(&node.tags.level));
     if layout.nodes.is_empty() {
-        let message = format!("there is no level `{}`: graphs of Nav2 have no levels", shorten(wanted));
+        let message =
+            format!("there is no level `{}`: graphs of Nav2 have no levels", shorten(wanted));
         report.error(0, Subject::File, message);
     }
     let kept: BTreeSet<&str> = layout.nodes.iter().map(|node| node.id.as_str()).collect();
@@ -114,15 +127,15 @@ impl<'text> Reader<'_, 'text> {
     fn check_root(&mut self, root: &BTreeMap<String, &'text RawValue>) {
         const KNOWN: [&str; 3] = ["type", "crs", "features"];
         // Our writer gives all files this name.
-        let is_known =
-            |key: &str, value: &RawValue| KNOWN.contains(&key) || key == "name" && value.get() == "\"graph\"";
+        let is_known = |key: &str, value: &RawValue| {
+            KNOWN.contains(&key) || key == "name" && value.get() == "\"graph\""
+        };
         for (key, value) in root.iter().filter(|(key, value)| !is_known(key, value)) {
             self.ignored.add(self.offset(value), format!("key `{}` of the file", shorten(key)));
         }
         let Some(crs) = root.get("crs") else { return };
         if ["CRS84", "4326"].iter().any(|degrees| crs.get().contains(degrees)) {
-            let message =
-                "its coordinate system is in degrees, but a graph of Nav2 is in metres: they are read as metres";
+            let message = "its coordinate system is in degrees, but a graph of Nav2 is in metres: they are read as metres";
             self.report.warning(self.offset(crs), Subject::File, message);
         }
     }
@@ -151,10 +164,18 @@ impl<'text> Reader<'_, 'text> {
     fn node(&mut self, feature: &Feature) -> Option<LayoutNode> {
         let Geometry::Point(position) = feature.geometry else { return None };
         let Some(id) = feature.id("id") else {
-            self.report.error(feature.at, Subject::File, "a point has no `id`: give it a whole number");
+            self.report.error(
+                feature.at,
+                Subject::File,
+                "a point has no `id`: give it a whole number",
+            );
             return None;
         };
-        let frame = feature.properties.get("frame").and_then(metadata::text).unwrap_or_else(|| "map".to_owned());
+        let frame = feature
+            .properties
+            .get("frame")
+            .and_then(metadata::text)
+            .unwrap_or_else(|| "map".to_owned());
         let (mut tags, special) = metadata::read(feature, &["id", "frame"], &mut self.ignored);
         if frame != "map" {
             tags.set("frame", &frame);
@@ -162,13 +183,23 @@ impl<'text> Reader<'_, 'text> {
         if self.counts.frames.len() < 10 {
             self.counts.frames.insert(frame);
         }
-        Some(LayoutNode { at: feature.at, id, position, heading: special.heading, role: special.role, tags })
+        Some(LayoutNode {
+            at: feature.at,
+            id,
+            position,
+            heading: special.heading,
+            role: special.role,
+            tags,
+        })
     }
 
     fn edges(&mut self, features: &[Feature], nodes: &[LayoutNode]) -> Vec<LayoutEdge> {
-        let positions: BTreeMap<&str, DVec2> = nodes.iter().map(|node| (node.id.as_str(), node.position)).collect();
-        let lines = || features.iter().filter(|feature| matches!(feature.geometry, Geometry::Line(_)));
-        let mut free = lines().filter_map(|feature| feature.id("id")?.parse::<u32>().ok()).max().unwrap_or(0);
+        let positions: BTreeMap<&str, DVec2> =
+            nodes.iter().map(|node| (node.id.as_str(), node.position)).collect();
+        let lines =
+            || features.iter().filter(|feature| matches!(feature.geometry, Geometry::Line(_)));
+        let mut free =
+            lines().filter_map(|feature| feature.id("id")?.parse::<u32>().ok()).max().unwrap_or(0);
         let mut seen = BTreeSet::new();
         let mut edges = Vec::new();
         let mut reverse = Vec::new();
@@ -197,7 +228,8 @@ impl<'text> Reader<'_, 'text> {
     ) -> Option<(LayoutEdge, Option<String>)> {
         let Geometry::Line(line) = &feature.geometry else { return None };
         let (Some(origin), Some(destination)) = (feature.id("startid"), feature.id("endid")) else {
-            let message = format!("edge `{id}` lacks `startid` or `endid`: give the ids of two points");
+            let message =
+                format!("edge `{id}` lacks `startid` or `endid`: give the ids of two points");
             self.report.error(feature.at, Subject::File, message);
             return None;
         };
@@ -205,7 +237,8 @@ impl<'text> Reader<'_, 'text> {
             self.counts.loops.add(feature.at, &id);
             return None;
         }
-        let (mut tags, special) = metadata::read(feature, &["id", "startid", "endid"], &mut self.ignored);
+        let (mut tags, special) =
+            metadata::read(feature, &["id", "startid", "endid"], &mut self.ignored);
         if feature.id("id").is_some_and(|own| own != id) {
             tags.set("id", &feature.id("id").unwrap_or_default());
         }
@@ -246,13 +279,20 @@ impl<'text> Reader<'_, 'text> {
         let mut points = vec![from];
         points.append(&mut inner);
         points.dedup_by(|after, before| after.distance(*before) < MIN_LENGTH);
-        points.truncate(points.iter().rposition(|point| point.distance(to) >= MIN_LENGTH).map_or(1, |at| at + 1));
+        points.truncate(
+            points
+                .iter()
+                .rposition(|point| point.distance(to) >= MIN_LENGTH)
+                .map_or(1, |at| at + 1),
+        );
         points.push(to);
         if points.len() < 3 {
             return Shape::Straight;
         }
         self.counts.polylines.add(at, id);
-        Shape::Cubics(points.windows(2).map(|pair| CubicBezier::straight(pair[0], pair[1])).collect())
+        Shape::Cubics(
+            points.windows(2).map(|pair| CubicBezier::straight(pair[0], pair[1])).collect(),
+        )
     }
 
     fn finish(self) {
@@ -262,9 +302,10 @@ impl<'text> Reader<'_, 'text> {
             "`speed_limit` is a share of the robot's own maximum: kept as a property; `abs_speed_limit` gives metres per second",
             report,
         );
-        counts
-            .polylines
-            .report("its line has inner points and is read as a polyline; Nav2 itself drives straight", report);
+        counts.polylines.report(
+            "its line has inner points and is read as a polyline; Nav2 itself drives straight",
+            report,
+        );
         counts
             .gaps
             .report("its line doesn't begin and end at its nodes: moved there, as `startid` and `endid` say", report);
@@ -273,21 +314,31 @@ impl<'text> Reader<'_, 'text> {
         counts.repeated.report("its id is missing or given twice: it gets another one", report);
         if counts.frames.len() > 1 {
             let frames: Vec<_> = counts.frames.iter().map(|frame| shorten(frame)).collect();
-            let message = format!("its points are in the frames {}: all are read as if in one", frames.join(", "));
+            let message = format!(
+                "its points are in the frames {}: all are read as if in one",
+                frames.join(", ")
+            );
             report.warning(0, Subject::File, message);
         }
     }
 }
 
-/// Makes edges that are marked as the reverse gear of another one its second speed. Others stay edges of their own.
+/// Makes edges that are marked as the reverse gear of another one its second speed. Others stay
+/// edges of their own.
 fn merge_reverse(reverse: Vec<(String, LayoutEdge)>, edges: &mut Vec<LayoutEdge>) {
-    let by_id: BTreeMap<String, usize> = edges.iter().enumerate().map(|(at, edge)| (edge.id.clone(), at)).collect();
+    let by_id: BTreeMap<String, usize> =
+        edges.iter().enumerate().map(|(at, edge)| (edge.id.clone(), at)).collect();
     for (of, edge) in reverse {
         let forward = by_id.get(&of).and_then(|index| edges.get_mut(*index));
         match forward.filter(|forward| {
-            forward.origin == edge.destination && forward.destination == edge.origin && forward.reverse_speed.is_none()
+            forward.origin == edge.destination
+                && forward.destination == edge.origin
+                && forward.reverse_speed.is_none()
         }) {
-            Some(forward) => forward.reverse_speed = Some(edge.speed.unwrap_or(crate::graph::layout::DEFAULT_SPEED)),
+            Some(forward) => {
+                forward.reverse_speed =
+                    Some(edge.speed.unwrap_or(crate::graph::layout::DEFAULT_SPEED))
+            }
             None => edges.push(edge),
         }
     }

@@ -1,6 +1,8 @@
-//! Navigation graphs of Open-RMF, and in [`building`] the maps of its traffic editor that they are made of: YAML.
+//! Navigation graphs of Open-RMF, and in [`building`] the maps of its traffic editor that they are
+//! made of: YAML.
 //!
-//! Both are read into the same model ([`model`]): levels of vertices and of straight, directed lanes.
+//! Both are read into the same model ([`model`]): levels of vertices and of straight, directed
+//! lanes.
 
 pub(super) mod building;
 mod ids;
@@ -42,16 +44,20 @@ pub(super) fn read<'text>(
         building.levels.push(Reader { report, ignored: &mut ignored }.level(name, tree));
     }
     ignore_unknown(&root, &FILE_KEYS, "the file", &mut ignored);
-    let by_name: BTreeMap<String, usize> =
-        building.levels.iter().enumerate().map(|(index, level)| (level.name.clone(), index)).collect();
+    let by_name: BTreeMap<String, usize> = building
+        .levels
+        .iter()
+        .enumerate()
+        .map(|(index, level)| (level.name.clone(), index))
+        .collect();
     add_doors(&root, &by_name, &mut building.levels, &mut ignored);
     add_lifts(&root, &mut building.levels);
     ignored.report(report);
     Ok(building.into_layout(options, report))
 }
 
-/// Whether a file is a building map: its vertices have a third coordinate. Without `coordinate_system`, as in old files, only
-/// that tells them apart.
+/// Whether a file is a building map: its vertices have a third coordinate. Without
+/// `coordinate_system`, as in old files, only that tells them apart.
 fn is_building(root: &Tree<'_>) -> bool {
     let levels = root.get("levels").map(Tree::entries).unwrap_or_default();
     let first = levels.iter().find_map(|(_, level)| level.get("vertices")?.items().first());
@@ -65,12 +71,18 @@ fn levels<'a, 'text>(
 ) -> Result<Vec<(&'a str, &'a Tree<'text>)>, SyntaxError> {
     let levels = root.get("levels").filter(|levels| !levels.entries().is_empty());
     let Some(levels) = levels else {
-        let message = "it has no `levels`: a map of Open-RMF has a map of levels, with vertices and lanes".to_owned();
+        let message =
+            "it has no `levels`: a map of Open-RMF has a map of levels, with vertices and lanes"
+                .to_owned();
         return Err(SyntaxError { line: 1, message });
     };
-    let (short, long): (Vec<_>, Vec<_>) = levels.entries().iter().partition(|(name, _)| name.len() <= MAX_NAME);
+    let (short, long): (Vec<_>, Vec<_>) =
+        levels.entries().iter().partition(|(name, _)| name.len() <= MAX_NAME);
     for (name, level) in long {
-        let message = format!("the name of the level `{}` is too long: at most {MAX_NAME} bytes", shorten(name));
+        let message = format!(
+            "the name of the level `{}` is too long: at most {MAX_NAME} bytes",
+            shorten(name)
+        );
         report.error(level.at, Subject::File, message);
     }
     Ok(short.into_iter().map(|(name, level)| (name.as_str(), level)).collect())
@@ -78,19 +90,26 @@ fn levels<'a, 'text>(
 
 /// Counts the keys of a map that aren't known, unless there is nothing in their values.
 fn ignore_unknown(map: &Tree<'_>, known: &[&str], owner: &str, ignored: &mut Ignored) {
-    let is_unknown = |(key, value): &&(String, Tree<'_>)| !known.contains(&key.as_str()) && !value.is_empty();
+    let is_unknown =
+        |(key, value): &&(String, Tree<'_>)| !known.contains(&key.as_str()) && !value.is_empty();
     for (key, value) in map.entries().iter().filter(is_unknown) {
         ignored.add(value.key_at, format!("key `{}` of {owner}", shorten(key)));
     }
 }
 
 /// The lines of doors, on their levels.
-fn add_doors(root: &Tree<'_>, by_name: &BTreeMap<String, usize>, levels: &mut [Level], ignored: &mut Ignored) {
+fn add_doors(
+    root: &Tree<'_>,
+    by_name: &BTreeMap<String, usize>,
+    levels: &mut [Level],
+    ignored: &mut Ignored,
+) {
     for (_, door) in root.get("doors").map(Tree::entries).unwrap_or_default() {
         let map = door.get("map").and_then(Tree::text);
         let level = map.and_then(|map| by_name.get(&map)).and_then(|index| levels.get_mut(*index));
         let endpoints = door.get("endpoints").map(Tree::items).unwrap_or_default();
-        let line: Option<Vec<DVec2>> = endpoints.iter().map(|point| self::point(point.items())).collect();
+        let line: Option<Vec<DVec2>> =
+            endpoints.iter().map(|point| self::point(point.items())).collect();
         if let (Some(level), Some(line)) = (level, line.filter(|line| line.len() > 1)) {
             level.lines.push(line);
         } else {
@@ -157,18 +176,31 @@ impl Reader<'_, '_> {
             let message = format!("a vertex is {}: expected [x, y, {{name: …}}]", tree.describe());
             self.report.error(tree.at, Subject::File, message);
         }
-        let mut properties = items.get(2).map(|map| self.properties(map, "a vertex")).unwrap_or_default();
+        let mut properties =
+            items.get(2).map(|map| self.properties(map, "a vertex")).unwrap_or_default();
         let name = properties.remove("name").unwrap_or_default();
-        Vertex { at: tree.at, position: position.unwrap_or_default(), name, properties, is_kept: true }
+        Vertex {
+            at: tree.at,
+            position: position.unwrap_or_default(),
+            name,
+            properties,
+            is_kept: true,
+        }
     }
 
     /// Returns one lane, or two if it has both directions.
     fn lane(&mut self, index: usize, tree: &Tree<'_>, vertices: usize) -> Option<Vec<Lane>> {
         let ends = self.ends(tree, vertices, "lane")?;
-        let mut properties = tree.items().get(2).map(|map| self.properties(map, "a lane")).unwrap_or_default();
-        let is_bidirectional = properties.remove("is_bidirectional").is_some_and(|value| value == "true");
+        let mut properties =
+            tree.items().get(2).map(|map| self.properties(map, "a lane")).unwrap_or_default();
+        let is_bidirectional =
+            properties.remove("is_bidirectional").is_some_and(|value| value == "true");
         let lane = Lane { at: tree.at, index, is_reverse: false, ends, properties };
-        Some(if is_bidirectional { [lane.reversed(), lane].into_iter().rev().collect() } else { vec![lane] })
+        Some(if is_bidirectional {
+            [lane.reversed(), lane].into_iter().rev().collect()
+        } else {
+            vec![lane]
+        })
     }
 
     /// Returns the two vertices of a lane, wall, door or measurement.
@@ -179,7 +211,10 @@ impl Reader<'_, '_> {
         };
         match ends {
             None => {
-                let message = format!("a {what} is {}: expected two indices of vertices and a map", tree.describe());
+                let message = format!(
+                    "a {what} is {}: expected two indices of vertices and a map",
+                    tree.describe()
+                );
                 self.report.error(tree.at, Subject::File, message);
                 None
             }

@@ -1,7 +1,7 @@
 //! Plant models of openTCS: XML, of the versions 0.0.2 to 7.
 //!
-//! Points are nodes, paths are edges, and locations are stations. Positions are in millimetres; the shape of a path is
-//! that of its drawing. See `docs/formats/opentcs.md`.
+//! Points are nodes, paths are edges, and locations are stations. Positions are in millimetres; the
+//! shape of a path is that of its drawing. See `docs/formats/opentcs.md`.
 
 mod drawing;
 mod element;
@@ -38,7 +38,8 @@ type Properties = BTreeMap<Box<str>, Box<str>>;
 /// Reads a plant model.
 ///
 /// # Errors
-/// If the text isn't XML with the root element `model`, or has no points or no paths that can be driven.
+/// If the text isn't XML with the root element `model`, or has no points or no paths that can be
+/// driven.
 pub(super) fn read<'text>(
     source: Source<'text>,
     options: &ReadOptions,
@@ -49,10 +50,17 @@ pub(super) fn read<'text>(
     let line = report.line(model.at) as usize;
     let error = |message: &str| SyntaxError { line, message: message.to_owned() };
     if model.name != "model" {
-        return Err(error(&format!("the outermost element is `{}`, not `model`", shorten(model.name))));
+        return Err(error(&format!(
+            "the outermost element is `{}`, not `model`",
+            shorten(model.name)
+        )));
     }
     if options.level.is_some() {
-        report.warning(0, Subject::File, "plant models of openTCS have no levels: all of it is read");
+        report.warning(
+            0,
+            Subject::File,
+            "plant models of openTCS have no levels: all of it is read",
+        );
     }
     let mut reader = Reader { ignored, report, drawing: Drawing::default(), inherited: 0 };
     reader.version(&mut model);
@@ -61,9 +69,9 @@ pub(super) fn read<'text>(
     reader.ignored.report(report);
     match (layout.nodes.is_empty(), layout.edges.is_empty()) {
         (true, _) => Err(error("the plant model has no points: draw some with paths between them")),
-        (_, true) => {
-            Err(error("the plant model has no path that can be driven: add paths, unlock them or raise maxVelocity"))
-        }
+        (_, true) => Err(error(
+            "the plant model has no path that can be driven: add paths, unlock them or raise maxVelocity",
+        )),
         _ => Ok(layout),
     }
 }
@@ -86,7 +94,9 @@ struct Own {
 impl Reader<'_, '_> {
     fn version(&mut self, model: &mut Element<'_>) {
         let version = model.take_text("version");
-        let is_known = ["0.0.2", "0.0.3", "0.0.4", "0.0.5", "6.", "7."].iter().any(|known| version.starts_with(known));
+        let is_known = ["0.0.2", "0.0.3", "0.0.4", "0.0.5", "6.", "7."]
+            .iter()
+            .any(|known| version.starts_with(known));
         if !is_known {
             let message = format!(
                 "plant model version `{}` isn't one of 0.0.2 to 0.0.5, 6 and 7: it is read like version 7",
@@ -98,8 +108,11 @@ impl Reader<'_, '_> {
 
     fn layout(&mut self, model: &mut Element<'_>) -> Layout {
         let blocks = self.blocks(model);
-        let (mut nodes, node_owns): (Vec<_>, Vec<_>) =
-            model.take_children("point").into_iter().map(|element| self.node(element, &blocks)).unzip();
+        let (mut nodes, node_owns): (Vec<_>, Vec<_>) = model
+            .take_children("point")
+            .into_iter()
+            .map(|element| self.node(element, &blocks))
+            .unzip();
         let positions = nodes.iter().map(|node| (node.id.clone(), node.position)).collect();
         let paths = model.take_children("path").into_iter();
         let (mut edges, edge_owns): (Vec<_>, Vec<_>) =
@@ -108,12 +121,17 @@ impl Reader<'_, '_> {
         let mut stations = self.stations(model, &blocks);
         self.vehicles(model);
         for property in model.take_children("property") {
-            let name = property.attributes.iter().find(|(key, _)| *key == "name").map_or("", |(_, name)| name);
+            let name = property
+                .attributes
+                .iter()
+                .find(|(key, _)| *key == "name")
+                .map_or("", |(_, name)| name);
             self.ignored.add(property.at, format!("property `{}` of the model", shorten(name)));
         }
         model.ignore_rest("the model", &mut self.ignored);
         if let Some(ids) = own_ids(&node_owns) {
-            let by_name: BTreeMap<_, _> = nodes.iter().map(|node| node.id.clone()).zip(ids.iter().cloned()).collect();
+            let by_name: BTreeMap<_, _> =
+                nodes.iter().map(|node| node.id.clone()).zip(ids.iter().cloned()).collect();
             let rename = |name: &mut String| *name = by_name.get(name).unwrap_or(name).clone();
             let ends = edges.iter_mut().flat_map(|edge| [&mut edge.origin, &mut edge.destination]);
             let linked = stations.iter_mut().flat_map(|station| &mut station.nodes);
@@ -150,7 +168,8 @@ impl Reader<'_, '_> {
         element.take_children("outgoingPath");
         self.rest(element, "a point", &mut tags);
         blocks.tag(&id, &mut tags);
-        if let Some(own) = take_own(&mut tags.properties, "role").and_then(|role| role.parse().ok()) {
+        if let Some(own) = take_own(&mut tags.properties, "role").and_then(|role| role.parse().ok())
+        {
             role = own;
         }
         let own = own(&mut tags);
@@ -159,13 +178,20 @@ impl Reader<'_, '_> {
 
     /// Returns the position in metres; positions are in millimetres.
     fn position(&mut self, element: &mut Element<'_>, what: &str) -> DVec2 {
-        let [x, y] = [["positionX", "xPosition"], ["positionY", "yPosition"]].map(|names| element.take_number(&names));
+        let [x, y] = [["positionX", "xPosition"], ["positionY", "yPosition"]]
+            .map(|names| element.take_number(&names));
         // Graphs are flat.
-        if element.attributes.iter().any(|(name, value)| ["positionZ", "zPosition"].contains(name) && **value == *"0") {
+        if element
+            .attributes
+            .iter()
+            .any(|(name, value)| ["positionZ", "zPosition"].contains(name) && **value == *"0")
+        {
             element.take(&["positionZ", "zPosition"]);
         }
         let (Some(x), Some(y)) = (x, y) else {
-            let message = format!("{what} has no positionX and positionY that are numbers: give them in millimetres");
+            let message = format!(
+                "{what} has no positionX and positionY that are numbers: give them in millimetres"
+            );
             self.report.error(element.at, Subject::File, message);
             return DVec2::ZERO;
         };
@@ -181,17 +207,25 @@ impl Reader<'_, '_> {
     ) -> Option<(LayoutEdge, Own)> {
         let at = element.at;
         let id = element.take_text("name");
-        let [origin, destination] = ["sourcePoint", "destinationPoint"].map(|name| element.take_text(name));
-        let [speed, reverse] = ["maxVelocity", "maxReverseVelocity"].map(|name| element.take_number(&[name]));
+        let [origin, destination] =
+            ["sourcePoint", "destinationPoint"].map(|name| element.take_text(name));
+        let [speed, reverse] =
+            ["maxVelocity", "maxReverseVelocity"].map(|name| element.take_number(&[name]));
         let reason = match (element.take(&["locked"]).as_deref(), speed, reverse) {
             (Some("true" | "1"), ..) => Some("is locked"),
-            (_, Some(speed), reverse) if speed <= 0.0 && reverse.is_none_or(|reverse| reverse <= 0.0) => {
+            (_, Some(speed), reverse)
+                if speed <= 0.0 && reverse.is_none_or(|reverse| reverse <= 0.0) =>
+            {
                 Some("may be driven in neither direction")
             }
             _ => None,
         };
         if let Some(reason) = reason {
-            self.report.warning(at, Subject::File, format!("path `{}` {reason}: left out", shorten(&id)));
+            self.report.warning(
+                at,
+                Subject::File,
+                format!("path `{}` {reason}: left out", shorten(&id)),
+            );
             return None;
         }
         let ends = [&origin, &destination].map(|end| (end.as_str(), positions.get(end).copied()));
@@ -201,9 +235,19 @@ impl Reader<'_, '_> {
         self.rest(element, "a path", &mut tags);
         blocks.tag(&id, &mut tags);
         let own = own(&mut tags);
-        let [speed, reverse_speed] = [speed, reverse].map(|speed| speed.map(|speed| speed / 1000.0));
-        let edge =
-            LayoutEdge { at, id, origin, destination, shape, speed, reverse_speed, tags, ..LayoutEdge::default() };
+        let [speed, reverse_speed] =
+            [speed, reverse].map(|speed| speed.map(|speed| speed / 1000.0));
+        let edge = LayoutEdge {
+            at,
+            id,
+            origin,
+            destination,
+            shape,
+            speed,
+            reverse_speed,
+            tags,
+            ..LayoutEdge::default()
+        };
         Some((forward(edge), own))
     }
 
@@ -260,12 +304,14 @@ impl Reader<'_, '_> {
                 if indices.len() < MAX_BLOCKS {
                     indices.push(blocks.names.len());
                 } else {
-                    self.ignored.add(element.at, format!("block whose member is in {MAX_BLOCKS} others"));
+                    self.ignored
+                        .add(element.at, format!("block whose member is in {MAX_BLOCKS} others"));
                 }
             }
             blocks.names.push((name, kind));
             for property in self.properties(&mut element, "a block").into_keys() {
-                self.ignored.add(element.at, format!("property `{}` of a block", shorten(&property)));
+                self.ignored
+                    .add(element.at, format!("property `{}` of a block", shorten(&property)));
             }
             element.ignore_rest("a block", &mut self.ignored);
         }
@@ -283,14 +329,19 @@ struct Blocks {
 }
 
 impl Blocks {
-    /// Sets the zone to the first block of a member. All of them are a property if there are several.
+    /// Sets the zone to the first block of a member. All of them are a property if there are
+    /// several.
     fn tag(&self, member: &str, tags: &mut Tags) {
         if let Some([(first, kind), others @ ..]) = self.of(member).as_deref() {
             tags.zone = (!first.is_empty()).then(|| first.as_str().into());
             tags.set("blockType", kind);
             if !others.is_empty() {
-                let names: Vec<&str> =
-                    self.of(member).unwrap_or_default().iter().map(|(name, _)| name.as_str()).collect();
+                let names: Vec<&str> = self
+                    .of(member)
+                    .unwrap_or_default()
+                    .iter()
+                    .map(|(name, _)| name.as_str())
+                    .collect();
                 tags.set("blocks", &names.join(", "));
             }
         }
@@ -299,14 +350,17 @@ impl Blocks {
     }
 
     fn of(&self, member: &str) -> Option<Vec<&(String, String)>> {
-        Some(self.by_member.get(member)?.iter().filter_map(|&index| self.names.get(index)).collect())
+        Some(
+            self.by_member.get(member)?.iter().filter_map(|&index| self.names.get(index)).collect(),
+        )
     }
 }
 
 /// The property for the length of a path in millimetres.
 const LENGTH: &str = "opentcs:length";
 
-/// Drops the length of a path if it is that of its shape. Others are costs for the choice of routes.
+/// Drops the length of a path if it is that of its shape. Others are costs for the choice of
+/// routes.
 fn drop_length(element: &mut Element<'_>, shape: &Shape, [from, to]: [Option<DVec2>; 2]) {
     let metres = match shape {
         Shape::Straight => from.zip(to).map(|(from, to)| from.distance(to)),
@@ -329,7 +383,8 @@ fn millimetres_of(metres: f64) -> f64 {
     (metres * 1000.0).round().max(1.0)
 }
 
-/// Turns an edge that may be driven in reverse only: robots drive it from its destination to its origin, tail first.
+/// Turns an edge that may be driven in reverse only: robots drive it from its destination to its
+/// origin, tail first.
 fn forward(edge: LayoutEdge) -> LayoutEdge {
     let allowed = |speed: Option<f64>| speed.filter(|speed| *speed > 0.0);
     let reverse_speed = allowed(edge.reverse_speed);
@@ -338,7 +393,9 @@ fn forward(edge: LayoutEdge) -> LayoutEdge {
     }
     let shape = match edge.shape {
         Shape::Straight => Shape::Straight,
-        Shape::Cubics(cubics) => Shape::Cubics(cubics.iter().rev().map(CubicBezier::reversed).collect()),
+        Shape::Cubics(cubics) => {
+            Shape::Cubics(cubics.iter().rev().map(CubicBezier::reversed).collect())
+        }
     };
     LayoutEdge {
         origin: edge.destination,
@@ -360,7 +417,8 @@ fn own(tags: &mut Tags) -> Own {
     Own { id, name: take_own(&mut tags.properties, "name") }
 }
 
-/// Returns the ids that our writer has given, unless some have none, as those that were drawn in openTCS since.
+/// Returns the ids that our writer has given, unless some have none, as those that were drawn in
+/// openTCS since.
 fn own_ids(owns: &[Own]) -> Option<Vec<String>> {
     let ids: Vec<u32> = owns.iter().map(|own| own.id).collect::<Option<_>>()?;
     let unique = ids.iter().collect::<BTreeSet<_>>().len() == ids.len();

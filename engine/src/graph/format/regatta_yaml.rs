@@ -11,13 +11,15 @@ use crate::graph::path::Path;
 use crate::graph::route_graph::{Edge, Node, NodeIndex, RouteGraph};
 use crate::graph::tags::{Orientation, Role, Rotation, Station, Tags};
 
-/// The largest depth of brackets in a text that is written as it is: the reader counts brackets in texts too.
+/// The largest depth of brackets in a text that is written as it is: the reader counts brackets in
+/// texts too.
 const MAX_PLAIN_DEPTH: usize = 20;
 
-/// Writes a graph. Reading the text gives the same graph: every number is read back as the same `f64`.
+/// Writes a graph. Reading the text gives the same graph: every number is read back as the same
+/// `f64`.
 ///
-/// Only if the origin of the graph isn't (0, 0), control points may differ by the rounding error of coordinates in the
-/// file, which is below 1 µm for maps within 4000 km.
+/// Only if the origin of the graph isn't (0, 0), control points may differ by the rounding error of
+/// coordinates in the file, which is below 1 µm for maps within 4000 km.
 pub fn write(graph: &RouteGraph) -> Written {
     let mut writer = Writer { text: String::new(), graph, changed_texts: 0 };
     writer.write().expect("writing to a String never fails");
@@ -26,7 +28,10 @@ pub fn write(graph: &RouteGraph) -> Written {
         losses.push(format!("{} background lines: this format has none", graph.background().len()));
     }
     if writer.changed_texts > 0 {
-        losses.push(format!("{} texts begin or end with white space, which isn't kept", writer.changed_texts));
+        losses.push(format!(
+            "{} texts begin or end with white space, which isn't kept",
+            writer.changed_texts
+        ));
     }
     Written { text: writer.text, losses }
 }
@@ -71,7 +76,9 @@ impl Writer<'_> {
             Orientation::Offset(angle) => write!(self.text, ", HeadingOffset: {angle:?}")?,
             Orientation::Fixed(angle) => write!(self.text, ", Heading: {angle:?}")?,
         }
-        for (key, rotation) in ["RotationAtOrigin", "RotationAtDestination"].into_iter().zip(edge.rotation) {
+        for (key, rotation) in
+            ["RotationAtOrigin", "RotationAtDestination"].into_iter().zip(edge.rotation)
+        {
             if rotation != Rotation::Shorter {
                 write!(self.text, ", {key}: {}", rotation.name())?;
             }
@@ -105,7 +112,8 @@ impl Writer<'_> {
         write!(self.text, "- {{Name: ")?;
         self.quoted(&station.name)?;
         self.role(station.role)?;
-        let ids: Vec<String> = station.nodes.iter().map(|&node| self.id(node).to_string()).collect();
+        let ids: Vec<String> =
+            station.nodes.iter().map(|&node| self.id(node).to_string()).collect();
         write!(self.text, ", Nodes: [{}]", ids.join(", "))?;
         if let Some(position) = station.position {
             let DVec2 { x, y } = self.graph.origin() + position;
@@ -167,7 +175,9 @@ impl fmt::Display for Quoted<'_> {
         for character in self.0.chars() {
             match character {
                 '"' | '\\' => write!(f, "\\{character}")?,
-                '[' | ']' | '{' | '}' if escapes_brackets => write!(f, "\\x{:02X}", u32::from(character))?,
+                '[' | ']' | '{' | '}' if escapes_brackets => {
+                    write!(f, "\\x{:02X}", u32::from(character))?
+                }
                 // YAML 1.1 takes the separators as line ends, and forbids the others.
                 '\u{2028}' | '\u{2029}' | '\u{feff}' | '\u{fffe}' | '\u{ffff}' => {
                     write!(f, "\\u{:04X}", u32::from(character))?;

@@ -1,7 +1,7 @@
 //! Maps of the ROS map server: YAML and a picture of which space is free, occupied or unknown.
 //!
-//! A map has no graph: its occupied space becomes the background, and if the caller says how wide a robot is, the middle
-//! of the free space becomes a roadmap.
+//! A map has no graph: its occupied space becomes the background, and if the caller says how wide a
+//! robot is, the middle of the free space becomes a roadmap.
 
 mod chains;
 mod distance;
@@ -62,7 +62,11 @@ pub(super) fn read<'text>(
         }
     };
     if grid.has_few_free_cells() {
-        report.warning(0, Subject::File, "less than 1 % of the map is free: check `negate` and the thresholds");
+        report.warning(
+            0,
+            Subject::File,
+            "less than 1 % of the map is free: check `negate` and the thresholds",
+        );
     }
     let roadmap = Roadmap::new(&grid, f64::from(width.0) / 1000.0);
     report_roadmap(&roadmap, width.0, report);
@@ -73,7 +77,8 @@ pub(super) fn read<'text>(
     Ok(layout(&roadmap, &grid, background))
 }
 
-/// Reads the outlines of the occupied space of a map, in metres: closed lines whose last point is their first.
+/// Reads the outlines of the occupied space of a map, in metres: closed lines whose last point is
+/// their first.
 ///
 /// # Errors
 /// If the map or its picture can't be read.
@@ -85,7 +90,8 @@ pub fn background(yaml_path: &Path) -> Result<Vec<Vec<DVec2>>, BackgroundError> 
         return Err(error(format!("too large for a map's YAML: at most {MAX_YAML_BYTES} bytes")));
     }
     let text = std::fs::read_to_string(yaml_path).map_err(|reason| error(unreadable(&reason)))?;
-    let map = MapFile::read(&text, &mut Ignored::default()).map_err(|reason| error(reason.message))?;
+    let map =
+        MapFile::read(&text, &mut Ignored::default()).map_err(|reason| error(reason.message))?;
     let grid = Grid::read(&map, yaml_path.parent().unwrap_or(Path::new(""))).map_err(error)?;
     outlines(&grid).map_err(error)
 }
@@ -98,7 +104,8 @@ fn unreadable(reason: &std::io::Error) -> String {
 pub(super) fn picture(path: &Path) -> Option<PathBuf> {
     let length = std::fs::metadata(path).ok()?.len();
     let text = (length <= MAX_YAML_BYTES).then(|| std::fs::read_to_string(path).ok()).flatten()?;
-    let map = (Format::detect(&text) == Format::RosMap).then(|| MapFile::read(&text, &mut Ignored::default()).ok());
+    let map = (Format::detect(&text) == Format::RosMap)
+        .then(|| MapFile::read(&text, &mut Ignored::default()).ok());
     Some(map.flatten()?.image(path.parent().unwrap_or(Path::new(""))))
 }
 
@@ -108,14 +115,17 @@ fn outlines(grid: &Grid) -> Result<Vec<Vec<DVec2>>, String> {
         let most = outline::MAX_POINTS;
         format!("the outlines of the occupied space have more than {most} corners: they aren't drawn; clean the map up")
     })?;
-    let to_metres = |line: Vec<[u32; 2]>| line.into_iter().map(|[x, y]| grid.metres(DVec2::new(x.into(), y.into())));
+    let to_metres = |line: Vec<[u32; 2]>| {
+        line.into_iter().map(|[x, y]| grid.metres(DVec2::new(x.into(), y.into())))
+    };
     Ok(lines.into_iter().map(|line| to_metres(line).collect()).collect())
 }
 
 fn report_roadmap(roadmap: &Roadmap, width: u32, report: &mut Report<'_>) {
     if roadmap.edges.is_empty() {
-        let message =
-            format!("a robot of {width} mm can't drive anywhere on this map: check `resolution` and the width");
+        let message = format!(
+            "a robot of {width} mm can't drive anywhere on this map: check `resolution` and the width"
+        );
         report.error(0, Subject::File, message);
     }
     if roadmap.dropped > 0 {
@@ -142,7 +152,8 @@ fn layout(roadmap: &Roadmap, grid: &Grid, background: Vec<Vec<DVec2>>) -> Layout
         ..LayoutEdge::default()
     };
     let roads = (0..).zip(&roadmap.edges);
-    let edges =
-        roads.flat_map(|(index, &[from, to])| [edge(2 * index + 1, [from, to]), edge(2 * index + 2, [to, from])]);
+    let edges = roads.flat_map(|(index, &[from, to])| {
+        [edge(2 * index + 1, [from, to]), edge(2 * index + 2, [to, from])]
+    });
     Layout { nodes: nodes.collect(), edges: edges.collect(), background, ..Layout::default() }
 }

@@ -1,7 +1,7 @@
 //! A rectangular layout of streets, and the road network of nodes and edges that it becomes.
 //!
-//! A street has one or two carriageways, on which traffic runs in one direction each. Lengths are whole millimetres,
-//! so that no result depends on rounding.
+//! A street has one or two carriageways, on which traffic runs in one direction each. Lengths are
+//! whole millimetres, so that no result depends on rounding.
 
 /// A street from one end of the layout to the other.
 #[derive(Clone, Copy, Debug)]
@@ -100,7 +100,8 @@ impl Directions {
     }
 }
 
-/// The ids of an intersection's nodes by heading: the ends of arriving carriageways and the starts of leaving ones.
+/// The ids of an intersection's nodes by heading: the ends of arriving carriageways and the starts
+/// of leaving ones.
 #[derive(Clone, Copy, Default)]
 struct Intersection {
     entries: [Option<u32>; 4],
@@ -111,7 +112,8 @@ impl StreetLayout {
     /// Builds the road network of the layout.
     pub fn build(&self) -> RoadNetwork {
         let mut network = RoadNetwork::default();
-        let intersections: Vec<_> = self.positions().map(|at| self.add_intersection(at, &mut network)).collect();
+        let intersections: Vec<_> =
+            self.positions().map(|at| self.add_intersection(at, &mut network)).collect();
         for at in self.positions() {
             for heading in HEADINGS {
                 self.add_carriageway(at, heading, &intersections, &mut network);
@@ -138,7 +140,8 @@ impl StreetLayout {
 
     fn neighbour(&self, (column, row): (usize, usize), heading: Heading) -> Option<(usize, usize)> {
         let (dx, dy) = heading.vector();
-        let column = column.checked_add_signed(dx as isize).filter(|&column| column < self.columns.len())?;
+        let column =
+            column.checked_add_signed(dx as isize).filter(|&column| column < self.columns.len())?;
         let row = row.checked_add_signed(dy as isize).filter(|&row| row < self.rows.len())?;
         Some((column, row))
     }
@@ -168,7 +171,12 @@ impl StreetLayout {
         let is_dual = self.street(at, heading).directions == Directions::Both;
         let right = if is_dual { self.carriageway_gap / 2 } else { 0 };
         let (x, y) = (self.columns[at.0].at, self.rows[at.1].at);
-        RoadNode { x: x + ahead * dx + right * dy, y: y + ahead * dy - right * dx, heading, is_charger: false }
+        RoadNode {
+            x: x + ahead * dx + right * dy,
+            y: y + ahead * dy - right * dx,
+            heading,
+            is_charger: false,
+        }
     }
 
     /// Adds the straight edges of a carriageway up to the next intersection.
@@ -179,9 +187,13 @@ impl StreetLayout {
         intersections: &[Intersection],
         network: &mut RoadNetwork,
     ) {
-        let intersection = |(column, row): (usize, usize)| &intersections[row * self.columns.len() + column];
+        let intersection =
+            |(column, row): (usize, usize)| &intersections[row * self.columns.len() + column];
         let Some(next) = self.neighbour(at, heading) else { return };
-        let ends = (intersection(at).exits[heading as usize], intersection(next).entries[heading as usize]);
+        let ends = (
+            intersection(at).exits[heading as usize],
+            intersection(next).entries[heading as usize],
+        );
         let (Some(mut origin), Some(last)) = ends else { return };
         let (from, to) = (network.node(origin), network.node(last));
         let street = self.street(at, heading);
@@ -199,7 +211,10 @@ impl StreetLayout {
         // Outermost, robots drive with the ring road on their left.
         let is_outside = [(0, South), (self.columns.len() - 1, North)].contains(&(at.0, heading));
         if self.has_chargers && is_outside {
-            nodes.windows(4).step_by(3).for_each(|stops| self.add_charger([stops[0], stops[3]], street.speed, network));
+            nodes
+                .windows(4)
+                .step_by(3)
+                .for_each(|stops| self.add_charger([stops[0], stops[3]], street.speed, network));
         }
     }
 
@@ -209,13 +224,18 @@ impl StreetLayout {
         let ((dx, dy), gap) = (from.heading.vector(), self.carriageway_gap);
         let beside = |part: i64| {
             let between = |a: i64, b: i64| a + (b - a) * part / 3;
-            RoadNode { x: between(from.x, to.x) + gap * dy, y: between(from.y, to.y) - gap * dx, ..from }
+            RoadNode {
+                x: between(from.x, to.x) + gap * dy,
+                y: between(from.y, to.y) - gap * dx,
+                ..from
+            }
         };
         let entry = network.add_node(beside(1));
         let charger = network.add_node(RoadNode { is_charger: true, ..beside(2) });
         let handle = ((to.x - from.x) * dx + (to.y - from.y) * dy) / 6;
         let curved = Some((handle, handle));
-        for (origin, destination, handles) in [(first, entry, curved), (entry, charger, None), (charger, last, curved)]
+        for (origin, destination, handles) in
+            [(first, entry, curved), (entry, charger, None), (charger, last, curved)]
         {
             let speed = if handles.is_some() { self.turn_speed } else { speed.min(1000) };
             network.edges.push(RoadEdge { origin, destination, handles, speed, reverse: None });
@@ -223,15 +243,28 @@ impl StreetLayout {
     }
 
     /// Adds the edges from every entry of an intersection to every exit, U-turns excepted.
-    fn connect_entries_to_exits(&self, at: (usize, usize), intersection: &Intersection, network: &mut RoadNetwork) {
-        for (entry, from) in
-            HEADINGS.into_iter().filter_map(|heading| Some((intersection.entries[heading as usize]?, heading)))
+    fn connect_entries_to_exits(
+        &self,
+        at: (usize, usize),
+        intersection: &Intersection,
+        network: &mut RoadNetwork,
+    ) {
+        for (entry, from) in HEADINGS
+            .into_iter()
+            .filter_map(|heading| Some((intersection.entries[heading as usize]?, heading)))
         {
             for to in HEADINGS.into_iter().filter(|&to| to != from.opposite()) {
                 let Some(exit) = intersection.exits[to as usize] else { continue };
-                let handles = (from != to).then(|| quarter_turn(network.node(entry), network.node(exit)));
+                let handles =
+                    (from != to).then(|| quarter_turn(network.node(entry), network.node(exit)));
                 let speed = if from == to { self.street(at, to).speed } else { self.turn_speed };
-                network.edges.push(RoadEdge { origin: entry, destination: exit, handles, speed, reverse: None });
+                network.edges.push(RoadEdge {
+                    origin: entry,
+                    destination: exit,
+                    handles,
+                    speed,
+                    reverse: None,
+                });
             }
         }
     }

@@ -54,7 +54,12 @@ fn write_node(text: &mut String, id: u32, node: &RoadNode) -> fmt::Result {
         Heading::South => "-1.5707963267948966",
     };
     let role = if node.is_charger { ", Role: charge" } else { "" };
-    writeln!(text, "- {{Id: {id}, X: {}, Y: {}, Theta: {theta}{role}}}", Metres(node.x), Metres(node.y))
+    writeln!(
+        text,
+        "- {{Id: {id}, X: {}, Y: {}, Theta: {theta}{role}}}",
+        Metres(node.x),
+        Metres(node.y)
+    )
 }
 
 /// A number of millimetres that is displayed in metres, without trailing zeros.

@@ -1,5 +1,5 @@
-//! Cubics that follow a rational Bézier curve within a tolerance: least squares with the tangents of the curve at both
-//! ends, and halving where that isn't close enough.
+//! Cubics that follow a rational Bézier curve within a tolerance: least squares with the tangents
+//! of the curve at both ends, and halving where that isn't close enough.
 
 use glam::{DVec2, DVec3};
 
@@ -15,14 +15,15 @@ const ROUNDS: usize = 6;
 /// The number of halvings after which a cubic is accepted, whatever its error.
 const MAX_DEPTH: u32 = 8;
 
-/// The number of halvings after which a cubic is accepted, whatever the error of its heading: where a curve has a corner or
-/// is tiny, more don't help.
+/// The number of halvings after which a cubic is accepted, whatever the error of its heading: where
+/// a curve has a corner or is tiny, more don't help.
 const MAX_HEADING_DEPTH: u32 = 4;
 
 /// The relative difference of weights that is a rounding error.
 const SAME_WEIGHT: f64 = 1e-12;
 
-/// The distance in metres below which two control points are the same, as a fraction of the curve's extent.
+/// The distance in metres below which two control points are the same, as a fraction of the curve's
+/// extent.
 const SAME_POINT: f64 = 1e-9;
 
 /// A rational Bézier curve: control points (x·w, y·w, w), at least two.
@@ -39,9 +40,9 @@ impl RationalBezier {
         let points: Vec<DVec2> = self.0.iter().map(|point| project(*point)).collect();
         match points[..] {
             [p0, p1] => Some(CubicBezier::straight(p0, p1)),
-            [p0, p1, p2] => {
-                Some(CubicBezier { control_points: [p0, p0.lerp(p1, 2.0 / 3.0), p2.lerp(p1, 2.0 / 3.0), p2] })
-            }
+            [p0, p1, p2] => Some(CubicBezier {
+                control_points: [p0, p0.lerp(p1, 2.0 / 3.0), p2.lerp(p1, 2.0 / 3.0), p2],
+            }),
             [p0, p1, p2, p3] => Some(CubicBezier { control_points: [p0, p1, p2, p3] }),
             _ => None,
         }
@@ -95,10 +96,13 @@ impl RationalBezier {
         let start = project(self.0[0]);
         let offsets = || self.0.iter().map(|point| project(*point) - start);
         let extent = offsets().map(DVec2::length).fold(0.0, f64::max);
-        offsets().find(|offset| offset.length() > SAME_POINT * extent).map_or(DVec2::ZERO, DVec2::normalize)
+        offsets()
+            .find(|offset| offset.length() > SAME_POINT * extent)
+            .map_or(DVec2::ZERO, DVec2::normalize)
     }
 
-    /// Whether the curve may move against the direction from its start to its end: judged by its control points.
+    /// Whether the curve may move against the direction from its start to its end: judged by its
+    /// control points.
     fn turns_back(&self) -> bool {
         let points: Vec<DVec2> = self.0.iter().map(|point| project(*point)).collect();
         let chord = project(self.0[self.0.len() - 1]) - project(self.0[0]);
@@ -117,17 +121,24 @@ fn halfway(points: &mut [DVec3], parameter: f64) {
     }
 }
 
-/// Appends cubics along a curve and returns the greatest distance in metres. There are no halvings where there are more
-/// than `max_cubics`.
+/// Appends cubics along a curve and returns the greatest distance in metres. There are no halvings
+/// where there are more than `max_cubics`.
 pub(super) fn fit(curve: &RationalBezier, cubics: &mut Vec<CubicBezier>, max_cubics: usize) -> f64 {
     fit_or_halve(curve, cubics, max_cubics, MAX_DEPTH)
 }
 
-fn fit_or_halve(curve: &RationalBezier, cubics: &mut Vec<CubicBezier>, max_cubics: usize, depth: u32) -> f64 {
-    let samples: Vec<DVec2> = (0..=INTERVALS).map(|index| curve.position(fraction(index))).collect();
+fn fit_or_halve(
+    curve: &RationalBezier,
+    cubics: &mut Vec<CubicBezier>,
+    max_cubics: usize,
+    depth: u32,
+) -> f64 {
+    let samples: Vec<DVec2> =
+        (0..=INTERVALS).map(|index| curve.position(fraction(index))).collect();
     let (cubic, error) = best(curve, &samples);
     let is_close = error <= TOLERANCE
-        && (depth + MAX_HEADING_DEPTH <= MAX_DEPTH || heading_error(curve, &cubic, &samples) <= HEADING_TOLERANCE);
+        && (depth + MAX_HEADING_DEPTH <= MAX_DEPTH
+            || heading_error(curve, &cubic, &samples) <= HEADING_TOLERANCE);
     if is_close || depth == 0 || cubics.len() >= max_cubics {
         cubics.push(cubic);
         return error;
@@ -152,7 +163,8 @@ fn best(curve: &RationalBezier, samples: &[DVec2]) -> (CubicBezier, f64) {
     fitted.unwrap_or((hermite, error))
 }
 
-/// Returns the greatest angle in radians between a curve and a cubic close to it; 0 for a curve that turns back.
+/// Returns the greatest angle in radians between a curve and a cubic close to it; 0 for a curve
+/// that turns back.
 fn heading_error(curve: &RationalBezier, cubic: &CubicBezier, samples: &[DVec2]) -> f64 {
     if curve.turns_back() {
         return 0.0;
@@ -163,7 +175,11 @@ fn heading_error(curve: &RationalBezier, cubic: &CubicBezier, samples: &[DVec2])
     }
     let angle = |(index, &at): (usize, &f64)| {
         let direction = curve.direction(fraction(index));
-        if direction == DVec2::ZERO { 0.0 } else { direction.angle_to(cubic.tangent(at, Side::After)).abs() }
+        if direction == DVec2::ZERO {
+            0.0
+        } else {
+            direction.angle_to(cubic.tangent(at, Side::After)).abs()
+        }
     };
     parameters.iter().enumerate().map(angle).fold(0.0, f64::max)
 }
@@ -172,12 +188,14 @@ fn heading_error(curve: &RationalBezier, cubic: &CubicBezier, samples: &[DVec2])
 fn hermite(curve: &RationalBezier) -> CubicBezier {
     let back = curve.reversed();
     let (start, end) = (project(curve.0[0]), project(back.0[0]));
-    let control_points = [start, start + curve.start_derivative() / 3.0, end + back.start_derivative() / 3.0, end];
+    let control_points =
+        [start, start + curve.start_derivative() / 3.0, end + back.start_derivative() / 3.0, end];
     CubicBezier { control_points }
 }
 
-/// Returns the cubic with the tangents of the curve at its ends that is closest to the samples, and its distance; `None`
-/// if the curve turns back, so that nearest points say nothing about it, or has no tangents.
+/// Returns the cubic with the tangents of the curve at its ends that is closest to the samples, and
+/// its distance; `None` if the curve turns back, so that nearest points say nothing about it, or
+/// has no tangents.
 fn least_squares(curve: &RationalBezier, samples: &[DVec2]) -> Option<(CubicBezier, f64)> {
     if curve.turns_back() {
         return None;
@@ -206,7 +224,8 @@ fn least_squares(curve: &RationalBezier, samples: &[DVec2]) -> Option<(CubicBezi
 enum Measure {
     /// The distance of each sample from the point at its parameter.
     Distance,
-    /// Only its part across a cubic that is already close: parameters matter less, so that few rounds are needed.
+    /// Only its part across a cubic that is already close: parameters matter less, so that few
+    /// rounds are needed.
     Across(CubicBezier),
 }
 
@@ -214,22 +233,31 @@ impl Measure {
     fn of(&self, vector: DVec2, parameter: f64) -> DVec2 {
         match self {
             Self::Distance => vector,
-            Self::Across(cubic) => vector.reject_from_normalized(cubic.tangent(parameter, Side::After)),
+            Self::Across(cubic) => {
+                vector.reject_from_normalized(cubic.tangent(parameter, Side::After))
+            }
         }
     }
 }
 
 /// Solves for the lengths of both handles.
-fn handles(samples: &[DVec2], parameters: &[f64], tangents: [DVec2; 2], measure: Measure) -> Option<CubicBezier> {
+fn handles(
+    samples: &[DVec2],
+    parameters: &[f64],
+    tangents: [DVec2; 2],
+    measure: Measure,
+) -> Option<CubicBezier> {
     let (start, end) = (*samples.first()?, *samples.last()?);
     let (mut matrix, mut right) = ([[0.0; 2]; 2], [0.0; 2]);
     for (sample, &at) in samples.iter().zip(parameters) {
         let mu = 1.0 - at;
         let columns = [tangents[0] * (3.0 * mu * mu * at), tangents[1] * (3.0 * mu * at * at)];
         let columns = columns.map(|column| measure.of(column, at));
-        let rest = *sample - start * (mu * mu * (1.0 + 2.0 * at)) - end * (at * at * (3.0 - 2.0 * at));
+        let rest =
+            *sample - start * (mu * mu * (1.0 + 2.0 * at)) - end * (at * at * (3.0 - 2.0 * at));
         for (row, one) in columns.iter().enumerate() {
-            matrix[row] = [matrix[row][0] + one.dot(columns[0]), matrix[row][1] + one.dot(columns[1])];
+            matrix[row] =
+                [matrix[row][0] + one.dot(columns[0]), matrix[row][1] + one.dot(columns[1])];
             right[row] += one.dot(rest);
         }
     }
@@ -240,11 +268,17 @@ fn handles(samples: &[DVec2], parameters: &[f64], tangents: [DVec2; 2], measure:
     ];
     let is_good = lengths.iter().all(|length| length.is_finite() && *length > 0.0);
     is_good.then(|| CubicBezier {
-        control_points: [start, start + tangents[0] * lengths[0], end + tangents[1] * lengths[1], end],
+        control_points: [
+            start,
+            start + tangents[0] * lengths[0],
+            end + tangents[1] * lengths[1],
+            end,
+        ],
     })
 }
 
-/// Moves each parameter, except the ends, towards the point of the cubic that is closest to its sample: one step of Newton.
+/// Moves each parameter, except the ends, towards the point of the cubic that is closest to its
+/// sample: one step of Newton.
 fn correct(parameters: &mut [f64], cubic: &CubicBezier, samples: &[DVec2]) {
     for (parameter, sample) in parameters.iter_mut().zip(samples).take(INTERVALS).skip(1) {
         *parameter = cubic.nearer(*parameter, *sample);
@@ -253,6 +287,7 @@ fn correct(parameters: &mut [f64], cubic: &CubicBezier, samples: &[DVec2]) {
 
 /// Returns the greatest distance between samples and the points of the cubic at their parameters.
 fn distance(cubic: &CubicBezier, samples: &[DVec2], parameters: &[f64]) -> f64 {
-    let distances = parameters.iter().zip(samples).map(|(&at, sample)| cubic.position(at).distance(*sample));
+    let distances =
+        parameters.iter().zip(samples).map(|(&at, sample)| cubic.position(at).distance(*sample));
     distances.fold(0.0, f64::max)
 }

@@ -11,7 +11,8 @@ use crate::graph::finding::Subject;
 use crate::graph::item::{EDGE_KEYS, Field, NODE_KEYS, STATION_KEYS, Values, find};
 use crate::graph::value::{ReadValue, Scalar, Value, impl_deserialize_seed, read_value, shorten};
 
-/// The largest number of keys and items, those repeated by aliases included. It protects against alias bombs.
+/// The largest number of keys and items, those repeated by aliases included. It protects against
+/// alias bombs.
 pub(in crate::graph) const MAX_ENTRIES: usize = 3_000_000;
 
 /// The reader of a text, or of a part of it.
@@ -71,7 +72,10 @@ impl<'text> Reader<'text> {
         let root = read_value(Root(&mut *self), serde_yaml::Deserializer::from_str(text))?;
         match root {
             Value::Read => Ok(()),
-            other => Err(Error::custom(format!("expected a map with Edges and Vertices, found {}", other.describe()))),
+            other => Err(Error::custom(format!(
+                "expected a map with Edges and Vertices, found {}",
+                other.describe()
+            ))),
         }
     }
 
@@ -93,15 +97,20 @@ impl<'text> Reader<'text> {
         self.content.count_unknown_key(scope, key, self.at, 1);
     }
 
-    /// Returns an error of the YAML library with its line in the file; `part` is the text that was read.
+    /// Returns an error of the YAML library with its line in the file; `part` is the text that was
+    /// read.
     fn syntax_error(&self, part: &str, error: &serde_yaml::Error) -> SyntaxError {
         let start = part.as_ptr().addr().saturating_sub(self.text.as_ptr().addr());
         let before = self.content.report.line(start as u32) as usize;
-        let Some(location) = error.location() else { return SyntaxError { line: before, message: error.to_string() } };
+        let Some(location) = error.location() else {
+            return SyntaxError { line: before, message: error.to_string() };
+        };
         let line = before - 1 + location.line();
         let message = error.to_string();
         let position = format!(" at line {} column {}", location.line(), location.column());
-        let message = message.strip_suffix(&position).map(|message| format!("{message}, column {}", location.column()));
+        let message = message
+            .strip_suffix(&position)
+            .map(|message| format!("{message}, column {}", location.column()));
         SyntaxError { line, message: message.unwrap_or_else(|| error.to_string()) }
     }
 
@@ -123,7 +132,9 @@ impl<'text> Reader<'text> {
     fn count<E: Error>(&mut self) -> Result<(), E> {
         self.entries += 1;
         if self.entries > MAX_ENTRIES {
-            return Err(E::custom(format!("more than {MAX_ENTRIES} entries, aliases included: split the graph")));
+            return Err(E::custom(format!(
+                "more than {MAX_ENTRIES} entries, aliases included: split the graph"
+            )));
         }
         Ok(())
     }
@@ -136,16 +147,22 @@ impl<'text> Reader<'text> {
         match value.lowercase().as_str() {
             "deg" | "degree" | "degrees" => self.content.graph.degrees = true,
             "rad" | "radian" | "radians" => self.content.graph.degrees = false,
-            _ => self.file_error(format!("`{}` is {}: use rad or deg", shorten(key), value.describe())),
+            _ => self.file_error(format!(
+                "`{}` is {}: use rad or deg",
+                shorten(key),
+                value.describe()
+            )),
         }
     }
 
     fn set_handles(&mut self, key: &str, value: &Value<'_>) {
         match value.lowercase().parse() {
             Ok(handles) => self.content.graph.handles = Some(handles),
-            Err(_) => {
-                self.file_error(format!("`{}` is {}: use b_at_origin or f_at_origin", shorten(key), value.describe()))
-            }
+            Err(_) => self.file_error(format!(
+                "`{}` is {}: use b_at_origin or f_at_origin",
+                shorten(key),
+                value.describe()
+            )),
         }
     }
 
@@ -170,19 +187,23 @@ impl<'text> ReadValue<'text> for Root<'_, 'text> {
                 continue;
             };
             if std::mem::replace(&mut reader.seen[root_key as usize], true) {
-                reader.file_error(format!("`{}` is given twice: merge both into one", shorten(&key)));
+                reader
+                    .file_error(format!("`{}` is given twice: merge both into one", shorten(&key)));
             }
             match root_key {
                 RootKey::Edges => {
-                    let list = map.next_value_seed(List { reader: &mut *reader, scope: Scope::Edge })?;
+                    let list =
+                        map.next_value_seed(List { reader: &mut *reader, scope: Scope::Edge })?;
                     reader.check_list(&key, &list);
                 }
                 RootKey::Vertices => {
-                    let list = map.next_value_seed(List { reader: &mut *reader, scope: Scope::Node })?;
+                    let list =
+                        map.next_value_seed(List { reader: &mut *reader, scope: Scope::Node })?;
                     reader.check_list(&key, &list);
                 }
                 RootKey::Stations => {
-                    let list = map.next_value_seed(List { reader: &mut *reader, scope: Scope::Station })?;
+                    let list =
+                        map.next_value_seed(List { reader: &mut *reader, scope: Scope::Station })?;
                     reader.check_list(&key, &list);
                 }
                 RootKey::AngleUnit => reader.set_angle_unit(&key, &map.next_value_seed(Scalar)?),
@@ -204,14 +225,19 @@ impl<'text> ReadValue<'text> for List<'_, 'text> {
         let Self { reader, scope } = self;
         for number in 1.. {
             reader.count()?;
-            let Some(item) = list.next_element_seed(Item { reader: &mut *reader, scope })? else { break };
+            let Some(item) = list.next_element_seed(Item { reader: &mut *reader, scope })? else {
+                break;
+            };
             if item != Value::Read {
                 let (name, subject) = match scope {
                     Scope::Edge => ("edge", Subject::Edge(None)),
                     Scope::Station => ("station", Subject::File),
                     _ => ("node", Subject::Node(None)),
                 };
-                let message = format!("{name} number {number} of the list must be a map, not {}", item.describe());
+                let message = format!(
+                    "{name} number {number} of the list must be a map, not {}",
+                    item.describe()
+                );
                 reader.content.report.error(reader.at, subject, message);
             }
         }
@@ -261,7 +287,8 @@ impl<'text> ReadValue<'text> for Item<'_, 'text> {
                     values.set(field, key, list);
                 }
                 Some(field @ Field::Properties) => {
-                    let properties = Properties { reader: &mut *reader, properties: &mut values.properties };
+                    let properties =
+                        Properties { reader: &mut *reader, properties: &mut values.properties };
                     let found = map.next_value_seed(properties)?;
                     values.set(field, key, found);
                 }
@@ -275,8 +302,12 @@ impl<'text> ReadValue<'text> for Item<'_, 'text> {
         values.at.get_or_insert(reader.at);
         match scope {
             Scope::Edge => reader.content.graph.edges.push(values.edge(&mut reader.content.report)),
-            Scope::Station => reader.content.graph.stations.extend(values.station(&mut reader.content.report)),
-            Scope::Node | Scope::File => reader.content.graph.nodes.push(values.node(&mut reader.content.report)),
+            Scope::Station => {
+                reader.content.graph.stations.extend(values.station(&mut reader.content.report))
+            }
+            Scope::Node | Scope::File => {
+                reader.content.graph.nodes.push(values.node(&mut reader.content.report))
+            }
         }
         Ok(Value::Read)
     }
@@ -300,7 +331,10 @@ impl<'text> ReadValue<'text> for Numbers<'_, 'text> {
             match value.number().filter(|number| number.is_finite()) {
                 Some(number) => numbers.push(number),
                 None if value == Value::Read => {}
-                None => reader.file_error(format!("a number of a list is {}: give a finite number", value.describe())),
+                None => reader.file_error(format!(
+                    "a number of a list is {}: give a finite number",
+                    value.describe()
+                )),
             }
         }
         Ok(Value::Read)

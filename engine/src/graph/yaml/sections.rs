@@ -1,7 +1,8 @@
-//! Large files, part by part: the YAML library takes some 50 times the size of a text in memory while it reads it.
+//! Large files, part by part: the YAML library takes some 50 times the size of a text in memory
+//! while it reads it.
 //!
-//! Files with one node or edge per line, as generators write them, are cut between lines, and each part is read on its own.
-//! Others are read as a whole.
+//! Files with one node or edge per line, as generators write them, are cut between lines, and each
+//! part is read on its own. Others are read as a whole.
 
 /// The number of lines of a part.
 const LINES: usize = 20_000;
@@ -62,8 +63,8 @@ pub(super) fn parts(text: &str) -> Option<Vec<Part<'_>>> {
     Some(parts)
 }
 
-/// Whether a line in flow style closes its brackets only at its end. Brackets in texts are counted too, and texts with
-/// quotes may contain anything: such lines are read as a whole file.
+/// Whether a line in flow style closes its brackets only at its end. Brackets in texts are counted
+/// too, and texts with quotes may contain anything: such lines are read as a whole file.
 fn is_one_item(line: &str) -> bool {
     let mut depth = 0;
     let mut bytes = line.bytes().skip(2).peekable();
@@ -101,7 +102,8 @@ impl List<'_> {
 
 impl<'text> List<'text> {
     fn take(&mut self, text: &'text str) -> Option<Part<'text>> {
-        let items = (self.lines > 0).then(|| Part::Items { key: self.key, items: &text[self.start..self.end] });
+        let items = (self.lines > 0)
+            .then(|| Part::Items { key: self.key, items: &text[self.start..self.end] });
         self.lines = 0;
         items
     }
@@ -114,16 +116,26 @@ mod tests {
     #[test]
     fn a_generated_file_is_cut_between_lines() {
         let lines: String = (0..LINES + 1).map(|id| format!("- {{Id: {id}}}\n")).collect();
-        let text =
-            format!("# a comment\nAngleUnit: deg\nEdges: # here\n{lines}\nVertices:\n- {{Id: 1, P: [1, [2]]}}\n");
+        let text = format!(
+            "# a comment\nAngleUnit: deg\nEdges: # here\n{lines}\nVertices:\n- {{Id: 1, P: [1, [2]]}}\n"
+        );
         let parts = parts(&text).expect("parts");
         assert_eq!(parts[0], Part::Entry("AngleUnit: deg\n"));
-        let [Part::Items { key: "Edges", items: first }, Part::Items { key: "Edges", items: second }] = parts[1..3]
+        let [
+            Part::Items { key: "Edges", items: first },
+            Part::Items { key: "Edges", items: second },
+        ] = parts[1..3]
         else {
             panic!("{parts:?}");
         };
-        assert_eq!((first.lines().count(), second.trim_end()), (LINES, format!("- {{Id: {LINES}}}").as_str()));
-        assert_eq!(parts[3..], [Part::Items { key: "Vertices", items: "- {Id: 1, P: [1, [2]]}\n" }]);
+        assert_eq!(
+            (first.lines().count(), second.trim_end()),
+            (LINES, format!("- {{Id: {LINES}}}").as_str())
+        );
+        assert_eq!(
+            parts[3..],
+            [Part::Items { key: "Vertices", items: "- {Id: 1, P: [1, [2]]}\n" }]
+        );
     }
 
     #[test]

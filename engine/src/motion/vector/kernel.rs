@@ -52,8 +52,8 @@ macro_rules! kernel {
                 fn put(&mut self, chunk: usize, value: F) {
                     let to = &mut self.chunks[chunk];
                     match self.mode.fence() {
-                        // SAFETY: `chunks` is private and only written, and its memory stays borrowed for `'frame`,
-                        // which ends after the fence is dropped.
+                        // SAFETY: `chunks` is private and only written, and its memory stays
+                        // borrowed for `'frame`, which ends after the fence is dropped.
                         Some(fence) => unsafe { $stream(fence, to, value) },
                         None => *to = value,
                     }
@@ -132,7 +132,8 @@ macro_rules! kernel {
                 }
             }
 
-            /// Compiled once with and once without orientations: fleets without them, which are most, don't pay for them.
+            /// Compiled once with and once without orientations: fleets without them, which are
+            /// most, don't pay for them.
             $(#[$feature])*
             fn write_rows<'frame, S: StoreMode<'frame>, const ORIENTED: bool>(
                 rows: &Rows,

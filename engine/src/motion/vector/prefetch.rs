@@ -4,15 +4,15 @@ use regatta_plugin::frame::ColumnsMut;
 
 use crate::motion::block::BLOCK;
 
-/// Prefetches the value at the same position of the same column in the next block: the processor's own prefetcher stops
-/// at the end of a page.
+/// Prefetches the value at the same position of the same column in the next block: the processor's
+/// own prefetcher stops at the end of a page.
 #[inline]
 pub(super) fn prefetch_next_block<T>(value: *const T) {
     prefetch(value.wrapping_add(BLOCK));
 }
 
-/// Prefetches a line of each page that the next block will be written to, so that their addresses are translated in
-/// time.
+/// Prefetches a line of each page that the next block will be written to, so that their addresses
+/// are translated in time.
 pub(super) fn prefetch_next_pages(columns: &ColumnsMut) {
     const LAST_OF_NEXT: usize = 2 * BLOCK - 1;
     for column in [&columns.x, &columns.y, &columns.theta, &columns.speed, &columns.s] {
@@ -28,7 +28,8 @@ pub(super) fn prefetch<T>(value: *const T) {
     #[cfg(all(target_arch = "x86_64", not(miri)))]
     {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-        // SAFETY: every x86-64 machine has SSE, and a prefetch is only a hint, whatever the address.
+        // SAFETY: every x86-64 machine has SSE, and a prefetch is only a hint, whatever the
+        // address.
         unsafe { _mm_prefetch::<_MM_HINT_T0>(value.cast()) }
     }
     #[cfg(not(all(target_arch = "x86_64", not(miri))))]

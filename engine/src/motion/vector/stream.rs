@@ -1,8 +1,9 @@
 //! Stores past the cache (non-temporal stores), and the fence that must follow them.
 //!
-//! Memory that was stored past the cache must not be accessed before a fence has run on the same thread. Types make sure
-//! of that: such stores need a [`StreamFence`], which exists only inside [`StreamFence::scope`] and can't leave its
-//! thread, and the memory stays mutably borrowed until the scope has run the fence.
+//! Memory that was stored past the cache must not be accessed before a fence has run on the same
+//! thread. Types make sure of that: such stores need a [`StreamFence`], which exists only inside
+//! [`StreamFence::scope`] and can't leave its thread, and the memory stays mutably borrowed until
+//! the scope has run the fence.
 
 use std::marker::PhantomData;
 
@@ -25,8 +26,8 @@ impl<'frame> StoreMode<'frame> for Cached {
 
 /// Permission to store past the cache to memory that is borrowed for exactly `'frame`.
 ///
-/// When it is dropped it orders these stores before all that follow. It is invariant in `'frame`, neither `Send` nor
-/// `Sync`, and only [`scope`](Self::scope) makes one.
+/// When it is dropped it orders these stores before all that follow. It is invariant in `'frame`,
+/// neither `Send` nor `Sync`, and only [`scope`](Self::scope) makes one.
 #[derive(Debug)]
 pub(in crate::motion) struct StreamFence<'frame>(PhantomData<*mut &'frame ()>);
 
@@ -70,8 +71,8 @@ macro_rules! stream {
             to: &mut std::arch::x86_64::$vector,
             value: std::arch::x86_64::$vector,
         ) {
-            // SAFETY: a reference to a vector is aligned and valid for a store of it. The caller keeps the fence's
-            // promise.
+            // SAFETY: a reference to a vector is aligned and valid for a store of it. The caller
+            // keeps the fence's promise.
             unsafe { std::arch::x86_64::$store(std::ptr::from_mut(to).cast(), value) }
         }
     };

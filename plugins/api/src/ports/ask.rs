@@ -59,11 +59,17 @@ where
         service: request_response::PortFactory<Ipc, Q, (), A, ()>,
         limit: usize,
     ) -> Result<Self, OpenError> {
-        let create = || service.client_builder().backpressure_strategy(BackpressureStrategy::DiscardData).create();
+        let create = || {
+            service
+                .client_builder()
+                .backpressure_strategy(BackpressureStrategy::DiscardData)
+                .create()
+        };
         Ok(Self { client: place(&service, limit, create)?, service })
     }
 
-    /// Whether the service has a server. One that was killed counts until another process joins the fleet.
+    /// Whether the service has a server. One that was killed counts until another process joins the
+    /// fleet.
     pub(super) fn has_server(&self) -> bool {
         self.service.dynamic_config().number_of_servers() > 0
     }

@@ -32,7 +32,10 @@ impl ClosureReader {
 
     /// The edges that are closed in a run, sorted by id, as of the sample that was taken last.
     pub fn closed(&self, run_id: u64) -> &[ClosedEdge] {
-        self.closures.held().filter(|(header, _)| header.run_id == run_id).map_or(&[], |(_, edges)| edges)
+        self.closures
+            .held()
+            .filter(|(header, _)| header.run_id == run_id)
+            .map_or(&[], |(_, edges)| edges)
     }
 }
 
@@ -43,7 +46,8 @@ mod tests {
 
     #[test]
     fn a_late_reader_gets_the_closed_edges_of_its_run() {
-        let name: FleetName = format!("unit-closures-{}", std::process::id()).parse().expect("a name");
+        let name: FleetName =
+            format!("unit-closures-{}", std::process::id()).parse().expect("a name");
         let mut producer = ProducerPorts::create(&name, 1).expect("a producer");
         let edges = [3, 7].map(|edge| ClosedEdge { edge });
         producer.publish_closures(5, &edges).expect("published");

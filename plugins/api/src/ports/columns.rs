@@ -25,14 +25,19 @@ impl ColumnPublisher {
     /// Opens a column of a fleet for writing.
     ///
     /// # Errors
-    /// [`OpenError::Name`] if the name is invalid, [`OpenError::ColumnTaken`] if a live process publishes it, [`OpenError::OtherVersion`] if the fleet
-    /// uses another contract, else [`OpenError::SharedMemory`].
+    /// [`OpenError::Name`] if the name is invalid, [`OpenError::ColumnTaken`] if a live process
+    /// publishes it, [`OpenError::OtherVersion`] if the fleet uses another contract, else
+    /// [`OpenError::SharedMemory`].
     pub fn open_on(participant: &Participant, name: &str) -> Result<Self, OpenError> {
         let name: ColumnName = name.parse()?;
         let (node, fleet) = (participant.node(), participant.fleet());
         let service = services::column(node, fleet, &name)?;
-        let taken = |owner| OpenError::ColumnTaken { fleet: fleet.clone(), column: name.clone(), owner };
-        Ok(Self { sender: SliceSender::open_only(service, "a column", 1, node, taken)?, cost_micros: 0 })
+        let taken =
+            |owner| OpenError::ColumnTaken { fleet: fleet.clone(), column: name.clone(), owner };
+        Ok(Self {
+            sender: SliceSender::open_only(service, "a column", 1, node, taken)?,
+            cost_micros: 0,
+        })
     }
 
     /// Sets what the next samples tell of the time that their publisher spent on a frame.
@@ -48,11 +53,13 @@ impl ColumnPublisher {
         if values.len() != frame.len() {
             return Err(PublishError::ColumnLength { values: values.len(), robots: frame.len() });
         }
-        self.write(frame.run_id(), frame.tick(), frame.len(), |column| column.copy_from_slice(values))
+        self.write(frame.run_id(), frame.tick(), frame.len(), |column| {
+            column.copy_from_slice(values)
+        })
     }
 
-    /// Publishes the values that `fill` writes straight into shared memory. They are left over from an older column
-    /// before that.
+    /// Publishes the values that `fill` writes straight into shared memory. They are left over from
+    /// an older column before that.
     ///
     /// # Errors
     /// [`PublishError`].
@@ -84,7 +91,8 @@ pub struct ColumnValues<'sample> {
     pub header: &'sample ColumnHeader,
     /// One value per robot of that tick.
     pub values: &'sample [f32],
-    /// The number of samples that were published between the one that this reader returned before and this one.
+    /// The number of samples that were published between the one that this reader returned before
+    /// and this one.
     pub missed: u64,
 }
 
@@ -104,8 +112,8 @@ impl ColumnReader {
         Self::open(participant, name, 1)
     }
 
-    /// Opens a column for a reader that wants all values: the last [`COLUMN_BUFFER`](services::COLUMN_BUFFER)
-    /// samples wait for [`take_next`](Self::take_next).
+    /// Opens a column for a reader that wants all values: the last
+    /// [`COLUMN_BUFFER`](services::COLUMN_BUFFER) samples wait for [`take_next`](Self::take_next).
     ///
     /// # Errors
     /// As [`Subscriber::open`](crate::Subscriber::open).
@@ -147,14 +155,15 @@ impl ColumnReader {
         }
     }
 
-    /// Whether a process publishes it. One that was killed counts until another process joins the fleet.
+    /// Whether a process publishes it. One that was killed counts until another process joins the
+    /// fleet.
     pub fn has_publisher(&self) -> bool {
         self.service.dynamic_config().number_of_publishers() > 0
     }
 }
 
-/// Returns the columns of a fleet that a process publishes or reads, sorted. Lists all services of the machine, which
-/// is too slow to do for every frame.
+/// Returns the columns of a fleet that a process publishes or reads, sorted. Lists all services of
+/// the machine, which is too slow to do for every frame.
 pub fn column_names(fleet: &FleetName) -> Vec<ColumnName> {
     let prefix = services::service_name(fleet, "columns/");
     let mut names = Vec::new();

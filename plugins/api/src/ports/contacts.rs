@@ -21,15 +21,21 @@ impl ContactPublisher {
     /// Opens a fleet's contacts for writing.
     ///
     /// # Errors
-    /// [`OpenError::ContactsTaken`] if a live process publishes them, [`OpenError::OtherVersion`] if the fleet
-    /// uses another contract, else [`OpenError::SharedMemory`].
+    /// [`OpenError::ContactsTaken`] if a live process publishes them, [`OpenError::OtherVersion`]
+    /// if the fleet uses another contract, else [`OpenError::SharedMemory`].
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
         let (node, fleet) = (participant.node(), participant.fleet());
         let contacts = services::contacts(node, fleet)?;
         let events = services::contact_events(node, fleet)?;
         let taken = |owner| OpenError::ContactsTaken { fleet: fleet.clone(), owner };
         Ok(Self {
-            contacts: SliceSender::open_only(contacts, "contacts", services::FIRST_RECORDS, node, taken)?,
+            contacts: SliceSender::open_only(
+                contacts,
+                "contacts",
+                services::FIRST_RECORDS,
+                node,
+                taken,
+            )?,
             events: SliceSender::open(events, "contact events", services::FIRST_RECORDS, 1)?,
         })
     }
@@ -38,7 +44,11 @@ impl ContactPublisher {
     ///
     /// # Errors
     /// [`PublishError`] when shared memory is full.
-    pub fn publish(&mut self, header: &ContactHeader, pairs: &[ContactRecord]) -> Result<(), PublishError> {
+    pub fn publish(
+        &mut self,
+        header: &ContactHeader,
+        pairs: &[ContactRecord],
+    ) -> Result<(), PublishError> {
         let sequence = self.contacts.sequence().next(header.run_id);
         self.contacts.send(ContactHeader { sequence, ..*header }, pairs).map(drop)
     }
@@ -47,7 +57,12 @@ impl ContactPublisher {
     ///
     /// # Errors
     /// [`PublishError`] when shared memory is full.
-    pub fn publish_events(&mut self, run_id: u64, tick: u64, events: &[ContactEvent]) -> Result<(), PublishError> {
+    pub fn publish_events(
+        &mut self,
+        run_id: u64,
+        tick: u64,
+        events: &[ContactEvent],
+    ) -> Result<(), PublishError> {
         let sequence = self.events.sequence().next(run_id);
         self.events.send(ContactEventHeader { run_id, tick, sequence }, events).map(drop)
     }
@@ -66,7 +81,8 @@ pub struct Contacts<'sample> {
     pub header: &'sample ContactHeader,
     /// The pairs: those that touch first, then the others, each sorted by the robots' ids.
     pub pairs: &'sample [ContactRecord],
-    /// The number of samples that were published between the one that this reader returned before and this one.
+    /// The number of samples that were published between the one that this reader returned before
+    /// and this one.
     pub missed: u64,
 }
 
@@ -122,7 +138,8 @@ impl ContactReader {
         self.contacts.held().map(|(header, pairs)| Contacts { header, pairs, missed })
     }
 
-    /// Whether a process publishes them. One that was killed counts until another process joins the fleet.
+    /// Whether a process publishes them. One that was killed counts until another process joins the
+    /// fleet.
     pub fn has_publisher(&self) -> bool {
         self.service.dynamic_config().number_of_publishers() > 0
     }
@@ -140,6 +157,9 @@ impl ContactEventReader {
     /// # Errors
     /// As [`Subscriber::open`](crate::Subscriber::open).
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        Self::of(&services::contact_events(participant.node(), participant.fleet())?, "contact events")
+        Self::of(
+            &services::contact_events(participant.node(), participant.fleet())?,
+            "contact events",
+        )
     }
 }

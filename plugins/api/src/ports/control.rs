@@ -13,7 +13,9 @@ use crate::records::name::FleetName;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ControlError {
     /// The fleet has no engine.
-    #[error("fleet '{fleet}' has no engine; start one with `regatta run`, or name another fleet with --fleet")]
+    #[error(
+        "fleet '{fleet}' has no engine; start one with `regatta run`, or name another fleet with --fleet"
+    )]
     NoEngine {
         /// The fleet.
         fleet: FleetName,
@@ -41,7 +43,9 @@ pub enum ControlError {
         reason: String,
     },
     /// iceoryx2 can't deliver the request.
-    #[error("can't reach the engine of fleet '{fleet}' ({reason}); `regatta doctor` reports what is wrong")]
+    #[error(
+        "can't reach the engine of fleet '{fleet}' ({reason}); `regatta doctor` reports what is wrong"
+    )]
     Connection {
         /// The fleet.
         fleet: FleetName,
@@ -64,8 +68,9 @@ impl Control {
     /// Opens the control service of a fleet, whether or not it has an engine yet.
     ///
     /// # Errors
-    /// [`OpenError::OtherVersion`] if the fleet uses another contract, [`OpenError::Full`] if it has
-    /// [`MAX_CONTROL_CLIENTS`](services::MAX_CONTROL_CLIENTS) clients, else [`OpenError::SharedMemory`].
+    /// [`OpenError::OtherVersion`] if the fleet uses another contract, [`OpenError::Full`] if it
+    /// has [`MAX_CONTROL_CLIENTS`](services::MAX_CONTROL_CLIENTS) clients, else
+    /// [`OpenError::SharedMemory`].
     pub fn open(fleet: &FleetName) -> Result<Self, OpenError> {
         Self::open_on(&Participant::join(fleet, "control")?)
     }
@@ -76,10 +81,14 @@ impl Control {
     /// As [`open`](Self::open).
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
         let service = services::control(participant.node(), participant.fleet())?;
-        Ok(Self { asker: Asker::open(service, services::MAX_CONTROL_CLIENTS)?, fleet: participant.fleet().clone() })
+        Ok(Self {
+            asker: Asker::open(service, services::MAX_CONTROL_CLIENTS)?,
+            fleet: participant.fleet().clone(),
+        })
     }
 
-    /// Whether the fleet has an engine. One that was killed counts until another process joins the fleet.
+    /// Whether the fleet has an engine. One that was killed counts until another process joins the
+    /// fleet.
     pub fn has_engine(&self) -> bool {
         self.asker.has_server()
     }
@@ -108,16 +117,20 @@ impl Control {
         self.request(ControlRequest::new(ControlKind::Resume), TIMEOUT)
     }
 
-    /// Pauses the clock and advances by `ticks`, at the requested speed. Returns when they are done, however long that
-    /// takes. Refused if a pause, a resume or a seek ends the steps before.
+    /// Pauses the clock and advances by `ticks`, at the requested speed. Returns when they are
+    /// done, however long that takes. Refused if a pause, a resume or a seek ends the steps before.
     ///
     /// # Errors
     /// [`ControlError`].
     pub fn step(&mut self, ticks: u64) -> Result<ControlResponse, ControlError> {
-        self.request(ControlRequest { count: ticks, ..ControlRequest::new(ControlKind::Step) }, Duration::MAX)
+        self.request(
+            ControlRequest { count: ticks, ..ControlRequest::new(ControlKind::Step) },
+            Duration::MAX,
+        )
     }
 
-    /// Changes the requested speed, in simulated seconds per wall second; `f32::INFINITY` for as fast as possible.
+    /// Changes the requested speed, in simulated seconds per wall second; `f32::INFINITY` for as
+    /// fast as possible.
     ///
     /// # Errors
     /// [`ControlError`].
@@ -130,7 +143,10 @@ impl Control {
     /// # Errors
     /// [`ControlError`].
     pub fn robots(&mut self, count: u32) -> Result<ControlResponse, ControlError> {
-        self.request(ControlRequest { count: count.into(), ..ControlRequest::new(ControlKind::Robots) }, TIMEOUT)
+        self.request(
+            ControlRequest { count: count.into(), ..ControlRequest::new(ControlKind::Robots) },
+            TIMEOUT,
+        )
     }
 
     /// Goes to a simulated time. A replay can do that; an engine refuses.
@@ -146,7 +162,11 @@ impl Control {
     ///
     /// # Errors
     /// [`ControlError`].
-    pub fn request(&mut self, request: ControlRequest, timeout: Duration) -> Result<ControlResponse, ControlError> {
+    pub fn request(
+        &mut self,
+        request: ControlRequest,
+        timeout: Duration,
+    ) -> Result<ControlResponse, ControlError> {
         let answer = self.asker.send(request).and_then(|asked| self.asker.wait(&asked, timeout));
         let fleet = || self.fleet.clone();
         match answer {
@@ -157,7 +177,9 @@ impl Control {
             Err(NoAnswer::NoServer) => Err(ControlError::NoEngine { fleet: fleet() }),
             Err(NoAnswer::Gone) => Err(ControlError::Gone { fleet: fleet() }),
             Err(NoAnswer::Timeout) => Err(ControlError::Timeout { fleet: fleet(), timeout }),
-            Err(NoAnswer::Connection(reason)) => Err(ControlError::Connection { fleet: fleet(), reason }),
+            Err(NoAnswer::Connection(reason)) => {
+                Err(ControlError::Connection { fleet: fleet(), reason })
+            }
         }
     }
 }

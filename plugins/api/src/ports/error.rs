@@ -95,7 +95,9 @@ pub enum OpenError {
     #[error(transparent)]
     Domain(#[from] DomainError),
     /// iceoryx2 failed.
-    #[error("can't open {what} in shared memory ({reason}); `regatta doctor` reports what is wrong")]
+    #[error(
+        "can't open {what} in shared memory ({reason}); `regatta doctor` reports what is wrong"
+    )]
     SharedMemory {
         /// The service or fleet that was to be opened.
         what: String,
@@ -113,7 +115,8 @@ pub enum PublishError {
         /// The sample that was to be published.
         what: &'static str,
     },
-    /// `/dev/shm` has too little room for samples of this size. Nothing was published, and a later attempt may succeed.
+    /// `/dev/shm` has too little room for samples of this size. Nothing was published, and a later
+    /// attempt may succeed.
     #[error(
         "no shared memory for {what} ({:.1} MB are left and {:.1} MB are needed: make /dev/shm larger, by `mount -o \
          remount,size=…` or `docker run --shm-size=…`); `regatta doctor` shows how much there is",
@@ -151,7 +154,9 @@ pub enum PublishError {
     #[error(transparent)]
     Name(#[from] NameError),
     /// The values of the column are not one per robot.
-    #[error("a column of {values} values doesn't fit a frame of {robots} robots; it needs one value per robot")]
+    #[error(
+        "a column of {values} values doesn't fit a frame of {robots} robots; it needs one value per robot"
+    )]
     ColumnLength {
         /// The number of values given.
         values: usize,
@@ -172,7 +177,9 @@ pub enum ReadError {
         reason: String,
     },
     /// The producer sent something that contradicts its own header.
-    #[error("{what} is malformed: it has {lines} lines, fewer than its header requires; the fault is its producer's")]
+    #[error(
+        "{what} is malformed: it has {lines} lines, fewer than its header requires; the fault is its producer's"
+    )]
     Malformed {
         /// The sample.
         what: &'static str,

@@ -19,8 +19,8 @@ pub struct TickRecords<'sample, H, T> {
     pub header: &'sample H,
     /// The records, in the order in which they happened.
     pub records: &'sample [T],
-    /// The number of samples (ticks with records) that this reader lost between the last one and this one, because it
-    /// was too slow.
+    /// The number of samples (ticks with records) that this reader lost between the last one and
+    /// this one, because it was too slow.
     pub missed: u64,
 }
 
@@ -53,7 +53,8 @@ where
     /// Passes all samples that have arrived to `each`, oldest first.
     ///
     /// # Errors
-    /// [`ReadError::Receive`] if the connection to the publisher is broken, else what `each` returns.
+    /// [`ReadError::Receive`] if the connection to the publisher is broken, else what `each`
+    /// returns.
     pub fn take<E: From<ReadError>>(
         &mut self,
         mut each: impl FnMut(&TickRecords<'_, H, T>) -> Result<(), E>,

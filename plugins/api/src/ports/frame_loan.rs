@@ -11,7 +11,8 @@ use super::services::Ipc;
 use super::slices::{Sequence, send};
 use crate::records::frame::{ColumnsMut, FrameHeader, Line};
 
-/// A frame under construction, in shared memory. Dropped without [`send`](Self::send), it is never seen.
+/// A frame under construction, in shared memory. Dropped without [`send`](Self::send), it is never
+/// seen.
 pub struct FrameLoan {
     sample: SampleMut<Ipc, [Line], FrameHeader>,
     robots: usize,
@@ -32,8 +33,8 @@ impl FrameLoan {
         Self { sample, robots, sequence, last_tick }
     }
 
-    /// The header. `robots` and `stride_lines` describe the columns and must not be changed; `sequence`,
-    /// `repeated` and `wall_time_nanos` are filled in by [`send`](Self::send).
+    /// The header. `robots` and `stride_lines` describe the columns and must not be changed;
+    /// `sequence`, `repeated` and `wall_time_nanos` are filled in by [`send`](Self::send).
     pub fn header_mut(&mut self) -> &mut FrameHeader {
         self.sample.user_header_mut()
     }
@@ -43,8 +44,9 @@ impl FrameLoan {
         ColumnsMut::split(self.sample.payload_mut(), self.robots)
     }
 
-    /// Publishes the frame, with its sequence number and the time of day in its header. From here on readers have it:
-    /// whatever belongs to its tick (events, the order log, columns) must be published before.
+    /// Publishes the frame, with its sequence number and the time of day in its header. From here
+    /// on readers have it: whatever belongs to its tick (events, the order log, columns) must be
+    /// published before.
     ///
     /// # Errors
     /// [`PublishError::Send`] if a connection is broken; the readers on the others have it.

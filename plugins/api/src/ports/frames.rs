@@ -14,7 +14,8 @@ use crate::records::name::FleetName;
 
 /// Reads a fleet's frames: always the newest, at any pace. It can't slow the producer down.
 ///
-/// It outlives producers: without one it has nothing new, and it continues with the frames of the next.
+/// It outlives producers: without one it has nothing new, and it continues with the frames of the
+/// next.
 #[derive(Debug)]
 pub struct Subscriber {
     frames: Newest<Line, FrameHeader>,
@@ -27,8 +28,8 @@ impl Subscriber {
     /// Opens the frames of a fleet, whether or not it has a producer yet.
     ///
     /// # Errors
-    /// [`OpenError::OtherVersion`] if the fleet uses another contract, [`OpenError::Full`] if it has
-    /// [`MAX_READERS`](services::MAX_READERS) readers, else [`OpenError::SharedMemory`].
+    /// [`OpenError::OtherVersion`] if the fleet uses another contract, [`OpenError::Full`] if it
+    /// has [`MAX_READERS`](services::MAX_READERS) readers, else [`OpenError::SharedMemory`].
     pub fn open(fleet: &FleetName) -> Result<Self, OpenError> {
         Self::open_on(&Participant::join(fleet, "reader")?)
     }
@@ -47,15 +48,18 @@ impl Subscriber {
         })
     }
 
-    /// Returns the newest frame, if there is one that this hasn't returned yet. Gives back the one before.
+    /// Returns the newest frame, if there is one that this hasn't returned yet. Gives back the one
+    /// before.
     ///
     /// # Errors
-    /// [`ReadError`] if the connection to the producer is broken, or the frame contradicts its header.
+    /// [`ReadError`] if the connection to the producer is broken, or the frame contradicts its
+    /// header.
     pub fn latest(&mut self) -> Result<Option<Frame<'_>>, ReadError> {
         if self.frames.take_newest()? { self.current() } else { Ok(None) }
     }
 
-    /// The frame that [`latest`](Self::latest) returned last, unless it was [released](Self::release).
+    /// The frame that [`latest`](Self::latest) returned last, unless it was
+    /// [released](Self::release).
     ///
     /// # Errors
     /// [`ReadError::Malformed`] if the frame contradicts its header.
@@ -80,8 +84,8 @@ impl Subscriber {
         self.frames.release();
     }
 
-    /// Waits for a frame that this hasn't returned yet, and returns the newest; `None` when `timeout` has passed, or
-    /// earlier when a signal has arrived.
+    /// Waits for a frame that this hasn't returned yet, and returns the newest; `None` when
+    /// `timeout` has passed, or earlier when a signal has arrived.
     ///
     /// # Errors
     /// As [`latest`](Self::latest).
@@ -97,24 +101,26 @@ impl Subscriber {
         self.latest()
     }
 
-    /// Forgets the wake-ups so far. Must be followed by a check for news, before [`sleep`](Self::sleep).
+    /// Forgets the wake-ups so far. Must be followed by a check for news, before
+    /// [`sleep`](Self::sleep).
     pub(crate) fn forget_wake_ups(&self) -> Result<(), ReadError> {
         self.wake.forget()
     }
 
-    /// Sleeps until the producer wakes its readers, for about a tenth of a second or `left` at most. Returns `false` if
-    /// a signal ended it.
+    /// Sleeps until the producer wakes its readers, for about a tenth of a second or `left` at
+    /// most. Returns `false` if a signal ended it.
     pub(crate) fn sleep(&self, left: Duration) -> Result<bool, ReadError> {
         self.wake.sleep(left)
     }
 
-    /// Whether the fleet has a producer. One that was killed counts until another process joins the fleet.
+    /// Whether the fleet has a producer. One that was killed counts until another process joins the
+    /// fleet.
     pub fn has_producer(&self) -> bool {
         self.service.dynamic_config().number_of_publishers() > 0
     }
 
-    /// Removes what dead processes left at this service, so that [`has_producer`](Self::has_producer) is exact.
-    /// Takes a millisecond or so.
+    /// Removes what dead processes left at this service, so that
+    /// [`has_producer`](Self::has_producer) is exact. Takes a millisecond or so.
     pub fn forget_dead(&self) {
         self.service.try_cleanup_dead_nodes();
     }

@@ -1,13 +1,15 @@
 //! Shared memory that is full, as an error rather than the end of the process.
 //!
-//! The kernel takes a page of shared memory from the file system at the first write to it, and raises `SIGBUS` if there
-//! is none left: by default that ends the process, whoever filled the memory. Two measures turn it into an error:
+//! The kernel takes a page of shared memory from the file system at the first write to it, and
+//! raises `SIGBUS` if there is none left: by default that ends the process, whoever filled the
+//! memory. Two measures turn it into an error:
 //!
-//! - [`reserve`] takes the pages of a chunk before it is written, by `madvise(MADV_POPULATE_WRITE)`, which fails where a
-//!   write would raise `SIGBUS`.
-//! - iceoryx2 writes on its own (headers of chunks, connections to new readers) in [`guarded`] calls: a handler of `SIGBUS`
-//!   puts a page of private memory where one is missing, as libwayland does for the memory of its clients, and the caller
-//!   learns of it. What is written there reaches no other process.
+//! - [`reserve`] takes the pages of a chunk before it is written, by
+//!   `madvise(MADV_POPULATE_WRITE)`, which fails where a write would raise `SIGBUS`.
+//! - iceoryx2 writes on its own (headers of chunks, connections to new readers) in [`guarded`]
+//!   calls: a handler of `SIGBUS` puts a page of private memory where one is missing, as libwayland
+//!   does for the memory of its clients, and the caller learns of it. What is written there reaches
+//!   no other process.
 //!
 //! Only Linux is guarded in this way.
 
@@ -29,7 +31,8 @@ pub(crate) struct Missing {
     count: usize,
 }
 
-/// The largest number of pages that can be restored after a call. A chunk's headers lie on two at most.
+/// The largest number of pages that can be restored after a call. A chunk's headers lie on two at
+/// most.
 const MAX_PAGES: usize = 4;
 
 impl Missing {
@@ -42,11 +45,10 @@ impl Missing {
 }
 
 /// The reason that errors give.
-pub(crate) const FULL: &str =
-    "shared memory is full: make /dev/shm larger (`mount -o remount,size=…`, `docker run --shm-size=…`), or free some";
+pub(crate) const FULL: &str = "shared memory is full: make /dev/shm larger (`mount -o remount,size=…`, `docker run --shm-size=…`), or free some";
 
-/// Receives by `receive`, which connects new senders first. One that there is no memory to connect is left out: that
-/// sender has an error, and the others are served.
+/// Receives by `receive`, which connects new senders first. One that there is no memory to connect
+/// is left out: that sender has an error, and the others are served.
 pub(super) fn received<T: Default, E: core::fmt::Display>(
     what: &'static str,
     receive: impl FnOnce() -> Result<T, E>,
@@ -59,9 +61,11 @@ pub(super) fn received<T: Default, E: core::fmt::Display>(
     received.map_err(|error| receive_error(what, error))
 }
 
-/// Calls an operation of iceoryx2's, of which full memory is an error. What it wrote to is shared again afterwards, so that a
-/// later attempt can succeed.
-pub(super) fn unless_full<T, E: core::fmt::Display>(operation: impl FnOnce() -> Result<T, E>) -> Result<T, String> {
+/// Calls an operation of iceoryx2's, of which full memory is an error. What it wrote to is shared
+/// again afterwards, so that a later attempt can succeed.
+pub(super) fn unless_full<T, E: core::fmt::Display>(
+    operation: impl FnOnce() -> Result<T, E>,
+) -> Result<T, String> {
     let (result, missing) = guarded(operation);
     if !missing.any() {
         return result.map_err(|error| error.to_string());
@@ -73,7 +77,8 @@ pub(super) fn unless_full<T, E: core::fmt::Display>(operation: impl FnOnce() -> 
     Err(FULL.to_owned())
 }
 
-/// Loans a chunk for one record: an answer, a request or a report. It has memory, so that the record can be sent.
+/// Loans a chunk for one record: an answer, a request or a report. It has memory, so that the
+/// record can be sent.
 pub(super) fn loan_record<L, T, E: core::fmt::Display>(
     loan: impl FnOnce() -> Result<L, E>,
     record: impl FnOnce(&mut L) -> &mut MaybeUninit<T>,
@@ -100,7 +105,8 @@ mod linux {
         static MISSING: Cell<Option<Missing>> = const { Cell::new(None) };
     }
 
-    /// Calls `operation`, and returns the pages of shared memory that it wrote to and that were missing.
+    /// Calls `operation`, and returns the pages of shared memory that it wrote to and that were
+    /// missing.
     pub(crate) fn guarded<T>(operation: impl FnOnce() -> T) -> (T, Missing) {
         static INSTALLED: Once = Once::new();
         INSTALLED.call_once(install);
@@ -110,15 +116,19 @@ mod linux {
         (result, missing)
     }
 
-    /// Takes the pages of a chunk of shared memory from the file system. Returns `false` if there are too few.
+    /// Takes the pages of a chunk of shared memory from the file system. Returns `false` if there
+    /// are too few.
     #[expect(unsafe_code, reason = "the standard library has no madvise")]
     pub(crate) fn reserve<T>(chunk: &mut [MaybeUninit<T>]) -> bool {
         let bytes = bytes(chunk);
-        let (start, end) = (bytes.start / page_size() * page_size(), bytes.end.next_multiple_of(page_size()));
+        let (start, end) =
+            (bytes.start / page_size() * page_size(), bytes.end.next_multiple_of(page_size()));
         let (start, length) = (start as *mut libc::c_void, end - start);
-        // SAFETY: the range consists of pages that the chunk lies on, which are mapped; populating them changes no contents.
+        // SAFETY: the range consists of pages that the chunk lies on, which are mapped; populating
+        // them changes no contents.
         let result = unsafe { libc::madvise(start, length, libc::MADV_POPULATE_WRITE) };
-        // Kernels before 5.14 don't know the call (EINVAL). Only an error of the memory itself counts.
+        // Kernels before 5.14 don't know the call (EINVAL). Only an error of the memory itself
+        // counts.
         let error = if result == 0 { None } else { std::io::Error::last_os_error().raw_os_error() };
         !matches!(error, Some(libc::EFAULT | libc::ENOMEM | libc::EHWPOISON))
     }
@@ -127,26 +137,30 @@ mod linux {
     #[expect(unsafe_code, reason = "the standard library has no madvise")]
     pub(crate) fn release<T>(chunk: &mut [MaybeUninit<T>]) {
         let bytes = bytes(chunk);
-        let (start, end) = (bytes.start.next_multiple_of(page_size()), bytes.end / page_size() * page_size());
+        let (start, end) =
+            (bytes.start.next_multiple_of(page_size()), bytes.end / page_size() * page_size());
         if start < end {
-            // SAFETY: the range lies within the chunk, which the caller may write to, and reads as zeros from here on. An
-            // error leaves the pages as they are.
+            // SAFETY: the range lies within the chunk, which the caller may write to, and reads as
+            // zeros from here on. An error leaves the pages as they are.
             unsafe { libc::madvise(start as *mut _, end - start, libc::MADV_REMOVE) };
         }
     }
 
-    /// Maps shared memory again where private pages have taken its place. Returns `false` if that isn't possible.
+    /// Maps shared memory again where private pages have taken its place. Returns `false` if that
+    /// isn't possible.
     pub(crate) fn restore(missing: &Missing) -> bool {
-        missing.count <= MAX_PAGES && missing.addresses[..missing.count].iter().all(|page| restore_page(*page))
+        missing.count <= MAX_PAGES
+            && missing.addresses[..missing.count].iter().all(|page| restore_page(*page))
     }
 
     /// Maps the page of the same file that comes after the page before.
     #[expect(unsafe_code, reason = "a mapping is changed")]
     fn restore_page(page: usize) -> bool {
         let size = page_size();
-        // SAFETY: with an old size of zero, `mremap` maps the pages of a shared mapping a second time, at a new address:
-        // those from the page before on, which the segment's management data or another chunk lies on. The first of them is
-        // unmapped again, and the second moves to where the private page is, which nobody but the guarded call has written to.
+        // SAFETY: with an old size of zero, `mremap` maps the pages of a shared mapping a second
+        // time, at a new address: those from the page before on, which the segment's management
+        // data or another chunk lies on. The first of them is unmapped again, and the second moves
+        // to where the private page is, which nobody but the guarded call has written to.
         unsafe {
             let copy = libc::mremap((page - size) as *mut _, 0, 2 * size, libc::MREMAP_MAYMOVE);
             if copy == libc::MAP_FAILED {
@@ -170,23 +184,27 @@ mod linux {
         rustix::param::page_size()
     }
 
-    /// Installs the handler of `SIGBUS`. If that fails, full memory ends the process as it does without the handler.
+    /// Installs the handler of `SIGBUS`. If that fails, full memory ends the process as it does
+    /// without the handler.
     #[expect(unsafe_code, reason = "the standard library handles no signals")]
     fn install() {
         // The handler reads the page size, which is looked up only once.
         page_size();
-        // SAFETY: an all-zero `sigaction` is valid, and the handler has the signature that SA_SIGINFO requires.
+        // SAFETY: an all-zero `sigaction` is valid, and the handler has the signature that
+        // SA_SIGINFO requires.
         unsafe {
             let mut action: libc::sigaction = core::mem::zeroed();
-            let handler: extern "C" fn(libc::c_int, *mut libc::siginfo_t, *mut libc::c_void) = handle;
+            let handler: extern "C" fn(libc::c_int, *mut libc::siginfo_t, *mut libc::c_void) =
+                handle;
             action.sa_sigaction = handler as usize;
             action.sa_flags = libc::SA_SIGINFO | libc::SA_ONSTACK;
             libc::sigaction(libc::SIGBUS, &action, ptr::null_mut());
         }
     }
 
-    /// Puts a private page where one of shared memory is missing; the write is then repeated. It does only what a signal
-    /// handler may: system calls, and cells of this thread without destructors.
+    /// Puts a private page where one of shared memory is missing; the write is then repeated. It
+    /// does only what a signal handler may: system calls, and cells of this thread without
+    /// destructors.
     #[expect(unsafe_code, reason = "a signal handler")]
     extern "C" fn handle(_: libc::c_int, info: *mut libc::siginfo_t, _: *mut libc::c_void) {
         // SAFETY: the kernel passes a valid siginfo_t, and SIGBUS sets its address.
@@ -209,8 +227,11 @@ mod linux {
     fn map_private(page: usize) -> bool {
         let protection = libc::PROT_READ | libc::PROT_WRITE;
         let flags = libc::MAP_FIXED | libc::MAP_PRIVATE | libc::MAP_ANONYMOUS;
-        // SAFETY: the page is part of a mapping that was just accessed and has no memory behind it: nothing is lost.
-        unsafe { libc::mmap(page as *mut _, page_size(), protection, flags, -1, 0) != libc::MAP_FAILED }
+        // SAFETY: the page is part of a mapping that was just accessed and has no memory behind it:
+        // nothing is lost.
+        unsafe {
+            libc::mmap(page as *mut _, page_size(), protection, flags, -1, 0) != libc::MAP_FAILED
+        }
     }
 }
 

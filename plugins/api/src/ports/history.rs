@@ -20,14 +20,20 @@ impl HistoryPublisher {
     /// Opens a fleet's history for writing.
     ///
     /// # Errors
-    /// [`OpenError::HistoryTaken`] if a live process publishes it, [`OpenError::OtherVersion`] if the fleet uses another contract,
-    /// else [`OpenError::SharedMemory`].
+    /// [`OpenError::HistoryTaken`] if a live process publishes it, [`OpenError::OtherVersion`] if
+    /// the fleet uses another contract, else [`OpenError::SharedMemory`].
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
         let (node, fleet) = (participant.node(), participant.fleet());
         let (samples, spots) = (services::history(node, fleet)?, services::spots(node, fleet)?);
         let taken = |owner| OpenError::HistoryTaken { fleet: fleet.clone(), owner };
         Ok(Self {
-            samples: SliceSender::open_only(samples, "history", services::FIRST_RECORDS, node, taken)?,
+            samples: SliceSender::open_only(
+                samples,
+                "history",
+                services::FIRST_RECORDS,
+                node,
+                taken,
+            )?,
             spots: SliceSender::open_only(spots, "spots", services::FIRST_RECORDS, node, taken)?,
         })
     }
@@ -94,7 +100,8 @@ impl HistoryReader {
         self.spots.held()
     }
 
-    /// Whether a process publishes it. One that was killed counts until another process joins the fleet.
+    /// Whether a process publishes it. One that was killed counts until another process joins the
+    /// fleet.
     pub fn has_publisher(&self) -> bool {
         self.service.dynamic_config().number_of_publishers() > 0
     }
@@ -107,12 +114,15 @@ mod tests {
 
     #[test]
     fn a_reader_that_joins_late_has_all_of_the_run() {
-        let name: FleetName = format!("unit-history-{}", std::process::id()).parse().expect("a name");
+        let name: FleetName =
+            format!("unit-history-{}", std::process::id()).parse().expect("a name");
         let participant = Participant::join(&name, "test").expect("joined");
         let mut publisher = HistoryPublisher::open_on(&participant).expect("a publisher");
         let second = HistoryPublisher::open_on(&participant).expect_err("one at a time");
         assert!(matches!(second, OpenError::HistoryTaken { .. }), "{second}");
-        let samples: Vec<_> = (0..300).map(|n| FleetSample { secs: f64::from(n), ..FleetSample::default() }).collect();
+        let samples: Vec<_> = (0..300)
+            .map(|n| FleetSample { secs: f64::from(n), ..FleetSample::default() })
+            .collect();
         let header = HistoryHeader { run_id: 3, tick: 9, ..HistoryHeader::default() };
         publisher.publish(&header, &samples, &[]).expect("published");
         let mut reader = HistoryReader::open_on(&participant).expect("a reader");
@@ -121,9 +131,18 @@ mod tests {
         let (found, history) = reader.samples().expect("samples");
         assert_eq!(*found, HistoryHeader { sequence: 1, ..header });
         assert_eq!((history.len(), history[299].secs), (300, 299.0));
-        assert_eq!(reader.spots().map(|(_, spots)| spots.len()), Some(0), "none is something else than nobody knows");
-        publisher.publish(&header, &samples, &[HotSpot { x: 5.0, ..HotSpot::default() }]).expect("published");
+        assert_eq!(
+            reader.spots().map(|(_, spots)| spots.len()),
+            Some(0),
+            "none is something else than nobody knows"
+        );
+        publisher
+            .publish(&header, &samples, &[HotSpot { x: 5.0, ..HotSpot::default() }])
+            .expect("published");
         assert!(reader.update().expect("readable"));
-        assert_eq!(reader.spots().map(|(header, spots)| (header.sequence, spots[0].x)), Some((2, 5.0)));
+        assert_eq!(
+            reader.spots().map(|(header, spots)| (header.sequence, spots[0].x)),
+            Some((2, 5.0))
+        );
     }
 }

@@ -30,7 +30,10 @@ impl OrderInbox {
     }
 
     /// Passes all orders that have arrived to `each`, sample by sample.
-    pub(super) fn take(&mut self, mut each: impl FnMut(&OrderHeader, &[OrderRecord])) -> Result<(), ReadError> {
+    pub(super) fn take(
+        &mut self,
+        mut each: impl FnMut(&OrderHeader, &[OrderRecord]),
+    ) -> Result<(), ReadError> {
         // Bounded, so that a sender that never stops can't keep a tick from ending.
         for _ in 0..services::ORDER_BUFFER * services::MAX_ORDER_SENDERS {
             let Some(sample) = received("orders", || self.samples.receive())? else { break };
@@ -69,7 +72,8 @@ impl RequestInbox {
         Ok(Some((self.last_ticket, payload)))
     }
 
-    /// Answers a request. A client that has gone away, or is stopped, misses its answer; the producer doesn't wait.
+    /// Answers a request. A client that has gone away, or is stopped, misses its answer; the
+    /// producer doesn't wait.
     pub(super) fn answer(&mut self, ticket: u64, response: ControlResponse) {
         for (_, request) in self.waiting.extract_if(.., |(waiting, _)| *waiting == ticket) {
             if let Err(error) = reply(&request, response) {
@@ -80,7 +84,10 @@ impl RequestInbox {
 }
 
 /// Answers a request. It is an error if shared memory is full.
-pub(super) fn reply<Q, A>(request: &ActiveRequest<Ipc, Q, (), A, ()>, response: A) -> Result<(), String>
+pub(super) fn reply<Q, A>(
+    request: &ActiveRequest<Ipc, Q, (), A, ()>,
+    response: A,
+) -> Result<(), String>
 where
     Q: Debug + ZeroCopySend,
     A: Debug + ZeroCopySend,

@@ -1,9 +1,10 @@
 //! Lockstep: the one case in which a producer waits for readers, because it was asked to by name.
 //!
-//! While a frame's `lockstep` is nonzero, each reader reports on `regatta/F/done` which tick it has finished, after it has
-//! sent its orders and columns for it. [`run`](crate::run) does so for every plugin. The producer waits for the reports of
-//! the readers that it was told to wait for. A reader that comes *after* others waits for their reports, too, before it
-//! handles the frame: then it finds their columns of the same tick.
+//! While a frame's `lockstep` is nonzero, each reader reports on `regatta/F/done` which tick it has
+//! finished, after it has sent its orders and columns for it. [`run`](crate::run) does so for every
+//! plugin. The producer waits for the reports of the readers that it was told to wait for. A reader
+//! that comes *after* others waits for their reports, too, before it handles the frame: then it
+//! finds their columns of the same tick.
 
 use core::time::Duration;
 
@@ -57,11 +58,14 @@ pub(crate) struct DoneReports {
 }
 
 impl DoneReports {
-    /// Opens the reports of a fleet. Readers that have reported before report their last tick again.
+    /// Opens the reports of a fleet. Readers that have reported before report their last tick
+    /// again.
     pub(crate) fn open(participant: &Participant) -> Result<Self, OpenError> {
         let service = services::done(participant.node(), participant.fleet())?;
         Ok(Self {
-            reports: place(&service, services::MAX_READERS, || service.subscriber_builder().create())?,
+            reports: place(&service, services::MAX_READERS, || {
+                service.subscriber_builder().create()
+            })?,
             wake: Wake::open(participant, "done")?,
             finished: Vec::new(),
             left: Vec::new(),
@@ -96,13 +100,14 @@ impl DoneReports {
         Ok(names.iter().filter(move |name| !has_finished(name)))
     }
 
-    /// Forgets the wake-ups so far. Must be followed by a check of what is [missing](Self::missing).
+    /// Forgets the wake-ups so far. Must be followed by a check of what is
+    /// [missing](Self::missing).
     pub(crate) fn forget_wake_ups(&self) -> Result<(), ReadError> {
         self.wake.forget()
     }
 
-    /// Sleeps until a reader reports, for about a tenth of a second or `left` at most. Returns `false` if a signal
-    /// ended it.
+    /// Sleeps until a reader reports, for about a tenth of a second or `left` at most. Returns
+    /// `false` if a signal ended it.
     pub(crate) fn sleep(&self, left: Duration) -> Result<bool, ReadError> {
         self.wake.sleep(left)
     }
@@ -120,8 +125,8 @@ impl Reporter {
     /// Opens the reports of a fleet, under the name by which the process joined.
     ///
     /// # Errors
-    /// [`OpenError::OtherVersion`] if the fleet uses another contract, [`OpenError::Full`] if it has
-    /// [`MAX_READERS`](services::MAX_READERS) reporters, else [`OpenError::SharedMemory`].
+    /// [`OpenError::OtherVersion`] if the fleet uses another contract, [`OpenError::Full`] if it
+    /// has [`MAX_READERS`](services::MAX_READERS) reporters, else [`OpenError::SharedMemory`].
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
         let service = services::done(participant.node(), participant.fleet())?;
         let create = || {
@@ -130,7 +135,11 @@ impl Reporter {
         };
         Ok(Self {
             reports: place(&service, services::MAX_READERS, create)?,
-            wake: services::notifier(&services::event(participant.node(), participant.fleet(), "done")?)?,
+            wake: services::notifier(&services::event(
+                participant.node(),
+                participant.fleet(),
+                "done",
+            )?)?,
             name: padded(participant.name()),
         })
     }
@@ -150,8 +159,9 @@ impl Reporter {
         Ok(())
     }
 
-    /// Reports that this reader leaves the lockstep of a run: nobody is to wait for it any more. To be called before a reader
-    /// ends; a run whose reader ends without it, or dies, ends by [`LockstepError::Timeout`].
+    /// Reports that this reader leaves the lockstep of a run: nobody is to wait for it any more. To
+    /// be called before a reader ends; a run whose reader ends without it, or dies, ends by
+    /// [`LockstepError::Timeout`].
     ///
     /// # Errors
     /// [`PublishError`] if the report can't be delivered.
@@ -159,8 +169,8 @@ impl Reporter {
         self.done(run_id, Done::LEFT)
     }
 
-    /// Gives the last report to readers that have joined since and come after this one. To be called every now and then
-    /// while no frame comes.
+    /// Gives the last report to readers that have joined since and come after this one. To be
+    /// called every now and then while no frame comes.
     pub fn update(&self) {
         if let Err(error) = unless_full(|| self.reports.update_connections()) {
             tracing::debug!(%error, "connecting readers of lockstep reports");

@@ -39,7 +39,9 @@ pub enum ManagerError {
         timeout: Duration,
     },
     /// iceoryx2 can't deliver it.
-    #[error("can't reach the fleet manager of fleet '{fleet}' ({reason}); `regatta doctor` reports what is wrong")]
+    #[error(
+        "can't reach the fleet manager of fleet '{fleet}' ({reason}); `regatta doctor` reports what is wrong"
+    )]
     Connection {
         /// The fleet.
         fleet: FleetName,
@@ -88,14 +90,16 @@ pub struct ManagerClient {
 }
 
 impl ManagerClient {
-    /// How long an answer is waited for: managers answer between two cycles, also while the clock is paused.
+    /// How long an answer is waited for: managers answer between two cycles, also while the clock
+    /// is paused.
     pub const TIMEOUT: Duration = Duration::from_secs(5);
 
     /// Opens the requests of a fleet, whether or not it has a manager yet.
     ///
     /// # Errors
-    /// [`OpenError::OtherVersion`] if the fleet uses another contract, [`OpenError::Full`] if it has
-    /// [`MAX_CONTROL_CLIENTS`](services::MAX_CONTROL_CLIENTS) clients, else [`OpenError::SharedMemory`].
+    /// [`OpenError::OtherVersion`] if the fleet uses another contract, [`OpenError::Full`] if it
+    /// has [`MAX_CONTROL_CLIENTS`](services::MAX_CONTROL_CLIENTS) clients, else
+    /// [`OpenError::SharedMemory`].
     pub fn open(fleet: &FleetName) -> Result<Self, OpenError> {
         Self::open_on(&Participant::join(fleet, "manager-requests")?)
     }
@@ -110,12 +114,14 @@ impl ManagerClient {
         Ok(Self { asker, fleet: participant.fleet().clone(), timeout: Self::TIMEOUT })
     }
 
-    /// Whether somebody answers. A manager that was killed counts until another process joins the fleet.
+    /// Whether somebody answers. A manager that was killed counts until another process joins the
+    /// fleet.
     pub fn has_manager(&self) -> bool {
         self.asker.has_server()
     }
 
-    /// Asks to send a robot to a node, by its id. The answer says whether it drives now or when its order is finished.
+    /// Asks to send a robot to a node, by its id. The answer says whether it drives now or when its
+    /// order is finished.
     ///
     /// # Errors
     /// [`ManagerError`]; among them that it was refused.
@@ -133,8 +139,9 @@ impl ManagerClient {
 
     fn ask(&self, request: ManagerRequest) -> Result<ManagerResponse, ManagerError> {
         let asked = self.asker.send(request);
-        let response =
-            asked.and_then(|asked| self.asker.wait(&asked, self.timeout)).map_err(|reason| self.failed(reason))?;
+        let response = asked
+            .and_then(|asked| self.asker.wait(&asked, self.timeout))
+            .map_err(|reason| self.failed(reason))?;
         match response.answer() {
             Some(answer) if answer.is_granted() => Ok(response),
             answer => Err(ManagerError::Refused { request, answer }),
@@ -162,8 +169,8 @@ impl ManagerServer {
     /// Opens the requests of a fleet, for answering.
     ///
     /// # Errors
-    /// [`OpenError::Full`] if another process answers for this fleet, [`OpenError::OtherVersion`] if it uses another
-    /// contract, else [`OpenError::SharedMemory`].
+    /// [`OpenError::Full`] if another process answers for this fleet, [`OpenError::OtherVersion`]
+    /// if it uses another contract, else [`OpenError::SharedMemory`].
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
         let service = services::manager(participant.node(), participant.fleet())?;
         Ok(Self { server: services::only_server(&service)? })
@@ -173,7 +180,10 @@ impl ManagerServer {
     ///
     /// # Errors
     /// [`ReadError::Receive`] if a connection is broken.
-    pub fn answer(&mut self, mut answer: impl FnMut(&ManagerRequest) -> ManagerResponse) -> Result<(), ReadError> {
+    pub fn answer(
+        &mut self,
+        mut answer: impl FnMut(&ManagerRequest) -> ManagerResponse,
+    ) -> Result<(), ReadError> {
         while let Some(request) = received("requests to the manager", || self.server.receive())? {
             // A client that has gone away, or is stopped, misses its answer; nobody waits for it.
             let response = answer(request.payload());
@@ -190,7 +200,8 @@ mod tests {
     use super::*;
 
     fn join(name: &str) -> Participant {
-        let fleet: FleetName = format!("unit-{name}-{}", std::process::id()).parse().expect("a name");
+        let fleet: FleetName =
+            format!("unit-{name}-{}", std::process::id()).parse().expect("a name");
         Participant::join(&fleet, "test").expect("joined")
     }
 
@@ -215,8 +226,14 @@ mod tests {
         }
         let (sent, recalled) = client.join().expect("no panic");
         assert_eq!(requests, [ManagerRequest::send(3, 40), ManagerRequest::recall(3)]);
-        assert_eq!(sent.map(|response| (response.task, response.answer())), Ok((9, Some(ManagerAnswer::Later))));
-        assert_eq!(recalled.expect_err("refused").to_string(), "refused: robot 3 was not sent anywhere");
+        assert_eq!(
+            sent.map(|response| (response.task, response.answer())),
+            Ok((9, Some(ManagerAnswer::Later)))
+        );
+        assert_eq!(
+            recalled.expect_err("refused").to_string(),
+            "refused: robot 3 was not sent anywhere"
+        );
     }
 
     #[test]
@@ -224,6 +241,9 @@ mod tests {
         let participant = join("no-manager");
         let client = ManagerClient::open_on(&participant).expect("a client");
         let error = client.send(1, 2).expect_err("nobody answers");
-        assert!(!client.has_manager() && matches!(error, ManagerError::NoManager { .. }), "{error}");
+        assert!(
+            !client.has_manager() && matches!(error, ManagerError::NoManager { .. }),
+            "{error}"
+        );
     }
 }

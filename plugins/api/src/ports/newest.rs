@@ -1,4 +1,5 @@
-//! Newest in: the receiving end of a service of which a reader wants the newest sample, or all of the last few.
+//! Newest in: the receiving end of a service of which a reader wants the newest sample, or all of
+//! the last few.
 
 use core::fmt::Debug;
 
@@ -13,11 +14,13 @@ use super::places::place;
 use super::services::{self, Ipc};
 use crate::records::sequence::{LostSamples, Sequenced};
 
-/// The largest number of samples that one search for the newest goes through: samples that dead publishers left unread
-/// come before those of the living one. It is bounded so that a publisher faster than the reader can't keep it busy.
+/// The largest number of samples that one search for the newest goes through: samples that dead
+/// publishers left unread come before those of the living one. It is bounded so that a publisher
+/// faster than the reader can't keep it busy.
 const MAX_ROUNDS: u64 = 2 * services::COLUMN_BUFFER as u64;
 
-/// Takes samples of records `T` under headers `H`, and holds the last one, so that what is handed out only borrows.
+/// Takes samples of records `T` under headers `H`, and holds the last one, so that what is handed
+/// out only borrows.
 #[derive(Debug)]
 pub(super) struct Newest<T, H>
 where

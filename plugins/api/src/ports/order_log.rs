@@ -1,5 +1,5 @@
-//! The reader's side of the order log, for recorders. (Orders themselves go to the producer alone: a second reader that
-//! stops would fill the senders' buffers.)
+//! The reader's side of the order log, for recorders. (Orders themselves go to the producer alone:
+//! a second reader that stops would fill the senders' buffers.)
 
 use super::error::OpenError;
 use super::every_tick::{TickReader, TickRecords};

@@ -12,7 +12,9 @@ use crate::records::task::NO_ROBOT;
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum OrderError {
     /// The fleet has no engine.
-    #[error("fleet '{fleet}' has no engine to take orders; start one, or name another fleet with --fleet")]
+    #[error(
+        "fleet '{fleet}' has no engine to take orders; start one, or name another fleet with --fleet"
+    )]
     NoEngine {
         /// The fleet.
         fleet: FleetName,
@@ -34,11 +36,13 @@ pub enum OrderError {
     },
 }
 
-/// Sends orders: collects them, then sends them as one sample, so that all take effect in the same tick.
+/// Sends orders: collects them, then sends them as one sample, so that all take effect in the same
+/// tick.
 ///
-/// Each order gets a token, which the events that answer it carry: a hash of the sender's name (32 bits) and a count
-/// (32 bits). So a sender's tokens are the same in every run, and those of two senders differ unless they have the same
-/// name, or one chance in four billion makes their hashes equal.
+/// Each order gets a token, which the events that answer it carry: a hash of the sender's name (32
+/// bits) and a count (32 bits). So a sender's tokens are the same in every run, and those of two
+/// senders differ unless they have the same name, or one chance in four billion makes their hashes
+/// equal.
 ///
 /// ```no_run
 /// use regatta_plugin::order::RouteLeg;
@@ -65,13 +69,15 @@ impl Orders {
     /// Opens the orders of a fleet, whether or not it has an engine yet.
     ///
     /// # Errors
-    /// [`OpenError::OtherVersion`] if the fleet uses another contract, [`OpenError::Full`] if it has
-    /// [`MAX_ORDER_SENDERS`](services::MAX_ORDER_SENDERS) senders, else [`OpenError::SharedMemory`].
+    /// [`OpenError::OtherVersion`] if the fleet uses another contract, [`OpenError::Full`] if it
+    /// has [`MAX_ORDER_SENDERS`](services::MAX_ORDER_SENDERS) senders, else
+    /// [`OpenError::SharedMemory`].
     pub fn open(fleet: &FleetName) -> Result<Self, OpenError> {
         Self::open_on(&Participant::join(fleet, &format!("orders-{}", std::process::id()))?)
     }
 
-    /// Opens the orders for a process that has joined the fleet. The participant's name is the sender's.
+    /// Opens the orders for a process that has joined the fleet. The participant's name is the
+    /// sender's.
     ///
     /// # Errors
     /// As [`open`](Self::open).
@@ -79,7 +85,12 @@ impl Orders {
         let service = services::orders(participant.node(), participant.fleet())?;
         let sender_hash = fnv1a(participant.name().as_bytes());
         Ok(Self {
-            sender: SliceSender::open(service, "orders", services::FIRST_RECORDS, services::MAX_ORDER_SENDERS)?,
+            sender: SliceSender::open(
+                service,
+                "orders",
+                services::FIRST_RECORDS,
+                services::MAX_ORDER_SENDERS,
+            )?,
             fleet: participant.fleet().clone(),
             sender_hash,
             last_token: sender_hash << 32,
@@ -97,12 +108,18 @@ impl Orders {
         self.route(OrderKind::Extend, robot, legs)
     }
 
-    /// Releases a robot's horizon up to `metres` along a leg, from where the leg is entered; infinity for all of it. The
-    /// leg is the first one with this edge and gear at or after the end of the base. Whether the leg is
-    /// [released](RouteLeg::released) or not doesn't matter. Returns the order's token.
+    /// Releases a robot's horizon up to `metres` along a leg, from where the leg is entered;
+    /// infinity for all of it. The leg is the first one with this edge and gear at or after the end
+    /// of the base. Whether the leg is [released](RouteLeg::released) or not doesn't matter.
+    /// Returns the order's token.
     pub fn release(&mut self, robot: u32, leg: RouteLeg, metres: f32) -> u64 {
-        let record =
-            OrderRecord { robot, id: leg.edge, reverse: leg.reverse.into(), s: metres, ..OrderRecord::default() };
+        let record = OrderRecord {
+            robot,
+            id: leg.edge,
+            reverse: leg.reverse.into(),
+            s: metres,
+            ..OrderRecord::default()
+        };
         self.push(OrderKind::Release, record)
     }
 
@@ -133,23 +150,36 @@ impl Orders {
 
     /// Closes an edge, by its id: no robot enters it any more. Returns the order's token.
     pub fn close_edge(&mut self, edge: u32) -> u64 {
-        self.push(OrderKind::CloseEdge, OrderRecord { robot: NO_ROBOT, id: edge, ..OrderRecord::default() })
+        self.push(
+            OrderKind::CloseEdge,
+            OrderRecord { robot: NO_ROBOT, id: edge, ..OrderRecord::default() },
+        )
     }
 
     /// Opens a closed edge again, by its id. Returns the order's token.
     pub fn open_edge(&mut self, edge: u32) -> u64 {
-        self.push(OrderKind::OpenEdge, OrderRecord { robot: NO_ROBOT, id: edge, ..OrderRecord::default() })
+        self.push(
+            OrderKind::OpenEdge,
+            OrderRecord { robot: NO_ROBOT, id: edge, ..OrderRecord::default() },
+        )
     }
 
-    /// Adds a robot on a node, by the node's id. Returns the order's token; the `Spawned` event has the
-    /// robot's id.
+    /// Adds a robot on a node, by the node's id. Returns the order's token; the `Spawned` event has
+    /// the robot's id.
     pub fn spawn_at_node(&mut self, robot_type: u32, node: u32) -> u64 {
-        self.push(OrderKind::SpawnAtNode, OrderRecord { robot_type, id: node, ..OrderRecord::default() })
+        self.push(
+            OrderKind::SpawnAtNode,
+            OrderRecord { robot_type, id: node, ..OrderRecord::default() },
+        )
     }
 
-    /// Adds a robot on an edge, by the edge's id, `s` metres from its origin. Returns the order's token.
+    /// Adds a robot on an edge, by the edge's id, `s` metres from its origin. Returns the order's
+    /// token.
     pub fn spawn_on_edge(&mut self, robot_type: u32, edge: u32, s: f32) -> u64 {
-        self.push(OrderKind::SpawnOnEdge, OrderRecord { robot_type, id: edge, s, ..OrderRecord::default() })
+        self.push(
+            OrderKind::SpawnOnEdge,
+            OrderRecord { robot_type, id: edge, s, ..OrderRecord::default() },
+        )
     }
 
     /// Removes a robot from the fleet. Returns the order's token.
@@ -176,12 +206,13 @@ impl Orders {
             return Ok(());
         }
         let header = OrderHeader { sender: self.sender_hash };
-        let receivers = self.sender.send(header, &self.records).map_err(|error| OrderError::Send {
-            reason: match error {
-                PublishError::Loan { reason, .. } | PublishError::Send { reason, .. } => reason,
-                other => other.to_string(),
-            },
-        })?;
+        let receivers =
+            self.sender.send(header, &self.records).map_err(|error| OrderError::Send {
+                reason: match error {
+                    PublishError::Loan { reason, .. } | PublishError::Send { reason, .. } => reason,
+                    other => other.to_string(),
+                },
+            })?;
         if receivers == 0 {
             let fleet = self.fleet.clone();
             return Err(match self.sender.readers() {
@@ -194,7 +225,8 @@ impl Orders {
     }
 
     fn route(&mut self, kind: OrderKind, robot: u32, legs: &[RouteLeg]) -> u64 {
-        let token = self.push(kind, OrderRecord { robot, legs: legs.len() as u32, ..OrderRecord::default() });
+        let token = self
+            .push(kind, OrderRecord { robot, legs: legs.len() as u32, ..OrderRecord::default() });
         self.records.extend(legs.iter().map(|leg| OrderRecord {
             token,
             kind: OrderKind::Leg as u32,
@@ -215,5 +247,7 @@ impl Orders {
 
 /// The FNV-1a hash, 64 bits: the same name gives the same tokens in every run.
 fn fnv1a(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3))
+    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
+    })
 }

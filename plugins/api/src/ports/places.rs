@@ -1,5 +1,5 @@
-//! The places at a service: a service has room for a fixed number of each kind of port. Where none is free, the error
-//! says who holds them.
+//! The places at a service: a service has room for a fixed number of each kind of port. Where none
+//! is free, the error says who holds them.
 
 use iceoryx2::node::NodeView;
 use iceoryx2::port::listener::ListenerCreateError;
@@ -8,8 +8,12 @@ use iceoryx2::port::publisher::PublisherCreateError;
 use iceoryx2::port::subscriber::SubscriberCreateError;
 use iceoryx2::prelude::*;
 use iceoryx2::service::builder::event::{EventOpenError, EventOpenOrCreateError};
-use iceoryx2::service::builder::publish_subscribe::{PublishSubscribeOpenError, PublishSubscribeOpenOrCreateError};
-use iceoryx2::service::builder::request_response::{RequestResponseOpenError, RequestResponseOpenOrCreateError};
+use iceoryx2::service::builder::publish_subscribe::{
+    PublishSubscribeOpenError, PublishSubscribeOpenOrCreateError,
+};
+use iceoryx2::service::builder::request_response::{
+    RequestResponseOpenError, RequestResponseOpenOrCreateError,
+};
 use iceoryx2::service::port_factory::client::ClientCreateError;
 use iceoryx2::service::port_factory::server::ServerCreateError;
 use iceoryx2::service::port_factory::{PortFactory, publish_subscribe};
@@ -60,9 +64,13 @@ pub(super) fn place<S: PortFactory<Service = Ipc>, P, E: MayBeFull>(
 ) -> Result<P, OpenError> {
     let what = service.name().as_str().to_owned();
     match guarded(create) {
-        (_, missing) if missing.any() => Err(OpenError::SharedMemory { what, reason: FULL.to_owned() }),
+        (_, missing) if missing.any() => {
+            Err(OpenError::SharedMemory { what, reason: FULL.to_owned() })
+        }
         (Ok(port), _) => Ok(port),
-        (Err(error), _) if error.is_full() => Err(OpenError::Full { holders: holders(service), service: what, limit }),
+        (Err(error), _) if error.is_full() => {
+            Err(OpenError::Full { holders: holders(service), service: what, limit })
+        }
         (Err(error), _) => Err(OpenError::SharedMemory { what, reason: error.to_string() }),
     }
 }
@@ -118,12 +126,17 @@ fn counted(names: Vec<String>) -> String {
         }
     }
     counts.sort_by(|a, b| b.1.cmp(&a.1).then_with(|| a.0.cmp(&b.0)));
-    let entries = counts.into_iter().map(|(name, count)| if count == 1 { name } else { format!("{count} × {name}") });
+    let entries = counts
+        .into_iter()
+        .map(|(name, count)| if count == 1 { name } else { format!("{count} × {name}") });
     entries.collect::<Vec<_>>().join(", ")
 }
 
 /// Returns the owner of a service's publisher: `regatta (process 4711)`.
-pub(super) fn publisher_owner<P, H>(service: &publish_subscribe::PortFactory<Ipc, P, H>, node: &Node<Ipc>) -> String
+pub(super) fn publisher_owner<P, H>(
+    service: &publish_subscribe::PortFactory<Ipc, P, H>,
+    node: &Node<Ipc>,
+) -> String
 where
     P: core::fmt::Debug + ?Sized + IceoryxSend,
     H: core::fmt::Debug + ZeroCopySend,
@@ -136,7 +149,9 @@ where
     let state = owner.and_then(|id| Node::<Ipc>::state_of(node.config(), id).ok().flatten());
     match state {
         Some(NodeState::Alive(view)) => match view.details() {
-            Some(details) => format!("{} (process {})", details.executable(), details.process_id().value()),
+            Some(details) => {
+                format!("{} (process {})", details.executable(), details.process_id().value())
+            }
             None => "another process".to_owned(),
         },
         _ => "another process".to_owned(),

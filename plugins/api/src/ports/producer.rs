@@ -1,5 +1,5 @@
-//! The producer's side of all services: frames, the world, events, columns and the order log go out; orders and requests
-//! come in.
+//! The producer's side of all services: frames, the world, events, columns and the order log go
+//! out; orders and requests come in.
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
@@ -31,9 +31,10 @@ use crate::records::world::{WorldData, WorldHeader};
 
 /// All ports of a producer. A fleet has one live producer at a time.
 ///
-/// Everything that belongs to a tick is published before its frame: first [events](Self::publish_events), the [order
-/// log](Self::publish_order_log) and [columns](Self::publish_column), then the frame. So a reader that has the frame has
-/// all of it. A [`Session`](crate::producer::Session) adds a clock, figures and the control service.
+/// Everything that belongs to a tick is published before its frame: first
+/// [events](Self::publish_events), the [order log](Self::publish_order_log) and
+/// [columns](Self::publish_column), then the frame. So a reader that has the frame has all of it. A
+/// [`Session`](crate::producer::Session) adds a clock, figures and the control service.
 ///
 /// ```
 /// use regatta_plugin::{FleetName, ProducerPorts, Result, Subscriber};
@@ -76,11 +77,12 @@ pub struct ProducerPorts {
 }
 
 impl ProducerPorts {
-    /// Opens all services of a fleet, with room for frames of `robots` robots (they can grow later).
+    /// Opens all services of a fleet, with room for frames of `robots` robots (they can grow
+    /// later).
     ///
     /// # Errors
-    /// [`OpenError::AlreadyRunning`] if the fleet has a live producer, [`OpenError::OtherVersion`] if a process
-    /// with another contract has a service open, else [`OpenError::SharedMemory`].
+    /// [`OpenError::AlreadyRunning`] if the fleet has a live producer, [`OpenError::OtherVersion`]
+    /// if a process with another contract has a service open, else [`OpenError::SharedMemory`].
     pub fn create(fleet: &FleetName, robots: usize) -> Result<Self, OpenError> {
         Self::create_on(Participant::join(fleet, "producer")?, robots)
     }
@@ -94,7 +96,8 @@ impl ProducerPorts {
         let taken = |owner| OpenError::AlreadyRunning { fleet: fleet.clone(), owner };
         let lines = frame_lines(robots.max(1));
         // First, because this publisher is the lock against a second producer.
-        let frames = SliceSender::open_only(services::frames(node, fleet)?, "a frame", lines, node, taken)?;
+        let frames =
+            SliceSender::open_only(services::frames(node, fleet)?, "a frame", lines, node, taken)?;
         let few = services::FIRST_RECORDS;
         Ok(Self {
             run_id: new_run_id(),
@@ -103,7 +106,12 @@ impl ProducerPorts {
             wake: services::notifier(&services::event(node, fleet, "wake")?)?,
             world: SliceSender::open(services::world(node, fleet)?, "the world", 1, 1)?,
             events: SliceSender::open(services::events(node, fleet)?, "events", few, 1)?,
-            order_log: SliceSender::open(services::order_log(node, fleet)?, "the order log", few, 1)?,
+            order_log: SliceSender::open(
+                services::order_log(node, fleet)?,
+                "the order log",
+                few,
+                1,
+            )?,
             closures: SliceSender::open(services::closures(node, fleet)?, "closures", few, 1)?,
             columns: BTreeMap::new(),
             orders: OrderInbox::open(&participant)?,
@@ -115,13 +123,15 @@ impl ProducerPorts {
         })
     }
 
-    /// The id of the run: it differs between any two starts of a producer. Every header that this one sends carries it.
+    /// The id of the run: it differs between any two starts of a producer. Every header that this
+    /// one sends carries it.
     pub fn run_id(&self) -> u64 {
         self.run_id
     }
 
-    /// Begins another run: what is sent from here on carries a new [run id](Self::run_id). A replay that goes back in
-    /// time does this, for example: readers then start afresh. The world must be published again.
+    /// Begins another run: what is sent from here on carries a new [run id](Self::run_id). A replay
+    /// that goes back in time does this, for example: readers then start afresh. The world must be
+    /// published again.
     pub fn begin_run(&mut self) {
         self.run_id = new_run_id();
         self.revision = 0;
@@ -132,15 +142,16 @@ impl ProducerPorts {
         &self.participant
     }
 
-    /// Loans the chunk for the next frame. `run_id`, `world_revision`, `robots` and `stride_lines` are set in
-    /// its header, the rest is zero; the values of the columns are left over from an older frame.
+    /// Loans the chunk for the next frame. `run_id`, `world_revision`, `robots` and `stride_lines`
+    /// are set in its header, the rest is zero; the values of the columns are left over from an
+    /// older frame.
     ///
-    /// Copies nothing and takes no lock. (iceoryx2 allocates one small reference count per loan, and a larger
-    /// segment when the fleet has outgrown the last.)
+    /// Copies nothing and takes no lock. (iceoryx2 allocates one small reference count per loan,
+    /// and a larger segment when the fleet has outgrown the last.)
     ///
     /// # Errors
-    /// [`PublishError::NoRoom`] or [`PublishError::MemoryFull`] if shared memory is full, [`PublishError::Loan`] while another loan is
-    /// alive.
+    /// [`PublishError::NoRoom`] or [`PublishError::MemoryFull`] if shared memory is full,
+    /// [`PublishError::Loan`] while another loan is alive.
     pub fn loan(&self, robots: usize) -> Result<FrameLoan, PublishError> {
         self.check_room(robots)?;
         let mut sample = self.frames.loan(frame_lines(robots))?;
@@ -151,11 +162,17 @@ impl ProducerPorts {
             stride_lines: stride_lines(robots) as u32,
             ..FrameHeader::default()
         };
-        Ok(FrameLoan::new(sample, robots, self.frames.sequence().clone(), Rc::clone(&self.last_tick)))
+        Ok(FrameLoan::new(
+            sample,
+            robots,
+            self.frames.sequence().clone(),
+            Rc::clone(&self.last_tick),
+        ))
     }
 
-    /// Checks that frames of `robots` robots have room. The operating system hands out shared memory that it doesn't
-    /// have, and kills the process that writes to it (`SIGBUS`): hence the check before the first frame of a size.
+    /// Checks that frames of `robots` robots have room. The operating system hands out shared
+    /// memory that it doesn't have, and kills the process that writes to it (`SIGBUS`): hence the
+    /// check before the first frame of a size.
     ///
     /// # Errors
     /// [`PublishError::NoRoom`] says how much is missing.
@@ -168,7 +185,11 @@ impl ProducerPorts {
         // If the system doesn't say how much there is, there is nothing to check.
         let available = health::space().map_or(u64::MAX, |space| space.available);
         if available < needed {
-            return Err(PublishError::NoRoom { what: "a frame", available_bytes: available, needed_bytes: needed });
+            return Err(PublishError::NoRoom {
+                what: "a frame",
+                available_bytes: available,
+                needed_bytes: needed,
+            });
         }
         self.roomy_lines.set(lines);
         Ok(())
@@ -182,8 +203,8 @@ impl ProducerPorts {
         }
     }
 
-    /// Publishes the route graph and the robot types, in place of those before. Returns the new revision,
-    /// which later frames carry.
+    /// Publishes the route graph and the robot types, in place of those before. Returns the new
+    /// revision, which later frames carry.
     ///
     /// # Errors
     /// [`PublishError`] when shared memory is full.
@@ -201,7 +222,12 @@ impl ProducerPorts {
     ///
     /// # Errors
     /// [`PublishError`]; among them that another process publishes a column of that name.
-    pub fn publish_column(&mut self, name: &str, tick: u64, values: &[f32]) -> Result<(), PublishError> {
+    pub fn publish_column(
+        &mut self,
+        name: &str,
+        tick: u64,
+        values: &[f32],
+    ) -> Result<(), PublishError> {
         let run_id = self.run_id;
         let column = self.open_column(name.parse()?)?;
         column.write(run_id, tick, values.len(), |chunk| chunk.copy_from_slice(values))
@@ -221,35 +247,54 @@ impl ProducerPorts {
         })
     }
 
-    /// Publishes the events of a tick, `dropped` of which were left out because there were too many.
+    /// Publishes the events of a tick, `dropped` of which were left out because there were too
+    /// many.
     ///
     /// # Errors
     /// [`PublishError`] when shared memory is full.
-    pub fn publish_events(&mut self, tick: u64, dropped: u64, events: &[EventRecord]) -> Result<(), PublishError> {
+    pub fn publish_events(
+        &mut self,
+        tick: u64,
+        dropped: u64,
+        events: &[EventRecord],
+    ) -> Result<(), PublishError> {
         let sequence = self.events.sequence().next(self.run_id);
-        self.events.send(EventHeader { run_id: self.run_id, tick, dropped, sequence }, events).map(drop)
+        self.events
+            .send(EventHeader { run_id: self.run_id, tick, dropped, sequence }, events)
+            .map(drop)
     }
 
     /// Publishes the orders that took effect in a tick, for readers of the order log.
     ///
     /// # Errors
     /// [`PublishError`] when shared memory is full.
-    pub fn publish_order_log(&mut self, tick: u64, orders: &[OrderRecord]) -> Result<(), PublishError> {
+    pub fn publish_order_log(
+        &mut self,
+        tick: u64,
+        orders: &[OrderRecord],
+    ) -> Result<(), PublishError> {
         let sequence = self.order_log.sequence().next(self.run_id);
-        self.order_log.send(OrderLogHeader { run_id: self.run_id, tick, sequence }, orders).map(drop)
+        self.order_log
+            .send(OrderLogHeader { run_id: self.run_id, tick, sequence }, orders)
+            .map(drop)
     }
 
     /// Publishes the edges that are closed from a tick on, sorted by id, in place of those before.
     ///
     /// # Errors
     /// [`PublishError`] when shared memory is full.
-    pub fn publish_closures(&mut self, tick: u64, edges: &[ClosedEdge]) -> Result<(), PublishError> {
+    pub fn publish_closures(
+        &mut self,
+        tick: u64,
+        edges: &[ClosedEdge],
+    ) -> Result<(), PublishError> {
         let sequence = self.closures.sequence().next(self.run_id);
         self.closures.send(ClosureHeader { run_id: self.run_id, tick, sequence }, edges).map(drop)
     }
 
-    /// Connects readers that have joined since, and gives them the newest frame, world, columns and closures. To be called every
-    /// tick, and every now and then while the clock is paused. Cheap if no reader has joined.
+    /// Connects readers that have joined since, and gives them the newest frame, world, columns and
+    /// closures. To be called every tick, and every now and then while the clock is paused. Cheap
+    /// if no reader has joined.
     pub fn update(&self) {
         self.columns.values().for_each(ColumnPublisher::update);
         self.order_log.update();
@@ -274,17 +319,21 @@ impl ProducerPorts {
         self.frames.readers()
     }
 
-    /// Passes all orders that have arrived to `each`, sample by sample; those of one sender in the order in which it
-    /// sent them. At most [`ORDER_BUFFER`](services::ORDER_BUFFER) samples per sender and call.
+    /// Passes all orders that have arrived to `each`, sample by sample; those of one sender in the
+    /// order in which it sent them. At most [`ORDER_BUFFER`](services::ORDER_BUFFER) samples per
+    /// sender and call.
     ///
     /// # Errors
     /// [`ReadError::Receive`] if a connection is broken.
-    pub fn take_orders(&mut self, each: impl FnMut(&OrderHeader, &[OrderRecord])) -> Result<(), ReadError> {
+    pub fn take_orders(
+        &mut self,
+        each: impl FnMut(&OrderHeader, &[OrderRecord]),
+    ) -> Result<(), ReadError> {
         self.orders.take(each)
     }
 
-    /// Takes the oldest control request that has arrived, with the ticket by which to [answer](Self::answer) it, at
-    /// once or later.
+    /// Takes the oldest control request that has arrived, with the ticket by which to
+    /// [answer](Self::answer) it, at once or later.
     ///
     /// # Errors
     /// [`ReadError::Receive`] if a connection is broken.
@@ -302,7 +351,12 @@ impl ProducerPorts {
     /// # Errors
     /// [`LockstepError::Timeout`] names those that haven't when `timeout` has passed;
     /// [`LockstepError::Interrupted`] when a signal arrives, or this process was asked to end.
-    pub fn wait_done(&mut self, names: &[String], tick: u64, timeout: Duration) -> Result<(), LockstepError> {
+    pub fn wait_done(
+        &mut self,
+        names: &[String],
+        tick: u64,
+        timeout: Duration,
+    ) -> Result<(), LockstepError> {
         /// How long to spin before sleeping: a reader that is nearly done then costs no wake-up.
         const SPIN: Duration = Duration::from_micros(20);
         let start = Instant::now();
@@ -321,7 +375,11 @@ impl ProducerPorts {
                 return Ok(());
             }
             if waited >= timeout {
-                return Err(LockstepError::Timeout { tick, timeout, missing: missing.cloned().collect() });
+                return Err(LockstepError::Timeout {
+                    tick,
+                    timeout,
+                    missing: missing.cloned().collect(),
+                });
             }
             drop(missing);
             // The signal may have come before the sleep, which it then doesn't end.
@@ -343,13 +401,16 @@ impl ProducerPorts {
         for name in self.reports.take_left() {
             if names.contains(&name) && !Termination::was_requested() {
                 let fleet = self.participant.fleet();
-                crate::tell!("fleet '{fleet}': {name} has left the lockstep; the run goes on without waiting for it");
+                crate::tell!(
+                    "fleet '{fleet}': {name} has left the lockstep; the run goes on without waiting for it"
+                );
             }
         }
     }
 }
 
-/// A new run id: the time and the process id, mixed (splitmix64) so that runs that start together differ in every digit.
+/// A new run id: the time and the process id, mixed (splitmix64) so that runs that start together
+/// differ in every digit.
 fn new_run_id() -> u64 {
     let mut z = wall_time_nanos() ^ (u64::from(std::process::id()) << 48);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

@@ -1,4 +1,5 @@
-//! Both sides of what a replay tells about its recording: the replay publishes it, any process reads it.
+//! Both sides of what a replay tells about its recording: the replay publishes it, any process
+//! reads it.
 
 use super::error::{OpenError, PublishError, ReadError};
 use super::newest::Newest;
@@ -7,7 +8,8 @@ use super::slices::SliceSender;
 use crate::process::join::Participant;
 use crate::records::recording::{RecordingHeader, RecordingMark};
 
-/// Publishes what a recording is and what happens in it. Only the fleet's producer does, and only if it is a replay.
+/// Publishes what a recording is and what happens in it. Only the fleet's producer does, and only
+/// if it is a replay.
 #[derive(Debug)]
 pub struct RecordingPublisher {
     sender: SliceSender<RecordingMark, RecordingHeader>,
@@ -17,20 +19,32 @@ impl RecordingPublisher {
     /// Opens a fleet's recording for writing.
     ///
     /// # Errors
-    /// [`OpenError::AlreadyRunning`] if a live process publishes it, [`OpenError::OtherVersion`] if the fleet uses another
-    /// contract, else [`OpenError::SharedMemory`].
+    /// [`OpenError::AlreadyRunning`] if a live process publishes it, [`OpenError::OtherVersion`] if
+    /// the fleet uses another contract, else [`OpenError::SharedMemory`].
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
         let (node, fleet) = (participant.node(), participant.fleet());
         let service = services::recording(node, fleet)?;
         let taken = |owner| OpenError::AlreadyRunning { fleet: fleet.clone(), owner };
-        Ok(Self { sender: SliceSender::open_only(service, "recording", services::FIRST_RECORDS, node, taken)? })
+        Ok(Self {
+            sender: SliceSender::open_only(
+                service,
+                "recording",
+                services::FIRST_RECORDS,
+                node,
+                taken,
+            )?,
+        })
     }
 
     /// Publishes the header and all marks. Fills in the header's `sequence`.
     ///
     /// # Errors
     /// [`PublishError`] when shared memory is full.
-    pub fn publish(&mut self, header: &RecordingHeader, marks: &[RecordingMark]) -> Result<(), PublishError> {
+    pub fn publish(
+        &mut self,
+        header: &RecordingHeader,
+        marks: &[RecordingMark],
+    ) -> Result<(), PublishError> {
         let sequence = self.sender.sequence().next(header.run_id);
         self.sender.send(RecordingHeader { sequence, ..*header }, marks).map(drop)
     }
@@ -93,19 +107,34 @@ mod tests {
 
     #[test]
     fn a_late_reader_gets_the_name_and_the_marks_and_only_one_process_publishes_them() {
-        let name: FleetName = format!("unit-recording-{}", std::process::id()).parse().expect("a name");
+        let name: FleetName =
+            format!("unit-recording-{}", std::process::id()).parse().expect("a name");
         let participant = Participant::join(&name, "test").expect("joined");
         let mut publisher = RecordingPublisher::open_on(&participant).expect("a publisher");
         let second = RecordingPublisher::open_on(&participant).expect_err("one at a time");
         assert!(matches!(second, OpenError::AlreadyRunning { .. }), "{second}");
-        let marks = [RecordingMark { time_nanos: 5, kind: MarkKind::Fault as u32, robot: 7, count: 2, reserved: 0 }];
-        let header = RecordingHeader { run_id: 3, end_nanos: 9, ahead_nanos: 4, ..RecordingHeader::new("a run.mcap") };
+        let marks = [RecordingMark {
+            time_nanos: 5,
+            kind: MarkKind::Fault as u32,
+            robot: 7,
+            count: 2,
+            reserved: 0,
+        }];
+        let header = RecordingHeader {
+            run_id: 3,
+            end_nanos: 9,
+            ahead_nanos: 4,
+            ..RecordingHeader::new("a run.mcap")
+        };
         publisher.publish(&header, &marks).expect("published");
         let mut reader = RecordingReader::open_on(&participant).expect("a reader");
         publisher.update();
         assert!(reader.take().expect("readable"));
         let found = reader.current().expect("a sample");
-        assert_eq!((found.header.file(), found.header.time_of(6), found.marks), ("a run.mcap", 10, &marks[..]));
+        assert_eq!(
+            (found.header.file(), found.header.time_of(6), found.marks),
+            ("a run.mcap", 10, &marks[..])
+        );
         assert_eq!(found.marks[0].kind(), Some(MarkKind::Fault));
         reader.forget();
         assert!(reader.current().is_none());

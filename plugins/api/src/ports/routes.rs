@@ -37,7 +37,9 @@ pub enum RouteError {
         timeout: Duration,
     },
     /// iceoryx2 can't deliver it.
-    #[error("can't reach the engine of fleet '{fleet}' ({reason}); `regatta doctor` reports what is wrong")]
+    #[error(
+        "can't reach the engine of fleet '{fleet}' ({reason}); `regatta doctor` reports what is wrong"
+    )]
     Connection {
         /// The fleet.
         fleet: FleetName,
@@ -74,8 +76,9 @@ impl RouteClient {
     /// Opens the routes of a fleet, whether or not it has an engine yet.
     ///
     /// # Errors
-    /// [`OpenError::OtherVersion`] if the fleet uses another contract, [`OpenError::Full`] if it has
-    /// [`MAX_ROUTE_CLIENTS`](services::MAX_ROUTE_CLIENTS) clients, else [`OpenError::SharedMemory`].
+    /// [`OpenError::OtherVersion`] if the fleet uses another contract, [`OpenError::Full`] if it
+    /// has [`MAX_ROUTE_CLIENTS`](services::MAX_ROUTE_CLIENTS) clients, else
+    /// [`OpenError::SharedMemory`].
     pub fn open(fleet: &FleetName) -> Result<Self, OpenError> {
         Self::open_on(&Participant::join(fleet, "routes")?)
     }
@@ -86,10 +89,14 @@ impl RouteClient {
     /// As [`open`](Self::open).
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
         let service = services::routes(participant.node(), participant.fleet())?;
-        Ok(Self { asker: Asker::open(service, services::MAX_ROUTE_CLIENTS)?, fleet: participant.fleet().clone() })
+        Ok(Self {
+            asker: Asker::open(service, services::MAX_ROUTE_CLIENTS)?,
+            fleet: participant.fleet().clone(),
+        })
     }
 
-    /// Whether somebody answers: an engine does. One that was killed counts until another process joins the fleet.
+    /// Whether somebody answers: an engine does. One that was killed counts until another process
+    /// joins the fleet.
     pub fn has_routes(&self) -> bool {
         self.asker.has_server()
     }
@@ -99,15 +106,22 @@ impl RouteClient {
     /// # Errors
     /// [`RouteError`].
     pub fn route(&mut self, robot: u32) -> Result<RouteResponse, RouteError> {
-        self.routes(&[robot], Self::TIMEOUT)?.pop().ok_or(RouteError::Gone { fleet: self.fleet.clone() })
+        self.routes(&[robot], Self::TIMEOUT)?
+            .pop()
+            .ok_or(RouteError::Gone { fleet: self.fleet.clone() })
     }
 
-    /// Asks for several robots' routes at once, and waits for all of them, `timeout` in all. The answers come in the
-    /// order of the robots, [`MAX_OPEN_ROUTES`](services::MAX_OPEN_ROUTES) or so of the same tick.
+    /// Asks for several robots' routes at once, and waits for all of them, `timeout` in all. The
+    /// answers come in the order of the robots, [`MAX_OPEN_ROUTES`](services::MAX_OPEN_ROUTES) or
+    /// so of the same tick.
     ///
     /// # Errors
     /// [`RouteError`].
-    pub fn routes(&mut self, robots: &[u32], timeout: Duration) -> Result<Vec<RouteResponse>, RouteError> {
+    pub fn routes(
+        &mut self,
+        robots: &[u32],
+        timeout: Duration,
+    ) -> Result<Vec<RouteResponse>, RouteError> {
         let failed = |reason| self.failed(reason, timeout);
         let start = Instant::now();
         let mut routes = Vec::with_capacity(robots.len());
@@ -121,8 +135,8 @@ impl RouteClient {
         Ok(routes)
     }
 
-    /// Asks for a robot's route without waiting for the answer. At most [`MAX_OPEN_ROUTES`](services::MAX_OPEN_ROUTES)
-    /// answers may be pending at a time.
+    /// Asks for a robot's route without waiting for the answer. At most
+    /// [`MAX_OPEN_ROUTES`](services::MAX_OPEN_ROUTES) answers may be pending at a time.
     ///
     /// # Errors
     /// [`RouteError`].
@@ -133,7 +147,8 @@ impl RouteClient {
             .map_err(|reason| self.failed(reason, Duration::ZERO))
     }
 
-    /// Returns the answer to [`ask`](Self::ask), once it has come. The producer answers between two ticks.
+    /// Returns the answer to [`ask`](Self::ask), once it has come. The producer answers between two
+    /// ticks.
     ///
     /// # Errors
     /// [`RouteError`]: it will never come.
@@ -175,15 +190,15 @@ impl RouteServer {
     /// Opens the routes of a fleet, for answering.
     ///
     /// # Errors
-    /// [`OpenError::Full`] if another process answers for this fleet, [`OpenError::OtherVersion`] if it uses another
-    /// contract, else [`OpenError::SharedMemory`].
+    /// [`OpenError::Full`] if another process answers for this fleet, [`OpenError::OtherVersion`]
+    /// if it uses another contract, else [`OpenError::SharedMemory`].
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
         let service = services::routes(participant.node(), participant.fleet())?;
         Ok(Self { server: services::only_server(&service)? })
     }
 
-    /// Answers what was asked since the last call, at most `most` requests; the rest waits for the next call. Allocates
-    /// nothing of its own.
+    /// Answers what was asked since the last call, at most `most` requests; the rest waits for the
+    /// next call. Allocates nothing of its own.
     ///
     /// # Errors
     /// [`ReadError::Receive`] if a connection is broken.
@@ -193,7 +208,9 @@ impl RouteServer {
         mut answer: impl FnMut(&RouteRequest) -> RouteResponse,
     ) -> Result<(), ReadError> {
         for _ in 0..most {
-            let Some(request) = received("route requests", || self.server.receive())? else { break };
+            let Some(request) = received("route requests", || self.server.receive())? else {
+                break;
+            };
             // A client that has gone away, or is stopped, misses its answer; nobody waits for it.
             let response = answer(request.payload());
             if let Err(error) = reply(&request, response) {

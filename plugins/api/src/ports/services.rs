@@ -1,9 +1,10 @@
-//! The services of a fleet: their names and their quality of service, in one file because each number is a memory
-//! decision.
+//! The services of a fleet: their names and their quality of service, in one file because each
+//! number is a memory decision.
 //!
-//! A publisher's segment holds `subscribers × (buffer + borrowed) + history + loaned` chunks. Chunks are
-//! address space only until they are written, and the pool hands out the chunk freed last, so what counts for
-//! resident memory is how many chunks are in use at one time. All segments grow by powers of two.
+//! A publisher's segment holds `subscribers × (buffer + borrowed) + history + loaned` chunks.
+//! Chunks are address space only until they are written, and the pool hands out the chunk freed
+//! last, so what counts for resident memory is how many chunks are in use at one time. All segments
+//! grow by powers of two.
 //!
 //! | service | subscribers | buffer | borrowed | history | loaned | chunks | chunk at 1 M robots |
 //! |---|---|---|---|---|---|---|---|
@@ -21,12 +22,14 @@
 //! | done, per reader | 64 | 1 | 1 | 1 | 1 | 130 | 80 B |
 //! | routes, the server's answers | 16 | 1 | 1 | 0 | 1 | 8 per client and open request | 1056 B: 0.3 MB |
 //!
-//! Resident for frames: the newest frame (history; its readers share it), the one being written, and one more
-//! for each *different* old frame that a slow reader holds. At 1 M robots that is 50 MB, 75 MB with a reader
-//! that keeps its frame for longer than a tick, and 25 MB more for each reader stopped on a frame of its own.
+//! Resident for frames: the newest frame (history; its readers share it), the one being written,
+//! and one more for each *different* old frame that a slow reader holds. At 1 M robots that is 50
+//! MB, 75 MB with a reader that keeps its frame for longer than a tick, and 25 MB more for each
+//! reader stopped on a frame of its own.
 //!
-//! A reader of columns or contacts takes only the newest, and has a buffer of 1. A reader that wants all of them (a
-//! recorder) has a buffer of 8: while it is stopped, up to 8 old samples of each stay resident for it.
+//! A reader of columns or contacts takes only the newest, and has a buffer of 1. A reader that
+//! wants all of them (a recorder) has a buffer of 8: while it is stopped, up to 8 old samples of
+//! each stay resident for it.
 
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
@@ -56,24 +59,26 @@ use crate::records::task::{TaskHeader, TaskRecord};
 use crate::records::traffic::{EdgeTraffic, TrafficHeader};
 use crate::records::world::WorldHeader;
 
-/// The chunks of the frames' segment that are written to while there are one or two readers, of the many that it has
-/// room for: the loaned one, the newest, and one that a reader holds.
+/// The chunks of the frames' segment that are written to while there are one or two readers, of the
+/// many that it has room for: the loaned one, the newest, and one that a reader holds.
 pub const CHUNKS_IN_USE: usize = 3;
 
 /// The largest number of readers of frames, world, events or one column at the same time.
 pub const MAX_READERS: usize = 64;
-/// The largest number of frames, worlds, contacts or samples of one column that a reader may hold at the same time.
-/// Readers in Rust hold one.
-/// In a loop over frames in Python, the variable still refers to the last frame when the next is asked for.
+/// The largest number of frames, worlds, contacts or samples of one column that a reader may hold
+/// at the same time. Readers in Rust hold one. In a loop over frames in Python, the variable still
+/// refers to the last frame when the next is asked for.
 pub const MAX_HELD: usize = 2;
-/// The largest number of processes at one service: the producer, readers, senders of orders, control clients.
+/// The largest number of processes at one service: the producer, readers, senders of orders,
+/// control clients.
 pub const MAX_PARTICIPANTS: usize = 128;
 /// The largest number of senders of orders at the same time.
 pub const MAX_ORDER_SENDERS: usize = 16;
-/// The number of samples of a column, or of contacts, that a reader of all samples may lag behind before it loses the
-/// oldest.
+/// The number of samples of a column, or of contacts, that a reader of all samples may lag behind
+/// before it loses the oldest.
 pub const COLUMN_BUFFER: usize = 8;
-/// The largest number of samples of orders that wait for the next tick, per sender. More are refused.
+/// The largest number of samples of orders that wait for the next tick, per sender. More are
+/// refused.
 pub const ORDER_BUFFER: usize = 256;
 /// The number of ticks with events that a reader may lag behind before it loses the oldest.
 pub const EVENT_BUFFER: usize = 64;
@@ -103,7 +108,8 @@ pub(crate) type Events = publish_subscribe::PortFactory<Ipc, [EventRecord], Even
 pub(crate) type Orders = publish_subscribe::PortFactory<Ipc, [OrderRecord], OrderHeader>;
 pub(crate) type Column = publish_subscribe::PortFactory<Ipc, [Line], ColumnHeader>;
 pub(crate) type Contacts = publish_subscribe::PortFactory<Ipc, [ContactRecord], ContactHeader>;
-pub(crate) type ContactEvents = publish_subscribe::PortFactory<Ipc, [ContactEvent], ContactEventHeader>;
+pub(crate) type ContactEvents =
+    publish_subscribe::PortFactory<Ipc, [ContactEvent], ContactEventHeader>;
 pub(crate) type OrderLogs = publish_subscribe::PortFactory<Ipc, [OrderRecord], OrderLogHeader>;
 pub(crate) type Tasks = publish_subscribe::PortFactory<Ipc, [TaskRecord], TaskHeader>;
 pub(crate) type Traffic = publish_subscribe::PortFactory<Ipc, [EdgeTraffic], TrafficHeader>;
@@ -112,8 +118,10 @@ pub(crate) type Spots = publish_subscribe::PortFactory<Ipc, [HotSpot], HistoryHe
 pub(crate) type Closures = publish_subscribe::PortFactory<Ipc, [ClosedEdge], ClosureHeader>;
 pub(crate) type Recording = publish_subscribe::PortFactory<Ipc, [RecordingMark], RecordingHeader>;
 pub(crate) type Dones = publish_subscribe::PortFactory<Ipc, Done, ()>;
-pub(crate) type Control = request_response::PortFactory<Ipc, ControlRequest, (), ControlResponse, ()>;
-pub(crate) type Manager = request_response::PortFactory<Ipc, ManagerRequest, (), ManagerResponse, ()>;
+pub(crate) type Control =
+    request_response::PortFactory<Ipc, ControlRequest, (), ControlResponse, ()>;
+pub(crate) type Manager =
+    request_response::PortFactory<Ipc, ManagerRequest, (), ManagerResponse, ()>;
 pub(crate) type Routes = request_response::PortFactory<Ipc, RouteRequest, (), RouteResponse, ()>;
 
 /// Returns the name of one of a fleet's services, for example `regatta/F/frames`.
@@ -121,7 +129,8 @@ pub fn service_name(fleet: &FleetName, service: &str) -> String {
     format!("regatta/{fleet}/{service}")
 }
 
-/// Opens the frames. A fleet has one producer at a time: its publisher is also the lock against a second one.
+/// Opens the frames. A fleet has one producer at a time: its publisher is also the lock against a
+/// second one.
 pub(crate) fn frames(node: &Node<Ipc>, fleet: &FleetName) -> Result<Frames, OpenError> {
     open(node, fleet, "frames", MessagingPattern::PublishSubscribe, |builder, version| {
         newest_only(builder.publish_subscribe::<[Line]>().user_header::<FrameHeader>(), 1)
@@ -138,11 +147,18 @@ pub(crate) fn world(node: &Node<Ipc>, fleet: &FleetName) -> Result<World, OpenEr
 }
 
 /// Opens a column: one value per robot, from a plugin.
-pub(crate) fn column(node: &Node<Ipc>, fleet: &FleetName, column: &ColumnName) -> Result<Column, OpenError> {
+pub(crate) fn column(
+    node: &Node<Ipc>,
+    fleet: &FleetName,
+    column: &ColumnName,
+) -> Result<Column, OpenError> {
     let service = format!("columns/{column}");
     open(node, fleet, &service, MessagingPattern::PublishSubscribe, |builder, version| {
-        newest_only(builder.publish_subscribe::<[Line]>().user_header::<ColumnHeader>(), COLUMN_BUFFER)
-            .open_or_create_with_attributes(version)
+        newest_only(
+            builder.publish_subscribe::<[Line]>().user_header::<ColumnHeader>(),
+            COLUMN_BUFFER,
+        )
+        .open_or_create_with_attributes(version)
     })
 }
 
@@ -157,13 +173,19 @@ pub(crate) fn events(node: &Node<Ipc>, fleet: &FleetName) -> Result<Events, Open
 /// Opens the contacts: pairs of robots that touch, or may.
 pub(crate) fn contacts(node: &Node<Ipc>, fleet: &FleetName) -> Result<Contacts, OpenError> {
     open(node, fleet, "contacts", MessagingPattern::PublishSubscribe, |builder, version| {
-        newest_only(builder.publish_subscribe::<[ContactRecord]>().user_header::<ContactHeader>(), COLUMN_BUFFER)
-            .open_or_create_with_attributes(version)
+        newest_only(
+            builder.publish_subscribe::<[ContactRecord]>().user_header::<ContactHeader>(),
+            COLUMN_BUFFER,
+        )
+        .open_or_create_with_attributes(version)
     })
 }
 
 /// Opens the changes of contacts.
-pub(crate) fn contact_events(node: &Node<Ipc>, fleet: &FleetName) -> Result<ContactEvents, OpenError> {
+pub(crate) fn contact_events(
+    node: &Node<Ipc>,
+    fleet: &FleetName,
+) -> Result<ContactEvents, OpenError> {
     open(node, fleet, "contact_events", MessagingPattern::PublishSubscribe, |builder, version| {
         recent(builder.publish_subscribe::<[ContactEvent]>().user_header::<ContactEventHeader>())
             .open_or_create_with_attributes(version)
@@ -210,7 +232,8 @@ pub(crate) fn spots(node: &Node<Ipc>, fleet: &FleetName) -> Result<Spots, OpenEr
     })
 }
 
-/// Opens the closed edges. They aren't part of the world, because a new world makes every reader begin anew.
+/// Opens the closed edges. They aren't part of the world, because a new world makes every reader
+/// begin anew.
 pub(crate) fn closures(node: &Node<Ipc>, fleet: &FleetName) -> Result<Closures, OpenError> {
     open(node, fleet, "closures", MessagingPattern::PublishSubscribe, |builder, version| {
         newest_only(builder.publish_subscribe::<[ClosedEdge]>().user_header::<ClosureHeader>(), 1)
@@ -221,8 +244,11 @@ pub(crate) fn closures(node: &Node<Ipc>, fleet: &FleetName) -> Result<Closures, 
 /// Opens what a replay tells about its recording.
 pub(crate) fn recording(node: &Node<Ipc>, fleet: &FleetName) -> Result<Recording, OpenError> {
     open(node, fleet, "recording", MessagingPattern::PublishSubscribe, |builder, version| {
-        newest_only(builder.publish_subscribe::<[RecordingMark]>().user_header::<RecordingHeader>(), 1)
-            .open_or_create_with_attributes(version)
+        newest_only(
+            builder.publish_subscribe::<[RecordingMark]>().user_header::<RecordingHeader>(),
+            1,
+        )
+        .open_or_create_with_attributes(version)
     })
 }
 
@@ -243,8 +269,8 @@ pub(crate) fn orders(node: &Node<Ipc>, fleet: &FleetName) -> Result<Orders, Open
     })
 }
 
-/// Opens the lockstep reports: which tick each reader has finished. The producer reads them, and so do plugins that come
-/// after others; one that joins late gets the last report of each.
+/// Opens the lockstep reports: which tick each reader has finished. The producer reads them, and so
+/// do plugins that come after others; one that joins late gets the last report of each.
 pub(crate) fn done(node: &Node<Ipc>, fleet: &FleetName) -> Result<Dones, OpenError> {
     open(node, fleet, "done", MessagingPattern::PublishSubscribe, |builder, version| {
         builder
@@ -290,13 +316,17 @@ pub(crate) fn manager(node: &Node<Ipc>, fleet: &FleetName) -> Result<Manager, Op
     })
 }
 
-/// Opens an event service, which carries no data: `wake` wakes readers after a frame, `done` wakes those that wait for
-/// lockstep reports.
+/// Opens an event service, which carries no data: `wake` wakes readers after a frame, `done` wakes
+/// those that wait for lockstep reports.
 ///
-/// Notifying can't block: a listener has a flag in shared memory and a datagram socket. Only the notifier
-/// that sets the flag writes to the socket, it does so without blocking, and a full buffer counts as success.
-/// A stopped reader thus costs one datagram, and nothing from then on.
-pub(crate) fn event(node: &Node<Ipc>, fleet: &FleetName, service: &str) -> Result<event::PortFactory<Ipc>, OpenError> {
+/// Notifying can't block: a listener has a flag in shared memory and a datagram socket. Only the
+/// notifier that sets the flag writes to the socket, it does so without blocking, and a full buffer
+/// counts as success. A stopped reader thus costs one datagram, and nothing from then on.
+pub(crate) fn event(
+    node: &Node<Ipc>,
+    fleet: &FleetName,
+    service: &str,
+) -> Result<event::PortFactory<Ipc>, OpenError> {
     open(node, fleet, service, MessagingPattern::Event, |builder, version| {
         builder
             .event()
@@ -318,8 +348,8 @@ pub(crate) fn listener(service: &event::PortFactory<Ipc>) -> Result<Listener<Ipc
 
 type Builder<P, H> = iceoryx2::service::builder::publish_subscribe::Builder<[P], H, Ipc>;
 
-/// One publisher. Readers, late ones too, get the newest sample, or up to the last `buffer` samples. The publisher never
-/// waits for them.
+/// One publisher. Readers, late ones too, get the newest sample, or up to the last `buffer`
+/// samples. The publisher never waits for them.
 fn newest_only<P, H>(builder: Builder<P, H>, buffer: usize) -> Builder<P, H>
 where
     P: core::fmt::Debug + ZeroCopySend,
@@ -335,7 +365,8 @@ where
         .max_nodes(MAX_PARTICIPANTS)
 }
 
-/// One publisher. Readers get the last [`EVENT_BUFFER`] samples since they joined. The publisher never waits for them.
+/// One publisher. Readers get the last [`EVENT_BUFFER`] samples since they joined. The publisher
+/// never waits for them.
 fn recent<P, H>(builder: Builder<P, H>) -> Builder<P, H>
 where
     P: core::fmt::Debug + ZeroCopySend,
@@ -353,7 +384,8 @@ where
 
 type AskBuilder<Q, A> = iceoryx2::service::builder::request_response::Builder<Q, (), A, (), Ipc>;
 
-/// One server, which gives each request one answer. No overflow: a request arrives, or its sender gets an error.
+/// One server, which gives each request one answer. No overflow: a request arrives, or its sender
+/// gets an error.
 fn one_server<Q, A>(builder: AskBuilder<Q, A>) -> AskBuilder<Q, A>
 where
     Q: core::fmt::Debug + ZeroCopySend,
@@ -379,12 +411,14 @@ where
     A: core::fmt::Debug + ZeroCopySend,
 {
     place(service, 1, || {
-        let builder = service.server_builder().backpressure_strategy(BackpressureStrategy::DiscardData);
+        let builder =
+            service.server_builder().backpressure_strategy(BackpressureStrategy::DiscardData);
         builder.max_loaned_responses_per_request(1).create()
     })
 }
 
-/// The number of attempts to open a service, 50 ms apart: services come and go while other processes start and stop.
+/// The number of attempts to open a service, 50 ms apart: services come and go while other
+/// processes start and stop.
 const ATTEMPTS: usize = 10;
 
 fn open<S, E: MayBeFull>(
@@ -408,14 +442,19 @@ fn open<S, E: MayBeFull>(
             Ok(service) => return Ok(service),
             Err(error) => error,
         };
-        // Even if iceoryx2 has already found that the payload types differ: the version explains the reason.
+        // Even if iceoryx2 has already found that the payload types differ: the version explains
+        // the reason.
         if let Some(theirs) = other_version(node, &name, pattern) {
             return Err(OpenError::OtherVersion { fleet: fleet.clone(), service: what, theirs });
         }
         attempts += 1;
         if attempts == ATTEMPTS {
             return Err(match error.is_full() {
-                true => OpenError::Full { service: what, limit: MAX_PARTICIPANTS, holders: participants(node, fleet) },
+                true => OpenError::Full {
+                    service: what,
+                    limit: MAX_PARTICIPANTS,
+                    holders: participants(node, fleet),
+                },
                 false => failed(error.to_string()),
             });
         }
@@ -435,7 +474,11 @@ fn version_attribute(version: u32) -> Result<AttributeVerifier, OpenError> {
 }
 
 /// Returns the contract version of an existing service if it isn't ours.
-fn other_version(node: &Node<Ipc>, name: &ServiceName, pattern: MessagingPattern) -> Option<String> {
+fn other_version(
+    node: &Node<Ipc>,
+    name: &ServiceName,
+    pattern: MessagingPattern,
+) -> Option<String> {
     let theirs = version_of(&Ipc::details(name, node.config(), pattern).ok()??.static_details);
     (theirs != CONTRACT_VERSION.to_string()).then_some(theirs)
 }

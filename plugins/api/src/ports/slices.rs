@@ -22,7 +22,8 @@ use crate::process::health;
 
 type Service<T, H> = publish_subscribe::PortFactory<Ipc, [T], H>;
 
-/// The sequence numbers of what is sent in a run. A loan that is sent later takes its number when it is sent.
+/// The sequence numbers of what is sent in a run. A loan that is sent later takes its number when
+/// it is sent.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sequence(Rc<Cell<(u64, u64)>>);
 
@@ -55,7 +56,8 @@ where
 #[derive(Debug, Default)]
 struct Reserved {
     chunks: HashMap<usize, usize>,
-    /// The longest slice so far. A longer one may come from a new segment, at addresses that another one had.
+    /// The longest slice so far. A longer one may come from a new segment, at addresses that
+    /// another one had.
     longest: usize,
 }
 
@@ -85,8 +87,8 @@ where
     T: AnyBitPattern + Debug + ZeroCopySend,
     H: Debug + Default + ZeroCopySend,
 {
-    /// Opens the sending end of a service with room for `senders` of them. The first segment holds slices of
-    /// `first_len` records; longer ones make it grow.
+    /// Opens the sending end of a service with room for `senders` of them. The first segment holds
+    /// slices of `first_len` records; longer ones make it grow.
     pub(super) fn open(
         service: Service<T, H>,
         what: &'static str,
@@ -97,7 +99,8 @@ where
         Ok(Self::of(publisher, service, what))
     }
 
-    /// Opens the one sending end of a service. `taken` makes the error if another process has it, given its owner.
+    /// Opens the one sending end of a service. `taken` makes the error if another process has it,
+    /// given its owner.
     pub(super) fn open_only(
         service: Service<T, H>,
         what: &'static str,
@@ -119,7 +122,13 @@ where
     }
 
     fn of(publisher: Publisher<Ipc, [T], H>, service: Service<T, H>, what: &'static str) -> Self {
-        Self { publisher, service, sequence: Sequence::default(), reserved: RefCell::default(), what }
+        Self {
+            publisher,
+            service,
+            sequence: Sequence::default(),
+            reserved: RefCell::default(),
+            what,
+        }
     }
 
     /// Sends copies of `records`, and returns how many readers have them.
@@ -129,24 +138,30 @@ where
         send(sample, self.what)
     }
 
-    /// Loans the memory of `len` records, to be written in place. Their values are left over from an older sample.
+    /// Loans the memory of `len` records, to be written in place. Their values are left over from
+    /// an older sample.
     #[expect(unsafe_code, reason = "the one way to loan a chunk without writing it twice")]
     pub(super) fn loan(&self, len: usize) -> Result<SampleMut<Ipc, [T], H>, PublishError> {
         let sample = self.loan_uninit(len)?;
-        // SAFETY: every bit pattern is a value of `T` (`AnyBitPattern`), and the chunk is mapped from a shared-memory
-        // file: its bytes are zero or those of an older sample, never undefined.
+        // SAFETY: every bit pattern is a value of `T` (`AnyBitPattern`), and the chunk is mapped
+        // from a shared-memory file: its bytes are zero or those of an older sample, never
+        // undefined.
         Ok(unsafe { sample.assume_init() })
     }
 
     /// Loans a chunk that has memory.
-    fn loan_uninit(&self, len: usize) -> Result<SampleMutUninit<Ipc, [MaybeUninit<T>], H>, PublishError> {
+    fn loan_uninit(
+        &self,
+        len: usize,
+    ) -> Result<SampleMutUninit<Ipc, [MaybeUninit<T>], H>, PublishError> {
         let full = PublishError::MemoryFull { what: self.what };
         if len > self.reserved.borrow().longest && !has_room(len * size_of::<T>()) {
             return Err(full);
         }
         let (loaned, missing) = full_memory::guarded(|| self.publisher.loan_slice_uninit(len));
         if missing.any() {
-            // iceoryx2 has written the chunk's header. Other chunks are whole, and this one is from here on.
+            // iceoryx2 has written the chunk's header. Other chunks are whole, and this one is from
+            // here on.
             drop(loaned);
             return match full_memory::restore(&missing) {
                 true => Err(full),
@@ -165,7 +180,8 @@ where
         &self.sequence
     }
 
-    /// Connects readers that have joined since, and gives them what the service keeps for late joiners.
+    /// Connects readers that have joined since, and gives them what the service keeps for late
+    /// joiners.
     pub(super) fn update(&self) {
         let (updated, missing) = full_memory::guarded(|| self.publisher.update_connections());
         if missing.any() {
@@ -187,33 +203,40 @@ where
     }
 }
 
-/// The allowance in bytes for what a new segment takes beside its chunks: ten times the 24 KiB that the one with the most chunks
-/// (4161, of events) was measured to take.
+/// The allowance in bytes for what a new segment takes beside its chunks: ten times the 24 KiB that
+/// the one with the most chunks (4161, of events) was measured to take.
 const SEGMENT_MANAGEMENT: u64 = 256 << 10;
 
-/// Whether there is memory for a new segment, and a chunk of this size in it. A segment without memory for its management data
-/// could not be repaired later.
+/// Whether there is memory for a new segment, and a chunk of this size in it. A segment without
+/// memory for its management data could not be repaired later.
 fn has_room(bytes: usize) -> bool {
     // If the system doesn't say how much there is, there is nothing to check.
     health::space().map_or(true, |space| space.available >= bytes as u64 + SEGMENT_MANAGEMENT)
 }
 
 /// Sends a sample, and returns how many readers have it.
-pub(super) fn send<T, H>(sample: SampleMut<Ipc, [T], H>, what: &'static str) -> Result<usize, PublishError>
+pub(super) fn send<T, H>(
+    sample: SampleMut<Ipc, [T], H>,
+    what: &'static str,
+) -> Result<usize, PublishError>
 where
     T: Debug + ZeroCopySend,
     H: Debug + ZeroCopySend,
 {
     let (sent, missing) = full_memory::guarded(|| sample.send());
     if missing.any() {
-        // Sending connects readers that have joined. One of them couldn't be connected, and has an error.
+        // Sending connects readers that have joined. One of them couldn't be connected, and has an
+        // error.
         tracing::warn!("connecting a reader of {what}: {FULL}");
         return Ok(sent.unwrap_or_default());
     }
     sent.map_err(|e| PublishError::Send { what, reason: e.to_string() })
 }
 
-fn create<T, H>(service: &Service<T, H>, first_len: usize) -> Result<Publisher<Ipc, [T], H>, PublisherCreateError>
+fn create<T, H>(
+    service: &Service<T, H>,
+    first_len: usize,
+) -> Result<Publisher<Ipc, [T], H>, PublisherCreateError>
 where
     T: Debug + ZeroCopySend,
     H: Debug + Default + ZeroCopySend,

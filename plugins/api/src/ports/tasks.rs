@@ -17,16 +17,25 @@ impl TaskPublisher {
     /// Opens a fleet's task log for writing.
     ///
     /// # Errors
-    /// [`OpenError::TasksTaken`] if a live process publishes it, [`OpenError::OtherVersion`] if the fleet uses another
-    /// contract, else [`OpenError::SharedMemory`].
+    /// [`OpenError::TasksTaken`] if a live process publishes it, [`OpenError::OtherVersion`] if the
+    /// fleet uses another contract, else [`OpenError::SharedMemory`].
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
         let (node, fleet) = (participant.node(), participant.fleet());
         let service = services::tasks(node, fleet)?;
         let taken = |owner| OpenError::TasksTaken { fleet: fleet.clone(), owner };
-        Ok(Self { tasks: SliceSender::open_only(service, "the task log", services::FIRST_RECORDS, node, taken)? })
+        Ok(Self {
+            tasks: SliceSender::open_only(
+                service,
+                "the task log",
+                services::FIRST_RECORDS,
+                node,
+                taken,
+            )?,
+        })
     }
 
-    /// Publishes the records of one tick, `dropped` of which were left out because there were too many.
+    /// Publishes the records of one tick, `dropped` of which were left out because there were too
+    /// many.
     ///
     /// # Errors
     /// [`PublishError`] when shared memory is full.
@@ -52,7 +61,8 @@ impl TaskPublisher {
     }
 }
 
-/// What happened to tasks in one tick, borrowed from shared memory, in the order in which it happened.
+/// What happened to tasks in one tick, borrowed from shared memory, in the order in which it
+/// happened.
 pub type Tasks<'sample> = TickRecords<'sample, TaskHeader, TaskRecord>;
 
 /// Reads a fleet's task log.

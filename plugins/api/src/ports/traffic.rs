@@ -19,23 +19,36 @@ impl TrafficPublisher {
     /// Opens a fleet's traffic for writing.
     ///
     /// # Errors
-    /// [`OpenError::TrafficTaken`] if a live process publishes it, [`OpenError::OtherVersion`] if the fleet uses another contract,
-    /// else [`OpenError::SharedMemory`].
+    /// [`OpenError::TrafficTaken`] if a live process publishes it, [`OpenError::OtherVersion`] if
+    /// the fleet uses another contract, else [`OpenError::SharedMemory`].
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
         let (node, fleet) = (participant.node(), participant.fleet());
         let service = services::traffic(node, fleet)?;
         let taken = |owner| OpenError::TrafficTaken { fleet: fleet.clone(), owner };
-        Ok(Self { sender: SliceSender::open_only(service, "traffic", services::FIRST_RECORDS, node, taken)? })
+        Ok(Self {
+            sender: SliceSender::open_only(
+                service,
+                "traffic",
+                services::FIRST_RECORDS,
+                node,
+                taken,
+            )?,
+        })
     }
 
-    /// Publishes the figures of all edges for each period. Fills in the header's `sequence` and `edges`.
+    /// Publishes the figures of all edges for each period. Fills in the header's `sequence` and
+    /// `edges`.
     ///
     /// # Errors
     /// [`PublishError`] when shared memory is full.
     ///
     /// # Panics
     /// If `figures` aren't as many for each period.
-    pub fn publish(&mut self, header: &TrafficHeader, figures: &[EdgeTraffic]) -> Result<(), PublishError> {
+    pub fn publish(
+        &mut self,
+        header: &TrafficHeader,
+        figures: &[EdgeTraffic],
+    ) -> Result<(), PublishError> {
         assert_eq!(figures.len() % TRAFFIC_PERIODS, 0, "a figure for each edge and period");
         let sequence = self.sender.sequence().next(header.run_id);
         let edges = (figures.len() / TRAFFIC_PERIODS) as u32;
@@ -55,7 +68,8 @@ pub struct Traffic<'sample> {
     pub header: &'sample TrafficHeader,
     /// For each period: a figure for each edge of the world.
     pub periods: [&'sample [EdgeTraffic]; TRAFFIC_PERIODS],
-    /// The number of samples that were published between the one that this reader returned before and this one.
+    /// The number of samples that were published between the one that this reader returned before
+    /// and this one.
     pub missed: u64,
 }
 
@@ -98,7 +112,8 @@ impl TrafficReader {
         Ok(Some(Traffic { header, periods, missed: self.traffic.missed() }))
     }
 
-    /// Whether a process publishes it. One that was killed counts until another process joins the fleet.
+    /// Whether a process publishes it. One that was killed counts until another process joins the
+    /// fleet.
     pub fn has_publisher(&self) -> bool {
         self.service.dynamic_config().number_of_publishers() > 0
     }
@@ -111,16 +126,22 @@ mod tests {
 
     #[test]
     fn figures_arrive_as_they_were_published_and_by_one_publisher_only() {
-        let name: FleetName = format!("unit-traffic-{}", std::process::id()).parse().expect("a name");
+        let name: FleetName =
+            format!("unit-traffic-{}", std::process::id()).parse().expect("a name");
         let participant = Participant::join(&name, "test").expect("joined");
         let mut publisher = TrafficPublisher::open_on(&participant).expect("a publisher");
         let second = TrafficPublisher::open_on(&participant).expect_err("one at a time");
         assert!(matches!(second, OpenError::TrafficTaken { .. }), "{second}");
         let mut reader = TrafficReader::open_on(&participant).expect("a reader");
         assert!(reader.latest().expect("readable").is_none() && reader.has_publisher());
-        let figures: Vec<_> = (0..6).map(|n| EdgeTraffic { occupancy: n as f32, ..EdgeTraffic::default() }).collect();
-        let header =
-            TrafficHeader { run_id: 3, tick: 9, period_secs: [60.0, 600.0, 700.0], ..TrafficHeader::default() };
+        let figures: Vec<_> =
+            (0..6).map(|n| EdgeTraffic { occupancy: n as f32, ..EdgeTraffic::default() }).collect();
+        let header = TrafficHeader {
+            run_id: 3,
+            tick: 9,
+            period_secs: [60.0, 600.0, 700.0],
+            ..TrafficHeader::default()
+        };
         publisher.publish(&header, &figures).expect("published");
         let traffic = reader.latest().expect("readable").expect("figures");
         assert_eq!(*traffic.header, TrafficHeader { edges: 2, sequence: 1, ..header });

@@ -13,8 +13,9 @@ const NAP: Duration = Duration::from_millis(100);
 
 /// The listening end of one of a fleet's event services.
 ///
-/// It polls the listener's socket rather than waiting on the listener, which empties the socket by a dozen
-/// system calls before it returns: here they come after the news has been read, before the next sleep.
+/// It polls the listener's socket rather than waiting on the listener, which empties the socket by
+/// a dozen system calls before it returns: here they come after the news has been read, before the
+/// next sleep.
 #[derive(Debug)]
 pub(super) struct Wake {
     listener: Listener<Ipc>,
@@ -27,8 +28,8 @@ impl Wake {
         Ok(Self { listener: services::listener(&service)? })
     }
 
-    /// Forgets the wake-ups so far. Must be followed by a check for the news that they announced: what is sent
-    /// after this check wakes again.
+    /// Forgets the wake-ups so far. Must be followed by a check for the news that they announced:
+    /// what is sent after this check wakes again.
     pub(super) fn forget(&self) -> Result<(), ReadError> {
         match self.listener.try_wait(|_| ()) {
             Ok(_) | Err(ListenerWaitError::InterruptSignal) => Ok(()),
@@ -36,17 +37,23 @@ impl Wake {
         }
     }
 
-    /// Sleeps until woken, but no longer than `left` or a [`NAP`]. Returns `false` if a signal ended the sleep.
+    /// Sleeps until woken, but no longer than `left` or a [`NAP`]. Returns `false` if a signal
+    /// ended the sleep.
     #[cfg(unix)]
-    #[expect(unsafe_code, reason = "iceoryx2's descriptor has no safe conversion to the standard library's")]
+    #[expect(
+        unsafe_code,
+        reason = "iceoryx2's descriptor has no safe conversion to the standard library's"
+    )]
     pub(super) fn sleep(&self, left: Duration) -> Result<bool, ReadError> {
         use iceoryx2::prelude::FileDescriptorBased;
         use rustix::event::{PollFd, PollFlags, Timespec, poll};
         use rustix::io::Errno;
         use std::os::fd::BorrowedFd;
 
-        // SAFETY: the listener owns the descriptor, and outlives this borrow of it, which ends with the function.
-        let socket = unsafe { BorrowedFd::borrow_raw(self.listener.file_descriptor().native_handle()) };
+        // SAFETY: the listener owns the descriptor, and outlives this borrow of it, which ends with
+        // the function.
+        let socket =
+            unsafe { BorrowedFd::borrow_raw(self.listener.file_descriptor().native_handle()) };
         let timeout = Timespec { tv_sec: 0, tv_nsec: left.min(NAP).as_nanos() as i64 };
         match poll(&mut [PollFd::new(&socket, PollFlags::IN)], Some(&timeout)) {
             Ok(_) => Ok(true),
@@ -55,7 +62,8 @@ impl Wake {
         }
     }
 
-    /// Sleeps until woken, but no longer than `left` or a [`NAP`]. Returns `false` if a signal ended the sleep.
+    /// Sleeps until woken, but no longer than `left` or a [`NAP`]. Returns `false` if a signal
+    /// ended the sleep.
     #[cfg(not(unix))]
     pub(super) fn sleep(&self, left: Duration) -> Result<bool, ReadError> {
         match self.listener.timed_wait(|_| (), left.min(NAP)) {

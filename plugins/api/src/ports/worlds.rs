@@ -35,7 +35,8 @@ impl WorldReader {
     /// Returns the newest world, if there is one that this hasn't returned yet.
     ///
     /// # Errors
-    /// [`ReadError`] if the connection to the producer is broken, or the world contradicts its header.
+    /// [`ReadError`] if the connection to the producer is broken, or the world contradicts its
+    /// header.
     pub fn latest(&mut self) -> Result<Option<World<'_>>, ReadError> {
         if self.worlds.take_newest()? { self.current() } else { Ok(None) }
     }

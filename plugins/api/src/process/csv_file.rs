@@ -24,7 +24,9 @@ pub enum CsvError {
         reason: io::Error,
     },
     /// The file has another header.
-    #[error("{path} holds something else: its first line is not the header; move it away, or choose another file")]
+    #[error(
+        "{path} holds something else: its first line is not the header; move it away, or choose another file"
+    )]
     OtherHeader {
         /// Path of the file.
         path: PathBuf,
@@ -65,12 +67,12 @@ pub struct RowCounts {
     pub lost: u64,
 }
 
-/// A CSV file to which rows are appended. Existing rows are kept; rows that are appended together are written
-/// completely or not at all.
+/// A CSV file to which rows are appended. Existing rows are kept; rows that are appended together
+/// are written completely or not at all.
 ///
-/// The file may be rotated while it is open. When it was moved away or removed, and after `SIGHUP` in a process without
-/// a terminal, the next rows go to a new file at its path; when it was truncated, they begin it anew. Either begins with
-/// the header.
+/// The file may be rotated while it is open. When it was moved away or removed, and after `SIGHUP`
+/// in a process without a terminal, the next rows go to a new file at its path; when it was
+/// truncated, they begin it anew. Either begins with the header.
 #[derive(Debug)]
 pub struct CsvFile {
     path: PathBuf,
@@ -84,12 +86,13 @@ pub struct CsvFile {
 }
 
 impl CsvFile {
-    /// Opens a file, or creates it, with the header unless it has it. A row at its end that a crash has cut is removed.
-    /// To be called before the process [watches](crate::Termination::watch) for signals, or else `SIGHUP` still ends it.
+    /// Opens a file, or creates it, with the header unless it has it. A row at its end that a crash
+    /// has cut is removed. To be called before the process [watches](crate::Termination::watch) for
+    /// signals, or else `SIGHUP` still ends it.
     ///
     /// # Errors
-    /// [`CsvError`] if the file can't be opened, or begins with another line. One that can be opened but not written,
-    /// because the disk is full, is no error yet.
+    /// [`CsvError`] if the file can't be opened, or begins with another line. One that can be
+    /// opened but not written, because the disk is full, is no error yet.
     pub fn open(path: &Path, header: &str) -> Result<Self, CsvError> {
         let mut csv_file = Self {
             path: path.to_owned(),
@@ -97,7 +100,8 @@ impl CsvFile {
             file: None,
             rows: RowCounts::default(),
             is_failing: false,
-            hangup: reopen_on_hangup().map_err(|reason| CsvError::Io { path: path.to_owned(), reason })?,
+            hangup: reopen_on_hangup()
+                .map_err(|reason| CsvError::Io { path: path.to_owned(), reason })?,
         };
         // A header that can't be written now is written with the first row.
         match csv_file.write("") {
@@ -116,14 +120,15 @@ impl CsvFile {
         self.rows
     }
 
-    /// Appends rows, each of which ends with a line feed. Returns a change when writing begins to fail, and when it
-    /// works again.
+    /// Appends rows, each of which ends with a line feed. Returns a change when writing begins to
+    /// fail, and when it works again.
     pub fn append(&mut self, rows: &str) -> Option<CsvChange> {
         let count = rows.lines().count() as u64;
         match self.write(rows) {
             Ok(()) => {
                 self.rows.written += count;
-                let recovered = CsvChange::Recovered { path: self.path.clone(), lost: self.rows.lost };
+                let recovered =
+                    CsvChange::Recovered { path: self.path.clone(), lost: self.rows.lost };
                 std::mem::take(&mut self.is_failing).then_some(recovered)
             }
             Err(error) => {
@@ -136,7 +141,8 @@ impl CsvFile {
 
     fn write(&mut self, rows: &str) -> Result<(), CsvError> {
         let Self { path, header, file, .. } = self;
-        let hung_up = self.hangup.as_ref().is_some_and(|hangup| hangup.swap(false, Ordering::Relaxed));
+        let hung_up =
+            self.hangup.as_ref().is_some_and(|hangup| hangup.swap(false, Ordering::Relaxed));
         if hung_up || file.as_ref().is_some_and(|file| file.was_moved(path)) {
             *file = None;
         }
@@ -173,11 +179,12 @@ impl OpenFile {
         Ok(Self { file, is_regular: metadata.is_file(), is_begun: false })
     }
 
-    /// Appends rows, after the header at the beginning of the file. What is written only in part, for example on a full
-    /// disk, is removed, so that the file stays readable.
+    /// Appends rows, after the header at the beginning of the file. What is written only in part,
+    /// for example on a full disk, is removed, so that the file stays readable.
     fn append(&mut self, header: &str, rows: &str) -> io::Result<()> {
         // Whoever rotates the file may have truncated it.
-        let length = if self.is_regular { self.file.metadata()?.len() } else { u64::from(self.is_begun) };
+        let length =
+            if self.is_regular { self.file.metadata()?.len() } else { u64::from(self.is_begun) };
         let text = [if length == 0 { header } else { "" }, rows].concat();
         let written = self.file.write_all(text.as_bytes());
         match written {
@@ -208,8 +215,8 @@ fn identity(metadata: &Metadata) -> (u64, u64) {
 #[cfg(not(unix))]
 fn identity(_: &Metadata) {}
 
-/// Returns the length of the whole rows in a file of `length` bytes; `None` if it has another header. A crash may have cut
-/// the last row, or the header.
+/// Returns the length of the whole rows in a file of `length` bytes; `None` if it has another
+/// header. A crash may have cut the last row, or the header.
 fn whole_rows(path: &Path, header: &str, length: u64) -> io::Result<Option<u64>> {
     let mut file = File::open(path)?;
     let (mut start, mut end) = (Vec::new(), Vec::new());

@@ -1,4 +1,5 @@
-//! Orders with answers: what a person or a program gives now and then, rather than the stream of a fleet manager.
+//! Orders with answers: what a person or a program gives now and then, rather than the stream of a
+//! fleet manager.
 
 use std::time::{Duration, Instant};
 
@@ -73,12 +74,15 @@ impl Dispatcher {
         Ok(token)
     }
 
-    /// The answers to orders, of anybody, that have come since the last call: acceptances and refusals.
+    /// The answers to orders, of anybody, that have come since the last call: acceptances and
+    /// refusals.
     ///
     /// # Errors
     /// [`ReadError`] if the connection is broken.
     pub fn answers(&mut self) -> Result<Vec<EventRecord>, ReadError> {
-        let is_answer = |event: &&EventRecord| matches!(event.kind(), Some(EventKind::Accepted | EventKind::Refused));
+        let is_answer = |event: &&EventRecord| {
+            matches!(event.kind(), Some(EventKind::Accepted | EventKind::Refused))
+        };
         let mut answers = Vec::new();
         self.events.take(|tick| {
             answers.extend(tick.records.iter().filter(is_answer).copied());
@@ -104,7 +108,10 @@ impl Dispatcher {
     ///
     /// # Errors
     /// See [`DispatchError`]; among them that it was refused.
-    pub fn send(&mut self, order: impl FnOnce(&mut Orders) -> u64) -> Result<EventRecord, DispatchError> {
+    pub fn send(
+        &mut self,
+        order: impl FnOnce(&mut Orders) -> u64,
+    ) -> Result<EventRecord, DispatchError> {
         let token = self.give(order)?;
         let answer = self.answer(token)?;
         match answer.kind() {
@@ -166,7 +173,10 @@ fn refused(answer: &EventRecord) -> String {
         (UnknownEdge, format!("there is no edge {id}")),
         (UnknownNode, format!("there is no node {id}")),
         (UnknownRobotType, format!("there is no robot type {id}")),
-        (NotConnected, format!("edge {id} doesn't start where the route before it, or the robot's edge, ends")),
+        (
+            NotConnected,
+            format!("edge {id} doesn't start where the route before it, or the robot's edge, ends"),
+        ),
         (NoReverse, format!("edge {id} can't be driven in reverse gear")),
         (MalformedRoute, "the route has no edges".to_owned()),
         (DistanceOutOfRange, format!("the distance is not on edge {id}")),

@@ -1,5 +1,5 @@
-//! Where the shared memory of this user is: a directory and a file prefix of its own, so that users of one machine, and
-//! containers that share `/dev/shm`, don't meet.
+//! Where the shared memory of this user is: a directory and a file prefix of its own, so that users
+//! of one machine, and containers that share `/dev/shm`, don't meet.
 
 #[cfg(unix)]
 use std::path::{Path, PathBuf};
@@ -12,7 +12,8 @@ use iceoryx2::prelude::{FileName, FilePath, SemanticString};
 
 use super::log::quiet;
 
-/// The environment variable with the directory of iceoryx2's files. All processes of a fleet must have the same.
+/// The environment variable with the directory of iceoryx2's files. All processes of a fleet must
+/// have the same.
 ///
 /// Without it, the directory is `/tmp/regatta-UID`, which only this user can use.
 pub const RUNTIME_DIR_VARIABLE: &str = "REGATTA_RUNTIME_DIR";
@@ -27,11 +28,13 @@ pub struct DomainError {
     reason: String,
 }
 
-/// Returns the configuration of iceoryx2, for programs that open Regatta's services by iceoryx2 itself.
+/// Returns the configuration of iceoryx2, for programs that open Regatta's services by iceoryx2
+/// itself.
 ///
-/// It has iceoryx2's defaults, with the directory of this user. The names of segments in `/dev/shm` begin with the identity of
-/// this directory (device and inode): processes that don't see the same directory never see the same segments. It is also
-/// this process's global configuration of iceoryx2, unless that was in use before.
+/// It has iceoryx2's defaults, with the directory of this user. The names of segments in `/dev/shm`
+/// begin with the identity of this directory (device and inode): processes that don't see the same
+/// directory never see the same segments. It is also this process's global configuration of
+/// iceoryx2, unless that was in use before.
 ///
 /// # Errors
 /// [`DomainError`] if the directory can't be created, or belongs to another user.
@@ -43,8 +46,8 @@ pub fn config() -> Result<&'static Config, DomainError> {
 
 static LOOK_ONLY: AtomicBool = AtomicBool::new(false);
 
-/// Makes this process leave the resources of dead processes alone when it joins a fleet, opens a service or ends. To be
-/// called before anything else of this crate; `regatta doctor` does so.
+/// Makes this process leave the resources of dead processes alone when it joins a fleet, opens a
+/// service or ends. To be called before anything else of this crate; `regatta doctor` does so.
 pub(super) fn look_only() {
     LOOK_ONLY.store(true, Ordering::Relaxed);
 }
@@ -58,7 +61,8 @@ fn configure() -> Result<Config, DomainError> {
     let metadata = directory.metadata().map_err(|e| failed(e.to_string()))?;
     let prefix = format!("{SEGMENT_PREFIX}{:x}-{:x}_", metadata.dev(), metadata.ino());
     let mut config = Config::default();
-    config.global.prefix = FileName::new(prefix.as_bytes()).map_err(|e| failed(format!("{e:?}")))?;
+    config.global.prefix =
+        FileName::new(prefix.as_bytes()).map_err(|e| failed(format!("{e:?}")))?;
     let path = iceoryx2::prelude::Path::new(directory.as_os_str().as_encoded_bytes());
     config.global.set_root_path(&path.map_err(|e| failed(format!("{e:?}")))?);
     make_global(&directory, &prefix).map_err(|e| failed(e.to_string()))?;
@@ -70,12 +74,15 @@ fn configure() -> Result<Config, DomainError> {
     Ok(config)
 }
 
-/// Makes this the global configuration of iceoryx2 in this process. iceoryx2 takes it from a file only, and uses it when it
-/// cleans up after a process whose own configuration it can't read.
+/// Makes this the global configuration of iceoryx2 in this process. iceoryx2 takes it from a file
+/// only, and uses it when it cleans up after a process whose own configuration it can't read.
 #[cfg(unix)]
 fn make_global(directory: &Path, prefix: &str) -> std::io::Result<()> {
     let path = directory.join("iceoryx2.toml");
-    let text = format!("[global]\nroot-path = {:?}\nprefix = {prefix:?}\n", directory.display().to_string());
+    let text = format!(
+        "[global]\nroot-path = {:?}\nprefix = {prefix:?}\n",
+        directory.display().to_string()
+    );
     if !std::fs::read_to_string(&path).is_ok_and(|before| before == text) {
         let new = directory.join(format!("iceoryx2.toml.{}", std::process::id()));
         std::fs::write(&new, text)?;
@@ -114,25 +121,30 @@ fn directory() -> Result<PathBuf, DomainError> {
     }
 }
 
-/// Creates a directory, or checks that it is this user's: segments belong to one user, so the processes of others, even of
-/// root, could join its fleets only halfway, and would hold them up.
+/// Creates a directory, or checks that it is this user's: segments belong to one user, so the
+/// processes of others, even of root, could join its fleets only halfway, and would hold them up.
 #[cfg(unix)]
 fn owned(directory: &Path, uid: u32) -> Result<PathBuf, DomainError> {
     let failed = |reason: String| DomainError { path: directory.display().to_string(), reason };
     std::fs::create_dir_all(directory).map_err(|e| failed(e.to_string()))?;
     let directory = directory.canonicalize().map_err(|e| failed(e.to_string()))?;
-    let owner = std::os::unix::fs::MetadataExt::uid(&directory.metadata().map_err(|e| failed(e.to_string()))?);
+    let owner = std::os::unix::fs::MetadataExt::uid(
+        &directory.metadata().map_err(|e| failed(e.to_string()))?,
+    );
     if owner == uid { Ok(directory) } else { Err(failed(format!("it belongs to user {owner}"))) }
 }
 
-/// Creates a directory that only this user may use, or checks that it is one: in `/tmp`, another user may have created it.
+/// Creates a directory that only this user may use, or checks that it is one: in `/tmp`, another
+/// user may have created it.
 #[cfg(unix)]
 fn private(directory: &Path, uid: u32) -> Result<(), DomainError> {
     use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 
     let failed = |reason: String| DomainError { path: directory.display().to_string(), reason };
     match std::fs::DirBuilder::new().mode(0o700).create(directory) {
-        Err(error) if error.kind() != std::io::ErrorKind::AlreadyExists => return Err(failed(error.to_string())),
+        Err(error) if error.kind() != std::io::ErrorKind::AlreadyExists => {
+            return Err(failed(error.to_string()));
+        }
         _ => {}
     }
     // Not followed if it is a link.
@@ -177,7 +189,8 @@ mod tests {
     #[test]
     fn a_given_directory_of_another_user_is_refused() {
         let uid = rustix::process::getuid().as_raw();
-        let root = std::env::temp_dir().join(format!("regatta-domain-given-{}", std::process::id()));
+        let root =
+            std::env::temp_dir().join(format!("regatta-domain-given-{}", std::process::id()));
         assert_eq!(owned(&root, uid), Ok(root.canonicalize().expect("created")));
         let error = owned(&root, uid + 1).expect_err("another user's");
         assert!(error.to_string().contains(&format!("it belongs to user {uid}")), "{error}");

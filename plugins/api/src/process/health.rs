@@ -1,4 +1,5 @@
-//! The state of shared memory on this machine: for `regatta doctor`, and for tests that nothing is left behind.
+//! The state of shared memory on this machine: for `regatta doctor`, and for tests that nothing is
+//! left behind.
 
 mod remnants;
 mod segments;
@@ -81,7 +82,8 @@ pub struct Orphan {
 pub struct Cleaned {
     /// The number of dead processes whose resources were removed.
     pub occupants: usize,
-    /// The number of dead processes whose resources can't be removed, because they are another user's, for example.
+    /// The number of dead processes whose resources can't be removed, because they are another
+    /// user's, for example.
     pub failed: usize,
     /// The number of orphaned files that were removed.
     pub orphans: usize,
@@ -91,8 +93,8 @@ pub struct Cleaned {
     pub repaired: bool,
 }
 
-/// Makes this process leave the resources of dead processes alone, except in [`clean`]. By default, each process that joins
-/// a fleet removes them. To be called before anything else of this crate.
+/// Makes this process leave the resources of dead processes alone, except in [`clean`]. By default,
+/// each process that joins a fleet removes them. To be called before anything else of this crate.
 pub fn look_only() {
     domain::look_only();
 }
@@ -106,13 +108,14 @@ pub fn location() -> Result<(String, String), HealthError> {
     Ok((global.root_path().to_string(), global.prefix.to_string()))
 }
 
-/// Returns the damage of iceoryx2's management segment, if there is any: no process can join a fleet then.
+/// Returns the damage of iceoryx2's management segment, if there is any: no process can join a
+/// fleet then.
 pub fn damage() -> Option<String> {
     management::damage().map(|damage| damage.to_string())
 }
 
-/// Returns the size, in bytes, of this user's segments that belong to another directory than the current one: one of a
-/// container, for example, or one that was deleted.
+/// Returns the size, in bytes, of this user's segments that belong to another directory than the
+/// current one: one of a container, for example, or one that was deleted.
 ///
 /// # Errors
 /// [`HealthError`] if segments can't be listed.
@@ -126,7 +129,8 @@ pub fn bytes_elsewhere() -> Result<u64, HealthError> {
 /// [`HealthError::Io`] if there is none.
 #[cfg(unix)]
 pub fn space() -> Result<Space, HealthError> {
-    let stat = rustix::fs::statvfs(SHARED_MEMORY).map_err(|e| io_error(Path::new(SHARED_MEMORY))(e.into()))?;
+    let stat = rustix::fs::statvfs(SHARED_MEMORY)
+        .map_err(|e| io_error(Path::new(SHARED_MEMORY))(e.into()))?;
     Ok(Space { total: stat.f_blocks * stat.f_frsize, available: stat.f_bavail * stat.f_frsize })
 }
 
@@ -160,14 +164,19 @@ pub fn occupants() -> Result<Vec<Occupant>, HealthError> {
     let mut occupants = Vec::new();
     each_node(|node| {
         let ids = port_ids(node.node_id().value());
-        let bytes = segments.iter().filter(|s| s.ids.iter().any(|id| ids.contains(id))).map(|s| s.bytes).sum();
+        let bytes = segments
+            .iter()
+            .filter(|s| s.ids.iter().any(|id| ids.contains(id)))
+            .map(|s| s.bytes)
+            .sum();
         occupants.push(occupant(&node, bytes));
     })?;
     occupants.sort_by(|a, b| (&a.name, a.pid).cmp(&(&b.name, b.pid)));
     Ok(occupants)
 }
 
-/// Returns the segments that belong to no process, alive or dead, and that no process of this user has mapped.
+/// Returns the segments that belong to no process, alive or dead, and that no process of this user
+/// has mapped.
 ///
 /// # Errors
 /// [`HealthError`] if segments can't be listed.
@@ -176,9 +185,16 @@ pub fn orphans() -> Result<Vec<Orphan>, HealthError> {
     each_node(|node| owned.extend(port_ids(node.node_id().value())))?;
     let mapped = mapped_files();
     let orphaned = |s: &Segment| {
-        s.settled && !s.ids.is_empty() && !s.ids.iter().any(|id| owned.contains(id)) && !mapped.contains(&s.path)
+        s.settled
+            && !s.ids.is_empty()
+            && !s.ids.iter().any(|id| owned.contains(id))
+            && !mapped.contains(&s.path)
     };
-    Ok(segments()?.into_iter().filter(orphaned).map(|s| Orphan { path: s.path, bytes: s.bytes }).collect())
+    Ok(segments()?
+        .into_iter()
+        .filter(orphaned)
+        .map(|s| Orphan { path: s.path, bytes: s.bytes })
+        .collect())
 }
 
 /// Removes what a process that is joining would wait for in vain.
@@ -229,8 +245,8 @@ pub fn services_of(fleet: &FleetName) -> Result<Vec<String>, HealthError> {
     Ok(names)
 }
 
-/// Returns the contract versions of open services, and how many services have each: `unknown` for a service of
-/// Regatta's without one.
+/// Returns the contract versions of open services, and how many services have each: `unknown` for a
+/// service of Regatta's without one.
 ///
 /// # Errors
 /// [`HealthError::List`] if services can't be listed.

@@ -1,5 +1,5 @@
-//! The history of a run so far, in bounded memory: kept by the plugin or the replay that publishes it, and by a reader
-//! that has nobody to ask.
+//! The history of a run so far, in bounded memory: kept by the plugin or the replay that publishes
+//! it, and by a reader that has nobody to ask.
 
 pub mod series;
 pub mod spots;
@@ -20,8 +20,9 @@ pub struct RunHistory {
 }
 
 impl RunHistory {
-    /// Adds a frame, with its contacts if somebody checks for them; those of another run count as none. `throughput` is asked
-    /// only if a sample is due: the robots that enter an edge, per hour, if that is known.
+    /// Adds a frame, with its contacts if somebody checks for them; those of another run count as
+    /// none. `throughput` is asked only if a sample is due: the robots that enter an edge, per
+    /// hour, if that is known.
     pub fn add(
         &mut self,
         frame: &Frame<'_>,
@@ -32,8 +33,12 @@ impl RunHistory {
         let contacts = contacts.filter(|(header, _)| header.run_id == run_id);
         self.spots.add(frame, contacts.map_or(&[], |(_, pairs)| pairs));
         if self.series.wants(run_id, frame.sim_time().as_secs_f64()) {
-            let sample = FleetSample { throughput: throughput().unwrap_or(f32::NAN), ..FleetSample::of(frame) };
-            self.series.add(run_id, sample.with_touching(contacts.map(|(header, _)| header.touching)));
+            let sample = FleetSample {
+                throughput: throughput().unwrap_or(f32::NAN),
+                ..FleetSample::of(frame)
+            };
+            self.series
+                .add(run_id, sample.with_touching(contacts.map(|(header, _)| header.touching)));
         }
     }
 }

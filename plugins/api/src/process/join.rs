@@ -15,9 +15,10 @@ use crate::records::name::FleetName;
 
 /// A process that has joined a fleet, under a name that `regatta doctor` shows.
 ///
-/// Cheap to clone. It and all ports that are opened on it stay on the thread that created them, which spares them locks.
-/// iceoryx2's own handling of signals is switched off (it intercepts every signal that a process can get, and forgets one
-/// when the next arrives); [`run`](crate::run) and [`Termination`](crate::Termination) handle Ctrl-C.
+/// Cheap to clone. It and all ports that are opened on it stay on the thread that created them,
+/// which spares them locks. iceoryx2's own handling of signals is switched off (it intercepts every
+/// signal that a process can get, and forgets one when the next arrives); [`run`](crate::run) and
+/// [`Termination`](crate::Termination) handle Ctrl-C.
 #[derive(Clone, Debug)]
 pub struct Participant {
     node: Rc<Node<Ipc>>,
@@ -26,16 +27,18 @@ pub struct Participant {
 }
 
 impl Participant {
-    /// Joins a fleet, whether or not it has a producer yet. Cleans up what dead processes left behind.
+    /// Joins a fleet, whether or not it has a producer yet. Cleans up what dead processes left
+    /// behind.
     ///
     /// `name` is cut to 64 bytes.
     ///
     /// # Errors
-    /// [`OpenError::Domain`] if this user has no directory for shared memory, [`OpenError::SharedMemory`] if this process
-    /// may not use it.
+    /// [`OpenError::Domain`] if this user has no directory for shared memory,
+    /// [`OpenError::SharedMemory`] if this process may not use it.
     pub fn join(fleet: &FleetName, name: &str) -> Result<Self, OpenError> {
         let name = cut(name, 64).to_owned();
-        let failed = |reason: String| OpenError::SharedMemory { what: format!("fleet '{fleet}'"), reason };
+        let failed =
+            |reason: String| OpenError::SharedMemory { what: format!("fleet '{fleet}'"), reason };
         let config = config()?;
         // Checked first: iceoryx2 would wait for ever for a segment without contents.
         if let Some(damage) = management::damage() {
@@ -44,7 +47,10 @@ impl Participant {
         let node_name = format!("regatta/{fleet}/{name}");
         let builder = NodeBuilder::new()
             .config(config)
-            .name(&NodeName::new(cut(&node_name, MAX_NODE_NAME_BYTES)).map_err(|e| failed(format!("{e:?}")))?)
+            .name(
+                &NodeName::new(cut(&node_name, MAX_NODE_NAME_BYTES))
+                    .map_err(|e| failed(format!("{e:?}")))?,
+            )
             .signal_handling_mode(SignalHandlingMode::Disabled);
         health::remove_unfinished();
         let (node, missing) = guarded(|| builder.create::<Ipc>());

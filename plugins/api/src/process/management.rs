@@ -1,7 +1,9 @@
-//! iceoryx2's management segment: one small file in `/dev/shm`, which every process of a user opens when it joins.
+//! iceoryx2's management segment: one small file in `/dev/shm`, which every process of a user opens
+//! when it joins.
 //!
-//! iceoryx2 creates it writable for everybody (0666): any local user could write rubbish into it, and then no process could
-//! join any more. So the first process to join closes it to others, and damage is recognised and repaired.
+//! iceoryx2 creates it writable for everybody (0666): any local user could write rubbish into it,
+//! and then no process could join any more. So the first process to join closes it to others, and
+//! damage is recognised and repaired.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -23,14 +25,16 @@ impl core::fmt::Display for Damage {
 /// Its length in bytes: iceoryx2's version, and a counter.
 const LENGTH: usize = 16;
 
-/// Returns this user's management segment, if there is one, and iceoryx2's version as its name has it: `0_10_0`.
+/// Returns this user's management segment, if there is one, and iceoryx2's version as its name has
+/// it: `0_10_0`.
 fn segment() -> Option<(PathBuf, [u16; 3])> {
     let global = &config().ok()?.global;
     let (prefix, suffix) = (global.prefix.to_string(), global.node.global_mgmt_suffix.to_string());
     fs::read_dir(SHARED_MEMORY).ok()?.flatten().find_map(|entry| {
         let name = entry.file_name().into_string().ok()?;
         let stem = name.strip_prefix(&prefix)?.strip_suffix(&suffix)?;
-        let mut numbers = stem.rsplit('.').next()?.split('_').map_while(|number| number.parse().ok());
+        let mut numbers =
+            stem.rsplit('.').next()?.split('_').map_while(|number| number.parse().ok());
         let version = [numbers.next()?, numbers.next()?, numbers.next()?];
         Some((Path::new(SHARED_MEMORY).join(&name), version))
     })
@@ -45,9 +49,13 @@ pub(super) fn close_to_others() {
     static CLOSED: Once = Once::new();
     CLOSED.call_once(|| {
         let Some((path, _)) = segment() else { return };
-        let is_open = path.symlink_metadata().is_ok_and(|metadata| metadata.is_file() && metadata.mode() & 0o077 != 0);
-        // Another user's can't be changed. It is that user's to close, in a directory that was shared on purpose.
-        if is_open && let Err(error) = fs::set_permissions(&path, fs::Permissions::from_mode(0o600)) {
+        let is_open = path
+            .symlink_metadata()
+            .is_ok_and(|metadata| metadata.is_file() && metadata.mode() & 0o077 != 0);
+        // Another user's can't be changed. It is that user's to close, in a directory that was
+        // shared on purpose.
+        if is_open && let Err(error) = fs::set_permissions(&path, fs::Permissions::from_mode(0o600))
+        {
             tracing::debug!(%error, "closing {} to others", path.display());
         }
     });
@@ -81,10 +89,11 @@ fn is_intact(bytes: &[u8], [major, minor, patch]: [u16; 3]) -> bool {
     bytes.len() == LENGTH && bytes[..8] == version.to_ne_bytes()
 }
 
-/// Removes a damaged segment, and returns whether there was one. The next process to join creates another.
+/// Removes a damaged segment, and returns whether there was one. The next process to join creates
+/// another.
 ///
-/// The counter in it makes the ids of nodes differ that are created within the same clock tick of one process; so it is
-/// harmless that it starts anew.
+/// The counter in it makes the ids of nodes differ that are created within the same clock tick of
+/// one process; so it is harmless that it starts anew.
 pub(super) fn repair() -> bool {
     damage().is_some_and(|damage| fs::remove_file(damage.path).is_ok())
 }

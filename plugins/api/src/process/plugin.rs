@@ -7,7 +7,8 @@ use crate::ports::events::Events;
 use crate::records::frame::Frame;
 use crate::records::world::World;
 
-/// A reader of frames that [`run`](crate::run) calls. Only [`on_frame`](Self::on_frame) is required.
+/// A reader of frames that [`run`](crate::run) calls. Only [`on_frame`](Self::on_frame) is
+/// required.
 ///
 /// An error that one of these functions returns ends the plugin, and becomes the program's.
 ///
@@ -36,7 +37,8 @@ use crate::records::world::World;
 /// }
 /// ```
 pub trait Plugin {
-    /// Called once, before anything else, with the joined fleet: to open columns, orders or control.
+    /// Called once, before anything else, with the joined fleet: to open columns, orders or
+    /// control.
     ///
     /// # Errors
     /// Any error that prevents the plugin from starting.
@@ -45,8 +47,8 @@ pub trait Plugin {
         Ok(())
     }
 
-    /// Called with the route graph and the robot types before the first frame, and again whenever they have
-    /// changed (when the engine has restarted, for example).
+    /// Called with the route graph and the robot types before the first frame, and again whenever
+    /// they have changed (when the engine has restarted, for example).
     ///
     /// # Errors
     /// Any error that prevents the plugin from continuing.
@@ -55,17 +57,19 @@ pub trait Plugin {
         Ok(())
     }
 
-    /// Called with the newest frame, at the plugin's [rate](Self::rate). Frames in between are skipped if this
-    /// takes longer than a tick; [`Frame::missed`] is how many. A frame is delivered again, with the same tick, if the clock or
-    /// the number of robots has changed between two ticks (not in lockstep, where each tick comes once).
+    /// Called with the newest frame, at the plugin's [rate](Self::rate). Frames in between are
+    /// skipped if this takes longer than a tick; [`Frame::missed`] is how many. A frame is
+    /// delivered again, with the same tick, if the clock or the number of robots has changed
+    /// between two ticks (not in lockstep, where each tick comes once).
     ///
     /// # Errors
     /// Any error that prevents the plugin from continuing.
     fn on_frame(&mut self, frame: &Frame<'_>) -> Result;
 
-    /// Called about ten times a second while no new frame comes: to give a column to readers that have joined since
-    /// ([`ColumnPublisher::update`](crate::ColumnPublisher::update)), for example, or to read what other plugins
-    /// publish after the last frame. `has_producer` is whether the fleet has a producer that could publish the next one.
+    /// Called about ten times a second while no new frame comes: to give a column to readers that
+    /// have joined since ([`ColumnPublisher::update`](crate::ColumnPublisher::update)), for
+    /// example, or to read what other plugins publish after the last frame. `has_producer` is
+    /// whether the fleet has a producer that could publish the next one.
     ///
     /// # Errors
     /// Any error that prevents the plugin from continuing.
@@ -74,9 +78,10 @@ pub trait Plugin {
         Ok(())
     }
 
-    /// Called with the events of each tick, if the plugin [wants](Self::wants_events) them: before the frame of that
-    /// tick, and as soon as they arrive, whatever the plugin's rate of frames is. [`Events::missed`](crate::Events) is
-    /// how many ticks with events were lost; [`run`](crate::run) reports them on stderr, too.
+    /// Called with the events of each tick, if the plugin [wants](Self::wants_events) them: before
+    /// the frame of that tick, and as soon as they arrive, whatever the plugin's rate of frames is.
+    /// [`Events::missed`](crate::Events) is how many ticks with events were lost;
+    /// [`run`](crate::run) reports them on stderr, too.
     ///
     /// # Errors
     /// Any error that prevents the plugin from continuing.
@@ -85,14 +90,15 @@ pub trait Plugin {
         Ok(())
     }
 
-    /// Whether to call [`on_events`](Self::on_events). Events that no process wants are not even collected.
+    /// Whether to call [`on_events`](Self::on_events). Events that no process wants are not even
+    /// collected.
     fn wants_events(&self) -> bool {
         false
     }
 
-    /// The plugins that this one comes after in lockstep, by name: with each frame, this one is called when they have
-    /// finished it, so that it finds their columns of the same tick. They must run in lockstep, too. `--after` adds
-    /// more. Without lockstep it has no effect.
+    /// The plugins that this one comes after in lockstep, by name: with each frame, this one is
+    /// called when they have finished it, so that it finds their columns of the same tick. They
+    /// must run in lockstep, too. `--after` adds more. Without lockstep it has no effect.
     fn after(&self) -> Vec<String> {
         Vec::new()
     }

@@ -10,8 +10,8 @@ use crate::records::frame::Frame;
 pub enum Rate {
     /// Every frame, as soon as it is there.
     EveryFrame,
-    /// This many per second of wall time (of simulated time in lockstep), or fewer if there are fewer: at least
-    /// [`MIN`](Self::MIN).
+    /// This many per second of wall time (of simulated time in lockstep), or fewer if there are
+    /// fewer: at least [`MIN`](Self::MIN).
     PerSecond(f64),
 }
 
@@ -34,7 +34,9 @@ impl Rate {
         match self {
             Self::EveryFrame => Duration::ZERO,
             // A rate can be constructed without parsing: a meaningless one counts as every frame.
-            Self::PerSecond(rate) if rate > 0.0 => Duration::from_secs_f64(1.0 / rate.clamp(Self::MIN, Self::MAX)),
+            Self::PerSecond(rate) if rate > 0.0 => {
+                Duration::from_secs_f64(1.0 / rate.clamp(Self::MIN, Self::MAX))
+            }
             Self::PerSecond(_) => Duration::ZERO,
         }
     }
@@ -54,7 +56,8 @@ impl FromStr for Rate {
     }
 }
 
-/// Limits how often a plugin gets a frame: by the wall clock, or in lockstep by simulated time so that runs repeat.
+/// Limits how often a plugin gets a frame: by the wall clock, or in lockstep by simulated time so
+/// that runs repeat.
 #[derive(Debug)]
 pub(super) struct RateLimiter {
     period: Duration,
@@ -74,7 +77,11 @@ impl RateLimiter {
 
     /// How long until a frame is due; zero in lockstep, where each frame must be received.
     pub(super) fn left(&self) -> Duration {
-        if self.lockstep { Duration::ZERO } else { self.wall.saturating_duration_since(Instant::now()) }
+        if self.lockstep {
+            Duration::ZERO
+        } else {
+            self.wall.saturating_duration_since(Instant::now())
+        }
     }
 
     /// Records a received frame, and returns whether the plugin gets it.
@@ -89,7 +96,8 @@ impl RateLimiter {
         if self.lockstep && frame.sim_time() < self.simulated {
             return false;
         }
-        self.simulated = (self.simulated + self.period).max(frame.sim_time().saturating_sub(self.period));
+        self.simulated =
+            (self.simulated + self.period).max(frame.sim_time().saturating_sub(self.period));
         true
     }
 }
@@ -118,7 +126,10 @@ mod tests {
             let mut limiter = RateLimiter::new(Rate::PerSecond(rate));
             let (header, lines) = (FrameHeader::default(), []);
             let frame = Frame::new(&header, &lines).expect("a frame without robots");
-            assert!(limiter.admits(&frame) && limiter.left() > Duration::from_secs(900_000), "{rate}");
+            assert!(
+                limiter.admits(&frame) && limiter.left() > Duration::from_secs(900_000),
+                "{rate}"
+            );
         }
     }
 }

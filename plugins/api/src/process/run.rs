@@ -22,8 +22,8 @@ use crate::ports::worlds::WorldReader;
 use crate::records::frame::Frame;
 use crate::records::name::{FleetName, NameError};
 
-/// The command-line options of every plugin. A plugin with options of its own flattens these into them
-/// (`#[command(flatten)]`) and calls [`run`](Self::run).
+/// The command-line options of every plugin. A plugin with options of its own flattens these into
+/// them (`#[command(flatten)]`) and calls [`run`](Self::run).
 #[derive(Args, Clone, Debug)]
 pub struct Options {
     /// The fleet to read
@@ -59,22 +59,31 @@ struct Cli {
 /// Waits for an engine if there is none yet, and continues when the engine is replaced.
 ///
 /// # Errors
-/// If an option is invalid, shared memory can't be used, the fleet uses another version of the contract, or
-/// one of the plugin's functions returns an error.
+/// If an option is invalid, shared memory can't be used, the fleet uses another version of the
+/// contract, or one of the plugin's functions returns an error.
 pub fn run(plugin: impl Plugin) -> Result {
     run_from(plugin, std::env::args_os())
 }
 
-/// Runs a plugin with a given command line. Its first argument is the program (`regatta plugin hello`, for example),
-/// whose last word is the plugin's name unless `--name` gives one.
+/// Runs a plugin with a given command line. Its first argument is the program (`regatta plugin
+/// hello`, for example), whose last word is the plugin's name unless `--name` gives one.
 ///
 /// # Errors
 /// As [`run`].
-pub fn run_from<A: Into<OsString> + Clone>(plugin: impl Plugin, args: impl IntoIterator<Item = A>) -> Result {
+pub fn run_from<A: Into<OsString> + Clone>(
+    plugin: impl Plugin,
+    args: impl IntoIterator<Item = A>,
+) -> Result {
     let args: Vec<OsString> = args.into_iter().map(Into::into).collect();
-    let program = args.first().and_then(|path| Path::new(path).file_stem()?.to_str()).unwrap_or("plugin").to_owned();
-    let command = Cli::command().bin_name(&program).about("A Regatta plugin: reads the frames of a fleet");
-    let parsed = command.try_get_matches_from(args).and_then(|matches| Cli::from_arg_matches(&matches));
+    let program = args
+        .first()
+        .and_then(|path| Path::new(path).file_stem()?.to_str())
+        .unwrap_or("plugin")
+        .to_owned();
+    let command =
+        Cli::command().bin_name(&program).about("A Regatta plugin: reads the frames of a fleet");
+    let parsed =
+        command.try_get_matches_from(args).and_then(|matches| Cli::from_arg_matches(&matches));
     match parsed {
         Ok(cli) => cli.options.run(plugin, program.rsplit(' ').next().unwrap_or(&program)),
         Err(error) if error.kind() == ErrorKind::DisplayHelp => Ok(error.print()?),
@@ -98,32 +107,34 @@ impl Options {
         let given = std::env::var(NAME_VARIABLE).ok();
         let name = self.name.as_deref().or(given.as_deref()).unwrap_or(program);
         let participant = Participant::join(&self.fleet, name)?;
-        let result = Runner::open(&participant, &plugin, self, &termination).and_then(|mut runner| {
-            plugin.on_start(&participant)?;
-            while !termination.requested() {
-                runner.turn(&mut plugin)?;
-            }
-            runner.lockstep.leave()
-        });
+        let result =
+            Runner::open(&participant, &plugin, self, &termination).and_then(|mut runner| {
+                plugin.on_start(&participant)?;
+                while !termination.requested() {
+                    runner.turn(&mut plugin)?;
+                }
+                runner.lockstep.leave()
+            });
         result.and(plugin.on_stop())
     }
 
     /// The names of the plugins that a plugin comes after in lockstep.
     fn after(&self, plugin: &impl Plugin) -> Vec<String> {
         let given = std::env::var(AFTER_VARIABLE).unwrap_or_default();
-        let given = given.split(',').map(str::trim).filter(|name| !name.is_empty()).map(str::to_owned);
+        let given =
+            given.split(',').map(str::trim).filter(|name| !name.is_empty()).map(str::to_owned);
         self.after.iter().cloned().chain(given).chain(plugin.after()).collect()
     }
 }
 
-/// The environment variable with the name that a plugin goes by unless `--name` says otherwise: `regatta run` sets it to
-/// the name in the scenario.
+/// The environment variable with the name that a plugin goes by unless `--name` says otherwise:
+/// `regatta run` sets it to the name in the scenario.
 pub const NAME_VARIABLE: &str = "REGATTA_PLUGIN_NAME";
-/// The environment variable with the names of the plugins that this one comes after in lockstep, separated by commas:
-/// `regatta run` sets it to the names in the scenario.
+/// The environment variable with the names of the plugins that this one comes after in lockstep,
+/// separated by commas: `regatta run` sets it to the names in the scenario.
 pub const AFTER_VARIABLE: &str = "REGATTA_PLUGIN_AFTER";
-/// The environment variable with the path of a scenario that describes a load of transport orders (its key `load`), for a
-/// fleet manager: `regatta run` sets it.
+/// The environment variable with the path of a scenario that describes a load of transport orders
+/// (its key `load`), for a fleet manager: `regatta run` sets it.
 pub const LOAD_VARIABLE: &str = "REGATTA_LOAD";
 
 /// The longest sleep between two checks of the termination flag.
@@ -155,7 +166,10 @@ impl<'a> Runner<'a> {
     ) -> Result<Self> {
         let after = options.after(plugin);
         if after.iter().any(|name| name == participant.name()) {
-            return Err(Error::new(format_args!("{} can't come after itself; see --after", participant.name())));
+            return Err(Error::new(format_args!(
+                "{} can't come after itself; see --after",
+                participant.name()
+            )));
         }
         Ok(Self {
             termination,
@@ -197,7 +211,10 @@ impl<'a> Runner<'a> {
             // No frame was due: it isn't quiet yet.
             self.quiet_since = Instant::now();
         }
-        if self.limiter.left().is_zero() && self.quiet_since.elapsed() >= SLICE && !self.frames.has_newer()? {
+        if self.limiter.left().is_zero()
+            && self.quiet_since.elapsed() >= SLICE
+            && !self.frames.has_newer()?
+        {
             self.quiet_since = Instant::now();
             self.silence.check(&self.frames);
             // First its columns, then its report: whoever has the report finds the columns.
@@ -207,7 +224,8 @@ impl<'a> Runner<'a> {
         Ok(())
     }
 
-    /// Hands over the events that have come, then the newest frame if one is due; whether there was one.
+    /// Hands over the events that have come, then the newest frame if one is due; whether there was
+    /// one.
     fn take(&mut self, plugin: &mut impl Plugin) -> Result<bool> {
         // The frame is received first: its events were published before it, so they have all come.
         let due = self.limiter.left().is_zero() && self.frames.latest()?.is_some();
@@ -241,15 +259,22 @@ impl<'a> Runner<'a> {
         if events.lost() >= (10 * self.reported_lost).max(1) {
             self.reported_lost = events.lost();
             let name = self.frames.participant().name();
-            crate::tell!("{name}: events of {} ticks lost so far: too slow for this fleet", events.lost());
+            crate::tell!(
+                "{name}: events of {} ticks lost so far: too slow for this fleet",
+                events.lost()
+            );
         }
         Ok(())
     }
 }
 
-/// Hands over a new world, if there is one. A process that has just joined can get its first frame some
-/// moments before the world that it refers to.
-fn hand_over_world(worlds: &mut WorldReader, frame: &Frame<'_>, plugin: &mut impl Plugin) -> Result {
+/// Hands over a new world, if there is one. A process that has just joined can get its first frame
+/// some moments before the world that it refers to.
+fn hand_over_world(
+    worlds: &mut WorldReader,
+    frame: &Frame<'_>,
+    plugin: &mut impl Plugin,
+) -> Result {
     let wanted = (frame.run_id(), frame.header().world_revision);
     let start = Instant::now();
     loop {
@@ -280,22 +305,23 @@ struct LockstepTurn {
 }
 
 impl LockstepTurn {
-    /// Records a frame. In lockstep each tick counts once: whether a frame that is published again is seen would
-    /// depend on who is faster.
+    /// Records a frame. In lockstep each tick counts once: whether a frame that is published again
+    /// is seen would depend on who is faster.
     fn is_new(&mut self, frame: &Frame<'_>) -> bool {
         let this = (frame.run_id(), frame.tick());
         std::mem::replace(&mut self.last, this) != this || frame.header().lockstep == 0
     }
 
-    /// Adjusts what a frame says it missed. In lockstep no tick is lost, but a frame that is published again may be: only
-    /// the frames that the plugin's rate has skipped count, so that runs repeat.
+    /// Adjusts what a frame says it missed. In lockstep no tick is lost, but a frame that is
+    /// published again may be: only the frames that the plugin's rate has skipped count, so that
+    /// runs repeat.
     fn count_missed<'frame>(&mut self, frame: Frame<'frame>) -> Frame<'frame> {
         let skipped = std::mem::take(&mut self.skipped);
         if frame.header().lockstep == 0 { frame } else { frame.after_missing(skipped) }
     }
 
-    /// Waits until the plugins that this one comes after have finished a frame's tick. Returns `false` if the process is
-    /// asked to end.
+    /// Waits until the plugins that this one comes after have finished a frame's tick. Returns
+    /// `false` if the process is asked to end.
     fn wait_for_turn(&mut self, frame: &Frame<'_>, termination: &Termination) -> Result<bool> {
         if frame.header().lockstep == 0 || self.after.is_empty() {
             return Ok(true);
@@ -310,9 +336,11 @@ impl LockstepTurn {
             if reports.missing(&self.after, frame.run_id(), frame.tick())?.next().is_none() {
                 return Ok(true);
             }
-            // Checked again, because a report may have come in between: its wake-up is forgotten now.
+            // Checked again, because a report may have come in between: its wake-up is forgotten
+            // now.
             reports.forget_wake_ups()?;
-            let missing: Vec<_> = reports.missing(&self.after, frame.run_id(), frame.tick())?.cloned().collect();
+            let missing: Vec<_> =
+                reports.missing(&self.after, frame.run_id(), frame.tick())?.cloned().collect();
             if missing.is_empty() {
                 return Ok(true);
             }

@@ -9,7 +9,8 @@ use clap::Args;
 /// The command-line options of a process that is to be on time.
 #[derive(Args, Clone, Debug, Default)]
 pub struct SchedulingOptions {
-    /// Prefer this process over others: a nice value, -20 (preferred) to 19, or real time by 'fifo' or 'fifo:N', N 1 to 99
+    /// Prefer this process over others: a nice value, -20 (preferred) to 19, or real time by 'fifo'
+    /// or 'fifo:N', N 1 to 99
     #[arg(long, value_name = "NICE", allow_negative_numbers = true)]
     pub priority: Option<Priority>,
     /// Keep this process on these processors, numbered from 0, separated by commas
@@ -33,26 +34,33 @@ impl SchedulingOptions {
 /// How the operating system is to prefer this process over others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Priority {
-    /// A nice value, -20 (preferred) to 19. Below 0, the system may require a right to it (`CAP_SYS_NICE` or `ulimit -e`).
+    /// A nice value, -20 (preferred) to 19. Below 0, the system may require a right to it
+    /// (`CAP_SYS_NICE` or `ulimit -e`).
     Nice(i32),
-    /// Real time (`SCHED_FIFO`), 1 to 99: nothing of lower priority runs while it wants to. The system may require a right
-    /// to it (`CAP_SYS_NICE` or `ulimit -r`).
+    /// Real time (`SCHED_FIFO`), 1 to 99: nothing of lower priority runs while it wants to. The
+    /// system may require a right to it (`CAP_SYS_NICE` or `ulimit -r`).
     Fifo(i32),
 }
 
 /// The error of parsing a [`Priority`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("invalid priority '{0}'; give a nice value, -20 to 19, or 'fifo' or 'fifo:N' with N 1 to 99")]
+#[error(
+    "invalid priority '{0}'; give a nice value, -20 to 19, or 'fifo' or 'fifo:N' with N 1 to 99"
+)]
 pub struct ParsePriorityError(String);
 
 /// The error of changing how this process is scheduled.
 #[derive(Debug, thiserror::Error)]
 pub enum SchedulingError {
     /// The priority can't be changed.
-    #[error("can't set the priority ({0}); the right to it comes with CAP_SYS_NICE, `ulimit -e` or `ulimit -r`")]
+    #[error(
+        "can't set the priority ({0}); the right to it comes with CAP_SYS_NICE, `ulimit -e` or `ulimit -r`"
+    )]
     Priority(io::Error),
     /// The process can't be kept on these processors.
-    #[error("can't keep the process on processors {cores:?} ({error}); the system has processors 0 to {last}")]
+    #[error(
+        "can't keep the process on processors {cores:?} ({error}); the system has processors 0 to {last}"
+    )]
     Pin {
         /// The processors that were asked for.
         cores: Vec<usize>,
@@ -64,7 +72,8 @@ pub enum SchedulingError {
 }
 
 impl Priority {
-    /// The real-time priority of `fifo` without a number: low, so that the kernel's own threads go first.
+    /// The real-time priority of `fifo` without a number: low, so that the kernel's own threads go
+    /// first.
     const FIFO: i32 = 10;
 
     /// Gives this process, and the threads that it starts from here on, this priority.
@@ -132,7 +141,8 @@ fn set_fifo(_priority: i32) -> io::Result<()> {
     Err(io::ErrorKind::Unsupported.into())
 }
 
-/// Keeps this process, and the threads that it starts from here on, on some processors, numbered from 0.
+/// Keeps this process, and the threads that it starts from here on, on some processors, numbered
+/// from 0.
 ///
 /// # Errors
 /// [`SchedulingError::Pin`] if the system has none of them, or can't do that.
@@ -140,7 +150,8 @@ fn set_fifo(_priority: i32) -> io::Result<()> {
 pub fn pin(cores: &[usize]) -> Result<(), SchedulingError> {
     use rustix::thread::{CpuSet, sched_setaffinity};
     let last = std::fs::read_to_string("/sys/devices/system/cpu/present").ok();
-    let last = last.and_then(|text| text.trim().rsplit(['-', ',']).next()?.parse().ok()).unwrap_or(0);
+    let last =
+        last.and_then(|text| text.trim().rsplit(['-', ',']).next()?.parse().ok()).unwrap_or(0);
     let failed = |error: io::Error| SchedulingError::Pin { cores: cores.to_vec(), last, error };
     let mut set = CpuSet::new();
     for core in cores {
@@ -158,7 +169,11 @@ pub fn pin(cores: &[usize]) -> Result<(), SchedulingError> {
 /// [`SchedulingError::Pin`]: this system can't do that.
 #[cfg(not(target_os = "linux"))]
 pub fn pin(cores: &[usize]) -> Result<(), SchedulingError> {
-    Err(SchedulingError::Pin { cores: cores.to_vec(), last: 0, error: io::ErrorKind::Unsupported.into() })
+    Err(SchedulingError::Pin {
+        cores: cores.to_vec(),
+        last: 0,
+        error: io::ErrorKind::Unsupported.into(),
+    })
 }
 
 #[cfg(test)]

@@ -28,7 +28,11 @@ impl Silence {
         frames.forget_dead();
         if !frames.has_producer() {
             let participant = frames.participant();
-            crate::tell!("{}: waiting for an engine of fleet '{}'", participant.name(), participant.fleet());
+            crate::tell!(
+                "{}: waiting for an engine of fleet '{}'",
+                participant.name(),
+                participant.fleet()
+            );
             self.reported = true;
         }
     }

@@ -13,8 +13,8 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 
 use crate::error::Result;
 
-/// The environment variable with the id of the process that started this one: when that process dies, for any reason,
-/// this one is asked to end. `regatta run` sets it.
+/// The environment variable with the id of the process that started this one: when that process
+/// dies, for any reason, this one is asked to end. `regatta run` sets it.
 pub const PARENT_VARIABLE: &str = "REGATTA_PARENT";
 
 static REQUESTED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
@@ -39,14 +39,16 @@ fn end_at_second_interrupt() -> Result {
             signal_hook::low_level::exit(130);
         }
     };
-    // SAFETY: it does only what a signal handler may: it reads the monotonic clock (`clock_gettime`), changes an atomic
-    // number, and ends the process by `_exit`. It takes no lock, allocates nothing and can't panic.
+    // SAFETY: it does only what a signal handler may: it reads the monotonic clock
+    // (`clock_gettime`), changes an atomic number, and ends the process by `_exit`. It takes no
+    // lock, allocates nothing and can't panic.
     unsafe { signal_hook::low_level::register(SIGINT, handler)? };
     Ok(())
 }
 
-/// Makes `SIGHUP` set a flag rather than ask this process to end, as a service does that reopens its logs then. To be
-/// called before [`Termination::watch`]. `None` if the process has a terminal: there, `SIGHUP` says that it was closed.
+/// Makes `SIGHUP` set a flag rather than ask this process to end, as a service does that reopens
+/// its logs then. To be called before [`Termination::watch`]. `None` if the process has a terminal:
+/// there, `SIGHUP` says that it was closed.
 #[cfg(unix)]
 pub(super) fn reopen_on_hangup() -> io::Result<Option<Arc<AtomicBool>>> {
     if io::stdin().is_terminal() || io::stdout().is_terminal() || io::stderr().is_terminal() {
@@ -68,11 +70,13 @@ pub(super) fn reopen_on_hangup() -> io::Result<Option<Arc<AtomicBool>>> {
 
 /// Whether this process was asked to end: by Ctrl-C, `SIGTERM`, or its terminal being closed.
 ///
-/// Only these count: a process that is stopped and continued goes on. A second Ctrl-C, 200 ms or more after the first,
-/// ends the process at once, in case it hangs; the next process to join a fleet then cleans up its shared memory.
-/// (One Ctrl-C may arrive twice: from the terminal, and from a program that forwards it.)
+/// Only these count: a process that is stopped and continued goes on. A second Ctrl-C, 200 ms or
+/// more after the first, ends the process at once, in case it hangs; the next process to join a
+/// fleet then cleans up its shared memory. (One Ctrl-C may arrive twice: from the terminal, and
+/// from a program that forwards it.)
 ///
-/// Writing to a file that has grown to its limit (`ulimit -f`) fails with an error rather than with `SIGXFSZ`.
+/// Writing to a file that has grown to its limit (`ulimit -f`) fails with an error rather than with
+/// `SIGXFSZ`.
 #[derive(Clone, Debug)]
 pub struct Termination(Arc<AtomicBool>);
 
@@ -107,13 +111,16 @@ impl Termination {
     /// Sets the flag when the process that started this one has ended.
     #[cfg(target_os = "linux")]
     fn follow(&self, parent: i32) {
-        use rustix::process::{Pid, Signal, getppid, set_parent_process_death_signal, test_kill_process};
+        use rustix::process::{
+            Pid, Signal, getppid, set_parent_process_death_signal, test_kill_process,
+        };
         let Some(parent) = Pid::from_raw(parent) else { return };
         if getppid() == Some(parent) {
             // On an error, this process has to be ended by hand.
             let _ = set_parent_process_death_signal(Some(Signal::TERM));
         }
-        // It may have died before that call, or be a more distant ancestor, whose death isn't signalled.
+        // It may have died before that call, or be a more distant ancestor, whose death isn't
+        // signalled.
         if getppid() != Some(parent) && test_kill_process(parent).is_err() {
             self.0.store(true, Ordering::Relaxed);
         }

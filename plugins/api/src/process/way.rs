@@ -81,16 +81,19 @@ pub fn way_to(
     goal: usize,
     reverse: bool,
 ) -> Result<Vec<RouteLeg>, WayError> {
-    let (mut closures, mut frames) = (ClosureReader::open_on(participant)?, Subscriber::open_on(participant)?);
+    let (mut closures, mut frames) =
+        (ClosureReader::open_on(participant)?, Subscriber::open_on(participant)?);
     let frame = frames.wait(TIMEOUT)?.ok_or(WayError::NoFrame)?;
     if robot as usize >= frame.len() || frame.state_of(robot as usize) == RobotState::Absent {
         return Err(WayError::UnknownRobot(robot));
     }
     std::thread::sleep(AFTER_FRAME);
     closures.take()?;
-    let closed: BTreeSet<u32> = closures.closed(frame.run_id()).iter().map(|closed| closed.edge).collect();
+    let closed: BTreeSet<u32> =
+        closures.closed(frame.run_id()).iter().map(|closed| closed.edge).collect();
     let start = start_of(participant, world, &frame, robot)?;
-    let [from, to] = [start, goal].map(|node| world.nodes().get(node).map_or(u32::MAX, |node| node.id));
+    let [from, to] =
+        [start, goal].map(|node| world.nodes().get(node).map_or(u32::MAX, |node| node.id));
     if start == goal {
         return Err(WayError::AtGoal { node: to });
     }
@@ -108,8 +111,11 @@ pub fn way_to(
 /// # Errors
 /// [`WayError::UnknownNode`] or [`WayError::AmbiguousNode`].
 pub fn find_node(world: &World<'_>, node: &str) -> Result<usize, WayError> {
-    let by_id = node.parse::<u32>().ok().and_then(|id| world.nodes().iter().position(|node| node.id == id));
-    let mut named = (0..).zip(world.nodes()).filter(|(_, other)| !node.is_empty() && world.text(other.name) == node);
+    let by_id =
+        node.parse::<u32>().ok().and_then(|id| world.nodes().iter().position(|node| node.id == id));
+    let mut named = (0..)
+        .zip(world.nodes())
+        .filter(|(_, other)| !node.is_empty() && world.text(other.name) == node);
     match (by_id, named.next(), named.next()) {
         (Some(index), _, _) | (None, Some((index, _)), None) => Ok(index),
         (None, Some(_), Some(_)) => Err(WayError::AmbiguousNode(node.to_owned())),
@@ -118,7 +124,12 @@ pub fn find_node(world: &World<'_>, node: &str) -> Result<usize, WayError> {
 }
 
 /// Returns the node from which a new route of a robot starts.
-fn start_of(participant: &Participant, world: &World<'_>, frame: &Frame<'_>, robot: u32) -> Result<usize, WayError> {
+fn start_of(
+    participant: &Participant,
+    world: &World<'_>,
+    frame: &Frame<'_>,
+    robot: u32,
+) -> Result<usize, WayError> {
     let row = robot as usize;
     let edge = frame.edge()[row];
     let Some(record) = world.edges().get(edge as usize).filter(|_| edge != NO_EDGE) else {
@@ -136,7 +147,9 @@ fn nearest_node(world: &World<'_>, [x, y]: [f32; 2]) -> usize {
         let node = &world.nodes()[*index];
         (node.x - x).powi(2) + (node.y - y).powi(2)
     };
-    (0..world.nodes().len()).min_by(|one, other| square(one).total_cmp(&square(other))).unwrap_or_default()
+    (0..world.nodes().len())
+        .min_by(|one, other| square(one).total_cmp(&square(other)))
+        .unwrap_or_default()
 }
 
 /// Returns the legs of the way with the shortest driving time, by Dijkstra's algorithm.

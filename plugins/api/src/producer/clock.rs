@@ -1,11 +1,12 @@
 //! The clock of a producer: absolute deadlines, late ticks counted.
 //!
-//! Moments lie on the axis of simulated time. The clock maps it to the wall clock from an anchor (a point of both), not
-//! from the end of the work before, so that errors don't add up. A tick may start when its moment is due and must end
-//! before the next moment is due. A tick that ends late is counted; the ticks after it start at once until the schedule
-//! is met again. When the process falls behind by more than [`MAX_BACKLOG`] (it was stopped, or the machine can't hold the
-//! rate), the schedule is moved, and each deadline that passed meanwhile is counted as late: no tick is left out, because
-//! simulated time depends on the number of ticks alone.
+//! Moments lie on the axis of simulated time. The clock maps it to the wall clock from an anchor (a
+//! point of both), not from the end of the work before, so that errors don't add up. A tick may
+//! start when its moment is due and must end before the next moment is due. A tick that ends late
+//! is counted; the ticks after it start at once until the schedule is met again. When the process
+//! falls behind by more than [`MAX_BACKLOG`] (it was stopped, or the machine can't hold the rate),
+//! the schedule is moved, and each deadline that passed meanwhile is counted as late: no tick is
+//! left out, because simulated time depends on the number of ticks alone.
 
 use std::time::{Duration, Instant};
 
@@ -76,11 +77,14 @@ impl Clock {
         self.anchor = (now, sim_nanos);
     }
 
-    /// Changes the speed. Simulated time continues from where it is between the moments `current` and `next`.
+    /// Changes the speed. Simulated time continues from where it is between the moments `current`
+    /// and `next`.
     pub fn set_speed(&mut self, speed: Speed, current: u64, next: u64, now: Instant) {
         let elapsed = now.saturating_duration_since(self.anchor.0).as_nanos() as f64;
         let reached = match self.speed {
-            Speed::Factor(factor) if !self.paused => self.anchor.1 as f64 + elapsed * f64::from(factor),
+            Speed::Factor(factor) if !self.paused => {
+                self.anchor.1 as f64 + elapsed * f64::from(factor)
+            }
             _ => current as f64,
         };
         self.anchor = (now, (reached as u64).clamp(current, next.max(current)));
@@ -100,8 +104,8 @@ impl Clock {
         self.restart(current, now);
     }
 
-    /// Pauses the clock and makes it advance by `ticks` at the requested speed, so that readers can follow; the first of
-    /// them, the moment `next`, at once.
+    /// Pauses the clock and makes it advance by `ticks` at the requested speed, so that readers can
+    /// follow; the first of them, the moment `next`, at once.
     pub fn step(&mut self, ticks: u64, next: u64, now: Instant) {
         if !self.paused || self.steps_left == 0 {
             self.restart(next, now);
@@ -115,8 +119,8 @@ impl Clock {
         self.steps_left = 0;
     }
 
-    /// Records that the moment `sim_nanos` has ended, which was `ticks` ticks after the one before; the moment after it
-    /// is `next`.
+    /// Records that the moment `sim_nanos` has ended, which was `ticks` ticks after the one before;
+    /// the moment after it is `next`.
     pub fn finish(&mut self, ticks: u64, sim_nanos: u64, next: Option<u64>, now: Instant) {
         self.steps_left = self.steps_left.saturating_sub(ticks);
         let (Speed::Factor(factor), Some(next)) = (self.speed, next) else {
@@ -209,10 +213,18 @@ mod tests {
         let start = Instant::now();
         let mut clock = clock(1.0, start);
         clock.set_speed(Speed::Factor(0.5), NANOS, NANOS * 2, start + PERIOD / 2);
-        assert_eq!(clock.due(NANOS * 2), start + PERIOD / 2 + PERIOD, "half a period is left, at half the speed");
+        assert_eq!(
+            clock.due(NANOS * 2),
+            start + PERIOD / 2 + PERIOD,
+            "half a period is left, at half the speed"
+        );
         clock.pause();
         clock.set_speed(Speed::Factor(1.0), NANOS, NANOS * 2, start + PERIOD * 50);
-        assert_eq!(clock.due(NANOS * 2), start + PERIOD * 51, "no time passes while the clock is paused");
+        assert_eq!(
+            clock.due(NANOS * 2),
+            start + PERIOD * 51,
+            "no time passes while the clock is paused"
+        );
     }
 
     #[test]
@@ -221,7 +233,10 @@ mod tests {
         let mut clock = clock(1.0, start);
         clock.step(2, NANOS, start);
         clock.step(1, NANOS, start);
-        assert_eq!((clock.steps_left(), clock.stands(), clock.state()), (3, false, ClockState::Paused));
+        assert_eq!(
+            (clock.steps_left(), clock.stands(), clock.state()),
+            (3, false, ClockState::Paused)
+        );
         finish(&mut clock, 1, start);
         assert_eq!(clock.steps_left(), 2);
         clock.pause();

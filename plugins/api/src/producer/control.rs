@@ -14,7 +14,10 @@ const MAX_STEP: u64 = 1 << 40;
 
 impl Session {
     /// Carries out the requests that have arrived, and answers those that are due.
-    pub(super) fn answer_requests<P: Producer>(&mut self, producer: &mut P) -> Result<(), P::Error> {
+    pub(super) fn answer_requests<P: Producer>(
+        &mut self,
+        producer: &mut P,
+    ) -> Result<(), P::Error> {
         while let Some((ticket, request)) = self.ports().take_request()? {
             let refusal = self.carry_out(producer, &request)?.err();
             let is_step = request.kind() == Some(ControlKind::Step) && refusal.is_none();
@@ -22,7 +25,8 @@ impl Session {
             self.pending.push(Pending { ticket, due, refusal });
         }
         let steps_made = self.steps_made;
-        let due: Vec<_> = self.pending.extract_if(.., |pending| pending.due <= steps_made).collect();
+        let due: Vec<_> =
+            self.pending.extract_if(.., |pending| pending.due <= steps_made).collect();
         if due.is_empty() {
             return Ok(());
         }
@@ -79,9 +83,15 @@ impl Session {
         Ok(outcome)
     }
 
-    fn step<P: Producer>(&mut self, producer: &mut P, ticks: u64) -> Result<Result<(), RefusalReason>, P::Error> {
+    fn step<P: Producer>(
+        &mut self,
+        producer: &mut P,
+        ticks: u64,
+    ) -> Result<Result<(), RefusalReason>, P::Error> {
         if ticks > MAX_STEP {
-            return Ok(Err(format!("{ticks} ticks are too many for one step: ask for at most {MAX_STEP}")));
+            return Ok(Err(format!(
+                "{ticks} ticks are too many for one step: ask for at most {MAX_STEP}"
+            )));
         }
         let next = producer.next_moment(self)?.unwrap_or(self.now).sim_nanos;
         let now = Instant::now();

@@ -81,7 +81,8 @@ impl Figures {
     }
 }
 
-/// The resident memory of this process in bytes, shared memory included; 0 if the system doesn't report it.
+/// The resident memory of this process in bytes, shared memory included; 0 if the system doesn't
+/// report it.
 pub fn resident_bytes() -> u64 {
     let kibibytes = |text: String| -> Option<u64> {
         let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;

@@ -17,8 +17,8 @@ use crate::process::scheduling::SchedulingOptions;
 use crate::process::termination::Termination;
 use crate::records::name::FleetName;
 
-/// The command-line options of a producer. A producer with options of its own flattens these into them
-/// (`#[command(flatten)]`) and calls [`run`](Self::run).
+/// The command-line options of a producer. A producer with options of its own flattens these into
+/// them (`#[command(flatten)]`) and calls [`run`](Self::run).
 #[derive(Args, Clone, Debug)]
 pub struct ProducerOptions {
     /// The fleet to publish
@@ -47,8 +47,8 @@ pub struct ProducerOptions {
 /// The plugins that a producer waits for after each frame.
 #[derive(Args, Clone, Debug)]
 pub struct LockstepOptions {
-    /// Wait for these plugins to finish each tick, so that runs with them are reproducible; separated by commas or
-    /// spaces, after all other arguments without a name
+    /// Wait for these plugins to finish each tick, so that runs with them are reproducible;
+    /// separated by commas or spaces, after all other arguments without a name
     #[arg(id = "lockstep", long = "lockstep", value_name = "NAME", num_args = 1.., value_delimiter = ',', value_parser = parse_plugin)]
     pub names: Vec<String>,
     /// Longest time to wait for a plugin in lockstep
@@ -91,8 +91,8 @@ fn parse_seconds(text: &str) -> Result<Duration, String> {
 /// Runs a producer until Ctrl-C or `SIGTERM`, with the options on this process's command line.
 ///
 /// # Errors
-/// If an option is invalid, shared memory can't be used, the fleet has a live producer, or one of the producer's functions
-/// returns an error.
+/// If an option is invalid, shared memory can't be used, the fleet has a live producer, or one of
+/// the producer's functions returns an error.
 pub fn produce<P: Producer>(producer: P) -> Result
 where
     Error: From<P::Error>,
@@ -100,8 +100,8 @@ where
     produce_from(producer, std::env::args_os())
 }
 
-/// Runs a producer with a given command line. Its first argument is the program, whose file name is the producer's name
-/// unless `--name` gives one.
+/// Runs a producer with a given command line. Its first argument is the program, whose file name is
+/// the producer's name unless `--name` gives one.
 ///
 /// # Errors
 /// As [`produce`].
@@ -112,9 +112,16 @@ where
     A: Into<OsString> + Clone,
 {
     let args: Vec<OsString> = args.into_iter().map(Into::into).collect();
-    let program = args.first().and_then(|path| Path::new(path).file_stem()?.to_str()).unwrap_or("producer").to_owned();
-    let command = Cli::command().bin_name(&program).about("A Regatta producer: publishes the frames of a fleet");
-    let parsed = command.try_get_matches_from(args).and_then(|matches| Cli::from_arg_matches(&matches));
+    let program = args
+        .first()
+        .and_then(|path| Path::new(path).file_stem()?.to_str())
+        .unwrap_or("producer")
+        .to_owned();
+    let command = Cli::command()
+        .bin_name(&program)
+        .about("A Regatta producer: publishes the frames of a fleet");
+    let parsed =
+        command.try_get_matches_from(args).and_then(|matches| Cli::from_arg_matches(&matches));
     match parsed {
         Ok(cli) => cli.options.run(producer, &program),
         Err(error) if error.kind() == ErrorKind::DisplayHelp => Ok(error.print()?),

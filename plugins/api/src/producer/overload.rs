@@ -14,7 +14,8 @@ const SILENCE: Duration = Duration::from_secs(10);
 const LONGEST_SILENCE: Duration = Duration::from_secs(600);
 /// The part of ticks that may be late without a message.
 const TOLERATED: f64 = 0.05;
-/// The part of the time that the producer waits for a processor from which on others are the reason.
+/// The part of the time that the producer waits for a processor from which on others are the
+/// reason.
 const CROWDED: f64 = 0.05;
 /// How long the processor times of other processes are compared over.
 const SAMPLE: Duration = Duration::from_millis(500);
@@ -45,7 +46,8 @@ impl Overload {
         }
     }
 
-    /// Records ticks, and the number of late ones since the start. Costs a comparison, except every two seconds.
+    /// Records ticks, and the number of late ones since the start. Costs a comparison, except every
+    /// two seconds.
     pub(super) fn note(&mut self, ticks: u64, late_ticks: u64, now: Instant, fleet: &FleetName) {
         self.ticks += ticks;
         if now < self.next_check {
@@ -63,13 +65,16 @@ impl Overload {
         if late as f64 > ticks as f64 * TOLERATED && now >= self.next_message {
             self.next_message = now + self.silence;
             self.silence = (2 * self.silence).min(LONGEST_SILENCE);
-            let begin = format!("fleet '{fleet}': {late} of {ticks} ticks were late in the last {seconds:.0} s");
+            let begin = format!(
+                "fleet '{fleet}': {late} of {ticks} ticks were late in the last {seconds:.0} s"
+            );
             tell(begin, share);
         }
     }
 }
 
-/// Tells the user of late ticks. A thread of its own finds out who takes the processor, because that takes a while.
+/// Tells the user of late ticks. A thread of its own finds out who takes the processor, because
+/// that takes a while.
 fn tell(begin: String, share: f64) {
     if share < CROWDED {
         crate::tell!(
@@ -107,8 +112,12 @@ fn others() -> Vec<String> {
         })
         .collect();
     used.sort_by(|a, b| b.cmp(a));
-    let percent = |ticks: u64| ticks as f64 / clock_ticks_per_second() as f64 / SAMPLE.as_secs_f64() * 100.0;
-    used.into_iter().take(NAMED).map(|(ticks, name, pid)| format!("{name} {pid} ({:.0} %)", percent(ticks))).collect()
+    let percent =
+        |ticks: u64| ticks as f64 / clock_ticks_per_second() as f64 / SAMPLE.as_secs_f64() * 100.0;
+    used.into_iter()
+        .take(NAMED)
+        .map(|(ticks, name, pid)| format!("{name} {pid} ({:.0} %)", percent(ticks)))
+        .collect()
 }
 
 #[cfg(unix)]
@@ -133,7 +142,8 @@ fn processor_times() -> HashMap<u32, (String, u64)> {
     processes.flatten().filter_map(of).collect()
 }
 
-/// Parses `/proc/PID/stat`: the name, in parentheses, and the sum of the fields `utime` and `stime` (proc(5)).
+/// Parses `/proc/PID/stat`: the name, in parentheses, and the sum of the fields `utime` and `stime`
+/// (proc(5)).
 fn parse_stat(text: &str) -> Option<(String, u64)> {
     let (before, after) = text.rsplit_once(')')?;
     let (_, name) = before.split_once('(')?;

@@ -59,9 +59,14 @@ pub struct Session {
 }
 
 impl Session {
-    /// Creates a session on ports. `tick_period` is simulated time; a producer whose moments are not that far apart
-    /// overrides [`next_moment`](Producer::next_moment).
-    pub fn new(ports: ProducerPorts, tick_period: Duration, speed: Speed, lockstep: LockstepOptions) -> Self {
+    /// Creates a session on ports. `tick_period` is simulated time; a producer whose moments are
+    /// not that far apart overrides [`next_moment`](Producer::next_moment).
+    pub fn new(
+        ports: ProducerPorts,
+        tick_period: Duration,
+        speed: Speed,
+        lockstep: LockstepOptions,
+    ) -> Self {
         let now = Instant::now();
         Self {
             ports,
@@ -88,8 +93,13 @@ impl Session {
     /// Runs a producer until it ends or the process is asked to end.
     ///
     /// # Errors
-    /// If a port fails, a reader in lockstep doesn't finish a tick in time, or the producer returns an error.
-    pub fn run<P: Producer>(&mut self, producer: &mut P, termination: &Termination) -> Result<(), P::Error> {
+    /// If a port fails, a reader in lockstep doesn't finish a tick in time, or the producer returns
+    /// an error.
+    pub fn run<P: Producer>(
+        &mut self,
+        producer: &mut P,
+        termination: &Termination,
+    ) -> Result<(), P::Error> {
         producer.start(self)?;
         self.has_begun = true;
         // The first frame too: or else it would depend on who is faster whether a reader sees it.
@@ -112,7 +122,8 @@ impl Session {
         producer.show(self)
     }
 
-    /// Waits for the next moment, but not longer than control requests may wait; returns whether it is due.
+    /// Waits for the next moment, but not longer than control requests may wait; returns whether it
+    /// is due.
     fn is_due<P: Producer>(&mut self, producer: &mut P, next: Moment) -> Result<bool, P::Error> {
         if self.clock.stands() {
             self.ports.update();
@@ -201,17 +212,20 @@ impl Session {
         Moment { tick, sim_nanos: self.tick_period.as_nanos() as u64 * tick }
     }
 
-    /// Sets the tick of the current moment: a producer that knows it only when it reads the frame does this.
+    /// Sets the tick of the current moment: a producer that knows it only when it reads the frame
+    /// does this.
     pub fn set_tick(&mut self, tick: u64) {
         self.now.tick = tick;
     }
 
-    /// Begins to go to another moment: the frames from now on tell that they come after a jump. [`jump`](Self::jump) ends it.
+    /// Begins to go to another moment: the frames from now on tell that they come after a jump.
+    /// [`jump`](Self::jump) ends it.
     pub fn begin_jump(&mut self) {
         self.jumps += 1;
     }
 
-    /// Goes to another moment at once: a replay that seeks does this. Steps that are left are dropped.
+    /// Goes to another moment at once: a replay that seeks does this. Steps that are left are
+    /// dropped.
     pub fn jump(&mut self, to: Moment) {
         let now = Instant::now();
         self.now = to;
@@ -264,8 +278,9 @@ impl Session {
         Ok(frame)
     }
 
-    /// Loans the next frame, or returns `None` where `/dev/shm` is full: then the tick has no frame, and the run goes on. The
-    /// user is told. A run in lockstep, or one that hasn't begun, has an error instead.
+    /// Loans the next frame, or returns `None` where `/dev/shm` is full: then the tick has no
+    /// frame, and the run goes on. The user is told. A run in lockstep, or one that hasn't begun,
+    /// has an error instead.
     ///
     /// # Errors
     /// As [`loan`](Self::loan).
@@ -287,9 +302,9 @@ impl Session {
         }
     }
 
-    /// Passes an outcome on, except that full shared memory is no error: the readers miss what wasn't published, which the
-    /// sequence numbers tell them, and the run goes on. The user is told. A run in lockstep, or one that hasn't begun, has the
-    /// error.
+    /// Passes an outcome on, except that full shared memory is no error: the readers miss what
+    /// wasn't published, which the sequence numbers tell them, and the run goes on. The user is
+    /// told. A run in lockstep, or one that hasn't begun, has the error.
     ///
     /// # Errors
     /// The outcome's.
@@ -313,7 +328,8 @@ impl Session {
         self.frames_left_out
     }
 
-    /// Publishes a loaned frame and wakes the readers. Whatever belongs to its tick was published before.
+    /// Publishes a loaned frame and wakes the readers. Whatever belongs to its tick was published
+    /// before.
     ///
     /// # Errors
     /// As [`FrameLoan::send`].
@@ -330,18 +346,24 @@ impl Session {
         Ok(())
     }
 
-    /// Publishes a frame of `robots` robots whose columns `fill` writes in full. They hold an older frame before. Where
-    /// `/dev/shm` is full, the frame is left out, as by [`loan_unless_full`](Self::loan_unless_full).
+    /// Publishes a frame of `robots` robots whose columns `fill` writes in full. They hold an older
+    /// frame before. Where `/dev/shm` is full, the frame is left out, as by
+    /// [`loan_unless_full`](Self::loan_unless_full).
     ///
     /// # Errors
     /// As [`loan`](Self::loan) and [`send`](Self::send).
-    pub fn publish(&mut self, robots: usize, fill: impl FnOnce(&mut ColumnsMut<'_>)) -> Result<(), PublishError> {
+    pub fn publish(
+        &mut self,
+        robots: usize,
+        fill: impl FnOnce(&mut ColumnsMut<'_>),
+    ) -> Result<(), PublishError> {
         let Some(mut frame) = self.loan_unless_full(robots)? else { return Ok(()) };
         fill(&mut frame.columns_mut());
         self.send(frame)
     }
 
-    /// Refuses all orders that have arrived, by an event for each, which is published before the next frame.
+    /// Refuses all orders that have arrived, by an event for each, which is published before the
+    /// next frame.
     ///
     /// # Errors
     /// [`ReadError::Receive`] if a connection is broken.

@@ -47,7 +47,8 @@ impl FromStr for Speed {
     type Err = ParseSpeedError;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let factor = if text.eq_ignore_ascii_case("max") { Some(f32::INFINITY) } else { text.parse().ok() };
+        let factor =
+            if text.eq_ignore_ascii_case("max") { Some(f32::INFINITY) } else { text.parse().ok() };
         factor.and_then(Self::from_f32).ok_or_else(|| ParseSpeedError(text.to_owned()))
     }
 }

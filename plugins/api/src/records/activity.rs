@@ -1,7 +1,7 @@
 //! What robots are about, as a fleet manager sees it: the values of the column `activity`.
 //!
-//! Beside it, a manager publishes the column `waits-for`: the id of the robot that each robot waits for, or NaN; and the column
-//! `goal`: the id of the node to which each robot was sent, or NaN.
+//! Beside it, a manager publishes the column `waits-for`: the id of the robot that each robot waits
+//! for, or NaN; and the column `goal`: the id of the node to which each robot was sent, or NaN.
 
 /// What a robot is about: a value of the column `activity`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,12 +1,13 @@
-//! Closed edges: those that no robot may enter now. The producer publishes all of them on `regatta/F/closures` with every change,
-//! so that a process that joins later knows them, too.
+//! Closed edges: those that no robot may enter now. The producer publishes all of them on
+//! `regatta/F/closures` with every change, so that a process that joins later knows them, too.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::sequence::Sequenced;
 
-/// The iceoryx2 user header of `regatta/F/closures`. The payload is a [`ClosedEdge`] for each of them, sorted by id.
+/// The iceoryx2 user header of `regatta/F/closures`. The payload is a [`ClosedEdge`] for each of
+/// them, sorted by id.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("regatta_ClosureHeader")]
@@ -20,7 +21,9 @@ pub struct ClosureHeader {
 }
 
 /// An edge that no robot may enter.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Pod, Zeroable, ZeroCopySend)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Pod, Zeroable, ZeroCopySend,
+)]
 #[repr(C)]
 #[type_name("regatta_ClosedEdge")]
 pub struct ClosedEdge {

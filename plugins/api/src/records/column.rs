@@ -5,9 +5,11 @@ use iceoryx2::prelude::ZeroCopySend;
 
 use super::sequence::Sequenced;
 
-/// The iceoryx2 user header of a column. Its payload is `robots` values of `f32`, padded to whole lines.
+/// The iceoryx2 user header of a column. Its payload is `robots` values of `f32`, padded to whole
+/// lines.
 ///
-/// The producer itself publishes the column `type`: each robot's index into the world's robot types.
+/// The producer itself publishes the column `type`: each robot's index into the world's robot
+/// types.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("regatta_ColumnHeader")]
@@ -20,7 +22,8 @@ pub struct ColumnHeader {
     pub sequence: u64,
     /// Number of values.
     pub robots: u32,
-    /// Microseconds that the publisher spent on the frame before it published this; 0 if it doesn't say.
+    /// Microseconds that the publisher spent on the frame before it published this; 0 if it doesn't
+    /// say.
     pub cost_micros: u32,
 }
 

@@ -1,5 +1,5 @@
-//! Contacts: pairs of robots that touch or are about to. A collision checker publishes all current pairs on
-//! `regatta/F/contacts`, and the changes of a tick on `regatta/F/contact_events`.
+//! Contacts: pairs of robots that touch or are about to. A collision checker publishes all current
+//! pairs on `regatta/F/contacts`, and the changes of a tick on `regatta/F/contact_events`.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
@@ -102,7 +102,8 @@ pub struct ContactEventHeader {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[repr(u32)]
 pub enum ContactLevel {
-    /// They are within the safety margin, or will touch within the horizon if both continue as they do.
+    /// They are within the safety margin, or will touch within the horizon if both continue as they
+    /// do.
     Possible = 1,
     /// Their footprints overlap.
     Touching = 2,

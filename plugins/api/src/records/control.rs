@@ -1,4 +1,5 @@
-//! Control: pause, resume, step, speed, number of robots, status. Request-response on `regatta/F/control`.
+//! Control: pause, resume, step, speed, number of robots, status. Request-response on
+//! `regatta/F/control`.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
@@ -29,13 +30,13 @@ pub enum ControlKind {
     Pause = 1,
     /// Tick again.
     Resume = 2,
-    /// Pause and advance by `count` ticks; the answer comes when they are done. A pause, a resume or a seek in
-    /// between ends the steps, and their request is then refused.
+    /// Pause and advance by `count` ticks; the answer comes when they are done. A pause, a resume
+    /// or a seek in between ends the steps, and their request is then refused.
     Step = 3,
     /// Change the requested speed.
     Speed = 4,
-    /// Change the number of robots: new ones are spawned as the scenario defines, surplus ones removed (highest ids
-    /// first).
+    /// Change the number of robots: new ones are spawned as the scenario defines, surplus ones
+    /// removed (highest ids first).
     Robots = 5,
     /// Go to a simulated time. Replays can.
     Seek = 6,
@@ -89,7 +90,9 @@ impl ControlRequest {
     /// The kind of the request; `None` if this contract doesn't know it.
     pub fn kind(&self) -> Option<ControlKind> {
         use ControlKind::{Pause, Resume, Robots, Seek, Speed, Status, Step};
-        [Status, Pause, Resume, Step, Speed, Robots, Seek].into_iter().find(|kind| *kind as u32 == self.kind)
+        [Status, Pause, Resume, Step, Speed, Robots, Seek]
+            .into_iter()
+            .find(|kind| *kind as u32 == self.kind)
     }
 }
 

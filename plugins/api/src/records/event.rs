@@ -29,9 +29,11 @@ pub struct EventRecord {
     pub token: u64,
     /// An [`EventKind`].
     pub kind: u32,
-    /// The robot, by id; [`NO_ROBOT`](super::task::NO_ROBOT) for events of edges and the answers to their orders.
+    /// The robot, by id; [`NO_ROBOT`](super::task::NO_ROBOT) for events of edges and the answers to
+    /// their orders.
     pub robot: u32,
-    /// `ReachedNode`: the node's id. `EdgeClosed`, `EdgeOpened`: the edge's. `Refused`: the id that the order named.
+    /// `ReachedNode`: the node's id. `EdgeClosed`, `EdgeOpened`: the edge's. `Refused`: the id that
+    /// the order named.
     pub id: u32,
     /// `Refused`: a [`Refusal`]. `BrokenDown`: a [`BreakdownCause`].
     pub detail: u32,
@@ -45,7 +47,8 @@ pub enum EventKind {
     ReachedNode = 1,
     /// A robot reached the end of its route.
     RouteDone = 2,
-    /// A robot reached the end of its released base and waits for a release, or comes to a closed edge and waits for it.
+    /// A robot reached the end of its released base and waits for a release, or comes to a closed
+    /// edge and waits for it.
     WaitingForRelease = 3,
     /// A held robot has come to a stop.
     Held = 4,
@@ -82,7 +85,8 @@ pub enum BreakdownCause {
     /// Not known.
     #[default]
     Unknown = 0,
-    /// Its battery is flat. It stays broken until it is repaired, which brings a full battery, or until it has been charged.
+    /// Its battery is flat. It stays broken until it is repaired, which brings a full battery, or
+    /// until it has been charged.
     FlatBattery = 1,
 }
 

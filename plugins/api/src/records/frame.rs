@@ -8,8 +8,8 @@ pub use view::Frame;
 
 mod view;
 
-/// The version of everything in this crate that crosses a process boundary. Two processes communicate only if
-/// their versions are equal.
+/// The version of everything in this crate that crosses a process boundary. Two processes
+/// communicate only if their versions are equal.
 pub const CONTRACT_VERSION: u32 = 10;
 
 /// The value of the `edge` column for a robot that is on no edge.
@@ -37,12 +37,12 @@ pub const BYTES_PER_LINE: usize = 64;
 pub struct FrameHeader {
     /// Differs between any two starts of a producer.
     pub run_id: u64,
-    /// Ticks since the start of the run; the first frame, before any step, is tick 0. A frame is published again,
-    /// with the same tick and [`repeated`](Self::repeated), when the clock or the number of robots has changed between
-    /// two ticks.
+    /// Ticks since the start of the run; the first frame, before any step, is tick 0. A frame is
+    /// published again, with the same tick and [`repeated`](Self::repeated), when the clock or the
+    /// number of robots has changed between two ticks.
     pub tick: u64,
-    /// Counts the frames of the run, from 1. The publisher fills it in. A gap between two frames that a reader got is
-    /// the number of frames that it lost.
+    /// Counts the frames of the run, from 1. The publisher fills it in. A gap between two frames
+    /// that a reader got is the number of frames that it lost.
     pub sequence: u64,
     /// Simulated time since the start of the run, in nanoseconds: a function of `tick` alone.
     pub sim_time_nanos: u64,
@@ -50,7 +50,8 @@ pub struct FrameHeader {
     pub wall_time_nanos: u64,
     /// Ticks that ended after their deadline, since the start of the run.
     pub late_ticks: u64,
-    /// Changes whenever the producer publishes another world; equals [`WorldHeader::revision`](crate::world::WorldHeader::revision).
+    /// Changes whenever the producer publishes another world; equals
+    /// [`WorldHeader::revision`](crate::world::WorldHeader::revision).
     pub world_revision: u64,
     /// Duration of the previous tick's work, in nanoseconds.
     pub tick_cost_nanos: u64,
@@ -68,8 +69,9 @@ pub struct FrameHeader {
     pub lockstep: u32,
     /// Nonzero if an earlier frame of the run has the same tick.
     pub repeated: u32,
-    /// Counts the jumps of the producer's clock in its run: a replay that is sent to another time jumps. Between two frames
-    /// with different counts no simulated time has passed, whatever their times are.
+    /// Counts the jumps of the producer's clock in its run: a replay that is sent to another time
+    /// jumps. Between two frames with different counts no simulated time has passed, whatever their
+    /// times are.
     pub jumps: u64,
 }
 
@@ -93,8 +95,8 @@ pub enum RobotState {
     Idle = 0,
     /// The robot drives its released base.
     Driving = 1,
-    /// The robot stands at the end of its released base, at a node or within an edge, and has a horizon: it waits for a
-    /// release.
+    /// The robot stands at the end of its released base, at a node or within an edge, and has a
+    /// horizon: it waits for a release.
     Waiting = 2,
     /// The robot was ordered to hold; it is stopped, or braking to a stop.
     Held = 3,
@@ -102,16 +104,18 @@ pub enum RobotState {
     Faulted = 4,
     /// The robot stands at a node and turns on the spot, to the heading of its next edge.
     Turning = 5,
-    /// The robot has stopped for a while of its own, or brakes to a stop; it keeps its route and goes on afterwards.
+    /// The robot has stopped for a while of its own, or brakes to a stop; it keeps its route and
+    /// goes on afterwards.
     Stalled = 6,
-    /// The robot is broken: it stands, or brakes to a stop, and keeps its route until it is repaired.
+    /// The robot is broken: it stands, or brakes to a stop, and keeps its route until it is
+    /// repaired.
     Broken = 7,
     /// The row holds no robot. Its pose is meaningless.
     Absent = 255,
 }
 
-/// The columns of a frame under construction. Each 4-byte column is `stride_lines * 16` values long,
-/// `state` is padded likewise to whole lines; rows from `robots` on are padding.
+/// The columns of a frame under construction. Each 4-byte column is `stride_lines * 16` values
+/// long, `state` is padded likewise to whole lines; rows from `robots` on are padding.
 #[derive(Debug)]
 pub struct ColumnsMut<'frame> {
     /// Metres east.
@@ -154,7 +158,8 @@ pub const fn stride_lines(robots: usize) -> usize {
     robots.div_ceil(WORDS_PER_LINE)
 }
 
-/// Returns the length of a whole frame for `robots` robots, in lines: six 4-byte columns and one of bytes.
+/// Returns the length of a whole frame for `robots` robots, in lines: six 4-byte columns and one of
+/// bytes.
 pub const fn frame_lines(robots: usize) -> usize {
     6 * stride_lines(robots) + stride_lines(robots).div_ceil(4)
 }
@@ -233,10 +238,12 @@ impl RobotState {
         }
     }
 
-    /// The number of states that a robot can be in, [`RobotState::Absent`] excluded. Their numbers are below it.
+    /// The number of states that a robot can be in, [`RobotState::Absent`] excluded. Their numbers
+    /// are below it.
     pub const COUNT: usize = 8;
 
-    /// Whether the robot may not drive, whatever its route: it is held, stalled or broken, and stands or brakes to a stop.
+    /// Whether the robot may not drive, whatever its route: it is held, stalled or broken, and
+    /// stands or brakes to a stop.
     pub const fn is_stopped(self) -> bool {
         matches!(self, Self::Held | Self::Stalled | Self::Broken)
     }
@@ -292,7 +299,11 @@ mod tests {
     fn every_column_starts_on_a_cache_line() {
         let mut lines = vec![Line::default(); frame_lines(100)];
         let columns = ColumnsMut::split(&mut lines, 100);
-        let starts = [columns.x.as_ptr() as usize, columns.edge.as_ptr() as usize, columns.state.as_ptr() as usize];
+        let starts = [
+            columns.x.as_ptr() as usize,
+            columns.edge.as_ptr() as usize,
+            columns.state.as_ptr() as usize,
+        ];
         assert!(starts.iter().all(|start| start.is_multiple_of(BYTES_PER_LINE)));
     }
 

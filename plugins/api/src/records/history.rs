@@ -1,5 +1,6 @@
-//! The history of a run so far: figures of the fleet over time on `regatta/F/history`, and the places where robots lose time on
-//! `regatta/F/spots`. Both are published whole, so that a reader that joins late has all of it.
+//! The history of a run so far: figures of the fleet over time on `regatta/F/history`, and the
+//! places where robots lose time on `regatta/F/spots`. Both are published whole, so that a reader
+//! that joins late has all of it.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
@@ -7,15 +8,16 @@ use iceoryx2::prelude::ZeroCopySend;
 use super::frame::NO_EDGE;
 use super::sequence::Sequenced;
 
-/// The number of states in [`FleetSample::states`]: all but [`Absent`](super::frame::RobotState::Absent).
+/// The number of states in [`FleetSample::states`]: all but
+/// [`Absent`](super::frame::RobotState::Absent).
 pub const FLEET_STATES: usize = 8;
 /// The most edges of a [`HotSpot`].
 pub const SPOT_EDGES: usize = 4;
 /// The value of [`FleetSample::touching`] if nobody checks for contacts.
 const UNKNOWN: u32 = u32::MAX;
 
-/// The iceoryx2 user header of `regatta/F/history`, with a payload of [`FleetSample`]s, and of `regatta/F/spots`, with one of
-/// [`HotSpot`]s.
+/// The iceoryx2 user header of `regatta/F/history`, with a payload of [`FleetSample`]s, and of
+/// `regatta/F/spots`, with one of [`HotSpot`]s.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("regatta_HistoryHeader")]
@@ -26,7 +28,8 @@ pub struct HistoryHeader {
     pub tick: u64,
     /// Its simulated time, in nanoseconds.
     pub sim_time_nanos: u64,
-    /// The simulated time of the first frame that is counted, in nanoseconds: what was before isn't known.
+    /// The simulated time of the first frame that is counted, in nanoseconds: what was before isn't
+    /// known.
     pub began_nanos: u64,
     /// Counts the samples of the run, from 1. The publisher fills it in.
     pub sequence: u64,
@@ -72,7 +75,14 @@ impl FleetSample {
 impl Default for FleetSample {
     fn default() -> Self {
         let states = [0; FLEET_STATES];
-        Self { secs: 0.0, states, touching: UNKNOWN, throughput: f32::NAN, mean_speed: 0.0, reserved: 0 }
+        Self {
+            secs: 0.0,
+            states,
+            touching: UNKNOWN,
+            throughput: f32::NAN,
+            mean_speed: 0.0,
+            reserved: 0,
+        }
     }
 }
 
@@ -117,7 +127,8 @@ pub struct HotSpot {
     pub x: f32,
     /// The middle of the losses, in metres north.
     pub y: f32,
-    /// The edges with the most losses, by their indices in the world; [`NO_EDGE`] where there are fewer.
+    /// The edges with the most losses, by their indices in the world; [`NO_EDGE`] where there are
+    /// fewer.
     pub edges: [u32; SPOT_EDGES],
     /// A [`Trend`]; [`trend`](Self::trend()) reads it.
     pub trend: u32,

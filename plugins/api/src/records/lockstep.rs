@@ -17,6 +17,7 @@ pub struct Done {
 }
 
 impl Done {
-    /// Stands for all ticks to come: the reader has ended as it was asked to, and isn't to be waited for.
+    /// Stands for all ticks to come: the reader has ended as it was asked to, and isn't to be
+    /// waited for.
     pub const LEFT: u64 = u64::MAX;
 }

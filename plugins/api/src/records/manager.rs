@@ -1,5 +1,6 @@
-//! Requests to a fleet manager: to send a robot somewhere, and to call it back. Request-response on `regatta/F/manager`. A fleet
-//! without a manager has no server there, and neither has one whose manager takes no requests.
+//! Requests to a fleet manager: to send a robot somewhere, and to call it back. Request-response on
+//! `regatta/F/manager`. A fleet without a manager has no server there, and neither has one whose
+//! manager takes no requests.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
@@ -8,8 +9,8 @@ use iceoryx2::prelude::ZeroCopySend;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum ManagerRequestKind {
-    /// Send a robot to a node: at once, or if it carries a load, as soon as its order is finished. It takes the place of an
-    /// earlier request for the same robot.
+    /// Send a robot to a node: at once, or if it carries a load, as soon as its order is finished.
+    /// It takes the place of an earlier request for the same robot.
     Send = 1,
     /// Take back what a robot was sent for, and manage it as before.
     Recall = 2,
@@ -76,7 +77,8 @@ pub struct ManagerRequest {
 #[repr(C)]
 #[type_name("regatta_ManagerResponse")]
 pub struct ManagerResponse {
-    /// The number of the transport task by which the robot is sent, as in the task log; 0 if there is none.
+    /// The number of the transport task by which the robot is sent, as in the task log; 0 if there
+    /// is none.
     pub task: u64,
     /// A [`ManagerAnswer`].
     pub answer: u32,
@@ -97,7 +99,9 @@ impl ManagerRequest {
 
     /// Returns what is asked for; `None` for a kind that this version doesn't know.
     pub fn kind(&self) -> Option<ManagerRequestKind> {
-        [ManagerRequestKind::Send, ManagerRequestKind::Recall].into_iter().find(|kind| *kind as u32 == self.kind)
+        [ManagerRequestKind::Send, ManagerRequestKind::Recall]
+            .into_iter()
+            .find(|kind| *kind as u32 == self.kind)
     }
 }
 

@@ -6,7 +6,8 @@ use core::str::FromStr;
 /// The longest name, in bytes.
 pub const MAX_NAME_BYTES: usize = 64;
 
-/// The name of a fleet. Fleets with different names share nothing, so any number of them run side by side.
+/// The name of a fleet. Fleets with different names share nothing, so any number of them run side
+/// by side.
 ///
 /// ```
 /// use regatta_plugin::FleetName;
@@ -27,7 +28,9 @@ pub struct ColumnName(String);
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NameError {
     /// The text is empty.
-    #[error("a name can't be empty; give it 1 to {MAX_NAME_BYTES} letters, digits, '-', '_' or '.'")]
+    #[error(
+        "a name can't be empty; give it 1 to {MAX_NAME_BYTES} letters, digits, '-', '_' or '.'"
+    )]
     Empty,
     /// The text is too long.
     #[error("the name is {bytes} bytes long; at most {MAX_NAME_BYTES} are allowed")]
@@ -36,7 +39,9 @@ pub enum NameError {
         bytes: usize,
     },
     /// The text has a character that a service name can't have.
-    #[error("{character:?} in the name {name:?} is not allowed; use letters (a-z, A-Z), digits, '-', '_' and '.'")]
+    #[error(
+        "{character:?} in the name {name:?} is not allowed; use letters (a-z, A-Z), digits, '-', '_' and '.'"
+    )]
     Character {
         /// The whole text.
         name: String,

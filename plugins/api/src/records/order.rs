@@ -9,11 +9,13 @@ use iceoryx2::prelude::ZeroCopySend;
 #[repr(C)]
 #[type_name("regatta_OrderHeader")]
 pub struct OrderHeader {
-    /// The hash of the sender's name. In lockstep, the samples of a tick are applied in the order of this value.
+    /// The hash of the sender's name. In lockstep, the samples of a tick are applied in the order
+    /// of this value.
     pub sender: u64,
 }
 
-/// One order, or one leg of the route of the order before it. `kind` decides which fields have a meaning.
+/// One order, or one leg of the route of the order before it. `kind` decides which fields have a
+/// meaning.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("regatta_OrderRecord")]
@@ -22,19 +24,23 @@ pub struct OrderRecord {
     pub token: u64,
     /// An [`OrderKind`].
     pub kind: u32,
-    /// The robot, by id; [`NO_ROBOT`](super::task::NO_ROBOT) for `CloseEdge` and `OpenEdge`, no meaning for spawns and `Leg`.
+    /// The robot, by id; [`NO_ROBOT`](super::task::NO_ROBOT) for `CloseEdge` and `OpenEdge`, no
+    /// meaning for spawns and `Leg`.
     pub robot: u32,
     /// `Assign`, `Extend`: the number of `Leg` records that follow this one.
     pub legs: u32,
-    /// `Leg`, `Release`, `SpawnOnEdge`, `CloseEdge`, `OpenEdge`: id of the edge in the route graph. `SpawnAtNode`: id of the node.
+    /// `Leg`, `Release`, `SpawnOnEdge`, `CloseEdge`, `OpenEdge`: id of the edge in the route graph.
+    /// `SpawnAtNode`: id of the node.
     pub id: u32,
     /// `Leg`, `Release`: 1 to drive the edge from destination to origin in reverse gear, else 0.
     pub reverse: u32,
-    /// `Leg`: 1 if the robot may drive this edge now, 0 if it is horizon. Once 0, all later legs are.
+    /// `Leg`: 1 if the robot may drive this edge now, 0 if it is horizon. Once 0, all later legs
+    /// are.
     pub released: u32,
     /// Spawns: index of the robot type in the world.
     pub robot_type: u32,
-    /// `SpawnOnEdge`: metres from the edge's origin node. `Release`: metres from the node at which the leg is entered.
+    /// `SpawnOnEdge`: metres from the edge's origin node. `Release`: metres from the node at which
+    /// the leg is entered.
     pub s: f32,
 }
 
@@ -44,14 +50,16 @@ pub struct OrderRecord {
 pub enum OrderKind {
     /// Part of the route of the `Assign` or `Extend` before it.
     Leg = 0,
-    /// Give a robot a new route. The route starts where the robot is: at the end of its current edge, which it
-    /// finishes first, or at its node. If no leg is released, a base that ends within the current edge still ends
-    /// there; that of a robot that stands within an edge without a route ends where it stands.
+    /// Give a robot a new route. The route starts where the robot is: at the end of its current
+    /// edge, which it finishes first, or at its node. If no leg is released, a base that ends
+    /// within the current edge still ends there; that of a robot that stands within an edge without
+    /// a route ends where it stands.
     Assign = 1,
-    /// Drop the horizon and append legs at the end of the released base. If it ends within a leg and an appended leg is
-    /// released, the rest of that leg is, too.
+    /// Drop the horizon and append legs at the end of the released base. If it ends within a leg
+    /// and an appended leg is released, the rest of that leg is, too.
     Extend = 2,
-    /// Drop the whole route beyond the end of the robot's current edge, or of its base if that is on the edge.
+    /// Drop the whole route beyond the end of the robot's current edge, or of its base if that is
+    /// on the edge.
     Cancel = 3,
     /// Brake, stop and keep the route.
     Hold = 4,
@@ -63,20 +71,22 @@ pub enum OrderKind {
     SpawnOnEdge = 7,
     /// Remove a robot from the fleet. A later spawn may reuse its id.
     Remove = 8,
-    /// Release the horizon up to `s` metres along a leg: the first leg with this edge and gear at or after the end of the
-    /// base. All legs before it become wholly released. `s` at or beyond the leg's length, or infinity, releases all of it;
-    /// the end of the base may be within the leg that the robot is on.
+    /// Release the horizon up to `s` metres along a leg: the first leg with this edge and gear at
+    /// or after the end of the base. All legs before it become wholly released. `s` at or beyond
+    /// the leg's length, or infinity, releases all of it; the end of the base may be within the leg
+    /// that the robot is on.
     ///
-    /// Nothing is ever taken back: less than is released already changes nothing. So the order may be sent again. It takes
-    /// one record; the legs aren't sent again.
+    /// Nothing is ever taken back: less than is released already changes nothing. So the order may
+    /// be sent again. It takes one record; the legs aren't sent again.
     Release = 9,
-    /// Make a robot break down: it brakes, stops and keeps its route until it is repaired. Orders for its route are
-    /// accepted, and take effect afterwards.
+    /// Make a robot break down: it brakes, stops and keeps its route until it is repaired. Orders
+    /// for its route are accepted, and take effect afterwards.
     Break = 10,
     /// Repair a robot that is broken. It goes on with its route, unless it is held.
     Repair = 11,
-    /// Close an edge in both gears: from now on no robot enters it, whatever its route, and no new route may lead along it.
-    /// Who is on it leaves it. Who comes to it waits at the node before it, and brakes harder than usual if need be.
+    /// Close an edge in both gears: from now on no robot enters it, whatever its route, and no new
+    /// route may lead along it. Who is on it leaves it. Who comes to it waits at the node before
+    /// it, and brakes harder than usual if need be.
     CloseEdge = 12,
     /// Open a closed edge again. Who waits before it drives on.
     OpenEdge = 13,

@@ -1,5 +1,6 @@
-//! What a replay tells about its recording: its name, its time, and where something happened in it. A replay publishes this on
-//! `regatta/F/recording`, so that any reader can show a bar with marks, whoever started the replay.
+//! What a replay tells about its recording: its name, its time, and where something happened in it.
+//! A replay publishes this on `regatta/F/recording`, so that any reader can show a bar with marks,
+//! whoever started the replay.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
@@ -7,9 +8,11 @@ use iceoryx2::prelude::ZeroCopySend;
 use super::sequence::Sequenced;
 use super::{padded, text};
 
-/// The iceoryx2 user header of `regatta/F/recording`. Its payload is a [`RecordingMark`] for each mark, sorted by time.
+/// The iceoryx2 user header of `regatta/F/recording`. Its payload is a [`RecordingMark`] for each
+/// mark, sorted by time.
 ///
-/// Times are those of the recording's clock: the simulated time of its first run; further runs follow without a gap.
+/// Times are those of the recording's clock: the simulated time of its first run; further runs
+/// follow without a gap.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("regatta_RecordingHeader")]
@@ -22,7 +25,8 @@ pub struct RecordingHeader {
     pub start_nanos: u64,
     /// The last time of the recording, in nanoseconds.
     pub end_nanos: u64,
-    /// The recording's clock minus the simulated time of the frames of this run, in nanoseconds; wraps where it is negative.
+    /// The recording's clock minus the simulated time of the frames of this run, in nanoseconds;
+    /// wraps where it is negative.
     pub ahead_nanos: u64,
     /// Marks up to this time are known; the recording is still being searched for those after it.
     pub searched_nanos: u64,
@@ -30,7 +34,8 @@ pub struct RecordingHeader {
     pub left_out: u64,
     /// The name of the file without its folder, in UTF-8 padded with zeros.
     pub file: [u8; 128],
-    /// The last note at or before the frame that was shown when this was published, in UTF-8 padded with zeros.
+    /// The last note at or before the frame that was shown when this was published, in UTF-8 padded
+    /// with zeros.
     pub note: [u8; 128],
 }
 

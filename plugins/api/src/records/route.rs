@@ -1,12 +1,13 @@
-//! Routes: the legs that a robot is going to drive. Request-response on `regatta/F/routes`. A producer that knows no
-//! routes (a replay, a UDP source) has no server there.
+//! Routes: the legs that a robot is going to drive. Request-response on `regatta/F/routes`. A
+//! producer that knows no routes (a replay, a UDP source) has no server there.
 
 use core::cmp::Ordering;
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
-/// The largest number of legs that one answer lists. A longer route is cut; its total length is still reported.
+/// The largest number of legs that one answer lists. A longer route is cut; its total length is
+/// still reported.
 pub const LISTED_LEGS: usize = 256;
 
 /// The value of [`RouteResponse::found`] for a robot that drives on beyond the listed legs.
@@ -28,9 +29,10 @@ pub struct RouteRequest {
 
 /// The remaining route of a robot, as it was between two ticks.
 ///
-/// The first leg is the one that the robot is on, unless it stands at its end or on a node. For a loop, the response
-/// lists one lap from there; the part up to the end of the route's list is released. For a random walk, it lists the leg
-/// that the robot is on and the next ones, as far as they are drawn. A robot without a route has no legs.
+/// The first leg is the one that the robot is on, unless it stands at its end or on a node. For a
+/// loop, the response lists one lap from there; the part up to the end of the route's list is
+/// released. For a random walk, it lists the leg that the robot is on and the next ones, as far as
+/// they are drawn. A robot without a route has no legs.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("regatta_RouteResponse")]
@@ -41,20 +43,21 @@ pub struct RouteResponse {
     pub tick: u64,
     /// The requested robot.
     pub robot: u32,
-    /// 0 if there is no such robot; 1 if there is; 2 if it also drives on beyond the listed legs, without another order: on
-    /// a loop or a random walk.
+    /// 0 if there is no such robot; 1 if there is; 2 if it also drives on beyond the listed legs,
+    /// without another order: on a loop or a random walk.
     pub found: u32,
     /// The number of remaining legs.
     pub legs: u32,
-    /// The number of released legs, which come first: the robot may drive them now, the last of them as far as
-    /// `released_metres`. The others are horizon.
+    /// The number of released legs, which come first: the robot may drive them now, the last of
+    /// them as far as `released_metres`. The others are horizon.
     pub released: u32,
-    /// Metres of the last released leg that are released, from where it is entered; infinity for all of it.
+    /// Metres of the last released leg that are released, from where it is entered; infinity for
+    /// all of it.
     pub released_metres: f32,
     /// Zero.
     pub reserved: u32,
-    /// The first [`LISTED_LEGS`] remaining legs; zero beyond. Each is the index of an edge in the world, and bit 31 is set if it
-    /// is driven in reverse gear. [`legs`](Self::legs()) reads them.
+    /// The first [`LISTED_LEGS`] remaining legs; zero beyond. Each is the index of an edge in the
+    /// world, and bit 31 is set if it is driven in reverse gear. [`legs`](Self::legs()) reads them.
     pub listed: [u32; LISTED_LEGS],
 }
 
@@ -67,7 +70,8 @@ pub struct LegAhead {
     pub reverse: bool,
     /// Whether the robot may drive it now, at least a part of it; if not, it is horizon.
     pub released: bool,
-    /// Metres that the robot may drive now, from where the leg is entered: infinity for all of it, 0 for horizon.
+    /// Metres that the robot may drive now, from where the leg is entered: infinity for all of it,
+    /// 0 for horizon.
     pub released_metres: f32,
 }
 
@@ -84,12 +88,23 @@ impl RouteResponse {
         Self { run_id, tick, robot, ..Self::default() }
     }
 
-    /// Turns this into a response with a route of `legs` legs, of which the first `released` are released. `edges` are
-    /// the legs in order: the index of the edge (less than 2³¹), and whether it is driven in reverse gear.
+    /// Turns this into a response with a route of `legs` legs, of which the first `released` are
+    /// released. `edges` are the legs in order: the index of the edge (less than 2³¹), and whether
+    /// it is driven in reverse gear.
     #[must_use]
-    pub fn with_legs(self, released: usize, legs: usize, edges: impl Iterator<Item = (u32, bool)>) -> Self {
-        let mut response =
-            Self { found: 1, released: released as u32, legs: legs as u32, released_metres: f32::INFINITY, ..self };
+    pub fn with_legs(
+        self,
+        released: usize,
+        legs: usize,
+        edges: impl Iterator<Item = (u32, bool)>,
+    ) -> Self {
+        let mut response = Self {
+            found: 1,
+            released: released as u32,
+            legs: legs as u32,
+            released_metres: f32::INFINITY,
+            ..self
+        };
         for (place, (edge, reverse)) in response.listed.iter_mut().zip(edges.take(legs)) {
             *place = edge | if reverse { REVERSE } else { 0 };
         }
@@ -108,7 +123,8 @@ impl RouteResponse {
         Self { found: DRIVES_ON, ..self }
     }
 
-    /// Whether the robot drives all listed legs and then on, without another order: on a loop or a random walk.
+    /// Whether the robot drives all listed legs and then on, without another order: on a loop or a
+    /// random walk.
     pub fn drives_on(&self) -> bool {
         self.found == DRIVES_ON
     }
@@ -169,7 +185,10 @@ mod tests {
     fn the_first_legs_of_a_long_route_are_listed() {
         let edges = (0..1_250).map(|edge| (edge, false));
         let response = RouteResponse::unknown(1, 2, 7).with_legs(250, 1_250, edges);
-        assert_eq!((response.legs, response.released, response.legs().len()), (1_250, 250, LISTED_LEGS));
+        assert_eq!(
+            (response.legs, response.released, response.legs().len()),
+            (1_250, 250, LISTED_LEGS)
+        );
         assert_eq!(response.legs().filter(|leg| leg.released).count(), 250);
         assert_eq!(response.legs().last().map(|leg| leg.edge), Some(255));
         assert_eq!(RouteResponse::unknown(1, 2, 7).legs().len(), 0);

@@ -30,11 +30,13 @@ pub struct LostSamples {
 }
 
 impl LostSamples {
-    /// Records a received sample, and returns how many were lost between the one before and this one.
+    /// Records a received sample, and returns how many were lost between the one before and this
+    /// one.
     ///
-    /// Samples that were published before the reader joined are not lost. When the run changes, the samples of the new
-    /// run before this one are; how many of the old run's last ones are missing is unknown, and counts as none. A lower
-    /// number than before within a run means that the publisher was replaced; nothing counts as lost then.
+    /// Samples that were published before the reader joined are not lost. When the run changes, the
+    /// samples of the new run before this one are; how many of the old run's last ones are missing
+    /// is unknown, and counts as none. A lower number than before within a run means that the
+    /// publisher was replaced; nothing counts as lost then.
     pub fn before(&mut self, header: &impl Sequenced) -> u64 {
         let (run_id, sequence) = (header.run_id(), header.sequence());
         let lost = if self.run_id == run_id {

@@ -1,5 +1,5 @@
-//! The task log: what became of each transport task, on `regatta/F/tasks`. One sample holds all records of one tick of the
-//! fleet manager that writes it.
+//! The task log: what became of each transport task, on `regatta/F/tasks`. One sample holds all
+//! records of one tick of the fleet manager that writes it.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
@@ -24,8 +24,8 @@ pub struct TaskHeader {
     pub sequence: u64,
 }
 
-/// Something that happened to a task. `kind` decides which fields have a meaning; the others are zero, and `robot` is
-/// [`NO_ROBOT`].
+/// Something that happened to a task. `kind` decides which fields have a meaning; the others are
+/// zero, and `robot` is [`NO_ROBOT`].
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("regatta_TaskRecord")]
@@ -44,7 +44,8 @@ pub struct TaskRecord {
     pub action: u32,
     /// `Stop`: the shortest time that a robot stands at the stop, in seconds.
     pub dwell_secs: f32,
-    /// `Created`: the number of stops. `Withdrawn`, `Failed`, `Cancelled`: the fleet manager's number of the reason.
+    /// `Created`: the number of stops. `Withdrawn`, `Failed`, `Cancelled`: the fleet manager's
+    /// number of the reason.
     pub detail: u32,
     /// Zero.
     pub reserved: u32,
@@ -134,7 +135,8 @@ impl TaskRecord {
         Self { robot, ..self }
     }
 
-    /// Returns the record with a stop: its index among those of the task, the id of its node, and its action.
+    /// Returns the record with a stop: its index among those of the task, the id of its node, and
+    /// its action.
     #[must_use]
     pub const fn at_stop(self, stop: u32, node: u32, action: StopAction) -> Self {
         Self { stop, node, action: action as u32, ..self }
@@ -179,7 +181,10 @@ mod tests {
         }
         for action in StopAction::ALL {
             let record = TaskRecord::new(7, TaskKind::Arrived).of_robot(3).at_stop(1, 44, action);
-            assert_eq!((record.action(), record.robot, record.stop, record.node), (action, 3, 1, 44));
+            assert_eq!(
+                (record.action(), record.robot, record.stop, record.node),
+                (action, 3, 1, 44)
+            );
         }
         assert_eq!((TaskRecord::default().kind(), TaskRecord::default().robot), (None, NO_ROBOT));
         assert_eq!(TaskRecord { action: 99, ..TaskRecord::default() }.action(), StopAction::None);

@@ -8,8 +8,8 @@ use super::sequence::Sequenced;
 /// The number of periods of [`TrafficHeader`]: the last minute, the last ten minutes, and the run.
 pub const TRAFFIC_PERIODS: usize = 3;
 
-/// The iceoryx2 user header of `regatta/F/traffic`. Its payload is an [`EdgeTraffic`] for each edge of the world and each
-/// period: first all edges for the first period, then all for the next.
+/// The iceoryx2 user header of `regatta/F/traffic`. Its payload is an [`EdgeTraffic`] for each edge
+/// of the world and each period: first all edges for the first period, then all for the next.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("regatta_TrafficHeader")]
@@ -24,14 +24,15 @@ pub struct TrafficHeader {
     pub world_revision: u64,
     /// Counts the samples of the run, from 1. The publisher fills it in.
     pub sequence: u64,
-    /// How long each period is so far, in simulated seconds: the last minute and the last ten minutes grow to their lengths
-    /// first, and end up to a sixth and up to a tenth longer.
+    /// How long each period is so far, in simulated seconds: the last minute and the last ten
+    /// minutes grow to their lengths first, and end up to a sixth and up to a tenth longer.
     pub period_secs: [f32; TRAFFIC_PERIODS],
     /// The number of edges.
     pub edges: u32,
     /// 1 if a collision checker publishes contacts; if not, contact times are 0.
     pub has_contacts: u32,
-    /// 1 if routes are known; if not, `released` and `planned` are 0. They aren't asked for in lockstep, and replays know none.
+    /// 1 if routes are known; if not, `released` and `planned` are 0. They aren't asked for in
+    /// lockstep, and replays know none.
     pub has_routes: u32,
 }
 
@@ -44,13 +45,16 @@ pub struct EdgeTraffic {
     pub occupancy: f32,
     /// The number of robots that entered the edge, per hour.
     pub entered_per_hour: f32,
-    /// The mean speed of the robots on the edge over the edge's speed limit, standing ones included; 0 if there were none.
+    /// The mean speed of the robots on the edge over the edge's speed limit, standing ones
+    /// included; 0 if there were none.
     pub relative_speed: f32,
-    /// The time that robots have stood there and waited to drive on, added up over robots, in seconds.
+    /// The time that robots have stood there and waited to drive on, added up over robots, in
+    /// seconds.
     pub waiting_secs: f32,
     /// The time that robots there have touched others, added up over robots, in seconds.
     pub contact_secs: f32,
-    /// The mean number of robots whose released route leads over the edge, the ones that are on it included.
+    /// The mean number of robots whose released route leads over the edge, the ones that are on it
+    /// included.
     pub released: f32,
     /// The mean number of other robots whose planned route (horizon) leads over it.
     pub planned: f32,

@@ -1,7 +1,8 @@
 //! The world: the route graph and the robot types, published once per change on `regatta/F/world`.
 //!
-//! A sample is a block of lines with five sections: nodes, edges, curves, robot types and texts. Each section starts on a
-//! whole line. Readers get them as a [`World`]; producers fill in a [`WorldData`].
+//! A sample is a block of lines with five sections: nodes, edges, curves, robot types and texts.
+//! Each section starts on a whole line. Readers get them as a [`World`]; producers fill in a
+//! [`WorldData`].
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
@@ -25,8 +26,9 @@ pub struct WorldHeader {
     pub run_id: u64,
     /// Counts the worlds of a run, from 1.
     pub revision: u64,
-    /// Metres east and north of (0, 0) of the fleet's positions, on the map of the route graph's file: a position on that
-    /// map is `origin` + position. Double precision, because such maps may have coordinates of millions of metres.
+    /// Metres east and north of (0, 0) of the fleet's positions, on the map of the route graph's
+    /// file: a position on that map is `origin` + position. Double precision, because such maps may
+    /// have coordinates of millions of metres.
     pub origin: [f64; 2],
     /// Number of [`NodeRecord`]s.
     pub nodes: u32,
@@ -109,8 +111,8 @@ pub struct EdgeRecord {
     pub level: u32,
     /// Offset of the name of its zone in the [`Texts`]; 0 for none.
     pub zone: u32,
-    /// The heading of robots along the edge: 0 for the tangent's, 1 for `orientation_angle` to the tangent, 2 for
-    /// `orientation_angle` on the map. See [`orientation`](Self::orientation()).
+    /// The heading of robots along the edge: 0 for the tangent's, 1 for `orientation_angle` to the
+    /// tangent, 2 for `orientation_angle` on the map. See [`orientation`](Self::orientation()).
     pub orientation: u32,
     /// Radians in (-π, π]; 0 if `orientation` is 0.
     pub orientation_angle: f32,
@@ -130,8 +132,8 @@ pub enum Orientation {
     Fixed(f32),
 }
 
-/// A cubic Bézier curve: an edge or a part of one. It starts where the edge's curve before it ends. Straight lines are
-/// curves with evenly spaced control points.
+/// A cubic Bézier curve: an edge or a part of one. It starts where the edge's curve before it ends.
+/// Straight lines are curves with evenly spaced control points.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("regatta_CurveRecord")]
@@ -157,7 +159,8 @@ pub struct RobotTypeRecord {
     pub max_speed: f32,
     /// Metres per second squared; `f32::INFINITY` for no limit.
     pub max_acceleration: f32,
-    /// Radians per second, of a turn on the spot; 0 if the type can't turn on the spot, `f32::INFINITY` for no limit.
+    /// Radians per second, of a turn on the spot; 0 if the type can't turn on the spot,
+    /// `f32::INFINITY` for no limit.
     pub max_rotation_speed: f32,
     /// Radians per second squared, of a turn on the spot; `f32::INFINITY` for no limit.
     pub max_rotation_acceleration: f32,
@@ -167,7 +170,8 @@ pub struct RobotTypeRecord {
     pub drain_moving: f32,
     /// Watts that it takes from its battery while it stands.
     pub drain_standing: f32,
-    /// Watts by which the charge of its battery grows while it stands idle at a node with the role `charge`.
+    /// Watts by which the charge of its battery grows while it stands idle at a node with the role
+    /// `charge`.
     pub charge_rate: f32,
 }
 
@@ -209,7 +213,8 @@ impl NodeRole {
 }
 
 impl EdgeRecord {
-    /// The heading of robots along the edge. An unknown number, or an angle that is no number, counts as the tangent.
+    /// The heading of robots along the edge. An unknown number, or an angle that is no number,
+    /// counts as the tangent.
     pub fn orientation(&self) -> Orientation {
         match self.orientation {
             1 if self.orientation_angle.is_finite() => Orientation::Offset(self.orientation_angle),
@@ -231,7 +236,8 @@ impl EdgeRecord {
 }
 
 impl Orientation {
-    /// Returns the heading, in radians in (-π, π], where the tangent of the edge has the angle `tangent`, in the same range.
+    /// Returns the heading, in radians in (-π, π], where the tangent of the edge has the angle
+    /// `tangent`, in the same range.
     pub fn heading(self, tangent: f32) -> f32 {
         use core::f32::consts::{PI, TAU};
         match self {
@@ -255,8 +261,9 @@ impl CurveRecord {
 }
 
 impl RobotTypeRecord {
-    /// Returns a rectangular type without a battery and without limits of speed and acceleration, which can't turn on the
-    /// spot. Length and width are in metres; the name is cut to [`MAX_TYPE_NAME_BYTES`].
+    /// Returns a rectangular type without a battery and without limits of speed and acceleration,
+    /// which can't turn on the spot. Length and width are in metres; the name is cut to
+    /// [`MAX_TYPE_NAME_BYTES`].
     pub fn new(name: &str, length: f32, width: f32) -> Self {
         Self {
             name: Self::padded_name(name),
@@ -314,12 +321,18 @@ mod tests {
 
     #[test]
     fn orientations_and_roles_are_read_as_they_were_written() {
-        for orientation in [Orientation::Tangential, Orientation::Offset(PI), Orientation::Fixed(-1.5)] {
-            assert_eq!(EdgeRecord::default().with_orientation(orientation).orientation(), orientation);
+        for orientation in
+            [Orientation::Tangential, Orientation::Offset(PI), Orientation::Fixed(-1.5)]
+        {
+            assert_eq!(
+                EdgeRecord::default().with_orientation(orientation).orientation(),
+                orientation
+            );
         }
         let edge = EdgeRecord { orientation: 77, orientation_angle: 1.0, ..EdgeRecord::default() };
         assert_eq!(edge.orientation(), Orientation::Tangential);
-        let edge = EdgeRecord { orientation: 1, orientation_angle: f32::NAN, ..EdgeRecord::default() };
+        let edge =
+            EdgeRecord { orientation: 1, orientation_angle: f32::NAN, ..EdgeRecord::default() };
         assert_eq!(edge.orientation(), Orientation::Tangential);
         for role in NodeRole::ALL {
             assert_eq!(NodeRecord { role: role as u32, ..NodeRecord::default() }.role(), role);

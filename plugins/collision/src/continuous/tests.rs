@@ -28,7 +28,11 @@ proptest! {
 }
 
 /// Compares a proximity with the distances at many instants.
-fn agrees(found: Proximity, a: (&Body, &[Segment]), b: (&Body, &[Segment])) -> Result<(), TestCaseError> {
+fn agrees(
+    found: Proximity,
+    a: (&Body, &[Segment]),
+    b: (&Body, &[Segment]),
+) -> Result<(), TestCaseError> {
     let nearest = nearest(a, b);
     // Between two instants they move up to 7 cm.
     match found {
@@ -42,7 +46,8 @@ fn agrees(found: Proximity, a: (&Body, &[Segment]), b: (&Body, &[Segment])) -> R
     Ok(())
 }
 
-/// Whether a robot turns, and they overlap by less than the distance to which turning robots are exact.
+/// Whether a robot turns, and they overlap by less than the distance to which turning robots are
+/// exact.
 fn is_grazing((a, segments_a): (&Body, &[Segment]), (b, segments_b): (&Body, &[Segment])) -> bool {
     let turns = segments_a.iter().chain(segments_b).any(|segment| segment.turn_rate != 0.0);
     let smaller = smaller(a).zip(smaller(b));
@@ -56,13 +61,14 @@ fn smaller(body: &Body) -> Option<Body> {
     Some(Body { half_length: smaller(body.half_length)?, half_width, ..*body })
 }
 
-/// Returns the least distance of every two segments that share some time, at instants at most 5 ms apart. Where one segment
-/// follows another, both count.
+/// Returns the least distance of every two segments that share some time, at instants at most 5 ms
+/// apart. Where one segment follows another, both count.
 fn nearest((a, segments_a): (&Body, &[Segment]), (b, segments_b): (&Body, &[Segment])) -> f64 {
     let mut nearest = f64::INFINITY;
     for (from_a, segment_a) in timed(segments_a) {
         for (from_b, segment_b) in timed(segments_b) {
-            let (from, until) = (from_a.max(from_b), f64::from(segment_a.until.min(segment_b.until)));
+            let (from, until) =
+                (from_a.max(from_b), f64::from(segment_a.until.min(segment_b.until)));
             let instants = if from <= until { 2 + ((until - from) * 200.0) as u32 } else { 0 };
             for instant in 0..instants {
                 let time = from + (until - from) * f64::from(instant) / f64::from(instants - 1);
@@ -98,13 +104,22 @@ fn robots_that_graze_each_other_in_a_turn_are_near() {
     agrees(found, a, b).expect("less than a centimetre");
 }
 
-/// A robot that is wide and short turns by more than its length, so that nothing of it stays where it is: its corners don't count
-/// as hit.
+/// A robot that is wide and short turns by more than its length, so that nothing of it stays where
+/// it is: its corners don't count as hit.
 #[test]
 fn a_robot_that_passes_the_end_of_a_turning_thin_one_does_not_overlap() {
-    let a =
-        Body { position: [4.6396704, 0.23609333], heading: [0.0, 1.0], half_length: 0.0782725, half_width: 11.594244 };
-    let b = Body { position: [-6.0047026, -1.5025936], heading: [1.0, 0.0], half_length: 1.2120137, half_width: -1.0 };
+    let a = Body {
+        position: [4.6396704, 0.23609333],
+        heading: [0.0, 1.0],
+        half_length: 0.0782725,
+        half_width: 11.594244,
+    };
+    let b = Body {
+        position: [-6.0047026, -1.5025936],
+        heading: [1.0, 0.0],
+        half_length: 1.2120137,
+        half_width: -1.0,
+    };
     let segments_a = trajectory(&a, &vec![(0.0, [0.0, 0.4276619], 0.1823942)]);
     let segments_b = trajectory(&b, &vec![(0.0, [2.261487, 0.0], 0.0)]);
     let (a, b) = ((&a, segments_a.as_slice()), (&b, segments_b.as_slice()));
@@ -112,7 +127,8 @@ fn a_robot_that_passes_the_end_of_a_turning_thin_one_does_not_overlap() {
     agrees(Proximity::Near, a, b).expect("8 cm apart");
 }
 
-/// The legs of a trajectory: the fraction of the remaining time, the velocity, and the turn after it.
+/// The legs of a trajectory: the fraction of the remaining time, the velocity, and the turn after
+/// it.
 type Legs = Vec<(f32, [f32; 2], f32)>;
 
 fn legs() -> impl Strategy<Value = Legs> {
@@ -121,13 +137,21 @@ fn legs() -> impl Strategy<Value = Legs> {
 }
 
 fn trajectory(body: &Body, legs: &Legs) -> Vec<Segment> {
-    let (mut now, mut position, mut theta) = (0.0, body.position, body.heading[1].atan2(body.heading[0]));
+    let (mut now, mut position, mut theta) =
+        (0.0, body.position, body.heading[1].atan2(body.heading[0]));
     let mut segments = Vec::new();
     for (number, (part, velocity, turn)) in legs.iter().enumerate() {
         let until = if number + 1 == legs.len() { HORIZON } else { now + part * (HORIZON - now) };
         let heading = if number == 0 { body.heading } else { heading(theta) };
-        segments.push(Segment { until, position, velocity: *velocity, heading, turn_rate: turn / HORIZON });
-        position = [position[0] + velocity[0] * (until - now), position[1] + velocity[1] * (until - now)];
+        segments.push(Segment {
+            until,
+            position,
+            velocity: *velocity,
+            heading,
+            turn_rate: turn / HORIZON,
+        });
+        position =
+            [position[0] + velocity[0] * (until - now), position[1] + velocity[1] * (until - now)];
         (now, theta) = (until, theta + turn);
     }
     segments

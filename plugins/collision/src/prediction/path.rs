@@ -1,10 +1,12 @@
-//! The path of a robot: the legs that it drives within the horizon, along its route or along every way.
+//! The path of a robot: the legs that it drives within the horizon, along its route or along every
+//! way.
 
 use super::{Intent, MAX_SPEED, Motion};
 use crate::edge_table::Chord;
 use crate::leg_table::{Leg, LegInfo, LegTable};
 
-/// The largest number of ways that are predicted for one robot. Beyond it, a robot drives straight on at a fork.
+/// The largest number of ways that are predicted for one robot. Beyond it, a robot drives straight
+/// on at a fork.
 const MAX_WAYS: usize = 8;
 /// The largest number of legs at a fork that counts. At a larger one, a robot drives straight on.
 const MAX_FORK: usize = 4;
@@ -53,7 +55,8 @@ impl<'table> Start<'table> {
         let known = motion.route.and_then(|route| route.reverse);
         let reverse = motion.speed < 0.0 || motion.speed == 0.0 && known == Some(true);
         let on = table.get(Leg::new(motion.edge, reverse)).filter(|_| motion.s.is_finite());
-        // A robot beyond an end of its leg counts as at that end: a faulty producer may put it anywhere.
+        // A robot beyond an end of its leg counts as at that end: a faulty producer may put it
+        // anywhere.
         let s = on.map_or(motion.s, |on| motion.s.min(on.length).max(0.0));
         Self { motion: Motion { s, ..*motion }, sign: if reverse { -1.0 } else { 1.0 }, on }
     }
@@ -84,18 +87,25 @@ impl<'table> Start<'table> {
         }
     }
 
-    /// Returns the metres to the end of the leg that the robot is on, or of its base there; `None` without a leg.
+    /// Returns the metres to the end of the leg that the robot is on, or of its base there; `None`
+    /// without a leg.
     pub(super) fn rest(&self) -> Option<f32> {
         let on = self.on?;
         let rest = if self.sign > 0.0 { on.length - self.motion.s } else { self.motion.s };
-        let ends_here = self.motion.route.filter(|route| route.legs.is_empty() && route.end == RouteEnd::Stop);
+        let ends_here =
+            self.motion.route.filter(|route| route.legs.is_empty() && route.end == RouteEnd::Stop);
         // The base may end before the leg does.
         Some(ends_here.map_or(rest, |route| rest - (on.length - route.limit).max(0.0)).max(0.0))
     }
 
-    /// Returns the largest change of speed, in metres per second squared; infinity if it changes at once.
+    /// Returns the largest change of speed, in metres per second squared; infinity if it changes at
+    /// once.
     pub(super) fn acceleration(&self) -> f32 {
-        if self.motion.intent == Intent::Keep { f32::INFINITY } else { self.motion.limits.max_acceleration }
+        if self.motion.intent == Intent::Keep {
+            f32::INFINITY
+        } else {
+            self.motion.limits.max_acceleration
+        }
     }
 
     /// Returns the speed that the robot accelerates or brakes to on a leg, given the leg's speed.
@@ -104,7 +114,9 @@ impl<'table> Start<'table> {
         match self.motion.intent {
             Intent::Hold => 0.0,
             Intent::Keep => now,
-            Intent::Drive if leg_speed > 0.0 => leg_speed.min(self.motion.limits.max_speed).min(MAX_SPEED),
+            Intent::Drive if leg_speed > 0.0 => {
+                leg_speed.min(self.motion.limits.max_speed).min(MAX_SPEED)
+            }
             Intent::Drive => now,
         }
     }
@@ -121,8 +133,8 @@ impl<'table> Start<'table> {
         self.speed(cruise).max(cruise)
     }
 
-    /// Returns the metres within which everything may matter to the robot: the way until the horizon, and the way that
-    /// it takes to brake.
+    /// Returns the metres within which everything may matter to the robot: the way until the
+    /// horizon, and the way that it takes to brake.
     pub(super) fn longest_way(&self, horizon: f32) -> f32 {
         self.top_speed() * horizon + self.braking_distance(self.top_speed())
     }
@@ -136,7 +148,8 @@ impl<'table> Start<'table> {
         let cruise = self.cruise(leg_speed);
         let square = cruise * cruise + 2.0 * self.acceleration() * metres.max(0.0);
         let speed = self.motion.speed;
-        self.motion.intent != Intent::Drive || speed * speed <= square * (SPEED_TOLERANCE * SPEED_TOLERANCE)
+        self.motion.intent != Intent::Drive
+            || speed * speed <= square * (SPEED_TOLERANCE * SPEED_TOLERANCE)
     }
 }
 
@@ -150,13 +163,23 @@ pub(super) struct PathFinder<'a, 'table> {
 
 impl<'a, 'table> PathFinder<'a, 'table> {
     /// Creates a finder. `path` is scratch memory.
-    pub(super) fn new(start: &'a Start<'table>, table: &'table LegTable, path: &'a mut Vec<PathLeg>) -> Self {
+    pub(super) fn new(
+        start: &'a Start<'table>,
+        table: &'table LegTable,
+        path: &'a mut Vec<PathLeg>,
+    ) -> Self {
         path.clear();
         Self { start, table, path, ways_left: MAX_WAYS }
     }
 
-    /// Calls `each` for every path: the legs after the one that the robot is on, of which `rest` metres are left.
-    pub(super) fn find(&mut self, rest: f32, horizon: f32, mut each: impl FnMut(&[PathLeg], RouteEnd)) {
+    /// Calls `each` for every path: the legs after the one that the robot is on, of which `rest`
+    /// metres are left.
+    pub(super) fn find(
+        &mut self,
+        rest: f32,
+        horizon: f32,
+        mut each: impl FnMut(&[PathLeg], RouteEnd),
+    ) {
         let mut way = Way { seconds: horizon, top: self.start.top_speed(), metres: 0.0 };
         way.drive(rest);
         let Some(route) = self.start.motion.route else { return self.branch(way, &mut each) };
@@ -184,11 +207,15 @@ impl<'a, 'table> PathFinder<'a, 'table> {
 
     /// Continues along every way until the horizon.
     fn branch(&mut self, way: Way, each: &mut dyn FnMut(&[PathLeg], RouteEnd)) {
-        let from = self.path.last().map_or(Leg::new(self.start.motion.edge, self.start.sign < 0.0), |last| last.leg);
+        let from = self
+            .path
+            .last()
+            .map_or(Leg::new(self.start.motion.edge, self.start.sign < 0.0), |last| last.leg);
         let start = self.start;
         let exits = self.table.successors(from).take(MAX_FORK + 1);
         let all = exits.clone().count();
-        let is_end = way.seconds <= 0.0 || self.path.len() >= MAX_LEGS || all == 0 || all > MAX_FORK;
+        let is_end =
+            way.seconds <= 0.0 || self.path.len() >= MAX_LEGS || all == 0 || all > MAX_FORK;
         let possible = |leg: &PathLeg| start.can_enter(way.metres, leg.speed);
         let table = self.table;
         let legs = exits.filter_map(|leg| path_leg(table, leg));

@@ -1,5 +1,6 @@
-//! The speed of a robot along its path: it accelerates to the speed of each leg, and brakes in time for slower ones, for
-//! a change of gear, and for the end of its route. The engine drives by the same equations, tick by tick.
+//! The speed of a robot along its path: it accelerates to the speed of each leg, and brakes in time
+//! for slower ones, for a change of gear, and for the end of its route. The engine drives by the
+//! same equations, tick by tick.
 
 use super::Intent;
 use super::path::{PathLeg, RouteEnd, Start};
@@ -58,9 +59,14 @@ impl SpeedProfile {
         }
     }
 
-    /// Computes the stretches of a path. The speed at the end of each is limited by all that comes after it.
+    /// Computes the stretches of a path. The speed at the end of each is limited by all that comes
+    /// after it.
     fn plan(&mut self, start: &Start, rest: f32, path: &[PathLeg], end: RouteEnd) {
-        let stretch = |length: f32, speed: f32| Stretch { length, cruise: start.cruise(speed), exit: f32::INFINITY };
+        let stretch = |length: f32, speed: f32| Stretch {
+            length,
+            cruise: start.cruise(speed),
+            exit: f32::INFINITY,
+        };
         self.0.clear();
         self.0.push(stretch(rest, start.leg_speed()));
         self.0.extend(path.iter().map(|leg| stretch(leg.length, leg.speed)));
@@ -105,7 +111,8 @@ fn drive_stretch(tracer: &mut Tracer, stretch: Stretch, speed: f32, acceleration
     let slowest_exit = (exit * exit).min(fastest);
     let peak = (0.5 * (fastest + slowest_exit)).sqrt().min(cruise).max(speed);
     let exit = slowest_exit.sqrt().min(peak);
-    let [rising, falling] = [speed, exit].map(|slow| (peak * peak - slow * slow) / (2.0 * acceleration));
+    let [rising, falling] =
+        [speed, exit].map(|slow| (peak * peak - slow * slow) / (2.0 * acceleration));
     drive_phase(tracer, rising.min(length), speed, peak);
     drive_phase(tracer, length - rising - falling, peak, peak);
     drive_phase(tracer, falling, peak, exit);
@@ -120,7 +127,9 @@ fn drive_phase(tracer: &mut Tracer, metres: f32, from: f32, to: f32) {
         return;
     }
     let acceleration = (to - from) / whole;
-    let slices = (seconds * (acceleration.abs() * (0.125 / MAX_DEVIATION)).sqrt()).ceil().clamp(1.0, MAX_SLICES);
+    let slices = (seconds * (acceleration.abs() * (0.125 / MAX_DEVIATION)).sqrt())
+        .ceil()
+        .clamp(1.0, MAX_SLICES);
     let slice = seconds / slices;
     for number in 0..slices as u32 {
         let middle = from + acceleration * slice * (number as f32 + 0.5);

@@ -8,19 +8,29 @@ use proptest::prelude::*;
 use regatta_plugin::world::EdgeRecord;
 
 use super::*;
-use crate::geometry_reference::{HORIZON, Point, on_polyline, outline, outline_at, polyline, timed, world};
+use crate::geometry_reference::{
+    HORIZON, Point, on_polyline, outline, outline_at, polyline, timed, world,
+};
 use crate::heading::heading;
 use crate::leg_table::LegTable;
 
 /// Returns the corners of a body at a time of its trajectory, in seconds from now.
 fn corners_at(body: &Body, segments: &[Segment], time: f64) -> Vec<Point> {
-    let (start, segment) =
-        timed(segments).find(|(_, segment)| time <= f64::from(segment.until)).expect("within the horizon");
+    let (start, segment) = timed(segments)
+        .find(|(_, segment)| time <= f64::from(segment.until))
+        .expect("within the horizon");
     outline_at(body, segment, time - start).0
 }
 
 /// A robot without limits and without a known route.
-const FREE: Motion = Motion { speed: 0.0, s: 0.0, edge: 0, intent: Intent::Drive, limits: Limits::NONE, route: None };
+const FREE: Motion = Motion {
+    speed: 0.0,
+    s: 0.0,
+    edge: 0,
+    intent: Intent::Drive,
+    limits: Limits::NONE,
+    route: None,
+};
 
 /// Returns all trajectories of a robot.
 fn trajectories(body: &Body, motion: &Motion, table: &LegTable) -> Vec<Vec<Segment>> {
@@ -40,10 +50,12 @@ fn trajectory(body: &Body, motion: &Motion, table: &LegTable) -> Vec<Segment> {
 
 fn curves() -> impl Strategy<Value = [[f32; 2]; 4]> {
     // Curves as roads have them: the inner control points lie roughly between the ends.
-    (3.0_f32..20.0, [-0.4_f32..0.4, -0.4_f32..0.4], [0.2_f32..0.5, 0.2_f32..0.5]).prop_map(|(length, bend, handle)| {
-        let first = [handle[0] * length, bend[0] * length];
-        [[0.0, 0.0], first, [(1.0 - handle[1]) * length, bend[1] * length], [length, 0.0]]
-    })
+    (3.0_f32..20.0, [-0.4_f32..0.4, -0.4_f32..0.4], [0.2_f32..0.5, 0.2_f32..0.5]).prop_map(
+        |(length, bend, handle)| {
+            let first = [handle[0] * length, bend[0] * length];
+            [[0.0, 0.0], first, [(1.0 - handle[1]) * length, bend[1] * length], [length, 0.0]]
+        },
+    )
 }
 
 proptest! {
@@ -70,7 +82,8 @@ proptest! {
             let exact = outline(&body, position, [theta.cos() as f32, theta.sin() as f32]).0;
             let found = corners_at(&body, &segments, time);
             let far = exact.iter().zip(&found).map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])).fold(0.0, f64::max);
-            // Chords deviate by 2 cm, and turn evenly: in the tightest of these curves, corners are off by 8 cm.
+            // Chords deviate by 2 cm, and turn evenly: in the tightest of these curves, corners are
+            // off by 8 cm.
             prop_assert!(far < 0.15, "{far} m off after {time} s");
         }
     }
@@ -103,10 +116,16 @@ proptest! {
 
 #[test]
 fn robots_that_stay_put_or_have_no_edge_have_straight_trajectories() {
-    let body = Body { position: [1.0, 2.0], heading: [0.0, 1.0], half_length: 0.5, half_width: 0.3 };
-    for (speed, s, expected) in [(0.0, 0.0, [0.0, 0.0]), (2.0, 0.0, [0.0, 2.0]), (-1.0, f32::NAN, [0.0, -1.0])] {
+    let body =
+        Body { position: [1.0, 2.0], heading: [0.0, 1.0], half_length: 0.5, half_width: 0.3 };
+    for (speed, s, expected) in
+        [(0.0, 0.0, [0.0, 0.0]), (2.0, 0.0, [0.0, 2.0]), (-1.0, f32::NAN, [0.0, -1.0])]
+    {
         let segments = trajectory(&body, &Motion { speed, s, ..FREE }, &LegTable::default());
         let (position, heading) = (body.position, body.heading);
-        assert_eq!(segments, [Segment { until: HORIZON, position, velocity: expected, heading, turn_rate: 0.0 }]);
+        assert_eq!(
+            segments,
+            [Segment { until: HORIZON, position, velocity: expected, heading, turn_rate: 0.0 }]
+        );
     }
 }

@@ -32,11 +32,28 @@ pub(super) struct Tracer<'out, 'table> {
 
 impl<'out, 'table> Tracer<'out, 'table> {
     /// Places a robot at the start of a trajectory that is appended to `segments`.
-    pub(super) fn new(body: &Body, sign: f32, horizon: f32, segments: &'out mut Vec<Segment>) -> Self {
+    pub(super) fn new(
+        body: &Body,
+        sign: f32,
+        horizon: f32,
+        segments: &'out mut Vec<Segment>,
+    ) -> Self {
         let first = segments.len();
         let (position, heading) = (body.position, body.heading);
         let (now, offset) = (0.0, [1.0, 0.0]);
-        Self { now, horizon, position, heading, offset, chords: &[], at: 0, s: 0.0, sign, segments, first }
+        Self {
+            now,
+            horizon,
+            position,
+            heading,
+            offset,
+            chords: &[],
+            at: 0,
+            s: 0.0,
+            sign,
+            segments,
+            first,
+        }
     }
 
     /// Returns the time until the horizon, in seconds.
@@ -48,15 +65,16 @@ impl<'out, 'table> Tracer<'out, 'table> {
     pub(super) fn enter_at(&mut self, chords: &'table [Chord], s: f32) {
         (self.chords, self.s) = (chords, s);
         // In reverse gear, the chord behind a knot is the next one.
-        let is_behind = |chord: &Chord| if self.sign > 0.0 { chord.end <= s } else { chord.end < s };
+        let is_behind =
+            |chord: &Chord| if self.sign > 0.0 { chord.end <= s } else { chord.end < s };
         self.at = chords.partition_point(is_behind).min(chords.len().saturating_sub(1));
         if let Some(edge_heading) = self.edge_heading() {
             self.offset = angle_between(self.heading, edge_heading);
         }
     }
 
-    /// Puts the robot at the start of the next leg, on an edge of that length, with an unchanged angle to
-    /// the heading that robots have on it.
+    /// Puts the robot at the start of the next leg, on an edge of that length, with an unchanged
+    /// angle to the heading that robots have on it.
     pub(super) fn enter_next(&mut self, chords: &'table [Chord], length: f32, sign: f32) {
         let offset = self.offset;
         self.sign = sign;
@@ -111,7 +129,8 @@ impl<'out, 'table> Tracer<'out, 'table> {
     fn push(&mut self, velocity: [f32; 2], turn_rate: f32, seconds: f32) {
         let until = self.now + seconds;
         let (position, heading) = (self.position, self.heading);
-        let differs = |a: [f32; 2], b: [f32; 2]| (a[0] - b[0]).abs().max((a[1] - b[1]).abs()) > SAME;
+        let differs =
+            |a: [f32; 2], b: [f32; 2]| (a[0] - b[0]).abs().max((a[1] - b[1]).abs()) > SAME;
         match self.segments[self.first..].last_mut() {
             Some(last)
                 if (last.turn_rate, turn_rate) == (0.0, 0.0)

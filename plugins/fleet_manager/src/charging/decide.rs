@@ -13,8 +13,10 @@ struct Taken {
 
 impl Taken {
     fn of(situations: &[Situation]) -> Self {
-        let mut ends: Vec<_> = situations.iter().filter_map(|at| Some((at.node?, at.robot))).collect();
-        let mut stops: Vec<_> = situations.iter().filter_map(|at| Some((at.stop?, at.robot))).collect();
+        let mut ends: Vec<_> =
+            situations.iter().filter_map(|at| Some((at.node?, at.robot))).collect();
+        let mut stops: Vec<_> =
+            situations.iter().filter_map(|at| Some((at.stop?, at.robot))).collect();
         ends.sort_unstable();
         stops.sort_unstable();
         Self { ends, stops }
@@ -33,8 +35,9 @@ fn among(pairs: &[(u32, u32)], node: u32) -> impl Iterator<Item = u32> {
 }
 
 impl Charging {
-    /// Decides what robots do about their batteries, at a simulated time in seconds. `situations` are in ascending order of
-    /// robots; `secs` returns the driving time between two nodes, if there is a way.
+    /// Decides what robots do about their batteries, at a simulated time in seconds. `situations`
+    /// are in ascending order of robots; `secs` returns the driving time between two nodes, if
+    /// there is a way.
     pub fn decide(
         &mut self,
         now_secs: f64,
@@ -64,12 +67,17 @@ impl Charging {
     /// Follows what a robot does.
     fn follow(&mut self, at: &Situation, now_secs: f64) {
         let to_charger = self.secs_to_charger(at.node) * self.settings.delay;
-        let (settings, Some(robot)) = (self.settings, self.robots.get_mut(at.robot as usize)) else { return };
+        let (settings, Some(robot)) = (self.settings, self.robots.get_mut(at.robot as usize))
+        else {
+            return;
+        };
         if robot.battery.is_none() {
             return;
         }
-        robot.is_low = robot.charge < settings.low || !robot.has_energy_for(to_charger, settings.reserve);
-        robot.idle_since = if at.stop.is_some() { None } else { robot.idle_since.or(Some(now_secs)) };
+        robot.is_low =
+            robot.charge < settings.low || !robot.has_energy_for(to_charger, settings.reserve);
+        robot.idle_since =
+            if at.stop.is_some() { None } else { robot.idle_since.or(Some(now_secs)) };
         let is_flat = at.is_broken && robot.charge <= 0.0;
         let before = robot.phase;
         let node = |charger: usize| self.chargers[charger].node;
@@ -81,14 +89,20 @@ impl Charging {
             Phase::Going(_) if at.is_unreachable => Phase::Waiting,
             Phase::Going(charger) if at.has_arrived => Phase::Charging(charger),
             Phase::Charging(charger) if robot.charge >= settings.full => Phase::Resting(charger),
-            Phase::Resting(charger) if at.node.is_some_and(|end| end != node(charger)) => Phase::Free,
-            Phase::Leaving(..) if at.stop.is_some() || at.has_arrived || at.is_unreachable => Phase::Free,
+            Phase::Resting(charger) if at.node.is_some_and(|end| end != node(charger)) => {
+                Phase::Free
+            }
+            Phase::Leaving(..) if at.stop.is_some() || at.has_arrived || at.is_unreachable => {
+                Phase::Free
+            }
             same => same,
         };
         let (after, robot) = (robot.phase, at.robot);
         let has_left = |charger: usize| at.node.is_some_and(|end| end != node(charger));
         let is_away = matches!(before, Phase::Leaving(charger, _) if has_left(charger));
-        if is_away || (before != after && matches!(after, Phase::Free | Phase::Waiting | Phase::Flat)) {
+        if is_away
+            || (before != after && matches!(after, Phase::Free | Phase::Waiting | Phase::Flat))
+        {
             self.break_promises(robot);
         }
         if before == after {
@@ -106,8 +120,8 @@ impl Charging {
         }
     }
 
-    /// Promises free chargers to the robots that wait for one, those first whose batteries last for the shortest time. Returns
-    /// whether some still wait.
+    /// Promises free chargers to the robots that wait for one, those first whose batteries last for
+    /// the shortest time. Returns whether some still wait.
     fn give_chargers(
         &mut self,
         taken: &Taken,
@@ -116,13 +130,20 @@ impl Charging {
     ) -> bool {
         let mut waiting: Vec<(f64, u32, u32)> = Vec::new();
         for at in situations {
-            let (Some(robot), Some(node)) = (self.robots.get(at.robot as usize), at.node) else { continue };
-            let Some(battery) = robot.battery.filter(|_| robot.phase == Phase::Waiting) else { continue };
+            let (Some(robot), Some(node)) = (self.robots.get(at.robot as usize), at.node) else {
+                continue;
+            };
+            let Some(battery) = robot.battery.filter(|_| robot.phase == Phase::Waiting) else {
+                continue;
+            };
             let lasts = robot.left(battery, 0.0) / battery.drain.max(1e-3);
             waiting.push((lasts - self.secs_to_charger(Some(node)), at.robot, node));
         }
         waiting.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        let served = waiting.iter().filter(|(_, robot, node)| self.promise(*robot, *node, taken, secs)).count();
+        let served = waiting
+            .iter()
+            .filter(|(_, robot, node)| self.promise(*robot, *node, taken, secs))
+            .count();
         served < waiting.len()
     }
 
@@ -135,30 +156,48 @@ impl Charging {
         secs: &dyn Fn(u32, u32) -> Option<f64>,
     ) {
         for at in situations {
-            let (Some(robot), Some(node)) = (self.robots.get(at.robot as usize), at.node) else { continue };
-            let is_idle = robot.idle_since.is_some_and(|since| now_secs - since >= self.settings.idle_secs);
-            let may_charge =
-                robot.battery.is_some() && robot.phase == Phase::Free && robot.charge < self.settings.top_up;
-            if is_idle && may_charge && !at.is_broken && self.chargers.iter().any(|charger| charger.promised.is_none())
+            let (Some(robot), Some(node)) = (self.robots.get(at.robot as usize), at.node) else {
+                continue;
+            };
+            let is_idle =
+                robot.idle_since.is_some_and(|since| now_secs - since >= self.settings.idle_secs);
+            let may_charge = robot.battery.is_some()
+                && robot.phase == Phase::Free
+                && robot.charge < self.settings.top_up;
+            if is_idle
+                && may_charge
+                && !at.is_broken
+                && self.chargers.iter().any(|charger| charger.promised.is_none())
             {
                 self.promise(at.robot, node, taken, secs);
             }
         }
     }
 
-    /// Promises the nearest free charger to a robot; `false` if there is none, or it can't be sure to get there: then it waits
-    /// until a nearer one is free.
-    fn promise(&mut self, robot: u32, node: u32, taken: &Taken, secs: &dyn Fn(u32, u32) -> Option<f64>) -> bool {
+    /// Promises the nearest free charger to a robot; `false` if there is none, or it can't be sure
+    /// to get there: then it waits until a nearer one is free.
+    fn promise(
+        &mut self,
+        robot: u32,
+        node: u32,
+        taken: &Taken,
+        secs: &dyn Fn(u32, u32) -> Option<f64>,
+    ) -> bool {
         let free = (0..self.chargers.len()).filter(|&index| {
             let charger = &self.chargers[index];
             charger.promised.is_none() && !taken.by_another(charger.node, robot)
         });
-        let measured = free.filter_map(|index| Some((secs(node, self.chargers[index].node)?, index)));
-        let Some((secs_there, nearest)) = measured.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))) else {
+        let measured =
+            free.filter_map(|index| Some((secs(node, self.chargers[index].node)?, index)));
+        let Some((secs_there, nearest)) =
+            measured.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)))
+        else {
             return false;
         };
         let is_nearest = secs_there <= self.secs_to_charger(Some(node));
-        if !is_nearest && !self.robots[robot as usize].has_energy_for(secs_there * self.settings.delay, 0.0) {
+        if !is_nearest
+            && !self.robots[robot as usize].has_energy_for(secs_there * self.settings.delay, 0.0)
+        {
             return false;
         }
         self.chargers[nearest].promised = Some(robot);
@@ -170,7 +209,8 @@ impl Charging {
     /// Lets a robot leave its charger, if it has charged enough.
     fn make_room(&mut self, charger: usize, robot: u32, roads: &Roads, taken: &[u32]) {
         let Some(state) = self.robots.get(robot as usize) else { return };
-        let has_enough = matches!(state.phase, Phase::Charging(_)) && state.charge >= self.settings.enough;
+        let has_enough =
+            matches!(state.phase, Phase::Charging(_)) && state.charge >= self.settings.enough;
         if !has_enough && !matches!(state.phase, Phase::Resting(_)) {
             return;
         }

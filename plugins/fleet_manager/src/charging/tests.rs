@@ -1,4 +1,5 @@
-//! A model of robots that drive from node to node without disturbing each other, with random orders and small batteries.
+//! A model of robots that drive from node to node without disturbing each other, with random orders
+//! and small batteries.
 
 use proptest::prelude::*;
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
@@ -27,15 +28,26 @@ fn ring(chargers: u32) -> WorldData {
     };
     world.nodes = (0..RING).map(|id| node(id, id as f32, 64.0)).collect();
     let bays: Vec<u32> = (0..chargers).map(|charger| charger * RING / chargers).collect();
-    let charger =
-        |(id, at): (u32, &u32)| NodeRecord { role: NodeRole::Charge as u32, ..node(RING + id, *at as f32 + 0.5, 70.0) };
+    let charger = |(id, at): (u32, &u32)| NodeRecord {
+        role: NodeRole::Charge as u32,
+        ..node(RING + id, *at as f32 + 0.5, 70.0)
+    };
     world.nodes.extend((0..).zip(&bays).map(charger));
     let ring = (0..RING).map(|node| [node, (node + 1) % RING]);
-    let bays = (0..).zip(&bays).flat_map(|(id, &at)| [[at, RING + id], [RING + id, (at + 1) % RING]]);
+    let bays =
+        (0..).zip(&bays).flat_map(|(id, &at)| [[at, RING + id], [RING + id, (at + 1) % RING]]);
     for (id, [origin, destination]) in (0..).zip(ring.chain(bays)) {
-        let ends = [origin, destination].map(|node| [world.nodes[node as usize].x, world.nodes[node as usize].y]);
+        let ends = [origin, destination]
+            .map(|node| [world.nodes[node as usize].x, world.nodes[node as usize].y]);
         let length = (ends[0][0] - ends[1][0]).hypot(ends[0][1] - ends[1][1]);
-        let edge = EdgeRecord { id, origin, destination, length, velocity_forward: 1.0, ..EdgeRecord::default() };
+        let edge = EdgeRecord {
+            id,
+            origin,
+            destination,
+            length,
+            velocity_forward: 1.0,
+            ..EdgeRecord::default()
+        };
         world.add_edge(edge, [CurveRecord::straight(ends[0], ends[1])]);
     }
     let robot_type = RobotTypeRecord {
@@ -85,7 +97,8 @@ struct Random(u64);
 
 impl Random {
     fn below(&mut self, count: u32) -> u32 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        self.0 =
+            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         ((self.0 >> 33) % u64::from(count)) as u32
     }
 }
@@ -111,7 +124,9 @@ fn run(robots: u32, chargers: u32, seed: u64, seconds: u32) -> (f32, u32) {
     let world = data.view(1, 1);
     let roads = Roads::new(&world);
     let distances = distances(&roads);
-    let secs = |node: u32, goal: u32| Some(distances[node as usize][goal as usize]).filter(|secs| secs.is_finite());
+    let secs = |node: u32, goal: u32| {
+        Some(distances[node as usize][goal as usize]).filter(|secs| secs.is_finite())
+    };
     let mut charging = Charging::new(&world, ChargingSettings::default());
     let mut random = Random(seed);
     let start = |robot: u32| Body {
@@ -127,9 +142,18 @@ fn run(robots: u32, chargers: u32, seed: u64, seconds: u32) -> (f32, u32) {
         let now = f64::from(second);
         drive_and_charge(&mut bodies, now);
         lowest = bodies.iter().fold(lowest, |lowest, body| lowest.min(body.charge));
-        let at_chargers: Vec<u32> =
-            bodies.iter().filter(|body| body.way.is_none() && body.node >= RING).map(|body| body.node).collect();
-        assert!((RING..RING + chargers).all(|node| at_chargers.iter().filter(|at| **at == node).count() < 2));
+        let at_chargers: Vec<u32> = bodies
+            .iter()
+            .filter(|body| body.way.is_none() && body.node >= RING)
+            .map(|body| body.node)
+            .collect();
+        assert!(
+            (RING..RING + chargers).all(|node| at_chargers
+                .iter()
+                .filter(|at| **at == node)
+                .count()
+                < 2)
+        );
         let charges: Vec<f32> = bodies.iter().map(|body| body.charge).collect();
         charging.see(bodies.len(), &charges, &[]);
         charging.measure(&secs);
@@ -147,7 +171,10 @@ fn run(robots: u32, chargers: u32, seed: u64, seconds: u32) -> (f32, u32) {
             match decision {
                 Decision::Go { robot, node } => {
                     let body = &mut bodies[robot as usize];
-                    assert!(body.order.is_none() || body.stops_left == 2, "{body:?} has begun its order");
+                    assert!(
+                        body.order.is_none() || body.stops_left == 2,
+                        "{body:?} has begun its order"
+                    );
                     let from = body.way.take().map_or(body.node, |(goal, _)| goal);
                     (body.order, body.node) = (None, from);
                     body.way = Some((node, now + distances[from as usize][node as usize] * 1.3));
@@ -167,9 +194,12 @@ fn run(robots: u32, chargers: u32, seed: u64, seconds: u32) -> (f32, u32) {
                 body.order = body.order.filter(|_| body.stops_left > 0);
             }
             let stops = [random.below(RING), random.below(RING)];
-            let driving =
-                distances[body.node as usize][stops[1] as usize] + distances[stops[1] as usize][stops[0] as usize];
-            if body.order.is_none() && charging.may_work(robot) && charging.suffices(robot, driving, 0.0, stops[0]) {
+            let driving = distances[body.node as usize][stops[1] as usize]
+                + distances[stops[1] as usize][stops[0] as usize];
+            if body.order.is_none()
+                && charging.may_work(robot)
+                && charging.suffices(robot, driving, 0.0, stops[0])
+            {
                 (body.order, body.stops_left) = (Some(stops), 2);
             }
             if let Some(goal) = body.order.map(|stops| stops[body.stops_left - 1]) {
@@ -199,7 +229,10 @@ fn a_robot_without_a_battery_works_for_ever() {
     let mut charging = Charging::new(&data.view(1, 1), ChargingSettings::default());
     charging.see(2, &[f32::NAN], &[]);
     assert!(charging.may_work(0) && charging.suffices(0, 1e9, 0.0, 0));
-    assert!(charging.may_work(1) && charging.suffices(1, 1e9, 0.0, 0), "its charge isn't known yet");
+    assert!(
+        charging.may_work(1) && charging.suffices(1, 1e9, 0.0, 0),
+        "its charge isn't known yet"
+    );
 }
 
 #[test]

@@ -36,7 +36,12 @@ impl Manager {
     pub(crate) fn doing(&self, robot: u32, speed: f32) -> Doing {
         let order = self.order_of(robot);
         let is_loaded = order.is_some_and(|order| order.handled_stops() > 0);
-        Doing { activity: self.activity_with(robot, order), has_order: order.is_some(), is_loaded, speed }
+        Doing {
+            activity: self.activity_with(robot, order),
+            has_order: order.is_some(),
+            is_loaded,
+            speed,
+        }
     }
 
     /// The robot that a robot waits for.

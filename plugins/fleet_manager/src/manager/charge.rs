@@ -37,7 +37,8 @@ impl Manager {
         }
         let roads = self.steering.roads().clone();
         self.charging.chargers().for_each(|charger| self.times.prepare(&roads, charger));
-        let situations: Vec<Situation> = self.present.iter().map(|&robot| self.situation(robot, states)).collect();
+        let situations: Vec<Situation> =
+            self.present.iter().map(|&robot| self.situation(robot, states)).collect();
         let times = &self.times;
         let secs = |node: u32, goal: u32| times.between(&roads, node, goal);
         self.charging.measure(&secs);
@@ -51,7 +52,8 @@ impl Manager {
             robot,
             node: self.steering.base_end_node(robot),
             stop: self.tasks.current_stop(robot).map(|stop| stop.node),
-            is_bound: self.tasks.is_bound(robot) || matches!(self.errands[robot as usize], Errand::Handling(_)),
+            is_bound: self.tasks.is_bound(robot)
+                || matches!(self.errands[robot as usize], Errand::Handling(_)),
             has_arrived: goal.is_some_and(|node| self.steering.has_arrived(robot, node)),
             is_unreachable: goal.is_some() && self.steering.is_unreachable(robot),
             is_broken: states[robot as usize] == RobotState::Broken as u8,
@@ -83,7 +85,8 @@ impl Manager {
         self.halt(robot);
     }
 
-    /// Returns what orders cost after their first stops, by the node of that stop; nothing if it doesn't matter.
+    /// Returns what orders cost after their first stops, by the node of that stop; nothing if it
+    /// doesn't matter.
     pub(super) fn after_first_stops(&self) -> BTreeMap<u32, Rest> {
         let mut rests: BTreeMap<u32, Rest> = BTreeMap::new();
         if !self.charging.is_needed() {
@@ -93,7 +96,8 @@ impl Manager {
         for order in self.tasks.open_orders().filter(|order| !order.is_bound()) {
             let stops = order.content().stops();
             let (Some(first), Some(last)) = (stops.first(), stops.last()) else { continue };
-            let driving = |pair: &[crate::tasks::Stop]| self.times.between(roads, pair[0].node, pair[1].node);
+            let driving =
+                |pair: &[crate::tasks::Stop]| self.times.between(roads, pair[0].node, pair[1].node);
             let rest = Rest {
                 driving_secs: stops.windows(2).filter_map(driving).sum(),
                 standing_secs: stops.iter().map(|stop| stop.dwell_secs).sum(),

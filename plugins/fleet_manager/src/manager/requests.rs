@@ -8,7 +8,9 @@ impl Manager {
     /// Answers a request, and carries it out from the next cycle on. `run_id` is that of the world.
     pub fn request(&mut self, request: &ManagerRequest, run_id: u64) -> ManagerResponse {
         let (answer, task) = match request.kind() {
-            Some(ManagerRequestKind::Send) => self.send_on_request(request.robot, request.node, run_id),
+            Some(ManagerRequestKind::Send) => {
+                self.send_on_request(request.robot, request.node, run_id)
+            }
             Some(ManagerRequestKind::Recall) => (self.recall(request.robot), 0),
             None => (ManagerAnswer::UnknownKind, 0),
         };
@@ -19,7 +21,9 @@ impl Manager {
         if self.steering.robot(robot).is_none() {
             return (ManagerAnswer::UnknownRobot, 0);
         }
-        let Some(node) = self.tasks.places().with_id(node_id) else { return (ManagerAnswer::UnknownNode, 0) };
+        let Some(node) = self.tasks.places().with_id(node_id) else {
+            return (ManagerAnswer::UnknownNode, 0);
+        };
         let roads = self.steering.roads().clone();
         self.times.prepare(&roads, node);
         let from = self.steering.base_end_node(robot);

@@ -9,8 +9,7 @@ use crate::model::worlds;
 use crate::tasks::TaskId;
 
 /// A block with one way in and one way out, and streets round it.
-const LOAD: &str =
-    "load: {seed: 1, groups: {in: [0], out: [23]}, generators: [{name: a, from: in, to: out, per_hour: 90, dwell: 5}]}";
+const LOAD: &str = "load: {seed: 1, groups: {in: [0], out: [23]}, generators: [{name: a, from: in, to: out, per_hour: 90, dwell: 5}]}";
 
 #[test]
 fn breakdowns_that_are_repaired_only_delay_orders() {
@@ -21,7 +20,10 @@ fn breakdowns_that_are_repaired_only_delay_orders() {
         fleet.run(72_000, 56, 1_200);
         let figures = fleet.manager.tasks().figures(7_200.0);
         assert_eq!(figures.orders.failed, 0, "{figures:?}");
-        assert!(figures.orders.finished > 140 && figures.service.longest_secs < 1_800.0, "{figures:?}");
+        assert!(
+            figures.orders.finished > 140 && figures.service.longest_secs < 1_800.0,
+            "{figures:?}"
+        );
         // Once all are repaired, all orders are carried out.
         let created = figures.orders;
         fleet.run(12_000, 0, 0);
@@ -31,13 +33,16 @@ fn breakdowns_that_are_repaired_only_delay_orders() {
     }
 }
 
-/// Closes an edge by order: the only one that leads to the goal of all orders, or one that can be driven round.
+/// Closes an edge by order: the only one that leads to the goal of all orders, or one that can be
+/// driven round.
 #[test]
 fn nobody_enters_an_edge_that_is_closed_by_order() {
     let world = worlds::streets(6, 6.0, true);
     let leading_to = |node: u32| world.edges.iter().filter(move |edge| edge.destination == node);
     let leaving = |node: u32| world.edges.iter().filter(move |edge| edge.origin == node);
-    let is_detour = |edge: &&EdgeRecord| leading_to(edge.destination).count() > 1 && leaving(edge.origin).count() > 1;
+    let is_detour = |edge: &&EdgeRecord| {
+        leading_to(edge.destination).count() > 1 && leaving(edge.origin).count() > 1
+    };
     let detour = world.edges.iter().find(is_detour).expect("an edge with another way round it");
     let only = leading_to(23).next().expect("an edge");
     assert_eq!(leading_to(23).count(), 1);
@@ -45,16 +50,23 @@ fn nobody_enters_an_edge_that_is_closed_by_order() {
         let closed = &[ClosedEdge { edge: edge.id }];
         let mut fleet = Managed::new(&world, 12, 1, LOAD);
         fleet.run(6_000, 0, 0);
-        let finished = |fleet: &Managed, secs: f64| fleet.manager.tasks().figures(secs).orders.finished;
+        let finished =
+            |fleet: &Managed, secs: f64| fleet.manager.tasks().figures(secs).orders.finished;
         let before = finished(&fleet, 600.0);
         fleet.manager.close_edges(closed);
-        // The robots of the model drive on to the end of their bases, where the engine's would stop before the edge.
+        // The robots of the model drive on to the end of their bases, where the engine's would stop
+        // before the edge.
         fleet.run(100, 0, 0);
         let mut edges = fleet.edges();
         for _ in 0..12_000 {
             fleet.run(1, 0, 0);
-            for (now, before) in fleet.edges().into_iter().zip(&edges).filter(|(now, before)| now != *before) {
-                assert!(!closed.iter().any(|edge| edge.edge == now), "from edge {before} to the closed edge {now}");
+            for (now, before) in
+                fleet.edges().into_iter().zip(&edges).filter(|(now, before)| now != *before)
+            {
+                assert!(
+                    !closed.iter().any(|edge| edge.edge == now),
+                    "from edge {before} to the closed edge {now}"
+                );
             }
             edges = fleet.edges();
         }
@@ -63,7 +75,10 @@ fn nobody_enters_an_edge_that_is_closed_by_order() {
         fleet.manager.close_edges(&[]);
         fleet.run(24_000, 0, 0);
         let figures = fleet.manager.tasks().figures(4_200.0).orders;
-        assert!(figures.unroutable == 0 && figures.failed == 0 && figures.waiting < 10, "{figures:?}");
+        assert!(
+            figures.unroutable == 0 && figures.failed == 0 && figures.waiting < 10,
+            "{figures:?}"
+        );
         assert!(figures.finished > 80, "{figures:?}");
     }
 }
@@ -89,18 +104,29 @@ fn robots_that_are_sent_somewhere_arrive_and_go_on_with_orders() {
         let response = fleet.manager.request(&ManagerRequest::send(robot, node), 1);
         answers.push(response.answer().expect("an answer"));
         fleet.run(1, 0, 0);
-        let is_sent = |fleet: &Managed| fleet.manager.tasks().order(TaskId(response.task)).is_some();
+        let is_sent =
+            |fleet: &Managed| fleet.manager.tasks().order(TaskId(response.task)).is_some();
         assert!(is_sent(&fleet), "{response:?}");
         let arrived = (0..6_000).any(|_| {
             fleet.run(1, 0, 0);
             !is_sent(&fleet)
         });
         assert!(arrived, "robot {robot} is not there after ten minutes: {response:?}");
-        assert_eq!(ask(&mut fleet, ManagerRequest::recall(robot)), Some(ManagerAnswer::NotSent), "it was there");
+        assert_eq!(
+            ask(&mut fleet, ManagerRequest::recall(robot)),
+            Some(ManagerAnswer::NotSent),
+            "it was there"
+        );
     }
-    assert!(answers.contains(&ManagerAnswer::Now) && answers.contains(&ManagerAnswer::Later), "{answers:?}");
+    assert!(
+        answers.contains(&ManagerAnswer::Now) && answers.contains(&ManagerAnswer::Later),
+        "{answers:?}"
+    );
     assert!(answers.iter().all(|answer| answer.is_granted()));
-    assert_eq!(ask(&mut fleet, ManagerRequest::send(3, node)).map(ManagerAnswer::is_granted), Some(true));
+    assert_eq!(
+        ask(&mut fleet, ManagerRequest::send(3, node)).map(ManagerAnswer::is_granted),
+        Some(true)
+    );
     assert_eq!(ask(&mut fleet, ManagerRequest::recall(3)), Some(ManagerAnswer::Now));
     fleet.run(12_000, 0, 0);
     let figures = fleet.manager.tasks().figures(0.0).orders;

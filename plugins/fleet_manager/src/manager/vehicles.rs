@@ -9,15 +9,16 @@ use crate::tasks::Vehicle;
 
 /// How many cycles it takes to look at every robot once: a large fleet costs each of them little.
 const ROUND: usize = 10;
-/// The shortest wall-clock time between two of these cycles. The manager has ten a second in real time, and many more in
-/// lockstep.
+/// The shortest wall-clock time between two of these cycles. The manager has ten a second in real
+/// time, and many more in lockstep.
 const PERIOD: Duration = Duration::from_millis(90);
 /// How near to the end of a leg a robot counts as being there, in metres.
 const AT_END: f32 = 2e-3;
 
 impl Manager {
-    /// Shows a tenth of the robots to the web API, if there is one and it is time: those of the next times are the others.
-    /// The first time it is all of them, because a paused fleet has no further cycle. What robots do doesn't depend on it.
+    /// Shows a tenth of the robots to the web API, if there is one and it is time: those of the
+    /// next times are the others. The first time it is all of them, because a paused fleet has no
+    /// further cycle. What robots do doesn't depend on it.
     pub fn show_vehicles(&mut self, columns: &Columns<'_>, charges: &[f32]) {
         let is_soon = self.vehicles_shown.is_some_and(|shown| shown.elapsed() < PERIOD);
         if is_soon || !self.tasks.is_served() {
@@ -37,7 +38,8 @@ impl Manager {
 
     fn vehicle(&self, robot: usize, columns: &Columns<'_>, charges: &[f32]) -> Vehicle {
         let state = RobotState::from_number(columns.state[robot]);
-        let edge = Some(columns.edge[robot]).filter(|edge| *edge != NO_EDGE && state != RobotState::Absent);
+        let edge = Some(columns.edge[robot])
+            .filter(|edge| *edge != NO_EDGE && state != RobotState::Absent);
         let charge = charges.get(robot).filter(|charge| charge.is_finite());
         Vehicle {
             robot: robot as u32,

@@ -39,7 +39,8 @@ impl Outlines {
         let index = line.partition_point(|point| point.0 < s).clamp(1, line.len() - 1);
         let (a, b) = (line[index - 1], line[index]);
         let share = if b.0 > a.0 { ((s - a.0) / (b.0 - a.0)).clamp(0.0, 1.0) } else { 0.0 };
-        let turn = (b.2 - a.2 + 9.424_778).rem_euclid(core::f32::consts::TAU) - core::f32::consts::PI;
+        let turn =
+            (b.2 - a.2 + 9.424_778).rem_euclid(core::f32::consts::TAU) - core::f32::consts::PI;
         ([0, 1].map(|axis| a.1[axis] + share * (b.1[axis] - a.1[axis])), a.2 + share * turn)
     }
 }
@@ -52,11 +53,18 @@ fn line(world: &World<'_>, edge: &EdgeRecord) -> Vec<(f32, [f32; 2], f32)> {
             let t = part as f32 / POINTS as f32;
             let u = 1.0 - t;
             let at = [0, 1].map(|i| {
-                u * u * u * p[0][i] + 3.0 * u * u * t * p[1][i] + 3.0 * u * t * t * p[2][i] + t * t * t * p[3][i]
+                u * u * u * p[0][i]
+                    + 3.0 * u * u * t * p[1][i]
+                    + 3.0 * u * t * t * p[2][i]
+                    + t * t * t * p[3][i]
             });
-            let along = [0, 1]
-                .map(|i| u * u * (p[1][i] - p[0][i]) + 2.0 * u * t * (p[2][i] - p[1][i]) + t * t * (p[3][i] - p[2][i]));
-            let step = points.last().map_or(0.0, |last| (last.1[0] - at[0]).hypot(last.1[1] - at[1]));
+            let along = [0, 1].map(|i| {
+                u * u * (p[1][i] - p[0][i])
+                    + 2.0 * u * t * (p[2][i] - p[1][i])
+                    + t * t * (p[3][i] - p[2][i])
+            });
+            let step =
+                points.last().map_or(0.0, |last| (last.1[0] - at[0]).hypot(last.1[1] - at[1]));
             let s = points.last().map_or(0.0, |last| last.0) + step;
             points.push((s, at, edge.orientation().heading(along[1].atan2(along[0]))));
         }
@@ -84,8 +92,8 @@ impl Body {
         Self { leg, place, speed: 0.0, heading, legs: vec![], limit: (0, place), stalled: 0 }
     }
 
-    /// Drives for a tick at a share of the speed of the edge, up to the end of the base. Turns on the spot take whole ticks;
-    /// the heading of a robot that doesn't turn jumps.
+    /// Drives for a tick at a share of the speed of the edge, up to the end of the base. Turns on
+    /// the spot take whole ticks; the heading of a robot that doesn't turn jumps.
     pub(super) fn drive(&mut self, outlines: &Outlines, roads: &Roads, share: f32) {
         self.speed = 0.0;
         if self.stalled > 0 {
@@ -100,13 +108,15 @@ impl Body {
             let speed = share * roads.speed(&roads.classes()[0], self.leg);
             if self.place < end {
                 let way = (speed * left).min(end - self.place);
-                (self.speed, self.place) = (speed, if way < speed * left { end } else { self.place + way });
+                (self.speed, self.place) =
+                    (speed, if way < speed * left { end } else { self.place + way });
                 left -= way / speed;
                 self.heading = outlines.pose(self.leg, self.place).1;
             } else if !is_last && let Some(&next) = self.legs.first() {
                 let wanted = roads.headings(next)[0];
                 if roads.classes()[0].turns && angle_between(wanted, self.heading) > TURN + 0.01 {
-                    let turn = (wanted - self.heading + 9.424_778).rem_euclid(core::f32::consts::TAU);
+                    let turn =
+                        (wanted - self.heading + 9.424_778).rem_euclid(core::f32::consts::TAU);
                     self.heading += (turn - core::f32::consts::PI).signum() * TURN;
                     return;
                 }
@@ -139,11 +149,18 @@ impl Body {
                 self.legs.extend(legs);
             }
             Command::Release { leg, metres, .. } => {
-                let ahead = [self.leg].into_iter().chain(self.legs.iter().copied()).skip(self.limit.0);
+                let ahead =
+                    [self.leg].into_iter().chain(self.legs.iter().copied()).skip(self.limit.0);
                 let further = ahead.take_while(|next| next != leg).count();
-                assert!(self.limit.0 + further <= self.legs.len(), "{leg:?} is not ahead of {self:?}");
+                assert!(
+                    self.limit.0 + further <= self.legs.len(),
+                    "{leg:?} is not ahead of {self:?}"
+                );
                 let length = roads.edge(leg.edge()).length;
-                assert!(*metres > length || *metres < length - 1e-3, "{metres} m of {length} m count as the whole leg");
+                assert!(
+                    *metres > length || *metres < length - 1e-3,
+                    "{metres} m of {length} m count as the whole leg"
+                );
                 self.limit = (self.limit.0 + further, *metres);
             }
             Command::Cancel { .. } => {}

@@ -11,7 +11,13 @@ use crate::steering::{AdmissionSettings, Settings};
 pub type Maker = fn(&Roads) -> Box<dyn Planner>;
 
 /// Drives robots from random node to random node for some simulated seconds, all of them admitted.
-pub fn drive(name: &str, world: &WorldData, (robots, seed): (usize, u64), secs: u32, planner: Maker) -> Model {
+pub fn drive(
+    name: &str,
+    world: &WorldData,
+    (robots, seed): (usize, u64),
+    secs: u32,
+    planner: Maker,
+) -> Model {
     let settings = Settings { admission: AdmissionSettings::unlimited(), ..Settings::default() };
     let mut model = Model::new(world, &places(world, robots, seed), seed, settings, planner);
     model.run((secs as f32 / TICK_SECS) as u32);

@@ -40,7 +40,10 @@ impl Managed {
         Self {
             manager: Manager::new(roads.clone(), planner, Settings::default(), tasks),
             roads,
-            bodies: starts.into_iter().map(|(leg, place)| Body::new(&outlines, leg, place)).collect(),
+            bodies: starts
+                .into_iter()
+                .map(|(leg, place)| Body::new(&outlines, leg, place))
+                .collect(),
             outlines,
             broken: vec![0; robots],
             random: Random(seed),
@@ -54,7 +57,8 @@ impl Managed {
         seen.map(|seen| seen.edge.map_or(u32::MAX, |edge| self.roads.edge(edge).id)).collect()
     }
 
-    /// Drives for some ticks. Of a million robots, `breakdowns` break down in a tick, and are repaired after `repair` ticks.
+    /// Drives for some ticks. Of a million robots, `breakdowns` break down in a tick, and are
+    /// repaired after `repair` ticks.
     pub fn run(&mut self, ticks: u32, breakdowns: u32, repair: u32) {
         for _ in 0..ticks {
             for broken in &mut self.broken {
@@ -67,18 +71,28 @@ impl Managed {
     }
 
     fn cycle(&mut self) {
-        let seen: Vec<Seen> = self.bodies.iter().map(|body| body.seen(&self.outlines, &self.roads)).collect();
+        let seen: Vec<Seen> =
+            self.bodies.iter().map(|body| body.seen(&self.outlines, &self.roads)).collect();
         let column = |value: fn(&Seen) -> f32| seen.iter().map(value).collect::<Vec<f32>>();
         let (x, y) = (column(|seen| seen.position[0]), column(|seen| seen.position[1]));
         let (s, moving) = (column(|seen| seen.s), column(|seen| seen.speed));
-        let speed: Vec<f32> =
-            moving.iter().zip(&self.broken).map(|(v, left)| if *left > 0 { 0.0 } else { *v }).collect();
+        let speed: Vec<f32> = moving
+            .iter()
+            .zip(&self.broken)
+            .map(|(v, left)| if *left > 0 { 0.0 } else { *v })
+            .collect();
         let edge: Vec<u32> = seen.iter().filter_map(|seen| seen.edge).collect();
-        let state = |left: &u32| if *left > 0 { RobotState::Broken } else { RobotState::Idle } as u8;
+        let state =
+            |left: &u32| if *left > 0 { RobotState::Broken } else { RobotState::Idle } as u8;
         let state: Vec<u8> = self.broken.iter().map(state).collect();
-        let columns = Columns { x: &x, y: &y, theta: &x, speed: &speed, s: &s, edge: &edge, state: &state };
-        for command in self.manager.cycle(f64::from(self.tick) * f64::from(TICK_SECS), &columns, &[], &[]) {
-            let (Command::Route { robot, .. } | Command::Release { robot, .. } | Command::Cancel { robot }) = command;
+        let columns =
+            Columns { x: &x, y: &y, theta: &x, speed: &speed, s: &s, edge: &edge, state: &state };
+        for command in
+            self.manager.cycle(f64::from(self.tick) * f64::from(TICK_SECS), &columns, &[], &[])
+        {
+            let (Command::Route { robot, .. }
+            | Command::Release { robot, .. }
+            | Command::Cancel { robot }) = command;
             self.bodies[*robot as usize].obey(command, &self.roads);
         }
         for (body, _) in self.bodies.iter_mut().zip(&self.broken).filter(|(_, left)| **left == 0) {

@@ -1,8 +1,9 @@
 //! The backstop: takes standstills apart, under any planner.
 //!
-//! Robots that have stood for a minute because each waits for another one, and the stands round them, are a *region*. Nobody else
-//! is admitted to it; LaCAM finds hops that lead its robots to their goals or out of it, and they drive in that order. Who has come
-//! to its end is left to the planner again. While nothing stands, the planner's plans stay as they are.
+//! Robots that have stood for a minute because each waits for another one, and the stands round
+//! them, are a *region*. Nobody else is admitted to it; LaCAM finds hops that lead its robots to
+//! their goals or out of it, and they drive in that order. Who has come to its end is left to the
+//! planner again. While nothing stands, the planner's plans stay as they are.
 
 mod case;
 mod course;
@@ -27,8 +28,8 @@ use crate::traffic::Traffic;
 /// What can be set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BackstopSettings {
-    /// How long robots stand before they are helped, in seconds: longer than planners take to sort things out themselves, and
-    /// than most stops last.
+    /// How long robots stand before they are helped, in seconds: longer than planners take to sort
+    /// things out themselves, and than most stops last.
     pub stand_secs: f64,
     /// How many ways from those that stand a region reaches; twice as many if there is no solution.
     pub ways: u32,
@@ -44,7 +45,14 @@ pub struct BackstopSettings {
 
 impl Default for BackstopSettings {
     fn default() -> Self {
-        Self { stand_secs: 60.0, ways: 4, stands: 300, members: 40, work_per_cycle: 5_000, work: 100_000 }
+        Self {
+            stand_secs: 60.0,
+            ways: 4,
+            stands: 300,
+            members: 40,
+            work_per_cycle: 5_000,
+            work: 100_000,
+        }
     }
 }
 
@@ -102,14 +110,19 @@ impl Backstop {
                     self.counts.regions += 1;
                     self.cases.push(case);
                 }
-                None => seeds.into_iter().for_each(|robot| self.standing.excuse(robot, traffic.now)),
+                None => {
+                    seeds.into_iter().for_each(|robot| self.standing.excuse(robot, traffic.now))
+                }
             }
         }
     }
 
-    /// Begins to help robots that stand; `None` if they are in a region already, or nothing can be done.
+    /// Begins to help robots that stand; `None` if they are in a region already, or nothing can be
+    /// done.
     fn case(&self, traffic: &Traffic<'_>, seeds: Vec<u32>, size: Size) -> Option<Case> {
-        let region = (1..=size.ways).rev().find_map(|ways| Region::around(traffic, &seeds, Size { ways, ..size }))?;
+        let region = (1..=size.ways)
+            .rev()
+            .find_map(|ways| Region::around(traffic, &seeds, Size { ways, ..size }))?;
         let mut kept = vec![false; traffic.roads.conflicts().tracks()];
         region.mark(traffic.roads, &mut kept);
         let is_apart = |case: &Case| {
@@ -122,7 +135,13 @@ impl Backstop {
             return None;
         }
         let search = Box::new(Search::new(region.problem(targets)));
-        Some(Case { seeds, size, is_enlarged: false, region, phase: Phase::Search(search, targets) })
+        Some(Case {
+            seeds,
+            size,
+            is_enlarged: false,
+            region,
+            phase: Phase::Search(search, targets),
+        })
     }
 
     /// Leads the robots of regions, in place of the planner.
@@ -193,7 +212,8 @@ impl Backstop {
             Outcome::Open if fewer == 0 && search.work() < LAST_ATTEMPT * self.settings.work => {}
             // Where all are at their targets, fewer targets lead nowhere either.
             Outcome::Open | Outcome::None if fewer > 0 => {
-                case.phase = Phase::Search(Box::new(Search::new(case.region.problem(fewer))), fewer);
+                case.phase =
+                    Phase::Search(Box::new(Search::new(case.region.problem(fewer))), fewer);
             }
             _ => self.enlarge(case, traffic),
         }
@@ -202,7 +222,8 @@ impl Backstop {
     fn enlarge(&mut self, case: &mut Case, traffic: &Traffic<'_>) {
         let Size { ways, stands, members } = case.size;
         let size = Size { ways: 2 * ways, stands: 2 * stands, members: 2 * members };
-        let larger = if case.is_enlarged { None } else { self.case(traffic, case.seeds.clone(), size) };
+        let larger =
+            if case.is_enlarged { None } else { self.case(traffic, case.seeds.clone(), size) };
         // Where all of the roads are in the region, it doesn't get any larger.
         match larger.filter(|larger| larger.region.stands.len() > case.region.stands.len()) {
             Some(larger) => *case = Case { is_enlarged: true, ..larger },
@@ -237,8 +258,8 @@ impl Backstop {
     }
 }
 
-/// Returns the robots of a large group round which something can be done: the ring at the end of the chain of those for whom the
-/// one waits that was sent the longest ago.
+/// Returns the robots of a large group round which something can be done: the ring at the end of
+/// the chain of those for whom the one waits that was sent the longest ago.
 fn seeds(traffic: &Traffic<'_>, group: &[u32]) -> Vec<u32> {
     let sent = |robot: &&u32| traffic.robot(**robot).map_or(f64::INFINITY, |state| state.sent);
     let first = group.iter().min_by(|a, b| sent(a).total_cmp(&sent(b)));

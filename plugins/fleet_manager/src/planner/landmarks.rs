@@ -1,8 +1,9 @@
 //! Lower bounds of driving times, from the driving times to and from some landmarks.
 //!
-//! By the triangle inequality nobody drives from a node to a goal faster than the difference of their driving times to a
-//! landmark, or from one. A. Goldberg, C. Harrelson: Computing the Shortest Path: A* Search Meets Graph Theory, SODA 2005.
-//! Landmarks are chosen as it says for graphs in the plane: one near the rim in each direction.
+//! By the triangle inequality nobody drives from a node to a goal faster than the difference of
+//! their driving times to a landmark, or from one. A. Goldberg, C. Harrelson: Computing the
+//! Shortest Path: A* Search Meets Graph Theory, SODA 2005. Landmarks are chosen as it says for
+//! graphs in the plane: one near the rim in each direction.
 
 mod survey;
 
@@ -15,16 +16,16 @@ const LANDMARKS: usize = 16;
 /// Driving times in forward gear between all nodes and some landmarks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Landmarks {
-    /// By node: the times to each landmark, and from each, in units; the longest number stands for longer ones, and for ways
-    /// that don't exist.
+    /// By node: the times to each landmark, and from each, in units; the longest number stands for
+    /// longer ones, and for ways that don't exist.
     times: Vec<[[u16; LANDMARKS]; 2]>,
     /// Seconds; a power of two.
     unit: f32,
 }
 
 impl Landmarks {
-    /// Works all driving times out at once, on all cores. `delay` is, by edge, the least time that it takes beyond that on
-    /// empty roads, in seconds.
+    /// Works all driving times out at once, on all cores. `delay` is, by edge, the least time that
+    /// it takes beyond that on empty roads, in seconds.
     pub fn new(roads: &Roads, delay: &[f32]) -> Self {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let mut survey = Survey::new(roads, delay);
@@ -32,10 +33,11 @@ impl Landmarks {
         survey.landmarks()
     }
 
-    /// Returns a lower bound of the time between two nodes in forward gear, in seconds, for robots of any class. Along a leg
-    /// it falls by no more than the leg's time.
+    /// Returns a lower bound of the time between two nodes in forward gear, in seconds, for robots
+    /// of any class. Along a leg it falls by no more than the leg's time.
     pub fn least_secs(&self, node: u32, goal: u32) -> f32 {
-        let ([to, from], [goal_to, goal_from]) = (&self.times[node as usize], &self.times[goal as usize]);
+        let ([to, from], [goal_to, goal_from]) =
+            (&self.times[node as usize], &self.times[goal as usize]);
         let mut least = 0;
         for landmark in 0..LANDMARKS {
             let towards = to[landmark].saturating_sub(goal_to[landmark]);

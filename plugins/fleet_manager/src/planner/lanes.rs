@@ -1,7 +1,8 @@
 //! The planner `lanes`, for roads whose lanes are driven one way.
 //!
-//! Robots take the way that costs the least time, with the time added that others have lost on it lately. Rings of robots that
-//! wait for each other are taken apart by sending one of them another way.
+//! Robots take the way that costs the least time, with the time added that others have lost on it
+//! lately. Rings of robots that wait for each other are taken apart by sending one of them another
+//! way.
 
 mod congestion;
 mod detours;
@@ -36,18 +37,18 @@ impl Default for LanesSettings {
     }
 }
 
-/// The most routes that are searched side by side, without knowing of each other. It doesn't depend on the number of threads:
-/// neither do the routes.
+/// The most routes that are searched side by side, without knowing of each other. It doesn't depend
+/// on the number of threads: neither do the routes.
 const BATCH: usize = 16;
 /// The first batch: how long searches are is not known yet.
 const FIRST_BATCH: usize = 4;
 /// Searches on fewer edges take less time than it takes to start a thread.
 const FEWEST_EDGES: usize = 10_000;
-/// The trees of fastest ways that are worked out in a cycle; and in one that follows a cycle in which routes were put off, as
-/// when a whole fleet gets its first ones: then delays change fast.
+/// The trees of fastest ways that are worked out in a cycle; and in one that follows a cycle in
+/// which routes were put off, as when a whole fleet gets its first ones: then delays change fast.
 const TREES: [usize; 2] = [1, 4];
-/// By which share a route may take longer than the fastest one, on many edges; and while routes are put off. Expected delays are
-/// by far less exact than this.
+/// By which share a route may take longer than the fastest one, on many edges; and while routes are
+/// put off. Expected delays are by far less exact than this.
 const SLACK: [f32; 2] = [0.1, 0.3];
 /// How often the robots on the way to each edge are counted, in seconds.
 const COUNT_SECS: f64 = 1.0;
@@ -137,13 +138,21 @@ impl Lanes {
                 self.set_route(*due, legs, traffic, plans);
             }
             looked_at += spent;
-            // Where searches are long, because goals can't be reached or delays change fast, not many begin at once.
-            self.batch = (self.settings.legs_per_cycle * batch.len() / spent.max(1)).clamp(1, BATCH);
+            // Where searches are long, because goals can't be reached or delays change fast, not
+            // many begin at once.
+            self.batch =
+                (self.settings.legs_per_cycle * batch.len() / spent.max(1)).clamp(1, BATCH);
         }
         self.is_behind = !due.is_empty();
     }
 
-    fn set_route(&mut self, due: Due, legs: Option<Vec<Leg>>, traffic: &Traffic<'_>, plans: &mut Plans) {
+    fn set_route(
+        &mut self,
+        due: Due,
+        legs: Option<Vec<Leg>>,
+        traffic: &Traffic<'_>,
+        plans: &mut Plans,
+    ) {
         self.routes += 1;
         let Some(legs) = legs else { return plans.unreachable(due.robot) };
         let before = traffic.robot(due.robot).map(|state| &state.horizon);
@@ -151,12 +160,15 @@ impl Lanes {
         plans.route(due.robot, legs);
     }
 
-    /// The robots that need a route, in the order in which they get one: who has none comes before who waits.
+    /// The robots that need a route, in the order in which they get one: who has none comes before
+    /// who waits.
     fn due(&self, traffic: &Traffic<'_>) -> Vec<Due> {
         let reroute = traffic.now - self.settings.reroute_secs;
         let mut due: Vec<(bool, Due)> = Vec::new();
         for (robot, state) in traffic.robots() {
-            let waits = !state.is_held && !state.horizon.is_empty() && state.waiting_since.max(state.planned) < reroute;
+            let waits = !state.is_held
+                && !state.horizon.is_empty()
+                && state.waiting_since.max(state.planned) < reroute;
             if state.goal.is_some() && !state.is_adopted && (state.needs_route || waits) {
                 due.push((!state.needs_route, Due { planned: state.planned, robot }));
             }
@@ -169,11 +181,16 @@ impl Lanes {
     /// Searches the routes of some robots; with each comes the number of legs that were looked at.
     fn search(&mut self, traffic: &Traffic<'_>, batch: &[Due]) -> Vec<(Option<Vec<Leg>>, usize)> {
         let congestion = &self.congestion;
-        let hints =
-            Hints { landmarks: self.guide.as_ref().map(Guide::landmarks), slack: SLACK[usize::from(self.is_behind)] };
+        let hints = Hints {
+            landmarks: self.guide.as_ref().map(Guide::landmarks),
+            slack: SLACK[usize::from(self.is_behind)],
+        };
         let share = batch.len().div_ceil(self.routers.len());
         if let [router] = self.routers.as_mut_slice() {
-            return batch.iter().map(|due| route(router, (congestion, hints), traffic, due.robot)).collect();
+            return batch
+                .iter()
+                .map(|due| route(router, (congestion, hints), traffic, due.robot))
+                .collect();
         }
         std::thread::scope(|scope| {
             let parts = self.routers.iter_mut().zip(batch.chunks(share));
@@ -187,7 +204,10 @@ impl Lanes {
                 })
                 .collect();
             // A panic goes on: routes must not go to other robots than they were searched for.
-            threads.into_iter().flat_map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic))).collect()
+            threads
+                .into_iter()
+                .flat_map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic)))
+                .collect()
         })
     }
 }
@@ -211,14 +231,17 @@ struct Hints<'a> {
     slack: f32,
 }
 
-/// Returns the route of a robot to its goal, from the end of its base, and the number of legs that were looked at.
+/// Returns the route of a robot to its goal, from the end of its base, and the number of legs that
+/// were looked at.
 fn route(
     router: &mut Router,
     (congestion, Hints { landmarks, slack }): (&Congestion, Hints<'_>),
     traffic: &Traffic<'_>,
     robot: u32,
 ) -> (Option<Vec<Leg>>, usize) {
-    let (Some(state), Some((last, start))) = (traffic.robot(robot), traffic.base_end(robot)) else { return (None, 0) };
+    let (Some(state), Some((last, start))) = (traffic.robot(robot), traffic.base_end(robot)) else {
+        return (None, 0);
+    };
     let Some(goal) = state.goal else { return (None, 0) };
     if start == goal {
         return (Some(Vec::new()), 0);
@@ -231,7 +254,8 @@ fn route(
         return (found, looked_at);
     }
     // Robots in reverse gear meet others head-on: only where nothing else leads to the goal.
-    let found = router.route(traffic.roads, &state.class, Search { reverse: true, ..search }, delay);
+    let found =
+        router.route(traffic.roads, &state.class, Search { reverse: true, ..search }, delay);
     (found, looked_at + router.looked_at())
 }
 

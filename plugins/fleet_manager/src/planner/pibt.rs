@@ -1,13 +1,15 @@
-//! The planner `pibt`: priority inheritance with backtracking, for roads where opposing traffic shares one track.
+//! The planner `pibt`: priority inheritance with backtracking, for roads where opposing traffic
+//! shares one track.
 //!
-//! K. Okumura, M. Machida, X. Défago, Y. Tamura: Priority Inheritance with Backtracking for Iterative Multi-agent Path Finding,
-//! 2019 and 2022.
+//! K. Okumura, M. Machida, X. Défago, Y. Tamura: Priority Inheritance with Backtracking for
+//! Iterative Multi-agent Path Finding, 2019 and 2022.
 //!
-//! Robots drive from place to place, one *hop* at a time: a place is the end of a leg where a standing robot is only in the way
-//! of edges that meet there. Whoever is near the end of its base chooses the next place by driving time; who has been under way
-//! the longest chooses first. A robot that stands where another one wants to go inherits its priority and has to choose at once,
-//! among the places that are left; if it finds none, the other one chooses again. A hop is ordered only when nobody's base ends
-//! at its place any more: nothing is decided before it has to be.
+//! Robots drive from place to place, one *hop* at a time: a place is the end of a leg where a
+//! standing robot is only in the way of edges that meet there. Whoever is near the end of its base
+//! chooses the next place by driving time; who has been under way the longest chooses first. A
+//! robot that stands where another one wants to go inherits its priority and has to choose at once,
+//! among the places that are left; if it finds none, the other one chooses again. A hop is ordered
+//! only when nobody's base ends at its place any more: nothing is decided before it has to be.
 
 mod admission;
 mod hops;
@@ -28,9 +30,11 @@ use crate::traffic::{Robot, Traffic};
 /// What can be set.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PibtSettings {
-    /// How many metres before the end of its base, beyond what it needs to brake, a robot chooses its next place.
+    /// How many metres before the end of its base, beyond what it needs to brake, a robot chooses
+    /// its next place.
     pub ahead_metres: f32,
-    /// The time from a frame to the moment at which an order that answers it takes effect, in seconds.
+    /// The time from a frame to the moment at which an order that answers it takes effect, in
+    /// seconds.
     pub latency_secs: f32,
     /// How many robots go for their goals at a time.
     pub density: DensitySettings,
@@ -110,7 +114,10 @@ impl Pibt {
         let mut bases: Vec<(bool, Leg, f32, u32)> = Vec::new();
         for (robot, state) in traffic.robots() {
             state.goal.iter().for_each(|&goal| self.times.prepare(traffic.roads, goal));
-            let (Some((leg, _)), Some(end)) = (traffic.base_end(robot), traffic.claims.end(robot)) else { continue };
+            let (Some((leg, _)), Some(end)) = (traffic.base_end(robot), traffic.claims.end(robot))
+            else {
+                continue;
+            };
             let is_short = end.to < traffic.roads.conflicts().length(end.track);
             bases.push((is_short, leg, end.to, robot));
         }
@@ -123,7 +130,9 @@ impl Pibt {
             let place = traffic.roads.end(*last.unwrap_or(&leg));
             let stand = match self.taken[place as usize] {
                 Some(_) => Stand::Behind(place),
-                None if last.is_none() && !is_short && self.is_near(traffic, robot, state) => Stand::Ready(place),
+                None if last.is_none() && !is_short && self.is_near(traffic, robot, state) => {
+                    Stand::Ready(place)
+                }
                 None => Stand::Bound(place),
             };
             if !matches!(stand, Stand::Behind(_)) {
@@ -149,11 +158,12 @@ impl Pibt {
         ranks.into_iter().map(|(_, _, robot)| robot).collect()
     }
 
-    /// Takes its priority from the first robot for a while if it can't go on: all places around it are taken by robots that
-    /// could only leave by its own place.
+    /// Takes its priority from the first robot for a while if it can't go on: all places around it
+    /// are taken by robots that could only leave by its own place.
     fn demote(&mut self, traffic: &Traffic<'_>, first: Option<u32>) {
         self.demoted.retain(|_, until| *until > traffic.now);
-        let Some((robot, Stand::Ready(place))) = first.and_then(|first| Some((first, *self.stands.get(&first)?)))
+        let Some((robot, Stand::Ready(place))) =
+            first.and_then(|first| Some((first, *self.stands.get(&first)?)))
         else {
             self.top = None;
             return;
@@ -171,16 +181,28 @@ impl Pibt {
     }
 
     /// Orders what was chosen.
-    fn order(&mut self, traffic: &Traffic<'_>, ranks: &[u32], chosen: &BTreeMap<u32, Hop>, plans: &mut Plans) {
+    fn order(
+        &mut self,
+        traffic: &Traffic<'_>,
+        ranks: &[u32],
+        chosen: &BTreeMap<u32, Hop>,
+        plans: &mut Plans,
+    ) {
         for (rank, &robot) in ranks.iter().enumerate() {
-            let (Some(state), Some(&stand)) = (traffic.robot(robot), self.stands.get(&robot)) else { continue };
+            let (Some(state), Some(&stand)) = (traffic.robot(robot), self.stands.get(&robot))
+            else {
+                continue;
+            };
             plans.precede(robot, rank as f64);
             let has_place = match stand {
                 Stand::Bound(_) => true,
                 Stand::Behind(_) => false,
-                Stand::Ready(_) => chosen.get(&robot).is_some_and(|hop| self.taken[hop.place as usize].is_none()),
+                Stand::Ready(_) => {
+                    chosen.get(&robot).is_some_and(|hop| self.taken[hop.place as usize].is_none())
+                }
             };
-            // Whoever has left the place ahead has one to go on to, so that the way there becomes free.
+            // Whoever has left the place ahead has one to go on to, so that the way there becomes
+            // free.
             if has_place {
                 plans.follow(robot);
             }
@@ -212,7 +234,8 @@ impl Planner for Pibt {
         self.admission.admit(traffic, &ranks);
         let goes = |robot: &u32| self.admission.is_admitted(*robot);
         let mut push = Push::new(traffic, &self.hops, &self.times, &self.taken, &self.stands);
-        let unreachable: Vec<u32> = ranks.iter().copied().filter(goes).filter(|&robot| !push.start(robot)).collect();
+        let unreachable: Vec<u32> =
+            ranks.iter().copied().filter(goes).filter(|&robot| !push.start(robot)).collect();
         self.pushes += push.pushes;
         self.backtracks += push.backtracks;
         let chosen = push.into_chosen();

@@ -1,6 +1,7 @@
 //! The fastest route between two nodes: A* over legs.
 //!
-//! P. Hart, N. Nilsson, B. Raphael: A Formal Basis for the Heuristic Determination of Minimum Cost Paths, 1968.
+//! P. Hart, N. Nilsson, B. Raphael: A Formal Basis for the Heuristic Determination of Minimum Cost
+//! Paths, 1968.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -26,11 +27,11 @@ pub struct Search<'a> {
     pub goal: u32,
     /// Whether it may lead along legs in reverse gear.
     pub reverse: bool,
-    /// What is known of the times in forward gear, delays included; without, or with reverse gear, the estimate is made from
-    /// the distance.
+    /// What is known of the times in forward gear, delays included; without, or with reverse gear,
+    /// the estimate is made from the distance.
     pub landmarks: Option<&'a Landmarks>,
-    /// By which share of its time the route may take longer than the fastest one, at least 0, if there are landmarks: that
-    /// spares much of the search.
+    /// By which share of its time the route may take longer than the fastest one, at least 0, if
+    /// there are landmarks: that spares much of the search.
     pub slack: f32,
 }
 
@@ -86,8 +87,9 @@ impl Router {
         Self { marks: vec![mark; legs], fastest, ..Self::default() }
     }
 
-    /// Returns the legs of the route that takes the least time for a class of robots; `None` if there is none. A leg that
-    /// `cost` gives no number for is closed; otherwise that many seconds are added to its driving time.
+    /// Returns the legs of the route that takes the least time for a class of robots; `None` if
+    /// there is none. A leg that `cost` gives no number for is closed; otherwise that many seconds
+    /// are added to its driving time.
     pub fn route(
         &mut self,
         roads: &Roads,
@@ -108,7 +110,8 @@ impl Router {
                 (x - goal[0]).hypot(y - goal[1]) / fastest
             }
         };
-        let mut cost = |leg: Leg| if leg.is_reverse() && !search.reverse { None } else { cost(leg) };
+        let mut cost =
+            |leg: Leg| if leg.is_reverse() && !search.reverse { None } else { cost(leg) };
         self.expand(roads, class, (search.last, NO_LEG, search.start, 0.0), &estimate, &mut cost);
         while let Some((_, index)) = self.open.pop() {
             let leg = Leg::from_index(index);
@@ -148,7 +151,10 @@ impl Router {
             }
             let Some(extra) = cost(leg) else { continue };
             let driving = roads.edge(leg.edge()).length / roads.speed(class, leg);
-            let total = so_far + driving + extra + last.map_or(0.0, |last| join_secs(roads, class, last, leg));
+            let total = so_far
+                + driving
+                + extra
+                + last.map_or(0.0, |last| join_secs(roads, class, last, leg));
             if mark.stamp == 2 * self.search && mark.cost <= total {
                 continue;
             }
@@ -158,8 +164,11 @@ impl Router {
     }
 
     fn legs_to(&self, leg: Leg) -> Vec<Leg> {
-        let before =
-            |leg: &Leg| Some(self.marks[leg.index()].before).filter(|before| *before != NO_LEG).map(Leg::from_index);
+        let before = |leg: &Leg| {
+            Some(self.marks[leg.index()].before)
+                .filter(|before| *before != NO_LEG)
+                .map(Leg::from_index)
+        };
         let mut legs: Vec<Leg> = std::iter::successors(Some(leg), before).collect();
         legs.reverse();
         legs

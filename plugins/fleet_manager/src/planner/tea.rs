@@ -1,17 +1,21 @@
-//! The planner `tea`: time-enhanced A* (TEA*), for some tens of robots whose paths shall be planned to the end.
+//! The planner `tea`: time-enhanced A* (TEA*), for some tens of robots whose paths shall be planned
+//! to the end.
 //!
-//! J. Santos, P. Costa, L. Rocha, A. P. Moreira, G. Veiga: Time Enhanced A*: Towards the Development of a New Approach for
-//! Multi-Robot Coordination, 2015; as in *Robotics* 2021, 10, 55 and 72.
+//! J. Santos, P. Costa, L. Rocha, A. P. Moreira, G. Veiga: Time Enhanced A*: Towards the
+//! Development of a New Approach for Multi-Robot Coordination, 2015; as in *Robotics* 2021, 10, 55
+//! and 72.
 //!
-//! Time is divided into layers; a robot drives along one edge in a layer, however long that edge is, or waits. Robots are
-//! planned one after the other, in the order of their priorities, on nodes and layers that no stored path blocks. A robot that
-//! gets no path swaps its priority with the next higher one, and both are planned again. The supervision plans all paths again
-//! when robots aren't where they should be.
+//! Time is divided into layers; a robot drives along one edge in a layer, however long that edge
+//! is, or waits. Robots are planned one after the other, in the order of their priorities, on nodes
+//! and layers that no stored path blocks. A robot that gets no path swaps its priority with the
+//! next higher one, and both are planned again. The supervision plans all paths again when robots
+//! aren't where they should be.
 //!
-//! What isn't published: a robot that gets no path even so may come as near to others as the conflicts of the roads allow, and
-//! counts on those being sent on that have reached their goals (*relaxed*); failing that, it takes the fastest route, wherever
-//! others drive. Robots pass roads in the planned order: a base isn't
-//! extended by a leg before all have passed that come earlier there.
+//! What isn't published: a robot that gets no path even so may come as near to others as the
+//! conflicts of the roads allow, and counts on those being sent on that have reached their goals
+//! (*relaxed*); failing that, it takes the fastest route, wherever others drive. Robots pass roads
+//! in the planned order: a base isn't extended by a leg before all have passed that come earlier
+//! there.
 
 mod layers;
 mod order;
@@ -48,7 +52,13 @@ pub struct TeaSettings {
 
 impl Default for TeaSettings {
     fn default() -> Self {
-        Self { layers: 210, most_swaps: 5, most_steps_apart: 1, states_per_path: 2_000, states_per_round: 10_000 }
+        Self {
+            layers: 210,
+            most_swaps: 5,
+            most_steps_apart: 1,
+            states_per_path: 2_000,
+            states_per_round: 10_000,
+        }
     }
 }
 
@@ -65,8 +75,8 @@ struct Step {
 /// The path of a robot.
 #[derive(Clone, Debug, Default)]
 struct Path {
-    /// The leg on which its base ended when it was planned, and those that it then drives along, each with the layer in which
-    /// the robot reaches its end.
+    /// The leg on which its base ended when it was planned, and those that it then drives along,
+    /// each with the layer in which the robot reaches its end.
     steps: Vec<Step>,
     /// Whether the robot is behind others on the first leg, and reaches its end only in that layer.
     starts_inside: bool,
@@ -131,8 +141,9 @@ impl Tea {
         let mut deviates = false;
         for (robot, state) in traffic.robots() {
             let path = self.paths.get_mut(&robot);
-            let is_known =
-                path.is_some_and(|path| path.goal == state.goal && (path.follow(traffic, robot) || !path.is_planned));
+            let is_known = path.is_some_and(|path| {
+                path.goal == state.goal && (path.follow(traffic, robot) || !path.is_planned)
+            });
             let waits = traffic.now - state.waiting_since.max(self.planned) >= PATIENCE_SECS;
             deviates |= !is_known || state.needs_route || waits;
         }
@@ -141,7 +152,8 @@ impl Tea {
         deviates || is_late || self.paths.keys().any(is_gone) || self.are_apart()
     }
 
-    /// Whether the steps of two robots differ by too much: the one has come further than the other has to wait at most.
+    /// Whether the steps of two robots differ by too much: the one has come further than the other
+    /// has to wait at most.
     fn are_apart(&self) -> bool {
         let planned = || self.paths.values().filter(|path| path.is_planned);
         let earliest = planned().filter_map(Path::until).min();
@@ -158,7 +170,9 @@ impl Tea {
         let (paths, ranks) = round.run();
         self.is_incomplete = false;
         for (&robot, path) in &paths {
-            let Some(state) = traffic.robot(robot).filter(|state| state.goal.is_some() && !state.is_adopted) else {
+            let Some(state) =
+                traffic.robot(robot).filter(|state| state.goal.is_some() && !state.is_adopted)
+            else {
                 continue;
             };
             let is_there = path.end(traffic.roads) == state.goal && !path.starts_inside;
@@ -170,7 +184,8 @@ impl Tea {
                 continue;
             }
             self.is_incomplete = true;
-            let leads_to_goal = state.horizon.back().is_some_and(|&leg| Some(traffic.roads.end(leg)) == state.goal);
+            let leads_to_goal =
+                state.horizon.back().is_some_and(|&leg| Some(traffic.roads.end(leg)) == state.goal);
             if state.needs_route || !leads_to_goal {
                 match self.fastest(traffic, robot) {
                     Some(legs) => plans.route(robot, legs),
@@ -188,7 +203,8 @@ impl Tea {
         if start == goal {
             return Some(Vec::new());
         }
-        let search = Search { last: Some(last), start, goal, reverse: false, landmarks: None, slack: 0.0 };
+        let search =
+            Search { last: Some(last), start, goal, reverse: false, landmarks: None, slack: 0.0 };
         let is_open = |leg: Leg| (!traffic.is_closed(leg)).then_some(0.0);
         let forward = self.router.route(traffic.roads, &state.class, search, is_open);
         let search = Search { reverse: true, ..search };

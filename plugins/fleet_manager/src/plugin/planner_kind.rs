@@ -9,12 +9,14 @@ use crate::steering::{AdmissionSettings, Settings};
 /// Who decides which way robots go.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum PlannerKind {
-    /// The fastest way, with the time added that others lose on it; for roads whose lanes are driven one way
+    /// The fastest way, with the time added that others lose on it; for roads whose lanes are
+    /// driven one way
     #[default]
     Lanes,
     /// Time-enhanced A*: whole paths in time layers; for some tens of robots
     Tea,
-    /// Priority inheritance with backtracking: from place to place; where opposing traffic shares one track
+    /// Priority inheritance with backtracking: from place to place; where opposing traffic shares
+    /// one track
     Pibt,
 }
 
@@ -32,10 +34,13 @@ impl PlannerKind {
     pub(super) fn settings(self) -> Settings {
         match self {
             Self::Lanes => Settings::default(),
-            // They decide themselves who drives when: a robot that isn't admitted would hold up all that are to follow it.
-            Self::Tea | Self::Pibt => {
-                Settings { admission: AdmissionSettings::unlimited(), stub_guard: false, ..Settings::default() }
-            }
+            // They decide themselves who drives when: a robot that isn't admitted would hold up all
+            // that are to follow it.
+            Self::Tea | Self::Pibt => Settings {
+                admission: AdmissionSettings::unlimited(),
+                stub_guard: false,
+                ..Settings::default()
+            },
         }
     }
 }

@@ -1,8 +1,8 @@
 //! Roads that were worked out before, in files.
 //!
-//! Working the roads of 122,000 edges out takes seconds, and depends on nothing but the shapes of edges and robots. So it is
-//! kept in a file named by a hash of them. A file is used only if it is whole and of these shapes: it ends with a
-//! checksum of all before it.
+//! Working the roads of 122,000 edges out takes seconds, and depends on nothing but the shapes of
+//! edges and robots. So it is kept in a file named by a hash of them. A file is used only if it is
+//! whole and of these shapes: it ends with a checksum of all before it.
 
 mod words;
 
@@ -34,15 +34,16 @@ pub struct CacheError {
     reason: std::io::Error,
 }
 
-/// Returns the user's folder for files that can be made anew; `None` for a user without a home folder.
+/// Returns the user's folder for files that can be made anew; `None` for a user without a home
+/// folder.
 pub fn default_folder() -> Option<PathBuf> {
     use etcetera::BaseStrategy;
     Some(etcetera::choose_base_strategy().ok()?.cache_dir().join("regatta"))
 }
 
 impl Roads {
-    /// As [`new`](Self::new), but takes what was worked out before from a folder, and keeps what wasn't there, unless there are
-    /// only few edges.
+    /// As [`new`](Self::new), but takes what was worked out before from a folder, and keeps what
+    /// wasn't there, unless there are only few edges.
     ///
     /// # Errors
     /// Beside the roads, [`CacheError`] if they can't be kept.
@@ -57,12 +58,17 @@ impl Roads {
         let key = key(world);
         let path = folder.join(format!("{PREFIX}{key:032x}.bin"));
         if let Some(roads) = fs::read(&path).ok().and_then(|bytes| unpack(world, key, &bytes)) {
-            // The time of the last use decides which files go; where it can't be set, that of the first one does.
-            let _ = File::options().append(true).open(&path).and_then(|file| file.set_modified(SystemTime::now()));
+            // The time of the last use decides which files go; where it can't be set, that of the
+            // first one does.
+            let _ = File::options()
+                .append(true)
+                .open(&path)
+                .and_then(|file| file.set_modified(SystemTime::now()));
             return (roads, Ok(()));
         }
         let roads = Self::new(world);
-        let kept = keep(folder, &path, &pack(&roads, key)).map_err(|reason| CacheError { path, reason });
+        let kept =
+            keep(folder, &path, &pack(&roads, key)).map_err(|reason| CacheError { path, reason });
         (roads, kept)
     }
 }
@@ -98,20 +104,37 @@ fn forget_old(folder: &Path) -> std::io::Result<()> {
 fn key(world: &World<'_>) -> u128 {
     let mut hash = Xxh3::new();
     let mut add = |words: &[u32]| words.iter().for_each(|word| hash.update(&word.to_le_bytes()));
-    add(&[VERSION, world.nodes().len() as u32, world.edges().len() as u32, world.robot_types().len() as u32]);
+    add(&[
+        VERSION,
+        world.nodes().len() as u32,
+        world.edges().len() as u32,
+        world.robot_types().len() as u32,
+    ]);
     for node in world.nodes() {
         add(&[node.x.to_bits(), node.y.to_bits()]);
     }
     for edge in world.edges() {
         let speeds = [edge.velocity_forward.to_bits(), edge.velocity_backwards.to_bits()];
-        add(&[edge.origin, edge.destination, speeds[0], speeds[1], edge.orientation, edge.orientation_angle.to_bits()]);
+        add(&[
+            edge.origin,
+            edge.destination,
+            speeds[0],
+            speeds[1],
+            edge.orientation,
+            edge.orientation_angle.to_bits(),
+        ]);
         add(&[edge.curves]);
         for curve in world.curves(edge) {
             curve.control_points.iter().for_each(|[x, y]| add(&[x.to_bits(), y.to_bits()]));
         }
     }
     for class in world.robot_types() {
-        add(&[class.shape, class.length.to_bits(), class.width.to_bits(), class.max_rotation_speed.to_bits()]);
+        add(&[
+            class.shape,
+            class.length.to_bits(),
+            class.width.to_bits(),
+            class.max_rotation_speed.to_bits(),
+        ]);
     }
     hash.digest128()
 }
@@ -126,7 +149,8 @@ fn pack(roads: &Roads, key: u128) -> Vec<u8> {
     bytes
 }
 
-/// Returns the roads of a world from the bytes of a file; `None` if they are damaged, or of something else.
+/// Returns the roads of a world from the bytes of a file; `None` if they are damaged, or of
+/// something else.
 fn unpack(world: &World<'_>, key: u128, bytes: &[u8]) -> Option<Roads> {
     let (content, checksum) = bytes.split_last_chunk::<CHECKSUM_BYTES>()?;
     if xxh3_128(content) != u128::from_le_bytes(*checksum) {

@@ -1,14 +1,16 @@
 //! Which stretches of which tracks get in each other's way.
 //!
-//! A track is an edge, or the place of a node at which robots turn on the spot. Two robots on different tracks may touch only
-//! where a pair of the table says so. Everything is rounded outwards: a pair of poses that touch is always in the table.
+//! A track is an edge, or the place of a node at which robots turn on the spot. Two robots on
+//! different tracks may touch only where a pair of the table says so. Everything is rounded
+//! outwards: a pair of poses that touch is always in the table.
 
 mod build;
 mod grid;
 
 use super::{Reader, Roads, Sweep, Writer};
 
-/// How robots on two tracks get in each other's way. Places are metres from the origins of the edges.
+/// How robots on two tracks get in each other's way. Places are metres from the origins of the
+/// edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Relation {
     /// A robot within `own` may touch one within `other`.
@@ -18,19 +20,22 @@ pub enum Relation {
         /// The stretch of the other.
         other: [f32; 2],
     },
-    /// This track leads into the other: a robot here may touch one there if they are less than this far apart, in metres from
-    /// here to the end of this track and from the start of the other to there.
+    /// This track leads into the other: a robot here may touch one there if they are less than this
+    /// far apart, in metres from here to the end of this track and from the start of the other to
+    /// there.
     Into(f32),
     /// The other track leads into this one.
     From(f32),
 }
 
-/// A pair of tracks, as seen from one of them. Eight bytes, because there are several for each edge.
+/// A pair of tracks, as seen from one of them. Eight bytes, because there are several for each
+/// edge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Pair {
     /// The other track, and in the two highest bits the kind of relation.
     other_and_kind: u32,
-    /// `Crossing`: the stretches, in 1/255 of each length. Else the distance in the first, in 1/32 m.
+    /// `Crossing`: the stretches, in 1/255 of each length. Else the distance in the first, in 1/32
+    /// m.
     spans: [u8; 4],
 }
 
@@ -117,7 +122,8 @@ impl Conflicts {
     /// Reads the tables of roads.
     pub(super) fn read(roads: &Roads, reader: &mut Reader<'_>) -> Option<Self> {
         let (lengths, footprints) = (lengths(roads), roads.footprints().len());
-        let tables = (0..footprints * footprints).map(|_| ConflictTable::read(lengths.len(), reader));
+        let tables =
+            (0..footprints * footprints).map(|_| ConflictTable::read(lengths.len(), reader));
         Some(Self { tables: tables.collect::<Option<_>>()?, footprints, lengths })
     }
 
@@ -127,10 +133,17 @@ impl Conflicts {
     }
 
     /// The tracks that get in the way of a track, and how.
-    pub fn of(&self, own: usize, other: usize, track: u32) -> impl Iterator<Item = (u32, Relation)> + '_ {
+    pub fn of(
+        &self,
+        own: usize,
+        other: usize,
+        track: u32,
+    ) -> impl Iterator<Item = (u32, Relation)> + '_ {
         let length = self.lengths[track as usize];
         let pairs = self.table(own, other).pairs_of(track);
-        pairs.iter().map(move |pair| (pair.other(), pair.relation([length, self.lengths[pair.other() as usize]])))
+        pairs.iter().map(move |pair| {
+            (pair.other(), pair.relation([length, self.lengths[pair.other() as usize]]))
+        })
     }
 
     /// Length of a track, in metres.
@@ -173,7 +186,8 @@ impl ConflictTable {
         let count = *starts.last()? as usize;
         let (others, spans) = (reader.list_of(count)?, reader.list_of(count)?);
         let pairs = others.into_iter().zip(spans);
-        let pairs = pairs.map(|(other_and_kind, spans)| Pair { other_and_kind, spans: spans.to_le_bytes() });
+        let pairs = pairs
+            .map(|(other_and_kind, spans)| Pair { other_and_kind, spans: spans.to_le_bytes() });
         let pairs: Vec<Pair> = pairs.collect();
         let separations = reader.floats(tracks)?;
         let is_possible = pairs.iter().all(|pair| (pair.other() as usize) < tracks);

@@ -19,6 +19,9 @@ pub(super) fn map<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Ve
     std::thread::scope(|scope| {
         let part = |first: usize| (first..(first + chunk).min(count)).map(work).collect::<Vec<T>>();
         let threads: Vec<_> = chunks.map(|first| scope.spawn(move || part(first))).collect();
-        threads.into_iter().flat_map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic))).collect()
+        threads
+            .into_iter()
+            .flat_map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic)))
+            .collect()
     })
 }

@@ -32,7 +32,8 @@ impl Cubic {
         })
     }
 
-    /// The derivative at a parameter. Where it vanishes (a handle of length zero), the direction of the chord from there.
+    /// The derivative at a parameter. Where it vanishes (a handle of length zero), the direction of
+    /// the chord from there.
     pub fn tangent(&self, t: f64) -> [f64; 2] {
         let derivative = self.derivative(t);
         if derivative[0].hypot(derivative[1]) > 1e-9 {
@@ -50,7 +51,10 @@ impl Cubic {
             let [x, y] = self.derivative(t);
             (x * x + y * y).sqrt()
         };
-        half * GAUSS.iter().map(|(abscissa, weight)| weight * speed(middle + half * abscissa)).sum::<f64>()
+        half * GAUSS
+            .iter()
+            .map(|(abscissa, weight)| weight * speed(middle + half * abscissa))
+            .sum::<f64>()
     }
 
     fn derivative(&self, t: f64) -> [f64; 2] {

@@ -1,7 +1,7 @@
 //! Where robots may queue without being in the way of those who drive elsewhere.
 //!
-//! A *lane* is a chain of edges between places where roads part, meet or cross: who is in it can only follow who is ahead. A
-//! lane that holds several robots is a *reservoir*.
+//! A *lane* is a chain of edges between places where roads part, meet or cross: who is in it can
+//! only follow who is ahead. A lane that holds several robots is a *reservoir*.
 
 use super::{Leg, Roads};
 
@@ -53,5 +53,7 @@ fn holds_queue(roads: &Roads, edge: u32) -> bool {
 
 fn separation(roads: &Roads, edge: u32) -> f32 {
     let footprints = roads.footprints().len();
-    (0..footprints).map(|own| roads.conflicts().table(own, own).separation(edge)).fold(0.0, f32::max)
+    (0..footprints)
+        .map(|own| roads.conflicts().table(own, own).separation(edge))
+        .fold(0.0, f32::max)
 }

@@ -1,21 +1,24 @@
 //! Where a robot may stand without blocking others than those behind it.
 //!
-//! A place of an edge is *open* if a robot that stands there is in nobody's way but on the edge itself and on those that lead
-//! straight into or out of it. A node is a *siding* if a robot that stands there is only in the way of edges that meet there.
+//! A place of an edge is *open* if a robot that stands there is in nobody's way but on the edge
+//! itself and on those that lead straight into or out of it. A node is a *siding* if a robot that
+//! stands there is only in the way of edges that meet there.
 
 use super::{Leg, Reader, Relation, Roads, Writer, cores};
 
 /// The stopping places of robots with one footprint.
 #[derive(Clone, Debug, Default)]
 pub struct Stops {
-    /// Stretches of each edge that aren't open, in ascending order: `closed[starts[e]..starts[e + 1]]`.
+    /// Stretches of each edge that aren't open, in ascending order: `closed[starts[e]..starts[e +
+    /// 1]]`.
     starts: Vec<u32>,
     closed: Vec<[f32; 2]>,
     /// By leg: whether its end is a siding.
     sidings: Vec<bool>,
 }
 
-/// How far from a closed stretch a robot has to stand, in metres: its border counts as closed for others.
+/// How far from a closed stretch a robot has to stand, in metres: its border counts as closed for
+/// others.
 const BORDER: f32 = 0.01;
 
 impl Stops {
@@ -24,7 +27,8 @@ impl Stops {
         let mut arrivals = vec![0; roads.nodes() as usize];
         roads.edges().iter().for_each(|edge| arrivals[edge.destination as usize] += 1);
         let places = cores::map(roads.edges().len(), |edge| {
-            let sidings = [false, true].map(|reverse| is_siding(roads, footprint, Leg::new(edge as u32, reverse)));
+            let sidings = [false, true]
+                .map(|reverse| is_siding(roads, footprint, Leg::new(edge as u32, reverse)));
             (closed(roads, footprint, edge as u32, &arrivals), sidings)
         });
         for (closed, sidings) in places {
@@ -38,7 +42,9 @@ impl Stops {
     /// Writes them.
     pub(super) fn write(&self, writer: &mut Writer) {
         writer.list(self.starts.iter().copied());
-        [0, 1].into_iter().for_each(|end| writer.floats(self.closed.iter().map(|closed| closed[end])));
+        [0, 1]
+            .into_iter()
+            .for_each(|end| writer.floats(self.closed.iter().map(|closed| closed[end])));
         writer.list(self.sidings.iter().map(|is_siding| u32::from(*is_siding)));
     }
 
@@ -48,11 +54,13 @@ impl Stops {
         let count = *starts.last()? as usize;
         let (low, high) = (reader.floats(count)?, reader.floats(count)?);
         let closed = low.into_iter().zip(high).map(|(low, high)| [low, high]).collect();
-        let sidings = reader.list_of(2 * edges)?.into_iter().map(|is_siding| is_siding != 0).collect();
+        let sidings =
+            reader.list_of(2 * edges)?.into_iter().map(|is_siding| is_siding != 0).collect();
         Some(Self { starts, closed, sidings })
     }
 
-    /// Returns the farthest open place of a leg in `from` to `to`, both in metres from where it is entered.
+    /// Returns the farthest open place of a leg in `from` to `to`, both in metres from where it is
+    /// entered.
     pub fn last_open(&self, leg: Leg, length: f32, from: f32, to: f32) -> Option<f32> {
         let closed = self.closed(leg.edge());
         let mut place = to;
@@ -69,7 +77,8 @@ impl Stops {
         (place >= from).then_some(place)
     }
 
-    /// Returns the first open place of a leg at `from` or beyond, in metres from where it is entered.
+    /// Returns the first open place of a leg at `from` or beyond, in metres from where it is
+    /// entered.
     pub fn next_open(&self, leg: Leg, length: f32, from: f32) -> Option<f32> {
         let mut place = from;
         let mut leave = |[low, high]: [f32; 2]| {
@@ -101,16 +110,19 @@ impl Stops {
     }
 }
 
-/// Returns the stretches of an edge where a robot blocks others, in ascending order, merged. `arrivals` is the number of edges
-/// that lead to each node.
+/// Returns the stretches of an edge where a robot blocks others, in ascending order, merged.
+/// `arrivals` is the number of edges that lead to each node.
 fn closed(roads: &Roads, footprint: usize, edge: u32, arrivals: &[u32]) -> Vec<[f32; 2]> {
     let length = roads.edge(edge).length;
     let mut spans: Vec<[f32; 2]> = (0..roads.footprints().len())
         .flat_map(|other| roads.conflicts().of(footprint, other, edge))
         .filter_map(|(track, relation)| match relation {
             Relation::Crossing { own, .. } => Some(own),
-            // Who stands just before a node where roads meet keeps those out that come from elsewhere.
-            Relation::Into(apart) if arrivals[roads.edge(track).origin as usize] > 1 => Some([length - apart, length]),
+            // Who stands just before a node where roads meet keeps those out that come from
+            // elsewhere.
+            Relation::Into(apart) if arrivals[roads.edge(track).origin as usize] > 1 => {
+                Some([length - apart, length])
+            }
             Relation::Into(_) | Relation::From(_) => None,
         })
         .collect();

@@ -1,8 +1,9 @@
 //! Dead ends in which no two robots can pass each other.
 //!
-//! A *stub* is a chain of edges that ends at a node from which only the way back leads on, and that begins at the first node
-//! with another way. Only chains of two sections or more count: in one section there is room for one robot anyway. Who drives
-//! into a stub behind another robot keeps that one from coming out.
+//! A *stub* is a chain of edges that ends at a node from which only the way back leads on, and that
+//! begins at the first node with another way. Only chains of two sections or more count: in one
+//! section there is room for one robot anyway. Who drives into a stub behind another robot keeps
+//! that one from coming out.
 
 use std::collections::BTreeSet;
 
@@ -29,7 +30,8 @@ impl Stubs {
         }
         for end in (0..roads.nodes()).filter(|&node| neighbours[node as usize].len() == 1) {
             let chain = chain(&neighbours, end);
-            let is_whole_graph = chain.last().is_some_and(|&root| neighbours[root as usize].len() == 1);
+            let is_whole_graph =
+                chain.last().is_some_and(|&root| neighbours[root as usize].len() == 1);
             if chain.len() > 2 && !is_whole_graph {
                 stubs.add(roads, &chain);
             }
@@ -42,8 +44,11 @@ impl Stubs {
         let number = self.edges.len() as u32;
         let legs = chain[..chain.len() - 1].iter().flat_map(|&node| roads.exits(node));
         // Legs in reverse gear leave a node by an edge that leads there.
-        let inside = legs.filter(|&&leg| [roads.start(leg), roads.end(leg)].iter().all(|node| chain.contains(node)));
-        let edges: BTreeSet<u32> = inside.map(|leg| leg.edge()).chain(arrivals(roads, chain)).collect();
+        let inside = legs.filter(|&&leg| {
+            [roads.start(leg), roads.end(leg)].iter().all(|node| chain.contains(node))
+        });
+        let edges: BTreeSet<u32> =
+            inside.map(|leg| leg.edge()).chain(arrivals(roads, chain)).collect();
         edges.iter().for_each(|&edge| self.numbers[edge as usize] = number);
         self.edges.push(edges.into_iter().collect());
     }
@@ -62,7 +67,13 @@ impl Stubs {
 /// The edges that lead from the first node of a chain, its root, into it.
 fn arrivals(roads: &Roads, chain: &[u32]) -> Vec<u32> {
     let [.., before, root] = *chain else { return Vec::new() };
-    roads.exits(root).iter().copied().filter(|&leg| roads.end(leg) == before).map(Leg::edge).collect()
+    roads
+        .exits(root)
+        .iter()
+        .copied()
+        .filter(|&leg| roads.end(leg) == before)
+        .map(Leg::edge)
+        .collect()
 }
 
 /// Returns the nodes from a dead end to the first one with more than one way on.

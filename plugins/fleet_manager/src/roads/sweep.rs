@@ -7,11 +7,13 @@ use super::{Footprint, Rectangle};
 
 /// The longest stretch, in metres: the resolution at which claims are given back.
 const STEP: f64 = 0.1;
-/// The largest change of heading within half a stretch, in radians; sharper bends get shorter stretches.
+/// The largest change of heading within half a stretch, in radians; sharper bends get shorter
+/// stretches.
 const BEND: f64 = 0.1;
 /// The shortest stretch, in metres: a cusp isn't divided for ever.
 const SHORTEST: f64 = 0.01;
-/// What footprints are enlarged by on each side, in metres: poses are exact to 1 mm only, and rounded.
+/// What footprints are enlarged by on each side, in metres: poses are exact to 1 mm only, and
+/// rounded.
 const MARGIN: f32 = 0.003;
 
 /// A stretch of an edge, and by how much the robots on it may differ from a robot in its middle.
@@ -23,7 +25,8 @@ pub struct SweptBox {
     centre: [f32; 2],
     /// Unit vector along the heading of a robot in the middle.
     heading: [f32; 2],
-    /// The largest distance of a robot's position from the middle along and across that heading, in metres.
+    /// The largest distance of a robot's position from the middle along and across that heading, in
+    /// metres.
     offset: [f32; 2],
     /// Sine of the largest difference of headings; 1 for any heading.
     turn: f32,
@@ -96,18 +99,22 @@ impl Sweep {
     /// Whether its tangent and the heading of robots are the same everywhere.
     pub fn is_straight(&self) -> bool {
         let Some(first) = self.boxes.first() else { return true };
-        let same =
-            |part: &SweptBox| part.turn == 0.0 && part.heading == first.heading && part.is_along(self.headings[0]);
-        self.boxes.iter().all(same) && super::angle_between(self.headings[0], self.headings[1]) < 1e-4
+        let same = |part: &SweptBox| {
+            part.turn == 0.0 && part.heading == first.heading && part.is_along(self.headings[0])
+        };
+        self.boxes.iter().all(same)
+            && super::angle_between(self.headings[0], self.headings[1]) < 1e-4
     }
 
-    /// Returns how far apart two robots have to be on a [straight](Self::is_straight) edge, in metres.
+    /// Returns how far apart two robots have to be on a [straight](Self::is_straight) edge, in
+    /// metres.
     pub fn straight_separation(&self, a: &Footprint, b: &Footprint) -> Option<f32> {
         let first = self.boxes.first()?;
         let (sin, cos) = (self.headings[0].sin(), self.headings[0].cos());
         let along = (cos * first.heading[0] + sin * first.heading[1]).abs();
         let across = (cos * first.heading[1] - sin * first.heading[0]).abs();
-        let apart = |axis: usize, part: f32| (a.half[axis] + b.half[axis] + 2.0 * MARGIN) / part.max(1e-6);
+        let apart =
+            |axis: usize, part: f32| (a.half[axis] + b.half[axis] + 2.0 * MARGIN) / part.max(1e-6);
         Some(apart(0, along).min(apart(1, across)))
     }
 
@@ -156,7 +163,8 @@ impl Builder {
         // The path stays within this of the line through the middle, along and across it.
         let (along, across) = (half, half * turn);
         let (sin, cos) = (heading - angle).sin_cos();
-        let offset = [along * cos.abs() + across * sin.abs(), along * sin.abs() + across * cos.abs()];
+        let offset =
+            [along * cos.abs() + across * sin.abs(), along * sin.abs() + across * cos.abs()];
         SweptBox {
             s: [self.s as f32, (self.s + 2.0 * half) as f32],
             centre: centre.map(|value| value as f32),

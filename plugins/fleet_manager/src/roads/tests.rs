@@ -1,7 +1,9 @@
 //! The table of conflicts against brute force: poses that touch are in it.
 
 use proptest::prelude::*;
-use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, Orientation, RobotTypeRecord, WorldData};
+use regatta_plugin::world::{
+    CurveRecord, EdgeRecord, NodeRecord, Orientation, RobotTypeRecord, WorldData,
+};
 
 use super::path::Cubic;
 use super::*;
@@ -39,7 +41,11 @@ impl Line {
         let t = (part as f64 - 1.0 + share) / Self::PARTS as f64;
         let ([x, y], [dx, dy]) = (self.cubic.point(t), self.cubic.tangent(t));
         let heading = orientation.heading(dy.atan2(dx) as f32);
-        Rectangle { centre: [x as f32, y as f32], heading: [heading.cos(), heading.sin()], half: footprint.half }
+        Rectangle {
+            centre: [x as f32, y as f32],
+            heading: [heading.cos(), heading.sin()],
+            half: footprint.half,
+        }
     }
 }
 
@@ -49,13 +55,13 @@ fn is_conflict(roads: &Roads, footprints: [usize; 2], [(a, s), (b, t)]: [(u32, f
         return (s - t).abs() < roads.conflicts().table(footprints[0], footprints[1]).separation(a);
     }
     let within = |place: f32, [low, high]: [f32; 2]| place >= low && place <= high;
-    roads.conflicts().of(footprints[0], footprints[1], a).filter(|(track, _)| *track == b).any(|(_, relation)| {
-        match relation {
+    roads.conflicts().of(footprints[0], footprints[1], a).filter(|(track, _)| *track == b).any(
+        |(_, relation)| match relation {
             Relation::Crossing { own, other } => within(s, own) && within(t, other),
             Relation::Into(apart) => roads.edge(a).length - s + t < apart,
             Relation::From(apart) => roads.edge(b).length - t + s < apart,
-        }
-    })
+        },
+    )
 }
 
 fn point() -> impl Strategy<Value = [f32; 2]> {
@@ -76,7 +82,8 @@ fn world() -> impl Strategy<Value = WorldData> {
     let sizes = [(0.1_f32..1.5, 0.1_f32..1.0), (0.1_f32..1.5, 0.1_f32..1.0)];
     (proptest::collection::vec(point(), 6), proptest::collection::vec(edge, 2..7), sizes).prop_map(
         |(nodes, edges, sizes)| {
-            let records = nodes.iter().map(|&[x, y]| NodeRecord { x, y, ..NodeRecord::default() }).collect();
+            let records =
+                nodes.iter().map(|&[x, y]| NodeRecord { x, y, ..NodeRecord::default() }).collect();
             let mut world = WorldData { nodes: records, ..WorldData::default() };
             for (origin, destination, handles, orientation) in edges {
                 let [from, to] = [origin, destination].map(|node| nodes[node as usize]);
@@ -85,10 +92,16 @@ fn world() -> impl Strategy<Value = WorldData> {
                     None if origin == destination => continue,
                     None => CurveRecord::straight(from, to),
                 };
-                let record = EdgeRecord { origin, destination, velocity_forward: 1.0, ..EdgeRecord::default() };
+                let record = EdgeRecord {
+                    origin,
+                    destination,
+                    velocity_forward: 1.0,
+                    ..EdgeRecord::default()
+                };
                 world.add_edge(record.with_orientation(orientation), [curve]);
             }
-            world.robot_types = sizes.map(|(length, width)| RobotTypeRecord::new("", length, width)).to_vec();
+            world.robot_types =
+                sizes.map(|(length, width)| RobotTypeRecord::new("", length, width)).to_vec();
             world
         },
     )
@@ -97,7 +110,8 @@ fn world() -> impl Strategy<Value = WorldData> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(128))]
 
-    /// Poses that touch are in the table, for all pairs of footprints, on the same edge and on different ones.
+    /// Poses that touch are in the table, for all pairs of footprints, on the same edge and on
+    /// different ones.
     #[test]
     fn poses_that_touch_are_in_the_table(data in world(), places in proptest::collection::vec((0.0_f64..1.0, 0.0_f64..1.0), 40)) {
         let world = data.view(1, 1);
@@ -123,11 +137,18 @@ proptest! {
 
 #[test]
 fn a_straight_road_keeps_robots_a_length_apart() {
-    let nodes = (0..4).map(|place| NodeRecord { x: 5.0 * place as f32, ..NodeRecord::default() }).collect();
+    let nodes =
+        (0..4).map(|place| NodeRecord { x: 5.0 * place as f32, ..NodeRecord::default() }).collect();
     let mut data = WorldData { nodes, ..WorldData::default() };
     for origin in 0..3 {
-        let curve = CurveRecord::straight([5.0 * origin as f32, 0.0], [5.0 * origin as f32 + 5.0, 0.0]);
-        let edge = EdgeRecord { origin, destination: origin + 1, velocity_forward: 1.0, ..EdgeRecord::default() };
+        let curve =
+            CurveRecord::straight([5.0 * origin as f32, 0.0], [5.0 * origin as f32 + 5.0, 0.0]);
+        let edge = EdgeRecord {
+            origin,
+            destination: origin + 1,
+            velocity_forward: 1.0,
+            ..EdgeRecord::default()
+        };
         data.add_edge(edge, [curve]);
     }
     data.robot_types = vec![RobotTypeRecord::new("", 0.9, 0.6)];
@@ -136,19 +157,27 @@ fn a_straight_road_keeps_robots_a_length_apart() {
     // The length, a margin of 3 mm at both ends of both robots, and what the table rounds by.
     assert!((separation - (0.906 + RESOLUTION)).abs() < 1e-4, "{separation}");
     let relations: Vec<_> = roads.conflicts().of(0, 0, 1).collect();
-    let [(0, Relation::From(behind)), (2, Relation::Into(ahead))] = relations[..] else { panic!("{relations:?}") };
+    let [(0, Relation::From(behind)), (2, Relation::Into(ahead))] = relations[..] else {
+        panic!("{relations:?}")
+    };
     assert!((0.9..0.95).contains(&behind) && (0.9..0.95).contains(&ahead), "{relations:?}");
-    assert_eq!(roads.stops(0).last_open(Leg::new(1, false), 5.0, 0.0, 5.0), Some(5.0), "nobody is blocked there");
+    assert_eq!(
+        roads.stops(0).last_open(Leg::new(1, false), 5.0, 0.0, 5.0),
+        Some(5.0),
+        "nobody is blocked there"
+    );
 }
 
 #[test]
 fn robots_wait_before_a_crossing_and_not_in_it() {
     let mut data = WorldData::default();
     let points = [[-5.0, 0.0], [5.0, 0.0], [0.0, -5.0], [0.0, 5.0]];
-    data.nodes = points.iter().map(|&[x, y]| NodeRecord { x, y, ..NodeRecord::default() }).collect();
+    data.nodes =
+        points.iter().map(|&[x, y]| NodeRecord { x, y, ..NodeRecord::default() }).collect();
     for (origin, destination) in [(0, 1), (2, 3)] {
         let curve = CurveRecord::straight(points[origin as usize], points[destination as usize]);
-        let edge = EdgeRecord { origin, destination, velocity_forward: 1.0, ..EdgeRecord::default() };
+        let edge =
+            EdgeRecord { origin, destination, velocity_forward: 1.0, ..EdgeRecord::default() };
         data.add_edge(edge, [curve]);
     }
     data.robot_types = vec![RobotTypeRecord::new("", 0.9, 0.6)];
@@ -166,15 +195,34 @@ fn robots_wait_before_a_crossing_and_not_in_it() {
 /// An aisle of three edges between two streets of short edges, joined by corners.
 #[test]
 fn aisles_are_reservoirs_and_junctions_are_not() {
-    let mut world = WorldData { robot_types: vec![RobotTypeRecord::new("", 0.9, 0.6)], ..WorldData::default() };
-    let places = [[0.0, 0.0], [2.0, 0.0], [4.0, 0.0], [2.0, 4.0], [2.0, 8.0], [2.0, 12.0], [0.0, 12.0], [4.0, 12.0]];
+    let mut world =
+        WorldData { robot_types: vec![RobotTypeRecord::new("", 0.9, 0.6)], ..WorldData::default() };
+    let places = [
+        [0.0, 0.0],
+        [2.0, 0.0],
+        [4.0, 0.0],
+        [2.0, 4.0],
+        [2.0, 8.0],
+        [2.0, 12.0],
+        [0.0, 12.0],
+        [4.0, 12.0],
+    ];
     for (id, [x, y]) in (0..).zip(places) {
         world.nodes.push(NodeRecord { id, x, y, ..NodeRecord::default() });
     }
-    for (id, (origin, destination)) in (0..).zip([(0, 1), (1, 2), (1, 3), (3, 4), (4, 5), (6, 5), (5, 7)]) {
+    for (id, (origin, destination)) in
+        (0..).zip([(0, 1), (1, 2), (1, 3), (3, 4), (4, 5), (6, 5), (5, 7)])
+    {
         let [from, to] = [origin, destination].map(|node: u32| places[node as usize]);
         let length = (to[0] - from[0]).hypot(to[1] - from[1]);
-        let edge = EdgeRecord { id, origin, destination, length, velocity_forward: 1.0, ..EdgeRecord::default() };
+        let edge = EdgeRecord {
+            id,
+            origin,
+            destination,
+            length,
+            velocity_forward: 1.0,
+            ..EdgeRecord::default()
+        };
         world.add_edge(edge, [CurveRecord::straight(from, to)]);
     }
     let roads = Roads::new(&world.view(1, 1));
@@ -190,9 +238,17 @@ fn dead_ends_of_two_sections_or_more_are_stubs() {
         (numbers.collect::<Vec<_>>(), roads)
     };
     let (numbers, roads) = stubs(&worlds::ring_with_stub(3));
-    assert_eq!(numbers, [[None; 8].as_slice(), &[Some(0); 6]].concat(), "the ring, and three sections");
+    assert_eq!(
+        numbers,
+        [[None; 8].as_slice(), &[Some(0); 6]].concat(),
+        "the ring, and three sections"
+    );
     assert_eq!(roads.stubs().edges(0), [8, 9, 10, 11, 12, 13]);
-    assert_eq!(stubs(&worlds::ring_with_stub(1)).0, [None; 10], "nobody could stand before another robot");
+    assert_eq!(
+        stubs(&worlds::ring_with_stub(1)).0,
+        [None; 10],
+        "nobody could stand before another robot"
+    );
     assert_eq!(stubs(&worlds::streets(4, 6.0, false)).0, [None; 24]);
     let line = [[0.0, 0.0], [5.0, 0.0], [10.0, 0.0], [15.0, 0.0]];
     let edges = [[0, 1], [1, 0], [1, 2], [2, 1], [2, 3], [3, 2]];

@@ -52,8 +52,9 @@ impl Effort {
 
     /// The figures as JSON.
     pub fn json(&self) -> Value {
-        let secs =
-            Activity::ALL.map(|activity| (activity.name().replace(' ', "_"), json!(self.secs[activity as usize])));
+        let secs = Activity::ALL.map(|activity| {
+            (activity.name().replace(' ', "_"), json!(self.secs[activity as usize]))
+        });
         json!({
             "robot_secs": Map::from_iter(secs),
             "utilisation": self.utilisation(),
@@ -66,8 +67,9 @@ impl Effort {
     pub fn markdown(&self) -> String {
         let metres = self.loaded_metres + self.empty_metres;
         let shares = Activity::ALL.into_iter().filter(|activity| self.share(*activity) > 0.0);
-        let shares: Vec<_> =
-            shares.map(|activity| format!("{} {:.1} %", activity.name(), 100.0 * self.share(activity))).collect();
+        let shares: Vec<_> = shares
+            .map(|activity| format!("{} {:.1} %", activity.name(), 100.0 * self.share(activity)))
+            .collect();
         format!(
             "| robots | |\n|---|---|\n| utilisation | {:.1} % |\n| time | {} |\n| driven | {:.1} km, {:.1} % of it empty |\n",
             100.0 * self.utilisation(),
@@ -89,7 +91,8 @@ mod tests {
     #[test]
     fn time_and_metres_add_up() {
         let mut effort = Effort::default();
-        let doing = |activity, has_order, is_loaded, speed| Doing { activity, has_order, is_loaded, speed };
+        let doing =
+            |activity, has_order, is_loaded, speed| Doing { activity, has_order, is_loaded, speed };
         effort.add(&doing(Activity::ToPick, true, false, 2.0), 10.0);
         effort.add(&doing(Activity::Carrying, true, true, -1.0), 40.0);
         effort.add(&doing(Activity::Idle, false, false, 0.0), 50.0);
@@ -98,7 +101,10 @@ mod tests {
         assert_eq!((&json["loaded_metres"], &json["empty_metres"]), (&json!(40.0), &json!(20.0)));
         assert_eq!(json["robot_secs"]["to_pick"], 10.0);
         let text = effort.markdown();
-        assert!(text.contains("utilisation | 50.0 %") && text.contains("0.1 km, 33.3 % of it empty"), "{text}");
+        assert!(
+            text.contains("utilisation | 50.0 %") && text.contains("0.1 km, 33.3 % of it empty"),
+            "{text}"
+        );
         assert_eq!(Effort::default().utilisation(), 0.0);
     }
 }

@@ -1,7 +1,8 @@
 //! Admission: how many robots may be on the roads at a time.
 //!
-//! Robots are held where they are in nobody's way, in reservoirs and where they got their goals, while too many of those on the
-//! roads wait for each other (see [`Density`]). Those are admitted first that others on the roads wait for.
+//! Robots are held where they are in nobody's way, in reservoirs and where they got their goals,
+//! while too many of those on the roads wait for each other (see [`Density`]). Those are admitted
+//! first that others on the roads wait for.
 
 use super::Steering;
 use crate::density::{Density, DensitySettings};
@@ -48,7 +49,8 @@ pub(super) struct Admission {
 impl Admission {
     pub(super) fn new(roads: &Roads, settings: AdmissionSettings) -> Self {
         let edges = (0..).zip(roads.edges());
-        let metres: f32 = edges.filter(|(edge, _)| !roads.is_reservoir(*edge)).map(|(_, edge)| edge.length).sum();
+        let metres: f32 =
+            edges.filter(|(edge, _)| !roads.is_reservoir(*edge)).map(|(_, edge)| edge.length).sum();
         let density = Density::new(settings.density, f64::from(metres / settings.metres_per_robot));
         Self { density, pressure: Vec::new() }
     }
@@ -69,7 +71,9 @@ impl Steering {
         for robot in 0..self.robots.len() as u32 {
             if self.is_on_roads(robot) {
                 out += 1;
-                waiting += usize::from(self.robot(robot).is_some_and(|state| state.waiting_since.is_finite()));
+                waiting += usize::from(
+                    self.robot(robot).is_some_and(|state| state.waiting_since.is_finite()),
+                );
                 if let Some(held) = self.held_ahead(robot) {
                     pressure[held as usize] += 1;
                 }
@@ -83,15 +87,19 @@ impl Steering {
     pub(super) fn is_on_roads(&self, robot: u32) -> bool {
         let Some(state) = self.robot(robot) else { return false };
         let is_under_way = state.goal.is_some() && !state.is_fresh && !state.is_adopted;
-        is_under_way && !self.claims.of(robot).iter().all(|stretch| self.is_in_reservoir(stretch.leg))
+        is_under_way
+            && !self.claims.of(robot).iter().all(|stretch| self.is_in_reservoir(stretch.leg))
     }
 
-    /// Whether a robot may enter the roads. A robot that others on the roads wait for may in any case, or they would wait for
-    /// ever: at once where it is on the roads itself, and after a while in a reservoir.
+    /// Whether a robot may enter the roads. A robot that others on the roads wait for may in any
+    /// case, or they would wait for ever: at once where it is on the roads itself, and after a
+    /// while in a reservoir.
     pub(super) fn may_enter(&self, robot: u32) -> bool {
         let Some(state) = self.robot(robot) else { return false };
-        let is_in_way = self.admission.pressure.get(robot as usize).is_some_and(|waiting| *waiting > 0);
-        let is_queued = self.claims.of(robot).iter().all(|stretch| self.is_in_reservoir(stretch.leg));
+        let is_in_way =
+            self.admission.pressure.get(robot as usize).is_some_and(|waiting| *waiting > 0);
+        let is_queued =
+            self.claims.of(robot).iter().all(|stretch| self.is_in_reservoir(stretch.leg));
         let was_held = self.now - state.waiting_since > HELD_SECS;
         state.is_admitted
             || self.is_on_roads(robot)
@@ -103,7 +111,8 @@ impl Steering {
         leg.is_some_and(|leg| self.roads.is_reservoir(leg.edge()))
     }
 
-    /// The key by which robots are extended in ascending order: the planner's, less for each robot that waits for it.
+    /// The key by which robots are extended in ascending order: the planner's, less for each robot
+    /// that waits for it.
     pub(super) fn precedence(&self, robot: u32, planned: f64) -> f64 {
         let pressure = self.admission.pressure.get(robot as usize).copied().unwrap_or(0);
         planned - self.settings.admission.secs_per_waiting * f64::from(pressure)

@@ -1,5 +1,5 @@
-//! Robots that steering has not steered so far, or that were not where they should be: they are stopped, and taken over
-//! where they stand.
+//! Robots that steering has not steered so far, or that were not where they should be: they are
+//! stopped, and taken over where they stand.
 
 use regatta_plugin::frame::RobotState;
 
@@ -56,7 +56,8 @@ impl Steering {
         state.horizon.clear();
     }
 
-    /// Takes back what was granted to a robot and refused: the robot is stopped, and claims only where it then stands.
+    /// Takes back what was granted to a robot and refused: the robot is stopped, and claims only
+    /// where it then stands.
     pub fn take_back(&mut self, robot: u32) {
         if self.robot(robot).is_some() {
             self.adopt(robot);
@@ -66,8 +67,12 @@ impl Steering {
     /// Claims the whole edge that a robot is on: which way it drives may not be known.
     fn claim_edge(&mut self, robot: u32, edge: u32) {
         let Some(state) = &self.robots[robot as usize] else { return };
-        let whole =
-            Stretch { track: edge, leg: Some(Leg::new(edge, false)), from: 0.0, to: self.roads.edge(edge).length };
+        let whole = Stretch {
+            track: edge,
+            leg: Some(Leg::new(edge, false)),
+            from: 0.0,
+            to: self.roads.edge(edge).length,
+        };
         self.claims.seize(&self.roads, robot, state.class.footprint, whole);
     }
 
@@ -80,12 +85,13 @@ impl Steering {
         self.claims.seize(&self.roads, robot, state.class.footprint, stance);
     }
 
-    /// The leg that a robot stands on, and how far from its start. A robot on a node counts as one at the end of an edge
-    /// that leads there: its pose is the same.
+    /// The leg that a robot stands on, and how far from its start. A robot on a node counts as one
+    /// at the end of an edge that leads there: its pose is the same.
     fn locate(&self, seen: &Seen) -> Option<(Leg, f32)> {
         if let Some(edge) = seen.edge {
             let length = self.roads.edge(edge).length;
-            // The engine's lengths differ by rounding: a robot at the end of an edge must not have some micrometres left.
+            // The engine's lengths differ by rounding: a robot at the end of an edge must not have
+            // some micrometres left.
             let place = if seen.s > length - AT_END { length } else { seen.s.max(0.0) };
             return Some((Leg::new(edge, false), place));
         }
@@ -94,11 +100,15 @@ impl Steering {
             (x - seen.position[0]).hypot(y - seen.position[1])
         };
         let node = (0..self.roads.nodes()).min_by(|&a, &b| distance(a).total_cmp(&distance(b)))?;
-        let into = self.roads.arrival(node).map(|edge| (Leg::new(edge, false), self.roads.edge(edge).length));
+        let into = self
+            .roads
+            .arrival(node)
+            .map(|edge| (Leg::new(edge, false), self.roads.edge(edge).length));
         into.or_else(|| self.roads.exits(node).first().map(|&leg| (leg, 0.0)))
     }
 
-    /// Whether every robot stands, or stays within what it claims: before that, none is sent anywhere.
+    /// Whether every robot stands, or stays within what it claims: before that, none is sent
+    /// anywhere.
     pub fn is_ready(&self) -> bool {
         !self.robots.iter().flatten().any(|state| state.is_lost && state.speed > 0.0)
     }

@@ -1,4 +1,5 @@
-//! Closures: what robots that can't drive block, what is closed by order, and where nobody would come out again.
+//! Closures: what robots that can't drive block, what is closed by order, and where nobody would
+//! come out again.
 
 use regatta_plugin::closure::ClosedEdge;
 
@@ -15,30 +16,34 @@ impl Steering {
         self.robot(robot).is_some_and(|state| self.now - state.stuck_since >= CLOSE_AFTER_SECS)
     }
 
-    /// Whether closures have cut a node off from where most robots are: who is there can't come away.
+    /// Whether closures have cut a node off from where most robots are: who is there can't come
+    /// away.
     pub fn is_cut_off(&self, node: u32) -> bool {
         self.cut_off.get(node as usize).is_some_and(|cut_off| *cut_off)
     }
 
-    /// Whether closures keep robots from coming to a node from where most robots are; who is there already may come away.
+    /// Whether closures keep robots from coming to a node from where most robots are; who is there
+    /// already may come away.
     pub fn is_out_of_reach(&self, node: u32) -> bool {
         self.out_of_reach.get(node as usize).is_some_and(|out_of_reach| *out_of_reach)
     }
 
-    /// Whether any roads are closed, or were until now: robots whose ways are open again have no routes yet.
+    /// Whether any roads are closed, or were until now: robots whose ways are open again have no
+    /// routes yet.
     pub fn has_closures(&self) -> bool {
         !self.blockers.is_empty() || !self.closed_edges.is_empty() || self.is_closed_anew
     }
 
-    /// Takes the edges that the engine keeps closed, sorted by id. Robots enter none of them any more: those whose bases
-    /// lead there are stopped before it, and get another route.
+    /// Takes the edges that the engine keeps closed, sorted by id. Robots enter none of them any
+    /// more: those whose bases lead there are stopped before it, and get another route.
     pub fn close_edges(&mut self, closed: &[ClosedEdge]) {
         if self.closed_by_order == closed {
             return;
         }
         self.closed_by_order = closed.to_vec();
         let is_closed = |id: u32| closed.binary_search(&ClosedEdge { edge: id }).is_ok();
-        let edges = (0..self.roads.edges().len() as u32).filter(|edge| is_closed(self.roads.edge(*edge).id));
+        let edges = (0..self.roads.edges().len() as u32)
+            .filter(|edge| is_closed(self.roads.edge(*edge).id));
         self.closed_edges = edges.collect();
         self.next_check = self.now;
         self.is_closed_anew = true;
@@ -49,8 +54,10 @@ impl Steering {
             }
         }
         for state in self.robots.iter_mut().flatten() {
-            // If no other way leads to its goal, it would keep this one: nobody who is broken stands there and stops it.
-            if state.horizon.iter().any(|leg| self.closed_edges.binary_search(&leg.edge()).is_ok()) {
+            // If no other way leads to its goal, it would keep this one: nobody who is broken
+            // stands there and stops it.
+            if state.horizon.iter().any(|leg| self.closed_edges.binary_search(&leg.edge()).is_ok())
+            {
                 state.horizon.clear();
                 state.needs_route |= state.goal.is_some();
             }
@@ -82,7 +89,8 @@ impl Steering {
         }
     }
 
-    /// Has routes planned for those whose routes lead along closed legs, and those whose goal couldn't be reached.
+    /// Has routes planned for those whose routes lead along closed legs, and those whose goal
+    /// couldn't be reached.
     fn route_anew(&mut self) {
         for state in self.robots.iter_mut().flatten() {
             let is_closed = state.horizon.iter().any(|leg| self.closed[leg.index()]);
@@ -95,7 +103,8 @@ impl Steering {
 
 /// What some robots close, and orders.
 struct Closures {
-    /// By leg: whether it is closed by order, a robot on it would touch one of them, or no way leads back from it that had led back before.
+    /// By leg: whether it is closed by order, a robot on it would touch one of them, or no way
+    /// leads back from it that had led back before.
     legs: Vec<bool>,
     /// By node: whether robots there can't come back.
     cut_off: Vec<bool>,
@@ -119,9 +128,11 @@ impl Closures {
             legs[leg.index()] = true;
         }
         let main = Main::of(roads, &legs);
-        let lost =
-            |before: &[bool], now: &[bool]| before.iter().zip(now).map(|(before, now)| *before && !now).collect();
-        // Who is ahead of a broken robot, where nobody can follow, still drives on: only where nobody comes out is closed.
+        let lost = |before: &[bool], now: &[bool]| {
+            before.iter().zip(now).map(|(before, now)| *before && !now).collect()
+        };
+        // Who is ahead of a broken robot, where nobody can follow, still drives on: only where
+        // nobody comes out is closed.
         let (cut_off, out_of_reach): (Vec<bool>, _) =
             (lost(&open.behind, &main.behind), lost(&open.ahead, &main.ahead));
         for edge in 0..roads.edges().len() as u32 {
@@ -135,7 +146,8 @@ impl Closures {
 /// How many nodes are tried as members of the main component.
 const SEEDS: u32 = 8;
 
-/// The main component: a large set of nodes that can all be reached from each other in forward gear.
+/// The main component: a large set of nodes that can all be reached from each other in forward
+/// gear.
 #[derive(Default)]
 struct Main {
     /// By node: whether it can be reached from there.
@@ -146,12 +158,16 @@ struct Main {
 
 impl Main {
     fn of(roads: &Roads, closed: &[bool]) -> Self {
-        let legs = (0..roads.edges().len() as u32).map(|edge| Leg::new(edge, false)).filter(|leg| !closed[leg.index()]);
+        let legs = (0..roads.edges().len() as u32)
+            .map(|edge| Leg::new(edge, false))
+            .filter(|leg| !closed[leg.index()]);
         let ways: Vec<[u32; 2]> = legs.map(|leg| [roads.start(leg), roads.end(leg)]).collect();
         let ahead = Neighbours::new(roads.nodes(), ways.iter().copied());
         let behind = Neighbours::new(roads.nodes(), ways.iter().map(|[start, end]| [*end, *start]));
-        let seeds = (0..SEEDS).map(|part| (u64::from(part) * u64::from(roads.nodes()) / u64::from(SEEDS)) as u32);
-        let mains = seeds.map(|seed| Self { ahead: ahead.reachable(seed), behind: behind.reachable(seed) });
+        let seeds = (0..SEEDS)
+            .map(|part| (u64::from(part) * u64::from(roads.nodes()) / u64::from(SEEDS)) as u32);
+        let mains =
+            seeds.map(|seed| Self { ahead: ahead.reachable(seed), behind: behind.reachable(seed) });
         mains.max_by_key(Self::size).unwrap_or_default()
     }
 
@@ -171,7 +187,8 @@ impl Neighbours {
     fn new(nodes: u32, ways: impl Iterator<Item = [u32; 2]>) -> Self {
         let mut ways: Vec<[u32; 2]> = ways.collect();
         ways.sort_unstable();
-        let starts = (0..=nodes).map(|node| ways.partition_point(|[from, _]| *from < node) as u32).collect();
+        let starts =
+            (0..=nodes).map(|node| ways.partition_point(|[from, _]| *from < node) as u32).collect();
         Self { starts, nodes: ways.into_iter().map(|[_, to]| to).collect() }
     }
 
@@ -184,7 +201,9 @@ impl Neighbours {
             open.push(from);
         }
         while let Some(node) = open.pop() {
-            for &next in &self.nodes[self.starts[node as usize] as usize..self.starts[node as usize + 1] as usize] {
+            for &next in &self.nodes
+                [self.starts[node as usize] as usize..self.starts[node as usize + 1] as usize]
+            {
                 if !std::mem::replace(&mut is_reached[next as usize], true) {
                     open.push(next);
                 }
@@ -196,7 +215,9 @@ impl Neighbours {
 
 #[cfg(test)]
 mod tests {
-    use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, Orientation, RobotTypeRecord, WorldData};
+    use regatta_plugin::world::{
+        CurveRecord, EdgeRecord, NodeRecord, Orientation, RobotTypeRecord, WorldData,
+    };
 
     use super::*;
     use crate::claims::Stretch;
@@ -212,7 +233,10 @@ mod tests {
 
     /// A loop of three edges, with a spur of two edges from its first node and back.
     fn loop_with_spur() -> WorldData {
-        let mut world = WorldData { robot_types: vec![RobotTypeRecord::new("", 0.9, 0.6)], ..WorldData::default() };
+        let mut world = WorldData {
+            robot_types: vec![RobotTypeRecord::new("", 0.9, 0.6)],
+            ..WorldData::default()
+        };
         let places = [[0.0, 0.0], [20.0, 0.0], [10.0, 20.0], [-20.0, -10.0]];
         for (id, [x, y]) in (0..).zip(places) {
             world.nodes.push(NodeRecord { id, x, y, ..NodeRecord::default() });
@@ -223,7 +247,14 @@ mod tests {
             let middle = [0.5 * (from[0] + to[0]), 0.5 * (from[1] + to[1]) - bend];
             let curve = CurveRecord { control_points: [from, middle, middle, to] };
             let length = (to[0] - from[0]).hypot(to[1] - from[1]);
-            let edge = EdgeRecord { id, origin, destination, length, velocity_forward: 1.0, ..EdgeRecord::default() };
+            let edge = EdgeRecord {
+                id,
+                origin,
+                destination,
+                length,
+                velocity_forward: 1.0,
+                ..EdgeRecord::default()
+            };
             world.add_edge(edge, [curve]);
         }
         world
@@ -239,13 +270,22 @@ mod tests {
         };
         claims.seize(&roads, 7, 0, stand(4));
         let closures = Closures::of(&roads, &claims, &[7], &[]);
-        let closed: Vec<u32> = (0..5).filter(|edge| closures.legs[Leg::new(*edge, false).index()]).collect();
-        assert_eq!((closed.as_slice(), closures.cut_off.as_slice()), (&[3, 4][..], &[false, false, false, true][..]));
+        let closed: Vec<u32> =
+            (0..5).filter(|edge| closures.legs[Leg::new(*edge, false).index()]).collect();
+        assert_eq!(
+            (closed.as_slice(), closures.cut_off.as_slice()),
+            (&[3, 4][..], &[false, false, false, true][..])
+        );
         let none = Closures::of(&roads, &claims, &[], &[]);
         assert!(none.legs.iter().all(|closed| !closed));
         let ordered = Closures::of(&roads, &claims, &[], &[4]);
-        assert_eq!(ordered.cut_off, closures.cut_off, "an edge that is closed by order cuts off the same nodes");
-        assert!(ordered.legs[Leg::new(3, false).index()] && ordered.legs[Leg::new(4, true).index()]);
+        assert_eq!(
+            ordered.cut_off, closures.cut_off,
+            "an edge that is closed by order cuts off the same nodes"
+        );
+        assert!(
+            ordered.legs[Leg::new(3, false).index()] && ordered.legs[Leg::new(4, true).index()]
+        );
     }
 
     #[test]
@@ -258,10 +298,12 @@ mod tests {
         let closures = |edge: u32| {
             let mut claims = Claims::new(&roads, true);
             let middle = 0.5 * roads.edge(edge).length;
-            let stand = Stretch { track: edge, leg: Some(Leg::new(edge, false)), from: middle, to: middle };
+            let stand =
+                Stretch { track: edge, leg: Some(Leg::new(edge, false)), from: middle, to: middle };
             claims.seize(&roads, 7, 0, stand);
             let Closures { legs, cut_off, out_of_reach } = Closures::of(&roads, &claims, &[7], &[]);
-            let closed: Vec<u32> = (0..5).filter(|edge| legs[Leg::new(*edge, false).index()]).collect();
+            let closed: Vec<u32> =
+                (0..5).filter(|edge| legs[Leg::new(*edge, false).index()]).collect();
             (closed, cut_off[3], out_of_reach[3])
         };
         assert_eq!(closures(3), (vec![3], false, true));

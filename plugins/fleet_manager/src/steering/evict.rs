@@ -21,9 +21,12 @@ impl Steering {
                 continue;
             }
             let Some(blocker) = state.blocker else { continue };
-            // Who waits until the roads to its goal are open again is sent on as those are that have none.
+            // Who waits until the roads to its goal are open again is sent on as those are that
+            // have none.
             let is_idle = self.robot(blocker).is_some_and(|other| {
-                (other.goal.is_none() || other.is_unreachable) && !other.is_pinned && other.stuck_since.is_infinite()
+                (other.goal.is_none() || other.is_unreachable)
+                    && !other.is_pinned
+                    && other.stuck_since.is_infinite()
             });
             if is_idle && let Some(goal) = self.refuge(blocker, robot) {
                 self.counts.evictions += 1;
@@ -42,19 +45,24 @@ impl Steering {
     pub(super) fn settle_evicted(&mut self) {
         for robot in 0..self.robots.len() as u32 {
             let Some(state) = self.robot(robot) else { continue };
-            if state.is_evicted && state.goal.is_none_or(|goal| self.has_arrived(robot, goal) || state.is_unreachable) {
+            if state.is_evicted
+                && state
+                    .goal
+                    .is_none_or(|goal| self.has_arrived(robot, goal) || state.is_unreachable)
+            {
                 self.halt(robot);
             }
         }
     }
 
-    /// Finds the nearest node where an idle robot is not in the way of the one who waits for it, nor of anybody who is
-    /// there already.
+    /// Finds the nearest node where an idle robot is not in the way of the one who waits for it,
+    /// nor of anybody who is there already.
     fn refuge(&self, idle: u32, waiting: u32) -> Option<u32> {
         let (last, start) = self.traffic().base_end(idle)?;
         let state = self.robot(idle)?;
         let footprint = state.class.footprint;
-        let route: Vec<u32> = self.robot(waiting)?.horizon.iter().take(LEGS_AHEAD).map(|leg| leg.edge()).collect();
+        let route: Vec<u32> =
+            self.robot(waiting)?.horizon.iter().take(LEGS_AHEAD).map(|leg| leg.edge()).collect();
         let mut seen: Vec<Leg> = vec![last];
         let mut open: VecDeque<Leg> = self.roads.exits(start).iter().copied().collect();
         while let Some(leg) = open.pop_front() {
@@ -64,8 +72,16 @@ impl Steering {
             }
             seen.push(leg);
             let length = self.roads.edge(leg.edge()).length;
-            let reach = self.claims.reach(&self.roads, idle, footprint, leg.edge(), Some(leg), [length, length]);
-            let is_good = self.roads.stops(footprint).last_open(leg, length, length, length).is_some();
+            let reach = self.claims.reach(
+                &self.roads,
+                idle,
+                footprint,
+                leg.edge(),
+                Some(leg),
+                [length, length],
+            );
+            let is_good =
+                self.roads.stops(footprint).last_open(leg, length, length, length).is_some();
             if is_good && reach.blocker.is_none() && !route.contains(&leg.edge()) {
                 return Some(self.roads.end(leg));
             }

@@ -5,17 +5,20 @@ use crate::claims::Stretch;
 use crate::roads::Leg;
 use crate::traffic::{Extension, LEAST};
 
-/// How much longer than needed an extension is, in metres: otherwise there would be one in every cycle.
+/// How much longer than needed an extension is, in metres: otherwise there would be one in every
+/// cycle.
 const CHUNK: f32 = 0.5;
 
 impl Steering {
-    /// Extends the bases of robots that come near to their ends; by default, who was sent the longest ago goes first.
+    /// Extends the bases of robots that come near to their ends; by default, who was sent the
+    /// longest ago goes first.
     pub(super) fn extend_bases(&mut self, passed: f32) {
         self.count_admitted(passed);
         let mut due: Vec<(f64, u32)> = Vec::new();
         for (robot, state) in (0..).zip(&self.robots) {
             let Some(state) = state else { continue };
-            let may_grow = state.goal.is_some() && !state.needs_route && !state.is_adopted && !state.is_frozen;
+            let may_grow =
+                state.goal.is_some() && !state.needs_route && !state.is_adopted && !state.is_frozen;
             if may_grow && !self.is_base_whole(robot) {
                 due.push((self.precedence(robot, state.precedence), robot));
             }
@@ -26,16 +29,23 @@ impl Steering {
 
     /// Whether a robot's base reaches the end of its route.
     fn is_base_whole(&self, robot: u32) -> bool {
-        let is_done = self.robots[robot as usize].as_ref().is_none_or(|state| state.horizon.is_empty());
-        is_done && self.claims.end(robot).is_none_or(|end| end.to >= self.roads.conflicts().length(end.track))
+        let is_done =
+            self.robots[robot as usize].as_ref().is_none_or(|state| state.horizon.is_empty());
+        is_done
+            && self
+                .claims
+                .end(robot)
+                .is_none_or(|end| end.to >= self.roads.conflicts().length(end.track))
     }
 
     fn extend_base(&mut self, robot: u32) {
         self.turn_back(robot);
         let Some(state) = &self.robots[robot as usize] else { return };
-        let speed = state.horizon.front().map_or(state.speed, |&leg| self.roads.speed(&state.class, leg));
-        let wanted =
-            state.braking_distance() + state.speed.max(speed) * self.settings.latency_secs + self.settings.lead;
+        let speed =
+            state.horizon.front().map_or(state.speed, |&leg| self.roads.speed(&state.class, leg));
+        let wanted = state.braking_distance()
+            + state.speed.max(speed) * self.settings.latency_secs
+            + self.settings.lead;
         let left = self.traffic().left(robot);
         if left >= wanted {
             return self.note(robot, &Extension::default());
@@ -69,15 +79,17 @@ impl Steering {
     fn remember_blocker(&mut self, robot: u32, extension: &Extension) {
         let claims = &self.claims;
         if let Some(state) = &mut self.robots[robot as usize] {
-            let blocker = extension.blocker.filter(|_| extension.stretches.is_empty() && state.speed == 0.0);
+            let blocker =
+                extension.blocker.filter(|_| extension.stretches.is_empty() && state.speed == 0.0);
             state.blocked_by = blocker.map(|blocker| (blocker, claims.version(blocker.0)));
         }
     }
 
-    /// Claims an extension and orders it, unless that would close a ring of waiters: returns for whom the robot would wait then,
-    /// and on which edge.
+    /// Claims an extension and orders it, unless that would close a ring of waiters: returns for
+    /// whom the robot would wait then, and on which edge.
     fn grant(&mut self, robot: u32, extension: &Extension) -> Option<(u32, u32)> {
-        let before = (self.claims.of(robot).len(), self.claims.end(robot).map_or(0.0, |end| end.to));
+        let before =
+            (self.claims.of(robot).len(), self.claims.end(robot).map_or(0.0, |end| end.to));
         for stretch in &extension.stretches {
             self.claims.grant(&self.roads, robot, *stretch);
         }
@@ -99,7 +111,11 @@ impl Steering {
         self.counts.grants += 1;
         if let Some(Stretch { leg: Some(leg), to, .. }) = extension.stretches.last().copied() {
             let is_whole = to >= self.roads.edge(leg.edge()).length;
-            self.commands.push(Command::Release { robot, leg, metres: if is_whole { f32::INFINITY } else { to } });
+            self.commands.push(Command::Release {
+                robot,
+                leg,
+                metres: if is_whole { f32::INFINITY } else { to },
+            });
         }
         None
     }
@@ -108,13 +124,15 @@ impl Steering {
     fn note(&mut self, robot: u32, extension: &Extension) {
         let now = self.now;
         let Some(state) = &mut self.robots[robot as usize] else { return };
-        (state.blocker, state.blocked_on) = (extension.blocker.map(|by| by.0), extension.blocker.map(|by| by.1));
+        (state.blocker, state.blocked_on) =
+            (extension.blocker.map(|by| by.0), extension.blocker.map(|by| by.1));
         state.is_held = extension.is_held;
         let stands = state.speed == 0.0 && (state.is_held || state.blocker.is_some());
         state.waiting_since = if stands { state.waiting_since.min(now) } else { f64::INFINITY };
     }
 
-    /// Lets a robot that stands at the end of an edge, and goes back along it in the other gear, claim it as that leg.
+    /// Lets a robot that stands at the end of an edge, and goes back along it in the other gear,
+    /// claim it as that leg.
     fn turn_back(&mut self, robot: u32) {
         let Some(state) = &mut self.robots[robot as usize] else { return };
         let claim = self.claims.of(robot);
@@ -124,7 +142,8 @@ impl Steering {
         if stands && at_end && only.track == next.edge() && only.leg != Some(next) {
             state.horizon.pop_front();
             let length = self.roads.edge(next.edge()).length;
-            let back = Stretch { leg: Some(next), from: length - only.to, to: length - only.to, ..only };
+            let back =
+                Stretch { leg: Some(next), from: length - only.to, to: length - only.to, ..only };
             self.claims.seize(&self.roads, robot, state.class.footprint, back);
         }
     }

@@ -1,4 +1,5 @@
-//! The ring guard: a robot must not take the last free place of a ring, in which each would then wait for the next.
+//! The ring guard: a robot must not take the last free place of a ring, in which each would then
+//! wait for the next.
 
 use super::Steering;
 
@@ -6,8 +7,8 @@ use super::Steering;
 const LONGEST_RING: usize = 128;
 
 impl Steering {
-    /// Returns for whom a robot, at the end of its base, would wait and on which edge, if that robot waits for another one, and so
-    /// on, and the last of them for the first.
+    /// Returns for whom a robot, at the end of its base, would wait and on which edge, if that
+    /// robot waits for another one, and so on, and the last of them for the first.
     pub(super) fn closes_ring(&self, robot: u32) -> Option<(u32, u32)> {
         let (mut current, mut first) = (robot, None);
         for _ in 0..LONGEST_RING {

@@ -1,4 +1,5 @@
-//! Steering against a model of robots that are late, slow and stall at random: none may ever touch another.
+//! Steering against a model of robots that are late, slow and stall at random: none may ever touch
+//! another.
 
 use proptest::prelude::*;
 
@@ -10,11 +11,13 @@ use crate::roads::Leg;
 const SIDE: u32 = 4;
 const SPACING: f32 = 3.0;
 
-/// Drives robots to random nodes for some ticks; some of them break down. Returns how often one of the others arrived.
+/// Drives robots to random nodes for some ticks; some of them break down. Returns how often one of
+/// the others arrived.
 fn drive([robots, broken]: [u32; 2], seed: u64, turns: bool, stalls: u32, ticks: u32) -> u32 {
     let world = worlds::streets(SIDE, SPACING, turns);
     let step = 2 * SIDE * (SIDE - 1) / robots;
-    let starts: Vec<_> = (0..robots).map(|robot| (Leg::new(robot * step, false), 0.5 * SPACING)).collect();
+    let starts: Vec<_> =
+        (0..robots).map(|robot| (Leg::new(robot * step, false), 0.5 * SPACING)).collect();
     let lanes = |roads: &_| Box::new(Lanes::new(roads, LanesSettings::default())) as _;
     let mut model = Model::new(&world, &starts, seed, Settings::default(), lanes);
     model.stalls = stalls;
@@ -37,7 +40,10 @@ proptest! {
 fn robots_arrive() {
     for turns in [false, true] {
         let arrivals = drive([4, 0], 7, turns, 5, 3_000);
-        assert!(arrivals > 40, "{arrivals} arrivals of four robots in five minutes; turns: {turns}");
+        assert!(
+            arrivals > 40,
+            "{arrivals} arrivals of four robots in five minutes; turns: {turns}"
+        );
     }
 }
 
@@ -45,5 +51,8 @@ fn robots_arrive() {
 fn robots_drive_round_those_that_broke_down() {
     let arrivals: Vec<u32> = (0..8).map(|seed| drive([4, 1], seed, false, 0, 3_000)).collect();
     // Without closures there are about fifty.
-    assert!(arrivals.iter().sum::<u32>() > 120, "{arrivals:?} arrivals of three robots in five minutes");
+    assert!(
+        arrivals.iter().sum::<u32>() > 120,
+        "{arrivals:?} arrivals of three robots in five minutes"
+    );
 }

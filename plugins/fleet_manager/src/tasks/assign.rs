@@ -46,15 +46,16 @@ pub struct Problem<'call> {
 
 /// Decides which robot gets which order. A user's own is any type with this trait.
 pub trait Assigner: Send {
-    /// Returns pairs of an order and a robot of the problem. An order that has a robot, and isn't in a pair with it, is taken
-    /// from it. Pairs that name an order or a robot for a second time, or that the problem doesn't have, are ignored.
+    /// Returns pairs of an order and a robot of the problem. An order that has a robot, and isn't
+    /// in a pair with it, is taken from it. Pairs that name an order or a robot for a second time,
+    /// or that the problem doesn't have, are ignored.
     ///
     /// The same calls must have the same results, or runs in lockstep differ.
     fn assign(&mut self, problem: &Problem) -> Vec<(TaskId, u32)>;
 }
 
-/// The default: nearest by driving time less urgency. Small problems are solved exactly (Kuhn-Munkres), and large ones
-/// greedily among the robots that are nearest as the crow flies.
+/// The default: nearest by driving time less urgency. Small problems are solved exactly
+/// (Kuhn-Munkres), and large ones greedily among the robots that are nearest as the crow flies.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Nearest {
     /// The largest number of orders and of robots that are solved exactly.
@@ -71,17 +72,24 @@ impl Default for Nearest {
     }
 }
 
-/// Each waiting order for the free robot with the lowest id, wherever it is, and no robot loses an order. For measurements:
-/// an endless load then sends robots to random nodes, however many are free at a time.
+/// Each waiting order for the free robot with the lowest id, wherever it is, and no robot loses an
+/// order. For measurements: an endless load then sends robots to random nodes, however many are
+/// free at a time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct InTurn;
 
 impl Assigner for InTurn {
     fn assign(&mut self, problem: &Problem) -> Vec<(TaskId, u32)> {
-        let kept: Vec<_> = problem.tasks.iter().filter_map(|task| Some((task.task, task.robot?))).collect();
+        let kept: Vec<_> =
+            problem.tasks.iter().filter_map(|task| Some((task.task, task.robot?))).collect();
         let busy: BTreeSet<_> = kept.iter().map(|(_, robot)| *robot).collect();
-        let waiting = problem.tasks.iter().filter(|task| task.robot.is_none()).map(|task| task.task);
-        let free = problem.robots.iter().map(|candidate| candidate.robot).filter(|robot| !busy.contains(robot));
+        let waiting =
+            problem.tasks.iter().filter(|task| task.robot.is_none()).map(|task| task.task);
+        let free = problem
+            .robots
+            .iter()
+            .map(|candidate| candidate.robot)
+            .filter(|robot| !busy.contains(robot));
         kept.iter().copied().chain(waiting.zip(free)).collect()
     }
 }
@@ -101,8 +109,12 @@ impl Assigner for Nearest {
         let count = self.exact_up_to.max(2 * robots).min((MAX_PAIRS / robots).max(1));
         let (tasks, mut pairs) = most_urgent(problem.tasks, count);
         let keeping: BTreeSet<_> = pairs.iter().map(|(_, robot)| *robot).collect();
-        let others: Vec<_> =
-            problem.robots.iter().filter(|candidate| !keeping.contains(&candidate.robot)).copied().collect();
+        let others: Vec<_> = problem
+            .robots
+            .iter()
+            .filter(|candidate| !keeping.contains(&candidate.robot))
+            .copied()
+            .collect();
         if others.is_empty() {
             return pairs;
         }
@@ -115,7 +127,8 @@ impl Assigner for Nearest {
     }
 }
 
-/// Returns the most urgent orders: those without a robot first. Of the others, those that have a robot keep it.
+/// Returns the most urgent orders: those without a robot first. Of the others, those that have a
+/// robot keep it.
 fn most_urgent(tasks: &[OpenTask], count: usize) -> (Vec<OpenTask>, Vec<(TaskId, u32)>) {
     let mut tasks = tasks.to_vec();
     if tasks.len() <= count {
@@ -140,9 +153,12 @@ impl Nearest {
 
     /// Returns the pairs of the smallest total cost, of as many pairs as possible.
     fn exact(&self, problem: &Problem, tasks: &[OpenTask]) -> Vec<(TaskId, u32)> {
-        let cost = |task: usize, robot: usize| self.cost(problem, &tasks[task], problem.robots[robot].robot);
+        let cost = |task: usize, robot: usize| {
+            self.cost(problem, &tasks[task], problem.robots[robot].robot)
+        };
         let weight = |task, robot| cost(task, robot).map_or(-IMPOSSIBLE_MILLIS, |cost| -cost);
-        let (rows, columns) = (tasks.len().min(problem.robots.len()), tasks.len().max(problem.robots.len()));
+        let (rows, columns) =
+            (tasks.len().min(problem.robots.len()), tasks.len().max(problem.robots.len()));
         let has_more_robots = tasks.len() < problem.robots.len();
         let place = |row, column| if has_more_robots { (row, column) } else { (column, row) };
         let weights = Matrix::from_fn(rows, columns, |(row, column)| {
@@ -151,10 +167,14 @@ impl Nearest {
         });
         let (_, chosen) = kuhn_munkres(&weights);
         let pairs = chosen.into_iter().enumerate();
-        let possible = pairs.filter(|pair| *weights.get(*pair).unwrap_or(&-IMPOSSIBLE_MILLIS) > -IMPOSSIBLE_MILLIS);
+        let possible = pairs
+            .filter(|pair| *weights.get(*pair).unwrap_or(&-IMPOSSIBLE_MILLIS) > -IMPOSSIBLE_MILLIS);
         let mut pairs: Vec<_> = possible.map(|(row, column)| place(row, column)).collect();
         pairs.sort_unstable();
-        pairs.into_iter().map(|(task, robot)| (tasks[task].task, problem.robots[robot].robot)).collect()
+        pairs
+            .into_iter()
+            .map(|(task, robot)| (tasks[task].task, problem.robots[robot].robot))
+            .collect()
     }
 
     /// Returns pairs in ascending order of their costs, as long as both are free.
@@ -184,9 +204,11 @@ impl Nearest {
             problem.robots.iter().map(|candidate| (distance(candidate), candidate.robot)).collect();
         let count = self.nearest_robots.min(robots.len());
         if count > 0 && count < robots.len() {
-            robots.select_nth_unstable_by(count - 1, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            robots
+                .select_nth_unstable_by(count - 1, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         }
-        let has_candidate = |robot: &u32| problem.robots.binary_search_by_key(robot, |known| known.robot).is_ok();
+        let has_candidate =
+            |robot: &u32| problem.robots.binary_search_by_key(robot, |known| known.robot).is_ok();
         let mut near: Vec<_> = robots[..count].iter().map(|(_, robot)| *robot).collect();
         near.extend(task.robot.filter(has_candidate));
         near.sort_unstable();

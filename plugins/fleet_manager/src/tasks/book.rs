@@ -7,7 +7,9 @@ use super::assign::{Assigner, Candidate, Nearest};
 use super::desk::{ABSENT, Office, Reply, Request, Update, Vehicle, WithdrawError};
 use super::figures::{Counts, Figures};
 use super::generator::Generator;
-use super::order::{Change, HistoryEntry, NewOrder, Order, OrderName, State, Stop, TaskEvent, TaskId};
+use super::order::{
+    Change, HistoryEntry, NewOrder, Order, OrderName, State, Stop, TaskEvent, TaskId,
+};
 use super::places::Places;
 
 mod assignment;
@@ -29,7 +31,8 @@ pub enum Next {
 
 /// All open orders, and where new ones come from.
 ///
-/// It is deterministic: the same calls make the same orders, assignments and events, except for what comes over the web API.
+/// It is deterministic: the same calls make the same orders, assignments and events, except for
+/// what comes over the web API.
 pub struct TaskBook {
     places: Arc<Places>,
     assigner: Box<dyn Assigner>,
@@ -40,7 +43,8 @@ pub struct TaskBook {
     waiting: BTreeSet<TaskId>,
     /// The open orders that only one robot may get, by robot.
     intended: BTreeSet<(u32, TaskId)>,
-    /// Orders whose earliest start is to come, by its bits: times are not negative, and so these sort like numbers.
+    /// Orders whose earliest start is to come, by its bits: times are not negative, and so these
+    /// sort like numbers.
     early: BTreeSet<(u64, TaskId)>,
     /// Orders of files that are to come, the last one first.
     timetable: Vec<(f64, NewOrder)>,
@@ -67,7 +71,11 @@ const FIGURES_PERIOD_SECS: f64 = 1.0;
 impl std::fmt::Debug for TaskBook {
     fn fmt(&self, formatter: &mut std::fmt::Formatter) -> std::fmt::Result {
         let (open, robots) = (self.open.len(), self.by_robot.len());
-        formatter.debug_struct("TaskBook").field("open", &open).field("robots", &robots).finish_non_exhaustive()
+        formatter
+            .debug_struct("TaskBook")
+            .field("open", &open)
+            .field("robots", &robots)
+            .finish_non_exhaustive()
     }
 }
 
@@ -156,7 +164,8 @@ impl TaskBook {
         true
     }
 
-    /// Notes that a robot has handled the stop that it is at. Returns what it does next; `None` if it wasn't at a stop.
+    /// Notes that a robot has handled the stop that it is at. Returns what it does next; `None` if
+    /// it wasn't at a stop.
     pub fn handled(&mut self, robot: u32, now_secs: f64) -> Option<Next> {
         let task = self.task_in(robot, State::Handling(robot))?;
         let order = self.open.get_mut(&task)?;
@@ -197,7 +206,8 @@ impl TaskBook {
         Ok(task)
     }
 
-    /// Notes that no robot can reach the stops of an order, which has no robot. Returns whether it was waiting.
+    /// Notes that no robot can reach the stops of an order, which has no robot. Returns whether it
+    /// was waiting.
     pub fn unroutable(&mut self, task: TaskId, now_secs: f64, reason: &str) -> bool {
         let is_waiting = self.waiting.remove(&task);
         if let Some(order) = self.open.get_mut(&task).filter(|_| is_waiting) {
@@ -208,9 +218,11 @@ impl TaskBook {
         is_waiting
     }
 
-    /// Notes that the stops of an unroutable order can be reached again. Returns whether it was unroutable.
+    /// Notes that the stops of an unroutable order can be reached again. Returns whether it was
+    /// unroutable.
     pub fn reopen(&mut self, task: TaskId, now_secs: f64) -> bool {
-        let Some(order) = self.open.get_mut(&task).filter(|order| order.state == State::Unroutable) else {
+        let Some(order) = self.open.get_mut(&task).filter(|order| order.state == State::Unroutable)
+        else {
             return false;
         };
         order.state = State::Waiting;
@@ -245,7 +257,8 @@ impl TaskBook {
         }
     }
 
-    /// Passes what has changed to the store and the web API, at the end of a tick. It waits for neither.
+    /// Passes what has changed to the store and the web API, at the end of a tick. It waits for
+    /// neither.
     pub fn publish(&mut self, now_secs: f64) {
         let changed = std::mem::take(&mut self.changed);
         let closed = std::mem::take(&mut self.closed);
@@ -258,7 +271,8 @@ impl TaskBook {
             self.next_figures_secs = now_secs + FIGURES_PERIOD_SECS;
         }
         let open = changed.iter().filter_map(|task| self.open.get(task).cloned().map(Arc::new));
-        let vehicles = vehicles.iter().filter_map(|robot| self.vehicles.get(robot).cloned()).collect();
+        let vehicles =
+            vehicles.iter().filter_map(|robot| self.vehicles.get(robot).cloned()).collect();
         let orders = closed.into_iter().chain(open).collect();
         office.publish(Update { now_secs, orders, vehicles, figures, done });
     }
@@ -277,15 +291,17 @@ impl TaskBook {
         self.office = Some(office);
     }
 
-    /// Whether everything that was published is in the store. A manager of real robots may wait for it before a robot leaves
-    /// a stop: what is lost with a killed process is the ticks that aren't in the store.
+    /// Whether everything that was published is in the store. A manager of real robots may wait for
+    /// it before a robot leaves a stop: what is lost with a killed process is the ticks that aren't
+    /// in the store.
     pub fn is_saved(&self) -> bool {
         self.office.as_ref().is_none_or(|office| office.is_saved())
     }
 
     /// Returns the order that a robot has, if it is in a state.
     fn task_in(&self, robot: u32, state: State) -> Option<TaskId> {
-        self.task_of(robot).filter(|task| self.order(*task).is_some_and(|order| order.state == state))
+        self.task_of(robot)
+            .filter(|task| self.order(*task).is_some_and(|order| order.state == state))
     }
 
     /// Writes a change into the history of an open order and into the events.

@@ -16,7 +16,9 @@ pub enum ClientError {
     #[error("`{}` is no address of a fleet manager; give one such as http://127.0.0.1:55200", .0.escape_debug())]
     Url(String),
     /// Nobody is there.
-    #[error("no fleet manager answers on {address} ({reason}); start one with a port, or give its address with --url")]
+    #[error(
+        "no fleet manager answers on {address} ({reason}); start one with a port, or give its address with --url"
+    )]
     Connect {
         /// The address.
         address: String,
@@ -86,14 +88,17 @@ impl Client {
     /// A text as it stands in paths and queries.
     pub fn escaped(text: &str) -> String {
         let escape = |byte: u8| match byte {
-            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'_' | b'.' | b'~' => char::from(byte).to_string(),
+            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'_' | b'.' | b'~' => {
+                char::from(byte).to_string()
+            }
             _ => format!("%{byte:02X}"),
         };
         text.bytes().map(escape).collect()
     }
 
     fn request(&self, method: &str, path: &str, body: &str) -> Result<Value, ClientError> {
-        let authorization = self.token.iter().map(|token| format!("Authorization: Bearer {token}\r\n"));
+        let authorization =
+            self.token.iter().map(|token| format!("Authorization: Bearer {token}\r\n"));
         // HTTP 1.0: the answer ends with the connection.
         let request = format!(
             "{method} {path} HTTP/1.0\r\nHost: {}\r\nContent-Type: application/json\r\nContent-Length: {}\r\n{}\r\n{body}",
@@ -126,7 +131,8 @@ impl Client {
     fn answer(&self, response: &str) -> Result<Value, ClientError> {
         let none = || ClientError::Answer(self.address.clone());
         let (head, body) = response.split_once("\r\n\r\n").ok_or_else(none)?;
-        let status: u16 = head.split(' ').nth(1).and_then(|status| status.parse().ok()).ok_or_else(none)?;
+        let status: u16 =
+            head.split(' ').nth(1).and_then(|status| status.parse().ok()).ok_or_else(none)?;
         let value: Value = serde_json::from_str(body).map_err(|_| none())?;
         match value.get("error").and_then(Value::as_str) {
             _ if (200..300).contains(&status) => Ok(value),

@@ -1,5 +1,5 @@
-//! The channels between the book, which belongs to the manager's tick, and the threads of the store and of the web API.
-//! Neither side waits for the other.
+//! The channels between the book, which belongs to the manager's tick, and the threads of the store
+//! and of the web API. Neither side waits for the other.
 
 use std::sync::Arc;
 
@@ -11,7 +11,8 @@ pub(super) type Reply<T> = Box<dyn FnOnce(T) + Send>;
 
 /// A request that the book takes at its next tick.
 pub(super) enum Request {
-    /// Valid orders, which are in the store already, and the simulated time in seconds at which they came.
+    /// Valid orders, which are in the store already, and the simulated time in seconds at which
+    /// they came.
     Post { orders: Vec<NewOrder>, created_secs: f64 },
     /// The withdrawal of an order; `immediate` even if its robot has begun.
     Withdraw { name: OrderName, immediate: bool, reply: Reply<Result<(), WithdrawError>> },

@@ -115,7 +115,11 @@ impl OrderDraft {
     ///
     /// # Errors
     /// [`DraftError`] for the first thing that is wrong.
-    pub fn check(&self, places: &Places, generated: impl FnOnce() -> OrderName) -> Result<NewOrder, DraftError> {
+    pub fn check(
+        &self,
+        places: &Places,
+        generated: impl FnOnce() -> OrderName,
+    ) -> Result<NewOrder, DraftError> {
         let name = match &self.name {
             Some(name) => OrderName::parse(name)?,
             None => generated(),
@@ -123,17 +127,27 @@ impl OrderDraft {
         if self.destinations.is_empty() || self.destinations.len() > MAX_STOPS {
             return Err(DraftError::Stops(self.destinations.len()));
         }
-        let stops = self.destinations.iter().enumerate().map(|(index, stop)| stop.check(index, places));
+        let stops =
+            self.destinations.iter().enumerate().map(|(index, stop)| stop.check(index, places));
         let stops = stops.collect::<Result<_, _>>()?;
         let earliest_secs = secs("earliestStart", self.earliest_start.unwrap_or(0.0))?;
         let deadline_secs = self.deadline.map(|deadline| secs("deadline", deadline)).transpose()?;
-        let robot = |label: &Label| label.to_string().parse().map_err(|_| DraftError::Robot(label.to_string()));
+        let robot = |label: &Label| {
+            label.to_string().parse().map_err(|_| DraftError::Robot(label.to_string()))
+        };
         let intended_robot = self.intended_vehicle.as_ref().map(robot).transpose()?;
         match deadline_secs {
             Some(deadline) if deadline < earliest_secs => {
                 Err(DraftError::Deadline { deadline, earliest: earliest_secs })
             }
-            _ => Ok(NewOrder { name, stops, priority: self.priority, earliest_secs, deadline_secs, intended_robot }),
+            _ => Ok(NewOrder {
+                name,
+                stops,
+                priority: self.priority,
+                earliest_secs,
+                deadline_secs,
+                intended_robot,
+            }),
         }
     }
 }
@@ -148,7 +162,11 @@ impl StopDraft {
 
 fn secs(field: &'static str, value: f64) -> Result<f64, DraftError> {
     // Adding 0 makes 0 of -0.
-    if (0.0..=MAX_SECS).contains(&value) { Ok(value + 0.0) } else { Err(DraftError::Secs { field, value }) }
+    if (0.0..=MAX_SECS).contains(&value) {
+        Ok(value + 0.0)
+    } else {
+        Err(DraftError::Secs { field, value })
+    }
 }
 
 #[cfg(test)]
@@ -182,7 +200,9 @@ mod tests {
     #[test]
     fn an_order_may_be_for_one_robot_only() {
         for robot in ["7", "\"7\""] {
-            let order = check(&format!(r#"{{"destinations": [{{"locationName": "A"}}], "intendedVehicle": {robot}}}"#));
+            let order = check(&format!(
+                r#"{{"destinations": [{{"locationName": "A"}}], "intendedVehicle": {robot}}}"#
+            ));
             assert_eq!(order.expect("an order").intended_robot(), Some(7));
         }
     }
@@ -197,7 +217,8 @@ mod tests {
             ("Load cargo", Action::Pick),
             ("Unload cargo", Action::Drop),
         ] {
-            let json = format!(r#"{{"destinations": [{{"locationName": "A", "operation": "{text}"}}]}}"#);
+            let json =
+                format!(r#"{{"destinations": [{{"locationName": "A", "operation": "{text}"}}]}}"#);
             assert_eq!(check(&json).expect(text).stops()[0].action, action, "{text}");
         }
         let json = r#"{"destinations": [{"locationName": "A", "operation": "lift"}]}"#;
@@ -211,9 +232,18 @@ mod tests {
             (r#"{"destinations": []}"#, "has 0"),
             (r#"{"destinations": [{"locationName": "B"}]}"#, "stop 1 is at `B`"),
             (r#"{"destinations": [{"locationName": "A", "dwell": -1}]}"#, "`dwell` is -1"),
-            (r#"{"destinations": [{"locationName": "A"}], "earliestStart": 1e300}"#, "earliestStart"),
-            (r#"{"destinations": [{"locationName": "A"}], "earliestStart": 9, "deadline": 8}"#, "before the earliest"),
-            (r#"{"destinations": [{"locationName": "A"}], "intendedVehicle": "x"}"#, "`intendedVehicle` is `x`"),
+            (
+                r#"{"destinations": [{"locationName": "A"}], "earliestStart": 1e300}"#,
+                "earliestStart",
+            ),
+            (
+                r#"{"destinations": [{"locationName": "A"}], "earliestStart": 9, "deadline": 8}"#,
+                "before the earliest",
+            ),
+            (
+                r#"{"destinations": [{"locationName": "A"}], "intendedVehicle": "x"}"#,
+                "`intendedVehicle` is `x`",
+            ),
             (r#"{"destinations": [{"locationName": "A"}], "name": ""}"#, "1 to 128"),
             (r#"{"destinations": [{"locationName": "A"}], "name": "sent:1"}"#, "generated"),
             (r#"{"destinations": [{"locationName": "A"}], "name": "a/b"}"#, "a `/`"),

@@ -79,7 +79,9 @@ impl Counts {
             State::Finished(_) => {
                 self.closed[0] += 1;
                 self.service_secs.push((now_secs - order.ready_secs()) as f32);
-                self.late += usize::from(order.content().deadline_secs().is_some_and(|deadline| deadline < now_secs));
+                self.late += usize::from(
+                    order.content().deadline_secs().is_some_and(|deadline| deadline < now_secs),
+                );
             }
             State::Failed => self.closed[1] += 1,
             _ => self.closed[2] += 1,
@@ -87,7 +89,12 @@ impl Counts {
     }
 
     /// Returns the figures with the open orders.
-    pub(super) fn figures<'book>(&self, open: impl Iterator<Item = &'book Order>, secs: f64, now_secs: f64) -> Figures {
+    pub(super) fn figures<'book>(
+        &self,
+        open: impl Iterator<Item = &'book Order>,
+        secs: f64,
+        now_secs: f64,
+    ) -> Figures {
         let mut by_state = [0; State::NAMES.len()];
         let (mut unserved, mut longest_unserved_secs) = (0, 0.0_f64);
         for order in open {
@@ -109,7 +116,16 @@ impl Counts {
             waiting: Durations::of(&self.waiting_secs),
             unserved,
             longest_unserved_secs,
-            orders: ByState { created, waiting, travelling, handling, finished, failed, cancelled, unroutable },
+            orders: ByState {
+                created,
+                waiting,
+                travelling,
+                handling,
+                finished,
+                failed,
+                cancelled,
+                unroutable,
+            },
         }
     }
 }
@@ -125,9 +141,17 @@ impl Durations {
         sorted.sort_by(f32::total_cmp);
         let Some(longest) = sorted.last() else { return Self::default() };
         // The smallest value that so many hundredths of all values don't exceed.
-        let percentile = |hundredths: usize| f64::from(sorted[(sorted.len() * hundredths).div_ceil(100).max(1) - 1]);
-        let mean_secs = sorted.iter().map(|secs| f64::from(*secs)).sum::<f64>() / sorted.len() as f64;
-        Self { mean_secs, p50_secs: percentile(50), p99_secs: percentile(99), longest_secs: f64::from(*longest) }
+        let percentile = |hundredths: usize| {
+            f64::from(sorted[(sorted.len() * hundredths).div_ceil(100).max(1) - 1])
+        };
+        let mean_secs =
+            sorted.iter().map(|secs| f64::from(*secs)).sum::<f64>() / sorted.len() as f64;
+        Self {
+            mean_secs,
+            p50_secs: percentile(50),
+            p99_secs: percentile(99),
+            longest_secs: f64::from(*longest),
+        }
     }
 }
 
@@ -141,7 +165,9 @@ impl Figures {
     pub fn markdown(&self) -> String {
         let row = |name: &str, durations: &Durations| {
             let Durations { mean_secs, p50_secs, p99_secs, longest_secs } = durations;
-            format!("| {name} | {mean_secs:.1} | {p50_secs:.1} | {p99_secs:.1} | {longest_secs:.1} |\n")
+            format!(
+                "| {name} | {mean_secs:.1} | {p50_secs:.1} | {p99_secs:.1} | {longest_secs:.1} |\n"
+            )
         };
         let ByState { finished, failed, cancelled, unroutable, .. } = self.orders;
         format!(
@@ -166,7 +192,8 @@ mod tests {
     fn percentiles_are_values_that_occurred() {
         let secs: Vec<_> = (1..=200).rev().map(|secs| secs as f32).collect();
         let durations = Durations::of(&secs);
-        let expected = Durations { mean_secs: 100.5, p50_secs: 100.0, p99_secs: 198.0, longest_secs: 200.0 };
+        let expected =
+            Durations { mean_secs: 100.5, p50_secs: 100.0, p99_secs: 198.0, longest_secs: 200.0 };
         assert_eq!((durations, Durations::of(&[])), (expected, Durations::default()));
         assert_eq!(Durations::of(&[4.0]).p50_secs, 4.0);
     }

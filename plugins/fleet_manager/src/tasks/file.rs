@@ -1,12 +1,13 @@
 //! Files of orders with times: YAML or CSV.
 //!
-//! YAML is a list (or a mapping with the list `orders`) of
-//! `{name: …, time: 12.5, priority: 3, earliest: 20, deadline: 600, stops: [{at: A1, action: pick, dwell: 5}, B2]}`,
-//! where only `stops` must be there, and a stop without action and dwell time may be a name alone.
+//! YAML is a list (or a mapping with the list `orders`) of `{name: …, time: 12.5, priority: 3,
+//! earliest: 20, deadline: 600, stops: [{at: A1, action: pick, dwell: 5}, B2]}`, where only `stops`
+//! must be there, and a stop without action and dwell time may be a name alone.
 //!
-//! CSV has a line of headers, in any case and order: `name,time,priority,earliest,deadline,stops`, of which only `stops`
-//! must be there. The stops are separated by spaces; each is `place`, `place:action` or `place:action:dwell`, and names
-//! with spaces or colons are for YAML. All times are in seconds of simulated time.
+//! CSV has a line of headers, in any case and order: `name,time,priority,earliest,deadline,stops`,
+//! of which only `stops` must be there. The stops are separated by spaces; each is `place`,
+//! `place:action` or `place:action:dwell`, and names with spaces or colons are for YAML. All times
+//! are in seconds of simulated time.
 
 use std::path::{Path, PathBuf};
 
@@ -48,7 +49,8 @@ pub enum FileError {
 
 /// The text of a file, read at once.
 pub(super) fn text_of(path: &Path) -> Result<String, FileError> {
-    std::fs::read_to_string(path).map_err(|reason| FileError::Read { path: path.to_owned(), reason })
+    std::fs::read_to_string(path)
+        .map_err(|reason| FileError::Read { path: path.to_owned(), reason })
 }
 
 /// Reads a file of orders: CSV if its name ends in `.csv`, and YAML otherwise.
@@ -68,13 +70,18 @@ pub fn read_orders(path: &Path) -> Result<Vec<TimedDraft>, FileError> {
 /// [`InputError`] for the first thing that is wrong.
 pub fn parse_yaml(text: &str) -> Result<Vec<TimedDraft>, InputError> {
     yaml::read(text, |document| {
-        let list = if document.is_mapping() { document.fields(&["orders"])?.required("orders")? } else { document };
+        let list = if document.is_mapping() {
+            document.fields(&["orders"])?.required("orders")?
+        } else {
+            document
+        };
         list.list()?.into_iter().map(yaml_order).collect()
     })
 }
 
 fn yaml_order(order: Value) -> Result<TimedDraft, InputError> {
-    let fields = order.fields(&["name", "time", "priority", "earliest", "deadline", "robot", "stops"])?;
+    let fields =
+        order.fields(&["name", "time", "priority", "earliest", "deadline", "robot", "stops"])?;
     let stops = fields.required("stops")?.list()?;
     let draft = OrderDraft {
         name: fields.optional("name", Value::text)?,
@@ -93,7 +100,9 @@ fn yaml_stop(stop: Value) -> Result<StopDraft, InputError> {
         return Ok(StopDraft { location_name: Label::Name(stop.text()?), ..StopDraft::default() });
     }
     let fields = stop.fields(&["at", "action", "dwell"])?;
-    let action = |value: Value| value.text()?.parse::<Action>().map_err(|error| value.error(error.to_string()));
+    let action = |value: Value| {
+        value.text()?.parse::<Action>().map_err(|error| value.error(error.to_string()))
+    };
     Ok(StopDraft {
         location_name: Label::Name(fields.required("at")?.text()?),
         operation: fields.optional("action", action)?.unwrap_or_default(),
@@ -107,7 +116,10 @@ fn yaml_stop(stop: Value) -> Result<StopDraft, InputError> {
 /// [`InputError`] for the first thing that is wrong.
 pub fn parse_csv(text: &str) -> Result<Vec<TimedDraft>, InputError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(text.as_bytes());
+    let mut reader = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .comment(Some(b'#'))
+        .from_reader(text.as_bytes());
     let headers = reader.headers().map_err(csv_error)?.clone();
     let columns = Columns::of(&headers).map_err(|reason| InputError { line: 1, reason })?;
     reader.records().map(|record| columns.order(&record.map_err(csv_error)?)).collect()
@@ -135,7 +147,9 @@ impl Columns {
         let mut columns = [None; HEADERS.len()];
         for (index, header) in headers.iter().enumerate() {
             let known = HEADERS.iter().position(|known| header.eq_ignore_ascii_case(known));
-            let known = known.ok_or_else(|| format!("unknown column `{header}`; there are {}", HEADERS.join(",")))?;
+            let known = known.ok_or_else(|| {
+                format!("unknown column `{header}`; there are {}", HEADERS.join(","))
+            })?;
             if columns[known].replace(index).is_some() {
                 return Err(format!("the column `{header}` is there twice"));
             }
@@ -147,9 +161,13 @@ impl Columns {
     fn order(&self, record: &csv::StringRecord) -> Result<TimedDraft, InputError> {
         let line = record.position().map_or(1, |position| position.line() as usize);
         let error = |reason| InputError { line, reason };
-        let cell = |column: usize| self.0[column].and_then(|index| record.get(index)).filter(|cell| !cell.is_empty());
-        let secs = |column: usize| cell(column).map(|text| parse_secs(HEADERS[column], text)).transpose();
-        let priority = cell(2).map(|text| text.parse().map_err(|_| format!("`{text}` is no priority from 0 to 255")));
+        let cell = |column: usize| {
+            self.0[column].and_then(|index| record.get(index)).filter(|cell| !cell.is_empty())
+        };
+        let secs =
+            |column: usize| cell(column).map(|text| parse_secs(HEADERS[column], text)).transpose();
+        let priority = cell(2)
+            .map(|text| text.parse().map_err(|_| format!("`{text}` is no priority from 0 to 255")));
         let stops = cell(5).unwrap_or("").split_whitespace().map(csv_stop);
         let draft = OrderDraft {
             name: cell(0).map(str::to_owned),
@@ -171,8 +189,9 @@ fn parse_secs(field: &str, text: &str) -> Result<f64, String> {
 fn csv_stop(text: &str) -> Result<StopDraft, String> {
     let mut parts = text.splitn(3, ':');
     let location_name = Label::Name(parts.next().unwrap_or("").to_owned());
-    let operation =
-        parts.next().map_or(Ok(Action::None), |text| text.parse().map_err(|error: UnknownAction| error.to_string()))?;
+    let operation = parts.next().map_or(Ok(Action::None), |text| {
+        text.parse().map_err(|error: UnknownAction| error.to_string())
+    })?;
     let dwell = parts.next().map_or(Ok(0.0), |text| parse_secs("dwell", text))?;
     Ok(StopDraft { location_name, operation, dwell })
 }

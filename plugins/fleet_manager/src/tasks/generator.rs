@@ -1,4 +1,5 @@
-//! Generators of orders. What they make depends on the seed and the time alone, not on how often they are asked.
+//! Generators of orders. What they make depends on the seed and the time alone, not on how often
+//! they are asked.
 
 use super::load::{Arrival, GeneratorSettings, Shift, Stops};
 use super::order::{Action, NewOrder, OrderName, Stop};
@@ -31,11 +32,18 @@ impl Generator {
         Self { settings, random, made: 0, next_unit, run }
     }
 
-    /// Returns the time and the next order that comes up to `now_secs`. An endless generator needs the number of robots, and
-    /// of its orders that are open.
-    pub(super) fn next(&mut self, now_secs: f64, robots: usize, open: usize) -> Option<(f64, NewOrder)> {
+    /// Returns the time and the next order that comes up to `now_secs`. An endless generator needs
+    /// the number of robots, and of its orders that are open.
+    pub(super) fn next(
+        &mut self,
+        now_secs: f64,
+        robots: usize,
+        open: usize,
+    ) -> Option<(f64, NewOrder)> {
         let secs = match &self.settings.arrival {
-            Arrival::Poisson(shifts) => time_of(self.next_unit, shifts).filter(|secs| *secs <= now_secs)?,
+            Arrival::Poisson(shifts) => {
+                time_of(self.next_unit, shifts).filter(|secs| *secs <= now_secs)?
+            }
             Arrival::Endless(orders) if open < orders.unwrap_or(robots) => now_secs,
             Arrival::Endless(_) => return None,
         };
@@ -66,10 +74,15 @@ impl Generator {
         let dwell = |draw| min + (max - min) * random.unit(draw);
         let stop = |node, action, draw| Stop { node, action, dwell_secs: dwell(draw) };
         let stops = match &self.settings.stops {
-            Stops::One(among) => vec![stop(among[random.below(FROM, among.len())], Action::None, DWELL)],
+            Stops::One(among) => {
+                vec![stop(among[random.below(FROM, among.len())], Action::None, DWELL)]
+            }
             Stops::Two { from, to } => {
                 let first = from[random.below(FROM, from.len())];
-                vec![stop(first, Action::Pick, DWELL), stop(other(first, to, random), Action::Drop, DWELL + 1)]
+                vec![
+                    stop(first, Action::Pick, DWELL),
+                    stop(other(first, to, random), Action::Drop, DWELL + 1),
+                ]
             }
         };
         NewOrder {
@@ -90,8 +103,8 @@ fn other(node: u32, group: &[u32], random: Random) -> u32 {
     others.into_iter().find(|candidate| *candidate != node).unwrap_or(node)
 }
 
-/// Returns the time at which the profile, which begins anew after its end, has brought so many orders on average; `None` if
-/// it brings none.
+/// Returns the time at which the profile, which begins anew after its end, has brought so many
+/// orders on average; `None` if it brings none.
 fn time_of(units: f64, shifts: &[Shift]) -> Option<f64> {
     let [Shift { until_secs: f64::INFINITY, per_hour }] = shifts else {
         return time_in_profile(units, shifts);
@@ -102,7 +115,8 @@ fn time_of(units: f64, shifts: &[Shift]) -> Option<f64> {
 fn time_in_profile(units: f64, shifts: &[Shift]) -> Option<f64> {
     let begins = std::iter::once(0.0).chain(shifts.iter().map(|shift| shift.until_secs));
     let parts = || begins.clone().zip(shifts);
-    let amount = |(begin, shift): (f64, &Shift)| (shift.until_secs - begin) * shift.per_hour / 3600.0;
+    let amount =
+        |(begin, shift): (f64, &Shift)| (shift.until_secs - begin) * shift.per_hour / 3600.0;
     let (cycle, length) = (parts().map(amount).sum::<f64>(), shifts.last()?.until_secs);
     if cycle <= 0.0 {
         return None;

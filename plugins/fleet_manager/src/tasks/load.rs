@@ -22,8 +22,8 @@
 //!       to: north
 //! ```
 //!
-//! A generator's fields may also stand beside `seed` and `groups`, if there is only one. A file may have further keys beside
-//! `load`: it may be a scenario.
+//! A generator's fields may also stand beside `seed` and `groups`, if there is only one. A file may
+//! have further keys beside `load`: it may be a scenario.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -81,8 +81,9 @@ pub(super) struct Shift {
 /// The largest rate, in orders an hour.
 const MAX_PER_HOUR: f64 = 1e8;
 const LOAD_FIELDS: [&str; 3] = ["seed", "groups", "generators"];
-const GENERATOR_FIELDS: [&str; 10] =
-    ["name", "from", "to", "per_hour", "shifts", "priority", "dwell", "deadline", "endless", "among"];
+const GENERATOR_FIELDS: [&str; 10] = [
+    "name", "from", "to", "per_hour", "shifts", "priority", "dwell", "deadline", "endless", "among",
+];
 
 impl Load {
     /// Reads the load of a file.
@@ -90,7 +91,8 @@ impl Load {
     /// # Errors
     /// [`FileError`] if it can't be read or something in it is wrong.
     pub fn read(path: &Path, places: &Places) -> Result<Self, FileError> {
-        Self::parse(&text_of(path)?, places).map_err(|error| FileError::Invalid { path: path.to_owned(), error })
+        Self::parse(&text_of(path)?, places)
+            .map_err(|error| FileError::Invalid { path: path.to_owned(), error })
     }
 
     /// Parses the load of a text.
@@ -129,12 +131,21 @@ fn load(load: Value, places: &Places) -> Result<Load, InputError> {
     }
 }
 
-fn generator(value: Value, fields: &Fields, number: usize, groups: &Groups) -> Result<GeneratorSettings, InputError> {
-    let name = fields.optional("name", |value| generator_name(value))?.unwrap_or_else(|| number.to_string());
+fn generator(
+    value: Value,
+    fields: &Fields,
+    number: usize,
+    groups: &Groups,
+) -> Result<GeneratorSettings, InputError> {
+    let name = fields
+        .optional("name", |value| generator_name(value))?
+        .unwrap_or_else(|| number.to_string());
     let arrival = arrival(value, fields)?;
     let has_ends = fields.get("from").is_some() || fields.get("to").is_some();
     let stops = match arrival {
-        Arrival::Endless(_) if !has_ends => Stops::One(groups.find(fields.get("among"), NodeRole::None)?),
+        Arrival::Endless(_) if !has_ends => {
+            Stops::One(groups.find(fields.get("among"), NodeRole::None)?)
+        }
         _ => transports(value, fields, groups)?,
     };
     let dwell_secs = fields.optional("dwell", dwell)?.unwrap_or_default();
@@ -148,15 +159,18 @@ fn generator_name(value: Value) -> Result<String, InputError> {
     let is_plain = |c: char| c.is_alphanumeric() || "_-.".contains(c);
     match name.chars().all(is_plain) && (1..=64).contains(&name.len()) {
         true => Ok(name),
-        false => Err(value.error("the name of a generator has 1 to 64 letters, digits, `_`, `-`, `.`")),
+        false => {
+            Err(value.error("the name of a generator has 1 to 64 letters, digits, `_`, `-`, `.`"))
+        }
     }
 }
 
 fn arrival(value: Value, fields: &Fields) -> Result<Arrival, InputError> {
     match (fields.get("per_hour"), fields.get("shifts"), fields.get("endless")) {
-        (Some(rate), None, None) => {
-            Ok(Arrival::Poisson(vec![Shift { until_secs: f64::INFINITY, per_hour: per_hour(rate)? }]))
-        }
+        (Some(rate), None, None) => Ok(Arrival::Poisson(vec![Shift {
+            until_secs: f64::INFINITY,
+            per_hour: per_hour(rate)?,
+        }])),
         (None, Some(shifts), None) => profile(shifts).map(Arrival::Poisson),
         (None, None, Some(orders)) => endless(orders).map(Arrival::Endless),
         _ => Err(value.error("a generator has one of per_hour, shifts, endless")),
@@ -172,7 +186,9 @@ fn endless(orders: Value) -> Result<Option<usize>, InputError> {
 
 fn transports(value: Value, fields: &Fields, groups: &Groups) -> Result<Stops, InputError> {
     if fields.get("among").is_some() {
-        return Err(value.error("`among` is for an endless load of orders with one stop, without `from` and `to`"));
+        return Err(value.error(
+            "`among` is for an endless load of orders with one stop, without `from` and `to`",
+        ));
     }
     let from = groups.find(fields.get("from"), NodeRole::Pick)?;
     let to = groups.find(fields.get("to"), NodeRole::Drop)?;
@@ -224,7 +240,8 @@ impl<'places> Groups<'places> {
         Ok(Self { named: pairs.into_iter().map(read).collect::<Result<_, _>>()?, places })
     }
 
-    /// Returns the nodes that a field names, or those of the role, or all if none has it; but no chargers.
+    /// Returns the nodes that a field names, or those of the role, or all if none has it; but no
+    /// chargers.
     fn find(&self, field: Option<Value>, role: NodeRole) -> Result<Vec<u32>, InputError> {
         let Some(field) = field else {
             let nodes = self.with_role(role);
@@ -232,7 +249,10 @@ impl<'places> Groups<'places> {
             return Ok(if nodes.is_empty() || role == NodeRole::None { any() } else { nodes });
         };
         let name = field.text()?;
-        let role = NodeRole::ALL.into_iter().find(|role| role.name() == name).map(|role| self.with_role(role));
+        let role = NodeRole::ALL
+            .into_iter()
+            .find(|role| role.name() == name)
+            .map(|role| self.with_role(role));
         match self.named.get(&name).cloned().or(role) {
             Some(nodes) if !nodes.is_empty() => Ok(nodes),
             Some(_) => Err(field.error(format!("no node has the role `{name}`"))),
@@ -253,7 +273,9 @@ fn group(value: Value, places: &Places) -> Result<Vec<u32>, InputError> {
 fn listed(value: Value, places: &Places) -> Result<Vec<u32>, InputError> {
     let find = |item: Value| {
         let label = item.text()?;
-        places.find(&label).ok_or_else(|| item.error(format!("`{label}` is neither the name nor the id of a node")))
+        places.find(&label).ok_or_else(|| {
+            item.error(format!("`{label}` is neither the name nor the id of a node"))
+        })
     };
     value.list()?.into_iter().map(find).collect()
 }
@@ -268,7 +290,8 @@ fn matching(value: Value, places: &Places) -> Result<Vec<u32>, InputError> {
     let role = fields.optional("role", role)?;
     let zone = fields.optional("zone", Value::text)?;
     let fits = |place: &super::places::Place| {
-        role.is_none_or(|role| place.role == role) && zone.as_ref().is_none_or(|zone| place.zone == *zone)
+        role.is_none_or(|role| place.role == role)
+            && zone.as_ref().is_none_or(|zone| place.zone == *zone)
     };
     Ok(places.nodes(fits))
 }

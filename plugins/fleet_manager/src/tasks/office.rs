@@ -51,9 +51,11 @@ impl TaskSettings {
     /// Checks what can be checked before there is a world: that the web API could be served.
     ///
     /// # Errors
-    /// [`WebError`] if the address needs a token or can't be listened on, or the token can't be read.
+    /// [`WebError`] if the address needs a token or can't be listened on, or the token can't be
+    /// read.
     pub fn check(&self) -> Result<(), WebError> {
-        let settings = self.http.map(|address| WebSettings { address, token_file: self.token_file.clone() });
+        let settings =
+            self.http.map(|address| WebSettings { address, token_file: self.token_file.clone() });
         settings.as_ref().map_or(Ok(()), WebSettings::check)
     }
 }
@@ -98,12 +100,19 @@ impl Office for Threads {
 }
 
 impl TaskBook {
-    /// Opens the book of a run: restores the store's open orders, reads the files, and starts the web API. `run_id` is that
-    /// of the world; orders of the store continue where they were only in the same run.
+    /// Opens the book of a run: restores the store's open orders, reads the files, and starts the
+    /// web API. `run_id` is that of the world; orders of the store continue where they were only in
+    /// the same run.
     ///
     /// # Errors
-    /// [`TasksError`] if a file is wrong, the store can't be used, or the address can't be listened on.
-    pub fn open(settings: &TaskSettings, places: Arc<Places>, run_id: u64, now_secs: f64) -> Result<Self, TasksError> {
+    /// [`TasksError`] if a file is wrong, the store can't be used, or the address can't be listened
+    /// on.
+    pub fn open(
+        settings: &TaskSettings,
+        places: Arc<Places>,
+        run_id: u64,
+        now_secs: f64,
+    ) -> Result<Self, TasksError> {
         let mut book = Self::new(places.clone());
         let orders = settings.orders.as_deref().map(read_orders).transpose()?.unwrap_or_default();
         let load = settings.load.as_deref().map(|path| Load::read(path, &places)).transpose()?;
@@ -137,7 +146,8 @@ impl TaskBook {
         }
         self.restore(restored.orders, restored.next_id, now_secs);
         let start = Writer::start(store);
-        let writer = start.map_err(|error| StoreError::Io { path: path.to_owned(), reason: error.to_string() })?;
+        let writer = start
+            .map_err(|error| StoreError::Io { path: path.to_owned(), reason: error.to_string() })?;
         Ok((Some(writer), restored.known))
     }
 
@@ -151,8 +161,11 @@ impl TaskBook {
         let mut threads = Threads { requests, updates: None, web: None, store };
         if let Some(address) = settings.http {
             let (updates, updates_out) = tokio::sync::mpsc::unbounded_channel();
-            let archive =
-                settings.store.as_deref().map(|path| Archive::open(path, self.places().clone())).transpose()?;
+            let archive = settings
+                .store
+                .as_deref()
+                .map(|path| Archive::open(path, self.places().clone()))
+                .transpose()?;
             let ends = Ends {
                 jobs: threads.store.as_ref().and_then(Writer::sender),
                 archive,

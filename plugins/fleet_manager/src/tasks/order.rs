@@ -45,8 +45,8 @@ pub struct UnknownAction(String);
 impl std::str::FromStr for Action {
     type Err = UnknownAction;
 
-    /// Parses the name of an action, in any case. Clients of openTCS may say `NOP` and `MOVE` for none, `Load cargo` and
-    /// `Unload cargo`.
+    /// Parses the name of an action, in any case. Clients of openTCS may say `NOP` and `MOVE` for
+    /// none, `Load cargo` and `Unload cargo`.
     fn from_str(text: &str) -> Result<Self, UnknownAction> {
         let known = ACTION_NAMES.iter().find(|(name, _)| text.eq_ignore_ascii_case(name));
         known.map(|(_, action)| *action).ok_or_else(|| UnknownAction(text.to_owned()))
@@ -70,7 +70,8 @@ pub struct Stop {
     pub dwell_secs: f64,
 }
 
-/// The unique name of an order: 1 to [`MAX_BYTES`](Self::MAX_BYTES) bytes without `/` and control characters.
+/// The unique name of an order: 1 to [`MAX_BYTES`](Self::MAX_BYTES) bytes without `/` and control
+/// characters.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(transparent)]
 pub struct OrderName(String);
@@ -104,7 +105,8 @@ impl OrderName {
     /// Parses a name that a user gives.
     ///
     /// # Errors
-    /// [`NameError`] if it is empty, too long, has characters that names don't have, or belongs to generated orders.
+    /// [`NameError`] if it is empty, too long, has characters that names don't have, or belongs to
+    /// generated orders.
     pub fn parse(text: &str) -> Result<Self, NameError> {
         if [Self::GENERATED, Self::REQUESTED].into_iter().any(|prefix| text.starts_with(prefix)) {
             return Err(NameError::Reserved(text.to_owned()));
@@ -126,8 +128,8 @@ impl OrderName {
         Ok(Self(text.to_owned()))
     }
 
-    /// Returns the name of the order with this number of a generator. From the second run of a store on it has the run's
-    /// number, so that it is new.
+    /// Returns the name of the order with this number of a generator. From the second run of a
+    /// store on it has the run's number, so that it is new.
     pub(super) fn generated(generator: &str, number: u64, run: u64) -> Self {
         match run {
             0 | 1 => Self(format!("{}{generator}-{number}", Self::GENERATED)),
@@ -135,7 +137,8 @@ impl OrderName {
         }
     }
 
-    /// The name of the order by which a robot is sent somewhere on request: unique in its run and among runs.
+    /// The name of the order by which a robot is sent somewhere on request: unique in its run and
+    /// among runs.
     pub(super) fn of_request(robot: u32, number: u64, run_id: u64) -> Self {
         Self(format!("{}{robot}-{number}-{run_id:08x}", Self::REQUESTED))
     }
@@ -157,7 +160,8 @@ impl std::fmt::Display for OrderName {
     }
 }
 
-/// A valid order that isn't in the book yet: it has at least one stop, and all its times are finite.
+/// A valid order that isn't in the book yet: it has at least one stop, and all its times are
+/// finite.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NewOrder {
     pub(super) name: OrderName,
@@ -223,8 +227,16 @@ pub enum State {
 
 impl State {
     /// The names of all states, in the order of an order's life.
-    pub const NAMES: [&str; 8] =
-        ["created", "waiting", "travelling", "handling", "finished", "failed", "cancelled", "unroutable"];
+    pub const NAMES: [&str; 8] = [
+        "created",
+        "waiting",
+        "travelling",
+        "handling",
+        "finished",
+        "failed",
+        "cancelled",
+        "unroutable",
+    ];
 
     /// The name, in lower case.
     pub fn name(self) -> &'static str {
@@ -262,11 +274,15 @@ impl State {
 /// Something that happened to an order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase", rename_all_fields = "camelCase", tag = "event")]
-#[expect(missing_docs, reason = "the fields are the same in all variants: a robot's id, a stop's index, the reason")]
+#[expect(
+    missing_docs,
+    reason = "the fields are the same in all variants: a robot's id, a stop's index, the reason"
+)]
 pub enum Change {
     /// It came into the book. Its stops follow, as many events [`Stop`](Self::Stop).
     Created { priority: u8, stops: u32 },
-    /// One of its stops; `node` is an index in the world's nodes. It isn't part of an order's history.
+    /// One of its stops; `node` is an index in the world's nodes. It isn't part of an order's
+    /// history.
     Stop { stop: u32, node: u32, action: Action, dwell_secs: f64 },
     /// A robot got it.
     Assigned { robot: u32 },

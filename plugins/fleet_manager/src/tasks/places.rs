@@ -41,7 +41,8 @@ impl Places {
         Self::new(world.nodes().iter().map(place).collect())
     }
 
-    /// Makes a table of places, in the order of the world's nodes. Of places with the same name or id, the first has it.
+    /// Makes a table of places, in the order of the world's nodes. Of places with the same name or
+    /// id, the first has it.
     pub fn new(places: Vec<Place>) -> Self {
         let mut table = Self::default();
         for (place, index) in places.iter().zip(0_u32..) {
@@ -93,6 +94,10 @@ impl Places {
 
     /// Returns the nodes for which a condition holds, in ascending order.
     pub fn nodes(&self, condition: impl Fn(&Place) -> bool) -> Vec<u32> {
-        (0..).zip(&self.places).filter(|(_, place)| condition(place)).map(|(node, _)| node).collect()
+        (0..)
+            .zip(&self.places)
+            .filter(|(_, place)| condition(place))
+            .map(|(node, _)| node)
+            .collect()
     }
 }

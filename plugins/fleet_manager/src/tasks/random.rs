@@ -1,4 +1,5 @@
-//! Random numbers by counter: the value depends on the seed and on what it is for, and on nothing that was drawn before.
+//! Random numbers by counter: the value depends on the seed and on what it is for, and on nothing
+//! that was drawn before.
 
 /// Random numbers of a seed.
 #[derive(Clone, Copy, Debug)]
@@ -32,7 +33,8 @@ impl Random {
     }
 }
 
-/// The finaliser of SplitMix64 (Steele, Lea, Flood: Fast splittable pseudorandom number generators, 2014).
+/// The finaliser of SplitMix64 (Steele, Lea, Flood: Fast splittable pseudorandom number generators,
+/// 2014).
 fn mix(value: u64) -> u64 {
     let value = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
     let value = (value ^ (value >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -40,8 +42,9 @@ fn mix(value: u64) -> u64 {
     value ^ (value >> 31)
 }
 
-/// Returns the natural logarithm of a positive, normal number. It has only basic operations, because that of the standard
-/// library differs from system to system in the last bits, and runs must not.
+/// Returns the natural logarithm of a positive, normal number. It has only basic operations,
+/// because that of the standard library differs from system to system in the last bits, and runs
+/// must not.
 fn logarithm(value: f64) -> f64 {
     let bits = value.to_bits();
     let mut exponent = ((bits >> 52) & 0x7ff) as f64 - 1023.0;
@@ -64,9 +67,14 @@ mod tests {
     #[test]
     fn the_logarithm_is_that_of_the_standard_library() {
         for step in 1..10_000 {
-            for value in [f64::from(step) / 10_000.0, f64::from(step) * 1e-12, f64::from(step) * 1e5] {
+            for value in
+                [f64::from(step) / 10_000.0, f64::from(step) * 1e-12, f64::from(step) * 1e5]
+            {
                 let (ours, theirs) = (logarithm(value), value.ln());
-                assert!((ours - theirs).abs() <= 1e-14 * theirs.abs().max(1.0), "{value}: {ours} {theirs}");
+                assert!(
+                    (ours - theirs).abs() <= 1e-14 * theirs.abs().max(1.0),
+                    "{value}: {ours} {theirs}"
+                );
             }
         }
     }

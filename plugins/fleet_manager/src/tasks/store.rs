@@ -1,8 +1,9 @@
 //! The store of orders: an SQLite file that any tool can read.
 //!
-//! What is acknowledged survives the death of this process at any moment, because its commit is with the operating system
-//! (WAL). It isn't synchronised with the disk at every commit: after a power failure the last orders may be missing, but
-//! the file is whole. All writing happens on a thread of its own, in groups.
+//! What is acknowledged survives the death of this process at any moment, because its commit is
+//! with the operating system (WAL). It isn't synchronised with the disk at every commit: after a
+//! power failure the last orders may be missing, but the file is whole. All writing happens on a
+//! thread of its own, in groups.
 
 use std::collections::BTreeSet;
 use std::fs::File;
@@ -119,8 +120,8 @@ impl TaskStore {
         Ok(Self { connection, path: path.to_owned(), places, lock })
     }
 
-    /// Begins a run, or continues it if it is the last one of the store. Times and robots of other runs mean nothing in this
-    /// one: their open orders begin anew at `now_secs` of it.
+    /// Begins a run, or continues it if it is the last one of the store. Times and robots of other
+    /// runs mean nothing in this one: their open orders begin anew at `now_secs` of it.
     pub(super) fn restore(&mut self, run_id: u64, now_secs: f64) -> Result<Restored, StoreError> {
         self.read(run_id, now_secs).map_err(|error| sqlite_error(&self.path, &error))
     }
@@ -145,8 +146,11 @@ impl TaskStore {
                 [format!("{}%", OrderName::REQUESTED)],
             )?;
         }
-        let mut next_id = 1 + transaction
-            .query_row("SELECT ifnull(max(id), 0) FROM transport_order", [], |row| row.get::<_, u64>(0))?;
+        let mut next_id = 1 + transaction.query_row(
+            "SELECT ifnull(max(id), 0) FROM transport_order",
+            [],
+            |row| row.get::<_, u64>(0),
+        )?;
         let (mut orders, mut unplaced) = (Vec::new(), 0);
         let mut statement = transaction.prepare(
             "SELECT name, id, state, priority, created, earliest, deadline, robot, handled_stops, stops, history, intended_robot
@@ -184,7 +188,8 @@ fn optional<T>(result: rusqlite::Result<T>) -> rusqlite::Result<Option<T>> {
 
 /// Refuses a file that has content, but not that of SQLite.
 fn check_header(path: &Path) -> Result<(), StoreError> {
-    let io = |error: std::io::Error| StoreError::Io { path: path.to_owned(), reason: error.to_string() };
+    let io =
+        |error: std::io::Error| StoreError::Io { path: path.to_owned(), reason: error.to_string() };
     let mut header = Vec::new();
     match File::open(path) {
         Ok(file) => file.take(16).read_to_end(&mut header).map_err(io)?,
@@ -197,16 +202,19 @@ fn check_header(path: &Path) -> Result<(), StoreError> {
     }
 }
 
-/// Takes the lock, which the system gives back at the end of this process, however it ends. It is a file of its own, because
-/// closing a second handle of the store would give SQLite's locks back.
+/// Takes the lock, which the system gives back at the end of this process, however it ends. It is a
+/// file of its own, because closing a second handle of the store would give SQLite's locks back.
 fn lock(path: &Path) -> Result<File, StoreError> {
     let mut name = path.as_os_str().to_owned();
     name.push(".lock");
     let file = File::options().create(true).truncate(false).write(true).open(&name);
-    let file = file.map_err(|error| StoreError::Io { path: path.to_owned(), reason: error.to_string() })?;
+    let file =
+        file.map_err(|error| StoreError::Io { path: path.to_owned(), reason: error.to_string() })?;
     file.try_lock().map_err(|error| match error {
         std::fs::TryLockError::WouldBlock => StoreError::InUse(path.to_owned()),
-        std::fs::TryLockError::Error(error) => StoreError::Io { path: path.to_owned(), reason: error.to_string() },
+        std::fs::TryLockError::Error(error) => {
+            StoreError::Io { path: path.to_owned(), reason: error.to_string() }
+        }
     })?;
     Ok(file)
 }
@@ -214,7 +222,9 @@ fn lock(path: &Path) -> Result<File, StoreError> {
 /// Refuses a database of another program, of a later version, or that is damaged.
 fn check_content(connection: &Connection, path: &Path) -> Result<(), StoreError> {
     let sqlite = |error: rusqlite::Error| sqlite_error(path, &error);
-    let pragma = |name: &str| connection.pragma_query_value(None, name, |row| row.get::<_, i32>(0)).map_err(sqlite);
+    let pragma = |name: &str| {
+        connection.pragma_query_value(None, name, |row| row.get::<_, i32>(0)).map_err(sqlite)
+    };
     let pages = pragma("page_count")?;
     if pages > 0 && pragma("application_id")? != APPLICATION_ID {
         return Err(StoreError::Foreign(path.to_owned()));
@@ -223,7 +233,8 @@ fn check_content(connection: &Connection, path: &Path) -> Result<(), StoreError>
     if version > VERSION {
         return Err(StoreError::Newer { path: path.to_owned(), version });
     }
-    let check: String = connection.pragma_query_value(None, "quick_check", |row| row.get(0)).map_err(sqlite)?;
+    let check: String =
+        connection.pragma_query_value(None, "quick_check", |row| row.get(0)).map_err(sqlite)?;
     if check == "ok" {
         Ok(())
     } else {
@@ -262,12 +273,17 @@ struct StopRow {
 }
 
 fn stop_rows(stops: &[Stop], places: &Places) -> String {
-    let row = |stop: &Stop| StopRow { node: places.place(stop.node).id, action: stop.action, dwell: stop.dwell_secs };
+    let row = |stop: &Stop| StopRow {
+        node: places.place(stop.node).id,
+        action: stop.action,
+        dwell: stop.dwell_secs,
+    };
     // Numbers and fixed words: this can't fail.
     serde_json::to_string(&stops.iter().map(row).collect::<Vec<_>>()).unwrap_or_default()
 }
 
-/// Returns a row as an order, or `None` if it names nodes that the world doesn't have, or is no order at all.
+/// Returns a row as an order, or `None` if it names nodes that the world doesn't have, or is no
+/// order at all.
 fn order_of(
     row: &Row,
     places: &Places,
@@ -283,7 +299,9 @@ fn order_of(
         is_time.then_some(Stop { node, action: row.action, dwell_secs: row.dwell })
     };
     let stops: Option<Vec<_>> = rows.into_iter().map(stop).collect();
-    let (Some(stops), Ok(name)) = (stops.filter(|stops| !stops.is_empty()), OrderName::stored(&text(0)?)) else {
+    let (Some(stops), Ok(name)) =
+        (stops.filter(|stops| !stops.is_empty()), OrderName::stored(&text(0)?))
+    else {
         return Ok(None);
     };
     let created_secs = row.get::<_, Option<f64>>(4)?.unwrap_or(now_secs);
@@ -307,7 +325,8 @@ fn order_of(
     };
     if !is_same_run {
         content.earliest_secs = 0.0;
-        content.deadline_secs = deadline.map(|deadline| now_secs + (deadline - created_secs).max(0.0));
+        content.deadline_secs =
+            deadline.map(|deadline| now_secs + (deadline - created_secs).max(0.0));
         order = Order {
             content,
             created_secs: now_secs,

@@ -1,7 +1,8 @@
-//! The web API: orders and vehicles as JSON, in the shape of openTCS's web API, with an OpenAPI document.
+//! The web API: orders and vehicles as JSON, in the shape of openTCS's web API, with an OpenAPI
+//! document.
 //!
-//! It has a thread with a runtime of its own, and a board of its own with all orders and vehicles. The manager's tick sends
-//! it what has changed and never waits for it.
+//! It has a thread with a runtime of its own, and a board of its own with all orders and vehicles.
+//! The manager's tick sends it what has changed and never waits for it.
 
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -50,7 +51,9 @@ impl WebSettings {
 #[derive(Debug, thiserror::Error)]
 pub enum WebError {
     /// The address is taken, or not one of this machine.
-    #[error("can't serve orders on {address} ({reason}); choose another port with --http, or --http off")]
+    #[error(
+        "can't serve orders on {address} ({reason}); choose another port with --http, or --http off"
+    )]
     Listen {
         /// The address.
         address: SocketAddr,
@@ -58,7 +61,9 @@ pub enum WebError {
         reason: std::io::Error,
     },
     /// Others may reach the address, and anybody could send orders.
-    #[error("{0} can be reached from other machines: give a token with --token-file, or use 127.0.0.1")]
+    #[error(
+        "{0} can be reached from other machines: give a token with --token-file, or use 127.0.0.1"
+    )]
     NeedsToken(SocketAddr),
     /// The file with the token can't be used.
     #[error("can't use the token of {} ({reason})", path.display())]
@@ -90,7 +95,11 @@ pub(super) struct Web(server::Server);
 
 impl Web {
     /// Starts it with a board that shows the open orders.
-    pub(super) fn start(settings: &WebSettings, board: Board, ends: Ends) -> Result<Self, WebError> {
+    pub(super) fn start(
+        settings: &WebSettings,
+        board: Board,
+        ends: Ends,
+    ) -> Result<Self, WebError> {
         let address = settings.address;
         let token = settings.token()?;
         let Ends { jobs, archive, requests, updates } = ends;
@@ -117,7 +126,9 @@ fn read_token(path: &Path) -> Result<String, WebError> {
     let token = text.trim();
     match token.len() >= MIN_TOKEN_BYTES && token.bytes().all(|byte| byte.is_ascii_graphic()) {
         true => Ok(token.to_owned()),
-        false => Err(error(format!("it must have at least {MIN_TOKEN_BYTES} visible ASCII characters"))),
+        false => {
+            Err(error(format!("it must have at least {MIN_TOKEN_BYTES} visible ASCII characters")))
+        }
     }
 }
 

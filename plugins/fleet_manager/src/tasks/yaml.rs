@@ -17,12 +17,20 @@ pub struct InputError {
 pub(super) struct Value<'text>(&'text MarkedYaml<'text>);
 
 /// Parses the one document of a text, and reads it.
-pub(super) fn read<T>(text: &str, read: impl FnOnce(Value) -> Result<T, InputError>) -> Result<T, InputError> {
-    let documents = MarkedYaml::load_from_str(text)
-        .map_err(|error| InputError { line: error.marker().line(), reason: error.info().to_owned() })?;
+pub(super) fn read<T>(
+    text: &str,
+    read: impl FnOnce(Value) -> Result<T, InputError>,
+) -> Result<T, InputError> {
+    let documents = MarkedYaml::load_from_str(text).map_err(|error| InputError {
+        line: error.marker().line(),
+        reason: error.info().to_owned(),
+    })?;
     match &documents[..] {
         [document] => read(Value(document)),
-        other => Err(InputError { line: 1, reason: format!("there are {} documents instead of one", other.len()) }),
+        other => Err(InputError {
+            line: 1,
+            reason: format!("there are {} documents instead of one", other.len()),
+        }),
     }
 }
 
@@ -71,7 +79,9 @@ impl<'text> Value<'text> {
     /// An integer from 0 to `max`.
     pub(super) fn integer(self, max: u64) -> Result<u64, InputError> {
         match self.scalar() {
-            Some(Scalar::Integer(number)) => u64::try_from(*number).ok().filter(|number| *number <= max),
+            Some(Scalar::Integer(number)) => {
+                u64::try_from(*number).ok().filter(|number| *number <= max)
+            }
             _ => None,
         }
         .ok_or_else(|| self.error(format!("expected an integer from 0 to {max}")))
@@ -96,7 +106,9 @@ impl<'text> Value<'text> {
     pub(super) fn fields(self, names: &[&str]) -> Result<Fields<'text>, InputError> {
         let pairs = self.pairs()?;
         if let Some((key, value)) = pairs.iter().find(|(key, _)| !names.contains(&key.as_str())) {
-            return Err(value.error(format!("unknown field `{key}`; there are {}", names.join(", "))));
+            return Err(
+                value.error(format!("unknown field `{key}`; there are {}", names.join(", ")))
+            );
         }
         Ok(Fields { mapping: self, pairs })
     }

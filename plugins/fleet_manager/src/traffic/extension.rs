@@ -6,7 +6,8 @@ use super::Traffic;
 use crate::claims::Stretch;
 use crate::roads::Leg;
 
-/// How far along a route to look for an open place, in metres. Where there is none, robots may wait at nodes.
+/// How far along a route to look for an open place, in metres. Where there is none, robots may wait
+/// at nodes.
 const OPEN_WITHIN: f32 = 12.0;
 /// How far before the end of a leg a base ends at least that doesn't end there, in metres.
 const AT_END: f32 = 2e-3;
@@ -43,8 +44,9 @@ struct Place {
 }
 
 impl Traffic<'_> {
-    /// Finds how far a base can be extended: to the first good place at least `wanted` metres on, or else to the last one
-    /// before. Unless it `may_enter` the roads, it ends in the reservoir that the robot is in.
+    /// Finds how far a base can be extended: to the first good place at least `wanted` metres on,
+    /// or else to the last one before. Unless it `may_enter` the roads, it ends in the reservoir
+    /// that the robot is in.
     pub fn extension(&self, robot: u32, wanted: f32, may_enter: bool) -> Extension {
         let legs = self.robot(robot).map_or(0, |state| state.most_legs.min(state.legs_outside));
         self.extension_by(robot, legs, wanted, may_enter)
@@ -82,12 +84,21 @@ impl Traffic<'_> {
         }
         let footprint = state.class.footprint;
         let allows_sidings = !self.has_open_place(footprint, horizon, first, end.to);
-        let (mut stretches, mut best, mut blocker): (Vec<Stretch>, Option<Place>, _) = (Vec::new(), None, None);
+        let (mut stretches, mut best, mut blocker): (Vec<Stretch>, Option<Place>, _) =
+            (Vec::new(), None, None);
         let (mut leg, mut from, mut so_far, mut ends_held) = (first, end.to, 0.0, false);
         for number in 0..=horizon.len() {
             let length = self.roads.edge(leg.edge()).length;
-            let reach = self.claims.reach(self.roads, robot, footprint, leg.edge(), Some(leg), [from, length]);
-            // Who stands at the end of the leg is there already, whoever stands at the end of the opposite one.
+            let reach = self.claims.reach(
+                self.roads,
+                robot,
+                footprint,
+                leg.edge(),
+                Some(leg),
+                [from, length],
+            );
+            // Who stands at the end of the leg is there already, whoever stands at the end of the
+            // opposite one.
             let is_there = number == 0 && from >= length;
             let to = if is_there { length } else { reach.metres };
             if to < from {
@@ -99,8 +110,11 @@ impl Traffic<'_> {
                 stretches.push(Stretch { track: leg.edge(), leg: Some(leg), from, to });
             }
             let occupant = next.and_then(|&next| self.stub_occupant(robot, [leg, next]));
-            let ends =
-                Ends { next, allows_sidings: allows_sidings && occupant.is_none(), anywhere: state.is_following };
+            let ends = Ends {
+                next,
+                allows_sidings: allows_sidings && occupant.is_none(),
+                anywhere: state.is_following,
+            };
             if let Some(place) = self.place(footprint, leg, [from, to], wanted - so_far, &ends) {
                 best = Some(Place { stretches: stretches.len(), legs: number, to: place });
                 if so_far + place - from >= wanted {
@@ -127,7 +141,8 @@ impl Traffic<'_> {
             }
             (leg, from) = (next, 0.0);
         }
-        let (legs, kept, to) = best.map_or((0, 0, 0.0), |best| (best.legs, best.stretches, best.to));
+        let (legs, kept, to) =
+            best.map_or((0, 0, 0.0), |best| (best.legs, best.stretches, best.to));
         stretches.truncate(kept);
         if let Some(last) = stretches.last_mut() {
             last.to = to;
@@ -135,7 +150,8 @@ impl Traffic<'_> {
         // A few millimetres are no extension, unless they are the rest of an edge.
         let length = self.roads.conflicts().length(end.track);
         let is_tiny = |only: &Stretch| {
-            only.leg == end.leg && (only.to <= end.to || (only.to < end.to + LEAST && only.to < length))
+            only.leg == end.leg
+                && (only.to <= end.to || (only.to < end.to + LEAST && only.to < length))
         };
         if matches!(stretches.as_slice(), [only] if is_tiny(only)) {
             stretches.clear();
@@ -143,33 +159,54 @@ impl Traffic<'_> {
         Extension { stretches, legs, blocker, is_held: ends_held }
     }
 
-    /// Returns the place on a leg to end a base at: the first good one at least `wanted` metres on, or else the last before.
-    fn place(&self, footprint: usize, leg: Leg, [from, to]: [f32; 2], wanted: f32, ends: &Ends<'_>) -> Option<f32> {
+    /// Returns the place on a leg to end a base at: the first good one at least `wanted` metres on,
+    /// or else the last before.
+    fn place(
+        &self,
+        footprint: usize,
+        leg: Leg,
+        [from, to]: [f32; 2],
+        wanted: f32,
+        ends: &Ends<'_>,
+    ) -> Option<f32> {
         let length = self.roads.edge(leg.edge()).length;
         let stops = self.roads.stops(footprint);
-        let at_end = to >= length && (ends.next.is_none() || (ends.allows_sidings && stops.is_siding(leg)));
+        let at_end =
+            to >= length && (ends.next.is_none() || (ends.allows_sidings && stops.is_siding(leg)));
         // The very start of a leg counts as the end of the one before it.
         let least = if from > 0.0 { from } else { LEAST.min(length) };
         let cap = (from + wanted).max(least).min(to);
         let further = stops.next_open(leg, length, cap).filter(|place| *place <= to);
-        let before = || if ends.anywhere { Some(cap) } else { stops.last_open(leg, length, from, cap) };
+        let before =
+            || if ends.anywhere { Some(cap) } else { stops.last_open(leg, length, from, cap) };
         let place = further.or(at_end.then_some(length)).or_else(before);
-        // Not at the end, but so near that the producer takes it for the end: then the rest could not be released.
-        let place = place.map(|place| if place < length { place.min(length - AT_END) } else { place });
+        // Not at the end, but so near that the producer takes it for the end: then the rest could
+        // not be released.
+        let place =
+            place.map(|place| if place < length { place.min(length - AT_END) } else { place });
         place.filter(|place| *place >= least)
     }
 
-    /// Claims the place of a node where the robot turns on the spot. Fails, maybe because of a robot, if the next leg can't
-    /// be entered.
-    fn pass_node(&self, robot: u32, [leg, next]: [Leg; 2], stretches: &mut Vec<Stretch>) -> Result<(), Option<u32>> {
+    /// Claims the place of a node where the robot turns on the spot. Fails, maybe because of a
+    /// robot, if the next leg can't be entered.
+    fn pass_node(
+        &self,
+        robot: u32,
+        [leg, next]: [Leg; 2],
+        stretches: &mut Vec<Stretch>,
+    ) -> Result<(), Option<u32>> {
         let Some(state) = self.robot(robot) else { return Err(None) };
-        // An edge is claimed once: what is given back behind the robot must not be ahead of it, too.
-        if self.claims.holds(robot, next.edge()) || stretches.iter().any(|stretch| stretch.track == next.edge()) {
+        // An edge is claimed once: what is given back behind the robot must not be ahead of it,
+        // too.
+        if self.claims.holds(robot, next.edge())
+            || stretches.iter().any(|stretch| stretch.track == next.edge())
+        {
             return Err(None);
         }
         if state.class.turns && self.roads.is_turn(leg, next) {
             let disc = self.roads.disc(self.roads.end(leg));
-            let reach = self.claims.reach(self.roads, robot, state.class.footprint, disc, None, [0.0, 0.0]);
+            let reach =
+                self.claims.reach(self.roads, robot, state.class.footprint, disc, None, [0.0, 0.0]);
             if reach.blocker.is_some() {
                 return Err(reach.blocker);
             }
@@ -179,7 +216,13 @@ impl Traffic<'_> {
     }
 
     /// Whether there is an open place, or the goal, not far along a robot's route.
-    fn has_open_place(&self, footprint: usize, horizon: &VecDeque<Leg>, first: Leg, from: f32) -> bool {
+    fn has_open_place(
+        &self,
+        footprint: usize,
+        horizon: &VecDeque<Leg>,
+        first: Leg,
+        from: f32,
+    ) -> bool {
         let stops = self.roads.stops(footprint);
         let (mut leg, mut from, mut so_far) = (first, from + LEAST, 0.0);
         for next in horizon.iter().map(Some).chain([None]) {

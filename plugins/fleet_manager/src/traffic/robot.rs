@@ -40,11 +40,13 @@ pub struct Robot {
     pub blocked_on: Option<u32>,
     /// Since when it is held, broken or faulted, in simulated seconds; infinity if it isn't.
     pub stuck_since: f64,
-    /// Since when it wants to drive on and can't, in simulated seconds; infinity if it drives or has nowhere to go.
+    /// Since when it wants to drive on and can't, in simulated seconds; infinity if it drives or
+    /// has nowhere to go.
     pub waiting_since: f64,
     /// Whether it waits until it is admitted to the roads.
     pub is_held: bool,
-    /// Who was in the way on which edge, and the version of its claim: until that changes, it is still in the way.
+    /// Who was in the way on which edge, and the version of its claim: until that changes, it is
+    /// still in the way.
     pub(crate) blocked_by: Option<((u32, u32), u64)>,
     /// When it was sent to its goal, in simulated seconds.
     pub(crate) sent: f64,
@@ -54,7 +56,8 @@ pub struct Robot {
     pub(crate) most_legs: usize,
     /// Whether its base may end anywhere in this cycle.
     pub(crate) is_following: bool,
-    /// By how many legs its base may grow in this cycle without coming into a region that it is kept out of.
+    /// By how many legs its base may grow in this cycle without coming into a region that it is
+    /// kept out of.
     pub(crate) legs_outside: usize,
     /// Whether its base stays as it is in this cycle.
     pub(crate) is_frozen: bool,
@@ -114,7 +117,8 @@ impl Robot {
 
     pub(crate) fn see(&mut self, seen: &Seen, now: f64) {
         self.speed = seen.speed;
-        let is_stuck = matches!(seen.state, RobotState::Held | RobotState::Broken | RobotState::Faulted);
+        let is_stuck =
+            matches!(seen.state, RobotState::Held | RobotState::Broken | RobotState::Faulted);
         self.stuck_since = if is_stuck { self.stuck_since.min(now) } else { f64::INFINITY };
     }
 

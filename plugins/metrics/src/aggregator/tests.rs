@@ -44,7 +44,8 @@ impl Producer {
         self.aggregator.add_frame(&frame, self.header.wall_time_nanos + MILLISECOND);
     }
 
-    /// Advances the clock by some ticks and by `wall` nanoseconds of wall time, and publishes a frame.
+    /// Advances the clock by some ticks and by `wall` nanoseconds of wall time, and publishes a
+    /// frame.
     fn advance(&mut self, ticks: u64, wall: u64) {
         self.header.tick += ticks;
         self.header.sim_time_nanos += ticks * PERIOD;

@@ -5,7 +5,10 @@ use crate::testing;
 
 /// Returns the names of all samples, including those of histograms' parts.
 fn exported(page: &str) -> BTreeSet<&str> {
-    page.lines().filter(|line| !line.starts_with('#')).filter_map(|line| line.split(['{', ' ']).next()).collect()
+    page.lines()
+        .filter(|line| !line.starts_with('#'))
+        .filter_map(|line| line.split(['{', ' ']).next())
+        .collect()
 }
 
 /// Returns each family as `(name, help, type)`.
@@ -13,14 +16,19 @@ fn families(page: &str) -> Vec<(&str, &str, &str)> {
     let mut lines = page.lines().filter(|line| line.starts_with('#'));
     let mut families = Vec::new();
     while let Some(help) = lines.next() {
-        let (name, help) = help.strip_prefix("# HELP ").and_then(|rest| rest.split_once(' ')).expect(help);
-        let kind = lines.next().and_then(|line| line.strip_prefix("# TYPE ")?.strip_prefix(name)).expect(name);
+        let (name, help) =
+            help.strip_prefix("# HELP ").and_then(|rest| rest.split_once(' ')).expect(help);
+        let kind = lines
+            .next()
+            .and_then(|line| line.strip_prefix("# TYPE ")?.strip_prefix(name))
+            .expect(name);
         families.push((name, help, kind.trim()));
     }
     families
 }
 
-const EXPORTER: ExporterState = ExporterState { rows: Some(RowCounts { written: 5, lost: 1 }), commit: Some("c0ffee") };
+const EXPORTER: ExporterState =
+    ExporterState { rows: Some(RowCounts { written: 5, lost: 1 }), commit: Some("c0ffee") };
 
 fn full_page() -> String {
     page(&testing::snapshot(), &EXPORTER, Format::Prometheus)
@@ -58,7 +66,10 @@ fn names_and_units_follow_the_rules() {
         assert_eq!(kind == "counter", name.ends_with("_total"), "{name} is a {kind}");
         for word in name.split('_') {
             assert!(!no_base_units.contains(&word), "{name} has {word}");
-            assert!(!["counter", "gauge", "histogram", "summary"].contains(&word), "{name} has {word}");
+            assert!(
+                !["counter", "gauge", "histogram", "summary"].contains(&word),
+                "{name} has {word}"
+            );
         }
         assert!(!["_count", "_sum", "_bucket"].iter().any(|end| name.ends_with(end)), "{name}");
     }
@@ -114,9 +125,14 @@ fn values_equal_those_of_the_snapshot() {
 fn unknown_values_are_left_out() {
     let text = page(&testing::without_engine(), &ExporterState::default(), Format::Prometheus);
     assert!(text.contains("regatta_up{fleet=\"default\"} 0\n"), "{text}");
-    for absent in
-        ["regatta_robots", "regatta_ticks", "regatta_collision", "regatta_manager", "regatta_task", "regatta_csv"]
-    {
+    for absent in [
+        "regatta_robots",
+        "regatta_ticks",
+        "regatta_collision",
+        "regatta_manager",
+        "regatta_task",
+        "regatta_csv",
+    ] {
         assert!(!text.contains(absent), "{absent} in\n{text}");
     }
 }
@@ -127,7 +143,12 @@ fn times_of_no_task_have_neither_quantiles_nor_a_longest() {
     snapshot.work = Some(Work::default());
     let text = page(&snapshot, &EXPORTER, Format::Prometheus);
     assert!(text.contains("regatta_task_service_seconds_count{fleet=\"default\"} 0\n"), "{text}");
-    for absent in ["quantile=", "regatta_task_longest", "regatta_tasks_open", "regatta_tasks_finished_per_second"] {
+    for absent in [
+        "quantile=",
+        "regatta_task_longest",
+        "regatta_tasks_open",
+        "regatta_tasks_finished_per_second",
+    ] {
         assert!(!text.contains(absent), "{absent} in\n{text}");
     }
 }
@@ -139,11 +160,18 @@ fn processes_of_the_same_name_share_a_series() {
     let text = page(&snapshot, &EXPORTER, Format::Prometheus);
     assert!(!text.contains("pid="), "{text}");
     for (name, bytes) in [("engine", 34e6), ("metrics", 68e6)] {
-        let line = format!("regatta_process_resident_memory_bytes{{fleet=\"default\",name=\"{name}\"}} {bytes}\n");
+        let line = format!(
+            "regatta_process_resident_memory_bytes{{fleet=\"default\",name=\"{name}\"}} {bytes}\n"
+        );
         assert_eq!(text.matches(&line).count(), 1, "{text}");
     }
     // The processor time of a process is already that of all with its name.
-    assert!(text.contains("regatta_process_cpu_seconds_total{fleet=\"default\",name=\"metrics\"} 12.5\n"), "{text}");
+    assert!(
+        text.contains(
+            "regatta_process_cpu_seconds_total{fleet=\"default\",name=\"metrics\"} 12.5\n"
+        ),
+        "{text}"
+    );
 }
 
 /// Tests the rules of OpenMetrics, by which Prometheus parses.
@@ -152,19 +180,27 @@ fn the_page_in_open_metrics_has_the_same_samples() {
     let (snapshot, prometheus) = (testing::snapshot(), full_page());
     let text = page(&snapshot, &EXPORTER, Format::OpenMetrics);
     // The bounds of buckets are spelled differently: 0.00001 and 1e-05, 1 and 1.0.
-    let sample =
-        |line: &str| match line.split_once("le=\"").and_then(|(start, rest)| Some((start, rest.split_once('"')?))) {
-            Some((start, (bound, end))) => format!("{start}{:?}{end}", bound.parse::<f64>().expect("a number")),
-            None => line.to_owned(),
-        };
-    let samples = |text: &str| -> Vec<_> { text.lines().filter(|line| !line.starts_with('#')).map(sample).collect() };
+    let sample = |line: &str| match line
+        .split_once("le=\"")
+        .and_then(|(start, rest)| Some((start, rest.split_once('"')?)))
+    {
+        Some((start, (bound, end))) => {
+            format!("{start}{:?}{end}", bound.parse::<f64>().expect("a number"))
+        }
+        None => line.to_owned(),
+    };
+    let samples = |text: &str| -> Vec<_> {
+        text.lines().filter(|line| !line.starts_with('#')).map(sample).collect()
+    };
     assert_eq!(samples(&text), samples(&prometheus));
     for bound in ["1e-05", "2.5e-05", "0.0001", "0.25", "1.0", "10.0", "+Inf"] {
         assert!(text.contains(&format!("le=\"{bound}\"")), "{bound}");
     }
     assert!(text.ends_with("} 1\n# EOF\n") && text.matches("# EOF").count() == 1, "{text}");
-    let kinds: Vec<_> =
-        families(text.trim_end_matches("# EOF\n")).into_iter().map(|(name, _, kind)| (name, kind)).collect();
+    let kinds: Vec<_> = families(text.trim_end_matches("# EOF\n"))
+        .into_iter()
+        .map(|(name, _, kind)| (name, kind))
+        .collect();
     for (name, kind) in &kinds {
         let ending = match *kind {
             "counter" => "_total",
@@ -172,9 +208,15 @@ fn the_page_in_open_metrics_has_the_same_samples() {
             "histogram" | "summary" => "_count",
             _ => "",
         };
-        assert!(!name.ends_with("_total") && text.contains(&format!("\n{name}{ending}{{")), "{name} is a {kind}");
+        assert!(
+            !name.ends_with("_total") && text.contains(&format!("\n{name}{ending}{{")),
+            "{name} is a {kind}"
+        );
     }
-    assert!(kinds.contains(&("regatta_ticks", "counter")) && kinds.contains(&("regatta_build", "info")), "{kinds:?}");
+    assert!(
+        kinds.contains(&("regatta_ticks", "counter")) && kinds.contains(&("regatta_build", "info")),
+        "{kinds:?}"
+    );
 }
 
 /// Collects the names of metrics in a dashboard's queries.
@@ -195,7 +237,8 @@ fn queried(dashboard: &serde_json::Value, names: &mut BTreeSet<String>) {
 
 #[test]
 fn the_dashboard_queries_exactly_the_exported_metrics() {
-    let dashboard = serde_json::from_str(include_str!("../../grafana-dashboard.json")).expect("valid JSON");
+    let dashboard =
+        serde_json::from_str(include_str!("../../grafana-dashboard.json")).expect("valid JSON");
     let mut names = BTreeSet::new();
     queried(&dashboard, &mut names);
     let page = full_page();

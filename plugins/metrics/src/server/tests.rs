@@ -49,7 +49,10 @@ fn page(server: &Server, path: &str, headers: &str) -> (String, Vec<u8>) {
 fn pages_are_served_with_their_length() {
     let server = server("regatta_up 1\n");
     let (head, body) = page(&server, "/metrics?x=1", "");
-    assert!(head.starts_with("http/1.1 200 ok\r\n") && head.contains("content-length: 13\r\n"), "{head}");
+    assert!(
+        head.starts_with("http/1.1 200 ok\r\n") && head.contains("content-length: 13\r\n"),
+        "{head}"
+    );
     assert!(head.contains("text/plain; version=0.0.4") && body == b"regatta_up 1\n", "{head}");
     let head = text(&request(&server, b"HEAD /metrics HTTP/1.0\r\n\r\n")).to_lowercase();
     assert!(head.contains("content-length: 13\r\n") && head.ends_with("\r\n\r\n"), "{head}");
@@ -76,13 +79,24 @@ fn several_requests_of_a_connection_are_answered() {
 fn the_client_chooses_the_format_and_the_encoding() {
     let metrics = "regatta_up 1\n".repeat(100);
     let server = server(&metrics);
-    let (head, body) = page(&server, "/metrics", "Accept: application/openmetrics-text; version=1.0.0\r\n");
-    assert!(head.contains("content-type: application/openmetrics-text; version=1.0.0; charset=utf-8\r\n"), "{head}");
+    let (head, body) =
+        page(&server, "/metrics", "Accept: application/openmetrics-text; version=1.0.0\r\n");
+    assert!(
+        head.contains(
+            "content-type: application/openmetrics-text; version=1.0.0; charset=utf-8\r\n"
+        ),
+        "{head}"
+    );
     assert!(body.ends_with(b"1\n# EOF\n"));
-    for (accepted, is_compressed) in [("gzip", true), ("deflate, gzip;q=0.5", true), ("gzip;q=0", false), ("br", false)]
+    for (accepted, is_compressed) in
+        [("gzip", true), ("deflate, gzip;q=0.5", true), ("gzip;q=0", false), ("br", false)]
     {
         let (head, body) = page(&server, "/metrics", &format!("Accept-Encoding: {accepted}\r\n"));
-        assert_eq!(head.contains("content-encoding: gzip\r\n"), is_compressed, "{accepted}: {head}");
+        assert_eq!(
+            head.contains("content-encoding: gzip\r\n"),
+            is_compressed,
+            "{accepted}: {head}"
+        );
         let body = if is_compressed { unzip(&unchunk(&body)) } else { text(&body) };
         assert!(body == metrics, "{accepted}: {body}");
     }
@@ -116,10 +130,16 @@ fn invalid_requests_are_rejected_and_the_next_one_is_served() {
     assert!(text(&request(&server, delete)).starts_with("HTTP/1.1 405"));
     let mut endless = connect(&server);
     // The server may close the connection before it has read everything.
-    let _ = endless.write_all(&[b"GET /metrics HTTP/1.1\r\nX: ".to_vec(), vec![b'x'; 2 * MAX_REQUEST]].concat());
+    let _ = endless.write_all(
+        &[b"GET /metrics HTTP/1.1\r\nX: ".to_vec(), vec![b'x'; 2 * MAX_REQUEST]].concat(),
+    );
     let mut response = Vec::new();
     let _ = endless.read_to_end(&mut response);
-    assert!(response.is_empty() || text(&response).starts_with("HTTP/1.1 431"), "{}", text(&response));
+    assert!(
+        response.is_empty() || text(&response).starts_with("HTTP/1.1 431"),
+        "{}",
+        text(&response)
+    );
     assert_eq!(page(&server, "/metrics", "").1, b"page\n");
 }
 

@@ -8,7 +8,8 @@ const TICK_SECS: f64 = 0.1;
 
 /// Adds records of tasks as the first sample of a run, by the second at which they were written.
 fn add(tally: &mut TaskTally, run_id: u64, secs: u64, records: &[(u64, TaskKind)]) {
-    let records: Vec<_> = records.iter().map(|(task, kind)| TaskRecord::new(*task, *kind)).collect();
+    let records: Vec<_> =
+        records.iter().map(|(task, kind)| TaskRecord::new(*task, *kind)).collect();
     let header = TaskHeader { run_id, tick: 10 * secs, sequence: 1, ..TaskHeader::default() };
     tally.add(&Tasks { header: &header, records: &records, missed: 0 }, TICK_SECS);
 }
@@ -23,18 +24,38 @@ fn is_near(value: f64, expected: f64) -> bool {
 
 #[test]
 fn tasks_are_counted_and_timed() {
-    use TaskKind::{Arrived, Assigned, Cancelled, Created, Failed, Finished, Handled, Stop, Withdrawn};
+    use TaskKind::{
+        Arrived, Assigned, Cancelled, Created, Failed, Finished, Handled, Stop, Withdrawn,
+    };
     let mut tally = TaskTally::default();
     add(&mut tally, RUN, 0, &[(1, Created), (1, Stop), (2, Created), (2, Stop), (3, Created)]);
     add(&mut tally, RUN, 10, &[(1, Assigned), (1, Withdrawn), (2, Assigned)]);
     add(&mut tally, RUN, 30, &[(1, Assigned), (2, Arrived), (2, Handled), (2, Finished)]);
-    add(&mut tally, RUN, 100, &[(1, Finished), (3, Cancelled), (4, Created), (5, Created), (5, Failed)]);
+    add(
+        &mut tally,
+        RUN,
+        100,
+        &[(1, Finished), (3, Cancelled), (4, Created), (5, Created), (5, Failed)],
+    );
     let figures = figures(&tally, 100);
-    assert_eq!((figures.created, figures.finished, figures.failed, figures.cancelled), (5, 2, 1, 1));
+    assert_eq!(
+        (figures.created, figures.finished, figures.failed, figures.cancelled),
+        (5, 2, 1, 1)
+    );
     assert_eq!((figures.open, figures.gaps), (Some(1), 0));
-    assert_eq!((figures.service.count, figures.service.mean(), figures.service.longest), (2, Some(65.0), 100.0));
-    assert!(is_near(figures.service.p50, 30.0) && is_near(figures.service.p99, 100.0), "{figures:?}");
-    assert_eq!((figures.waiting.count, figures.waiting.mean()), (2, Some(10.0)), "only the first assignment counts");
+    assert_eq!(
+        (figures.service.count, figures.service.mean(), figures.service.longest),
+        (2, Some(65.0), 100.0)
+    );
+    assert!(
+        is_near(figures.service.p50, 30.0) && is_near(figures.service.p99, 100.0),
+        "{figures:?}"
+    );
+    assert_eq!(
+        (figures.waiting.count, figures.waiting.mean()),
+        (2, Some(10.0)),
+        "only the first assignment counts"
+    );
 }
 
 #[test]
@@ -83,7 +104,10 @@ fn another_run_and_a_replay_that_is_wound_back_start_anew() {
         let clock = RunClock { run_id, tick: 100, tick_secs: TICK_SECS };
         assert_eq!((tally.figures(&clock).created, tally.figures(&clock).open), (2, Some(2)));
     }
-    assert_eq!(tally.figures(&RunClock { run_id: RUN + 1, tick: 100, tick_secs: 0.1 }), TaskFigures::default());
+    assert_eq!(
+        tally.figures(&RunClock { run_id: RUN + 1, tick: 100, tick_secs: 0.1 }),
+        TaskFigures::default()
+    );
 }
 
 #[test]

@@ -1,4 +1,5 @@
-//! Commands that keys send to the engine, on a thread of their own because a stopped engine doesn't answer.
+//! Commands that keys send to the engine, on a thread of their own because a stopped engine doesn't
+//! answer.
 
 use std::io;
 use std::sync::mpsc::{Receiver, Sender, SyncSender, TryRecvError, channel, sync_channel};
@@ -12,7 +13,8 @@ use regatta_plugin::{Control, ControlError, FleetName, Participant};
 /// The longest wait for the engine's answer.
 const TIMEOUT: Duration = Duration::from_secs(1);
 
-/// The largest number of queued commands. Further ones are dropped, for example while a key is held down.
+/// The largest number of queued commands. Further ones are dropped, for example while a key is held
+/// down.
 const MAX_QUEUED: usize = 4;
 
 /// The speeds that the keys step through, in simulated seconds per wall second.
@@ -63,7 +65,8 @@ impl CommandQueue {
 
     /// Queues a command. Returns at once.
     pub fn send(&self, command: Command) {
-        // If the queue is full, the commands in it have not been answered either, and their outcome will say why.
+        // If the queue is full, the commands in it have not been answered either, and their outcome
+        // will say why.
         let _ = self.commands.try_send(command);
     }
 
@@ -79,13 +82,20 @@ impl CommandQueue {
     }
 }
 
-fn carry_out_all(fleet: &FleetName, participant: &str, commands: &Receiver<Command>, outcomes: &Sender<Outcome>) {
+fn carry_out_all(
+    fleet: &FleetName,
+    participant: &str,
+    commands: &Receiver<Command>,
+    outcomes: &Sender<Outcome>,
+) {
     // Opened with the first command: most users only watch.
     let mut control = None;
     for command in commands {
-        let outcome = open(&mut control, fleet, participant).and_then(|control| match carry_out(command, control) {
-            Ok(status) => Ok(describe(command, &status)),
-            Err(error) => Err(error.to_string()),
+        let outcome = open(&mut control, fleet, participant).and_then(|control| {
+            match carry_out(command, control) {
+                Ok(status) => Ok(describe(command, &status)),
+                Err(error) => Err(error.to_string()),
+            }
         });
         if outcomes.send(outcome).is_err() {
             return;
@@ -93,21 +103,29 @@ fn carry_out_all(fleet: &FleetName, participant: &str, commands: &Receiver<Comma
     }
 }
 
-fn open<'a>(control: &'a mut Option<Control>, fleet: &FleetName, participant: &str) -> Result<&'a mut Control, String> {
+fn open<'a>(
+    control: &'a mut Option<Control>,
+    fleet: &FleetName,
+    participant: &str,
+) -> Result<&'a mut Control, String> {
     match control {
         Some(control) => Ok(control),
         None => {
             // Joins under the name that the process already uses.
-            let opened = Participant::join(fleet, participant).and_then(|participant| Control::open_on(&participant));
+            let opened = Participant::join(fleet, participant)
+                .and_then(|participant| Control::open_on(&participant));
             Ok(control.insert(opened.map_err(|error| error.to_string())?))
         }
     }
 }
 
 fn carry_out(command: Command, control: &mut Control) -> Result<ControlResponse, ControlError> {
-    let status = |control: &mut Control| control.request(ControlRequest::new(ControlKind::Status), TIMEOUT);
+    let status =
+        |control: &mut Control| control.request(ControlRequest::new(ControlKind::Status), TIMEOUT);
     let request = match command {
-        Command::PauseOrResume if is_running(&status(control)?) => ControlRequest::new(ControlKind::Pause),
+        Command::PauseOrResume if is_running(&status(control)?) => {
+            ControlRequest::new(ControlKind::Pause)
+        }
         Command::PauseOrResume => ControlRequest::new(ControlKind::Resume),
         Command::Step => ControlRequest { count: 1, ..ControlRequest::new(ControlKind::Step) },
         Command::Faster => speed(faster(status(control)?.speed)),
@@ -152,17 +170,21 @@ mod tests {
 
     #[test]
     fn speeds_go_up_and_down_step_by_step() {
-        let up: Vec<_> = std::iter::successors(Some(0.001_f32), |&s| (s < f32::INFINITY).then(|| faster(s))).collect();
+        let up: Vec<_> =
+            std::iter::successors(Some(0.001_f32), |&s| (s < f32::INFINITY).then(|| faster(s)))
+                .collect();
         assert_eq!(up[1..up.len() - 1], SPEEDS);
         let down: Vec<_> =
-            std::iter::successors(Some(f32::INFINITY), |&s| (s > SPEEDS[0]).then(|| slower(s))).collect();
+            std::iter::successors(Some(f32::INFINITY), |&s| (s > SPEEDS[0]).then(|| slower(s)))
+                .collect();
         assert_eq!(down[1..], SPEEDS.into_iter().rev().collect::<Vec<_>>());
         assert_eq!((faster(3.0), slower(3.0), slower(0.001)), (5.0, 2.0, 0.01));
     }
 
     #[test]
     fn each_command_reports_a_missing_engine() {
-        let fleet: FleetName = format!("unit-metrics-commands-{}", std::process::id()).parse().expect("a name");
+        let fleet: FleetName =
+            format!("unit-metrics-commands-{}", std::process::id()).parse().expect("a name");
         let commands = CommandQueue::start(&fleet, "test").expect("a thread");
         for command in [Command::PauseOrResume, Command::Faster] {
             commands.send(command);

@@ -12,9 +12,18 @@ use super::{format, theme};
 use crate::snapshot::Run;
 use crate::state_counts::{STATE_NAMES, STATES, StateCounts};
 
-/// The colours of the states, in the order of their numbers: idle, driving, waiting, held, faulted, turning, stalled, broken.
-const STATE_COLOURS: [Color; STATES] =
-    [theme::QUIET, theme::GOOD, theme::WAITING, theme::WARNING, theme::BAD, theme::GOOD, theme::WARNING, theme::BAD];
+/// The colours of the states, in the order of their numbers: idle, driving, waiting, held, faulted,
+/// turning, stalled, broken.
+const STATE_COLOURS: [Color; STATES] = [
+    theme::QUIET,
+    theme::GOOD,
+    theme::WAITING,
+    theme::WARNING,
+    theme::BAD,
+    theme::GOOD,
+    theme::WARNING,
+    theme::BAD,
+];
 
 /// The display order of the states, the most important first.
 const ORDER: [usize; STATES] = [1, 5, 0, 2, 3, 4, 6, 7];
@@ -36,7 +45,10 @@ pub fn draw_robots(frame: &mut Frame<'_>, area: Rect, state_counts: &StateCounts
         let style = if count > 0 { Style::new() } else { theme::quiet() };
         Line::from(vec![
             Span::styled(format!("{:<8}", STATE_NAMES[state]), theme::quiet()),
-            Span::styled(bar(count as f64 / robots.max(1) as f64, width), theme::text(STATE_COLOURS[state])),
+            Span::styled(
+                bar(count as f64 / robots.max(1) as f64, width),
+                theme::text(STATE_COLOURS[state]),
+            ),
             Span::styled(format!("  {:>digits$}", format::count(count)), style),
         ])
     };
@@ -63,10 +75,15 @@ type Figure = (&'static str, Span<'static>);
 
 /// Draws two columns of figures.
 pub fn draw_figures(frame: &mut Frame<'_>, area: Rect, view: &View, run: &Run) {
-    let area = section(frame, area, "run", Span::styled(format!("{:016x}", run.run_id), theme::quiet()));
-    let columns: [Rect; 2] =
-        Layout::horizontal([Constraint::Max(MAX_FIGURE_WIDTH); 2]).spacing(3).flex(Flex::Start).areas(area);
-    for (area, figures) in columns.into_iter().zip([time_figures(view, run), distance_figures(view, run)]) {
+    let area =
+        section(frame, area, "run", Span::styled(format!("{:016x}", run.run_id), theme::quiet()));
+    let columns: [Rect; 2] = Layout::horizontal([Constraint::Max(MAX_FIGURE_WIDTH); 2])
+        .spacing(3)
+        .flex(Flex::Start)
+        .areas(area);
+    for (area, figures) in
+        columns.into_iter().zip([time_figures(view, run), distance_figures(view, run)])
+    {
         let width = usize::from(area.width);
         let line = |(name, value): Figure| {
             // The name is truncated rather than the value.
@@ -79,7 +96,8 @@ pub fn draw_figures(frame: &mut Frame<'_>, area: Rect, view: &View, run: &Run) {
 
 fn time_figures(view: &View, run: &Run) -> [Figure; 5] {
     let (mean, max) = view.history.newest().jitter.unzip();
-    let time = |seconds: Option<f64>| Span::from(seconds.map_or_else(|| "–".to_owned(), format::seconds));
+    let time =
+        |seconds: Option<f64>| Span::from(seconds.map_or_else(|| "–".to_owned(), format::seconds));
     let totals = &view.snapshot.totals;
     [
         ("tick period", format::seconds(run.tick_period.as_secs_f64()).into()),
@@ -93,14 +111,18 @@ fn time_figures(view: &View, run: &Run) -> [Figure; 5] {
 fn distance_figures(view: &View, run: &Run) -> [Figure; 5] {
     let unknown = || Span::styled("–", theme::quiet());
     let collisions = &view.snapshot.collisions;
-    let lag = collisions.tick().map(|tick| run.tick.saturating_sub(tick) as f64 * run.tick_period.as_secs_f64());
+    let lag = collisions
+        .tick()
+        .map(|tick| run.tick.saturating_sub(tick) as f64 * run.tick_period.as_secs_f64());
     [
         ("mean speed", format!("{:.2} m/s", run.state_counts.mean_speed()).into()),
         ("driven", format::metres(view.snapshot.totals.driven_metres).into()),
         ("frames read", format::count(view.snapshot.totals.frames_read).into()),
         (
             "collisions ever",
-            collisions.pairs.map_or_else(unknown, |pairs| problem_count(pairs.touching_ever, theme::BAD)),
+            collisions
+                .pairs
+                .map_or_else(unknown, |pairs| problem_count(pairs.touching_ever, theme::BAD)),
         ),
         ("checker lag", lag.map_or_else(unknown, |lag| format::seconds(lag).into())),
     ]

@@ -75,7 +75,10 @@ mod tests {
         assert_eq!(times, ["0 µs", "12 µs", "999 µs", "1.00 ms", "12.3 ms", "500 ms", "3.2 s"]);
         let clocks = [1_230, 61_230, 3_723_450].map(|millis| clock(Duration::from_millis(millis)));
         assert_eq!(clocks, ["1.23 s", "1:01.23", "1:02:03.45"]);
-        assert_eq!([45_056, 1_600_000, 34_000_000, 6_100_000_000].map(bytes), ["45 kB", "1.6 MB", "34 MB", "6.1 GB"]);
+        assert_eq!(
+            [45_056, 1_600_000, 34_000_000, 6_100_000_000].map(bytes),
+            ["45 kB", "1.6 MB", "34 MB", "6.1 GB"]
+        );
         assert_eq!([12.34, 4_560.0, 1_234_567.0].map(metres), ["12.3 m", "4.56 km", "1,235 km"]);
         assert_eq!([1.0, 0.1, f32::INFINITY].map(speed), ["×1", "×0.1", "max"]);
         assert_eq!([0.998, 12.34, 5_432.1].map(factor), ["0.998", "12.3", "5,432"]);

@@ -3,7 +3,9 @@
 use ratatui::Frame;
 use ratatui::layout::{Alignment, Constraint, Flex, Layout, Rect};
 use ratatui::text::{Line, Span, Text};
-use ratatui::widgets::{Cell, Paragraph, Row, Scrollbar, ScrollbarOrientation, ScrollbarState, Table, Wrap};
+use ratatui::widgets::{
+    Cell, Paragraph, Row, Scrollbar, ScrollbarOrientation, ScrollbarState, Table, Wrap,
+};
 use regatta_plugin::contact::{ContactHeader, ContactLevel, ContactRecord};
 
 use super::section::section;
@@ -14,9 +16,15 @@ use crate::snapshot::{Process, Run, Snapshot};
 /// The largest width of a pair, in columns of text. A wide list shows several pairs side by side.
 const PAIR_WIDTH: u16 = 64;
 
-/// Draws pairs that touch or may touch, from the `scroll`th on, or from the last one that fills the list. Returns the
-/// number of the first pair that is drawn.
-pub fn draw_collisions(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, run: &Run, scroll: usize) -> usize {
+/// Draws pairs that touch or may touch, from the `scroll`th on, or from the last one that fills the
+/// list. Returns the number of the first pair that is drawn.
+pub fn draw_collisions(
+    frame: &mut Frame<'_>,
+    area: Rect,
+    snapshot: &Snapshot,
+    run: &Run,
+    scroll: usize,
+) -> usize {
     let collisions = &snapshot.collisions;
     let note = collisions.pairs.as_ref().map(totals).unwrap_or_default();
     let area = section(frame, area, "collisions", note);
@@ -42,10 +50,14 @@ pub fn draw_collisions(frame: &mut Frame<'_>, area: Rect, snapshot: &Snapshot, r
 }
 
 fn draw_column(frame: &mut Frame<'_>, area: Rect, pairs: &[ContactRecord], run: &Run) {
-    let header = Row::new([left("level"), left("robots"), right("x, y (m)"), right("m/s"), right("since")]);
+    let header =
+        Row::new([left("level"), left("robots"), right("x, y (m)"), right("m/s"), right("since")]);
     let widths = [8, 17, 17, 5, 7].map(Constraint::Max);
     let rows = pairs.iter().take(area.height.into()).map(|pair| collision(pair, run));
-    frame.render_widget(Table::new(rows, widths).header(header.style(theme::quiet())).flex(Flex::Start), area);
+    frame.render_widget(
+        Table::new(rows, widths).header(header.style(theme::quiet())).flex(Flex::Start),
+        area,
+    );
 }
 
 /// Formats the numbers of pairs.
@@ -62,8 +74,13 @@ fn draw_scrollbar(frame: &mut Frame<'_>, area: Rect, scroll: usize, max_scroll: 
     if max_scroll > 0 {
         let area = Rect { y: area.y + 1, height: area.height.saturating_sub(1), ..area };
         let mut state = ScrollbarState::new(max_scroll + 1).position(scroll);
-        let bar = Scrollbar::new(ScrollbarOrientation::VerticalRight).begin_symbol(None).end_symbol(None);
-        frame.render_stateful_widget(bar.style(theme::quiet()).track_symbol(Some("│")), area, &mut state);
+        let bar =
+            Scrollbar::new(ScrollbarOrientation::VerticalRight).begin_symbol(None).end_symbol(None);
+        frame.render_stateful_widget(
+            bar.style(theme::quiet()).track_symbol(Some("│")),
+            area,
+            &mut state,
+        );
     }
 }
 
@@ -91,8 +108,10 @@ pub fn draw_processes(frame: &mut Frame<'_>, area: Rect, view: &View) {
     if let Some(error) = &view.process_error {
         return draw_hint(frame, area, error);
     }
-    let header = Row::new([left("name"), right("pid"), right("cpu"), right("memory")]).style(theme::quiet());
-    let widths = [Constraint::Fill(1), Constraint::Length(7), Constraint::Length(6), Constraint::Length(6)];
+    let header =
+        Row::new([left("name"), right("pid"), right("cpu"), right("memory")]).style(theme::quiet());
+    let widths =
+        [Constraint::Fill(1), Constraint::Length(7), Constraint::Length(6), Constraint::Length(6)];
     frame.render_widget(Table::new(processes.iter().map(process), widths).header(header), area);
 }
 

@@ -1,5 +1,5 @@
-//! The screen of `top`. Everything fits into 80 columns and 24 lines; more space makes the graphs taller and the lists
-//! longer.
+//! The screen of `top`. Everything fits into 80 columns and 24 lines; more space makes the graphs
+//! taller and the lists longer.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
@@ -32,10 +32,15 @@ const KEYS: [(&str, &str); 10] = [
 pub fn draw(frame: &mut Frame<'_>, view: &mut View) {
     let area = frame.area();
     if area.width < MIN_SIZE.0 || area.height < MIN_SIZE.1 {
-        return centred(frame, area, vec![Line::from("This window is too small."), Line::from("80 × 24 shows all.")]);
+        return centred(
+            frame,
+            area,
+            vec![Line::from("This window is too small."), Line::from("80 × 24 shows all.")],
+        );
     }
     let [head, body, foot] =
-        Layout::vertical([Constraint::Length(1), Constraint::Min(0), Constraint::Length(1)]).areas(area);
+        Layout::vertical([Constraint::Length(1), Constraint::Min(0), Constraint::Length(1)])
+            .areas(area);
     frame.render_widget(head_line(view), head);
     match view.snapshot.run {
         Some(run) => view.scroll = draw_run(frame, body, view, &run),
@@ -51,21 +56,27 @@ pub fn draw(frame: &mut Frame<'_>, view: &mut View) {
 fn draw_run(frame: &mut Frame<'_>, area: Rect, view: &View, run: &Run) -> usize {
     let graphs = (area.height / 5).clamp(5, 14);
     let tasks = if view.snapshot.work.is_some() { work::HEIGHT } else { 0 };
-    let [above, middle, below] =
-        Layout::vertical([Constraint::Length(graphs), Constraint::Length(7 + tasks), Constraint::Min(0)])
-            .spacing(1)
-            .areas(inset(area));
-    let [middle, tasks] = Layout::vertical([Constraint::Length(7), Constraint::Length(tasks)]).areas(middle);
+    let [above, middle, below] = Layout::vertical([
+        Constraint::Length(graphs),
+        Constraint::Length(7 + tasks),
+        Constraint::Min(0),
+    ])
+    .spacing(1)
+    .areas(inset(area));
+    let [middle, tasks] =
+        Layout::vertical([Constraint::Length(7), Constraint::Length(tasks)]).areas(middle);
     graphs::draw(frame, above, &view.history, run);
-    let [left, right] = Layout::horizontal([Constraint::Fill(2), Constraint::Fill(3)]).spacing(2).areas(middle);
+    let [left, right] =
+        Layout::horizontal([Constraint::Fill(2), Constraint::Fill(3)]).spacing(2).areas(middle);
     figures::draw_robots(frame, left, &run.state_counts);
     figures::draw_figures(frame, right, view, run);
     if let Some(work) = &view.snapshot.work {
         work::draw(frame, tasks, work);
     }
     let processes = (area.width / 4).clamp(31, 60);
-    let [left, right] =
-        Layout::horizontal([Constraint::Fill(1), Constraint::Length(processes)]).spacing(2).areas(below);
+    let [left, right] = Layout::horizontal([Constraint::Fill(1), Constraint::Length(processes)])
+        .spacing(2)
+        .areas(below);
     lists::draw_processes(frame, right, view);
     if view.shows_jams {
         jams::draw(frame, left, view.snapshot.jams.as_deref());
@@ -77,14 +88,16 @@ fn draw_run(frame: &mut Frame<'_>, area: Rect, view: &View, run: &Run) -> usize 
 /// Draws a fleet without an engine: a hint, and the processes that wait for one.
 fn draw_waiting(frame: &mut Frame<'_>, area: Rect, view: &View) {
     let fleet = &view.snapshot.fleet;
-    let flag = if fleet.as_str() == "default" { String::new() } else { format!(" --fleet {fleet}") };
+    let flag =
+        if fleet.as_str() == "default" { String::new() } else { format!(" --fleet {fleet}") };
     let lines = vec![
         Line::from(format!("No engine runs the fleet '{fleet}'.")).style(theme::strong()),
         Line::default(),
         Line::from(vec!["Start one:  ".into(), Span::from(format!("regatta run{flag}")).bold()]),
         Line::from("This view continues as soon as there is one.").style(theme::quiet()),
     ];
-    let [above, below] = Layout::vertical([Constraint::Fill(1), Constraint::Fill(1)]).areas(inset(area));
+    let [above, below] =
+        Layout::vertical([Constraint::Fill(1), Constraint::Fill(1)]).areas(inset(area));
     centred(frame, above, lines);
     lists::draw_processes(frame, below, view);
 }
@@ -111,10 +124,19 @@ fn foot_line(view: &View) -> Line<'_> {
         Some(Ok(text)) => Line::from(format!(" {text}")).style(theme::text(theme::GOOD)),
         Some(Err(text)) => Line::from(format!(" {text}")).style(theme::text(theme::BAD)),
         None => {
-            let keys = [("space", "pause"), ("s", "step"), ("+ -", "speed"), ("m", "max"), ("1", "real time")];
+            let keys = [
+                ("space", "pause"),
+                ("s", "step"),
+                ("+ -", "speed"),
+                ("m", "max"),
+                ("1", "real time"),
+            ];
             let more = [("↑ ↓", "scroll"), ("?", "help"), ("q", "quit")];
             let spans = keys.into_iter().chain(more).flat_map(|(key, what)| {
-                [Span::from(format!(" {key}")).bold(), Span::styled(format!(" {what} "), theme::quiet())]
+                [
+                    Span::from(format!(" {key}")).bold(),
+                    Span::styled(format!(" {what} "), theme::quiet()),
+                ]
             });
             Line::from_iter(spans)
         }
@@ -122,7 +144,9 @@ fn foot_line(view: &View) -> Line<'_> {
 }
 
 fn draw_help(frame: &mut Frame<'_>, area: Rect) {
-    let lines = KEYS.into_iter().map(|(key, what)| Line::from(vec![format!("{key:<15}").bold(), what.into()]));
+    let lines = KEYS
+        .into_iter()
+        .map(|(key, what)| Line::from(vec![format!("{key:<15}").bold(), what.into()]));
     let popup = area.centered(Constraint::Length(46), Constraint::Length(KEYS.len() as u16 + 4));
     let block = Block::bordered()
         .border_style(theme::quiet())

@@ -8,7 +8,12 @@ use ratatui::widgets::{Block, Borders};
 use super::theme;
 
 /// Draws a rule with a title on the left and a note on the right. Returns the area below it.
-pub fn section<'a>(frame: &mut Frame<'_>, area: Rect, title: impl Into<Span<'a>>, note: impl Into<Line<'a>>) -> Rect {
+pub fn section<'a>(
+    frame: &mut Frame<'_>,
+    area: Rect,
+    title: impl Into<Span<'a>>,
+    note: impl Into<Line<'a>>,
+) -> Rect {
     let title = Line::from(vec![title.into().style(theme::strong()), " ".into()]);
     let mut note: Line<'_> = note.into();
     if note.width() > 0 {

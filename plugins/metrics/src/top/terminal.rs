@@ -11,7 +11,8 @@ use regatta_plugin::{Error, Result};
 /// The terminal to draw on.
 pub type Screen = Terminal<CrosstermBackend<Stdout>>;
 
-/// A guard of the terminal in raw mode, on its alternate screen. Dropping it restores the terminal, as does a panic.
+/// A guard of the terminal in raw mode, on its alternate screen. Dropping it restores the terminal,
+/// as does a panic.
 pub struct TerminalGuard {
     /// The terminal to draw on.
     pub screen: Screen,
@@ -24,7 +25,9 @@ pub struct TerminalGuard {
 pub fn check() -> Result {
     match io::stdin().is_terminal() && io::stdout().is_terminal() {
         true => Ok(()),
-        false => Err(Error::new("`regatta top` needs a terminal to draw on; `regatta status` prints a line instead")),
+        false => Err(Error::new(
+            "`regatta top` needs a terminal to draw on; `regatta status` prints a line instead",
+        )),
     }
 }
 
@@ -46,8 +49,8 @@ impl TerminalGuard {
 
 impl Drop for TerminalGuard {
     fn drop(&mut self) {
-        // After a panic, the terminal was already restored before the message: restoring it again would move the cursor
-        // onto that. A closed terminal needs no restoring.
+        // After a panic, the terminal was already restored before the message: restoring it again
+        // would move the cursor onto that. A closed terminal needs no restoring.
         if !std::thread::panicking() {
             let _ = ratatui::try_restore();
         }

@@ -1,5 +1,6 @@
-//! Colours. All have a medium brightness, so that they are legible on black and on white, as the terminal's background
-//! is unknown. The background stays as it is. With `NO_COLOR` set, there are no colours.
+//! Colours. All have a medium brightness, so that they are legible on black and on white, as the
+//! terminal's background is unknown. The background stays as it is. With `NO_COLOR` set, there are
+//! no colours.
 
 use ratatui::style::{Color, Modifier, Style};
 

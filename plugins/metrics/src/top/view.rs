@@ -38,7 +38,15 @@ impl View {
             processes: Vec::new(),
         };
         let history = History::default();
-        Self { snapshot, history, process_error: None, shows_jams: false, scroll: 0, help: false, outcome: None }
+        Self {
+            snapshot,
+            history,
+            process_error: None,
+            shows_jams: false,
+            scroll: 0,
+            help: false,
+            outcome: None,
+        }
     }
 
     /// Scrolls the collisions by a number of lines, at most to their end.

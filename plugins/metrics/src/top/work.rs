@@ -33,7 +33,8 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, work: &Work) {
     frame.render_widget(Paragraph::new(vec![robots(work), times(&work.tasks), effort(work)]), area);
 }
 
-/// Formats the numbers of tasks. Those of failed and cancelled ones are shown only if there are any.
+/// Formats the numbers of tasks. Those of failed and cancelled ones are shown only if there are
+/// any.
 fn counts(tasks: &TaskFigures) -> Line<'static> {
     let per_hour = tasks.finished_per_second.map(|rate| (rate * 3600.0).round() as u64);
     let if_any = |count: u64| (count > 0).then_some(count);
@@ -45,7 +46,9 @@ fn counts(tasks: &TaskFigures) -> Line<'static> {
         (if_any(tasks.cancelled), "cancelled", theme::text(theme::WARNING)),
     ];
     let known = counts.into_iter().filter_map(|(count, what, style)| Some((count?, what, style)));
-    let spans = known.map(|(count, what, style)| Span::styled(format!("{} {what}", format::count(count)), style));
+    let spans = known.map(|(count, what, style)| {
+        Span::styled(format!("{} {what}", format::count(count)), style)
+    });
     Line::from(separated(spans, ", "))
 }
 
@@ -53,7 +56,10 @@ fn counts(tasks: &TaskFigures) -> Line<'static> {
 fn robots(work: &Work) -> Line<'static> {
     let counted = ORDER.map(|activity| (activity, work.robots[activity as usize]));
     let some = counted.into_iter().filter(|(_, robots)| *robots > 0).map(|(activity, robots)| {
-        Span::styled(format!("{} {}", format::count(robots), activity.name()), theme::text(colour(activity)))
+        Span::styled(
+            format!("{} {}", format::count(robots), activity.name()),
+            theme::text(colour(activity)),
+        )
     });
     Line::from(separated(some, "  "))
 }
@@ -72,19 +78,21 @@ fn colour(activity: Activity) -> Color {
 /// Formats the times of tasks: mean, median, 99th percentile and longest.
 fn times(tasks: &TaskFigures) -> Line<'static> {
     let times = [("service", tasks.service), ("waiting", tasks.waiting)];
-    let mut spans: Vec<_> = times.into_iter().flat_map(|(name, times)| time(name, &times)).collect();
+    let mut spans: Vec<_> =
+        times.into_iter().flat_map(|(name, times)| time(name, &times)).collect();
     spans.push(Span::styled("(mean, p50, p99, longest)", theme::quiet()));
     Line::from(spans)
 }
 
 fn time(name: &str, times: &TimeSummary) -> [Span<'static>; 2] {
-    let values = times.mean().map(|mean| [mean, times.p50, times.p99, times.longest].map(seconds).join(" "));
+    let values =
+        times.mean().map(|mean| [mean, times.p50, times.p99, times.longest].map(seconds).join(" "));
     let value = values.map_or_else(|| "–".to_owned(), |values| format!("{values} s"));
     [Span::styled(format!("{name} "), theme::quiet()), format!("{value}  ").into()]
 }
 
-/// Formats the part of the robots' time that is work, the part of their metres without a load, and the time that the manager
-/// spends on a frame.
+/// Formats the part of the robots' time that is work, the part of their metres without a load, and
+/// the time that the manager spends on a frame.
 fn effort(work: &Work) -> Line<'static> {
     let percent = |part: f64| format!("{:.0} %", 100.0 * part);
     let millis = |secs: f64| format!("{:.1}", 1e3 * secs);
@@ -110,7 +118,10 @@ fn seconds(seconds: f64) -> String {
     if seconds < 9.95 { format!("{seconds:.1}") } else { format::count(seconds.round() as u64) }
 }
 
-fn separated(spans: impl Iterator<Item = Span<'static>>, separator: &'static str) -> Vec<Span<'static>> {
+fn separated(
+    spans: impl Iterator<Item = Span<'static>>,
+    separator: &'static str,
+) -> Vec<Span<'static>> {
     let separate = |(index, span)| {
         let before = if index > 0 { separator } else { "" };
         [Span::styled(before, theme::quiet()), span]
@@ -139,9 +150,15 @@ mod tests {
         assert_eq!(counts(&tasks).to_string(), "0 finished");
         assert!(times(&tasks).to_string().starts_with("service –  waiting –"));
         let tasks = testing::work().tasks;
-        assert_eq!(counts(&tasks).to_string(), "58 open, 4,321 finished, 450 an hour, 3 failed, 7 cancelled");
+        assert_eq!(
+            counts(&tasks).to_string(),
+            "58 open, 4,321 finished, 450 an hour, 3 failed, 7 cancelled"
+        );
         let text = effort(&testing::work()).to_string();
-        assert_eq!(text, "utilisation 90 %  empty 40 %  cycle 3.0 12.0 31.4 ms (mean, p99, longest)");
+        assert_eq!(
+            text,
+            "utilisation 90 %  empty 40 %  cycle 3.0 12.0 31.4 ms (mean, p99, longest)"
+        );
         assert!(effort(&Work::default()).to_string().starts_with("utilisation –  empty –"));
         assert!(times(&tasks).to_string().starts_with("service 61 55 120 300 s  waiting 8.4 "));
     }

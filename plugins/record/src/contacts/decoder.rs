@@ -23,8 +23,8 @@ impl ContactDecoder {
         self.number.map(|_| (&self.header, &self.pairs[..]))
     }
 
-    /// Decodes a message on one of the two topics of lists. Returns whether there is a new list: an update of a list that
-    /// is lost can't be decoded.
+    /// Decodes a message on one of the two topics of lists. Returns whether there is a new list: an
+    /// update of a list that is lost can't be decoded.
     pub fn decode(&mut self, topic: &Topic, message: &[u8]) -> Result<bool, MessageError> {
         match topic {
             Topic::Contacts => self.whole(message).map(|()| true),
@@ -65,8 +65,8 @@ impl ContactDecoder {
         self.trends.push(trend);
     }
 
-    /// Returns the pairs that an update keeps, with their new positions, speeds and trends, or `None` if the update
-    /// doesn't fit the list.
+    /// Returns the pairs that an update keeps, with their new positions, speeds and trends, or
+    /// `None` if the update doesn't fit the list.
     fn kept(&self, update: &regatta::ContactUpdate) -> Option<Vec<(ContactRecord, Trend)>> {
         let mut before = self.pairs.iter().copied().zip(self.trends.iter().copied());
         let mut kept = Vec::with_capacity(update.x.len());
@@ -85,7 +85,8 @@ impl ContactDecoder {
             let differences = [update.x[i], update.y[i], update.relative_speed[i]];
             *trend = std::array::from_fn(|axis| trend[axis].wrapping_add(differences[axis]));
             let to: [i32; 3] = std::array::from_fn(|axis| from[axis].wrapping_add(trend[axis]));
-            [pair.x, pair.y, pair.relative_speed] = to.map(|bits| f32::from_bits(bits.cast_unsigned()));
+            [pair.x, pair.y, pair.relative_speed] =
+                to.map(|bits| f32::from_bits(bits.cast_unsigned()));
         }
         Some(kept)
     }

@@ -40,7 +40,8 @@ impl ContactEncoder {
         self.number += 1;
         let is_sorted = list.pairs.is_sorted_by(|one, next| key(one) < key(next));
         let continues = self.updates.is_some_and(|updates| updates < MOST_UPDATES);
-        let in_time = (self.last_at..self.whole_at.saturating_add(LONGEST_CHAIN)).contains(&log_time);
+        let in_time =
+            (self.last_at..self.whole_at.saturating_add(LONGEST_CHAIN)).contains(&log_time);
         self.last_at = log_time;
         let update = (is_sorted && continues && in_time).then(|| self.update(&list));
         let encoded = match update.filter(|update| 2 * update.added.len() <= list.pairs.len()) {
@@ -70,7 +71,9 @@ impl ContactEncoder {
         for pair in &list.pairs {
             // Pairs that aren't in the list any more, or are in it with something else changed.
             while before
-                .next_if(|(last, _)| key(last) < key(pair) || (key(last) == key(pair) && !is_kept(last, pair)))
+                .next_if(|(last, _)| {
+                    key(last) < key(pair) || (key(last) == key(pair) && !is_kept(last, pair))
+                })
                 .is_some()
             {
                 update.removed.push(std::mem::take(&mut kept));

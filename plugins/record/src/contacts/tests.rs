@@ -39,14 +39,21 @@ fn list(tick: u64, mut pairs: Vec<ContactRecord>) -> ContactList {
     pairs.sort_by_key(key);
     pairs.dedup_by_key(|pair| key(pair));
     let touching = pairs.iter().filter(|pair| pair.level == 2).count() as u32;
-    let header = ContactHeader { run_id: 3, tick, sim_time_nanos: tick * 10, touching, ..ContactHeader::zeroed() };
+    let header = ContactHeader {
+        run_id: 3,
+        tick,
+        sim_time_nanos: tick * 10,
+        touching,
+        ..ContactHeader::zeroed()
+    };
     ContactList { header, pairs }
 }
 
 /// Two lists are equal bit for bit. (Numbers that are NaN are never equal.)
 fn same(decoder: &ContactDecoder, list: &ContactList) -> bool {
     let (header, pairs) = decoder.list().expect("a list");
-    *header == list.header && bytemuck::cast_slice::<_, u8>(pairs) == bytemuck::cast_slice::<_, u8>(&list.pairs)
+    *header == list.header
+        && bytemuck::cast_slice::<_, u8>(pairs) == bytemuck::cast_slice::<_, u8>(&list.pairs)
 }
 
 proptest! {
@@ -130,7 +137,8 @@ fn the_time_between_whole_lists_is_limited_and_a_list_that_is_not_sorted_is_whol
     assert_eq!(encoder.encode(12_000_000_000, moving(3)).0, Topic::Contacts);
 }
 
-/// Regatta recorded whole lists only, until it recorded changes. This recording has the ticks 0 to 20 of 250 robots.
+/// Regatta recorded whole lists only, until it recorded changes. This recording has the ticks 0 to
+/// 20 of 250 robots.
 #[test]
 fn recordings_of_whole_lists_are_still_read() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/whole-contacts.mcap");
@@ -142,5 +150,8 @@ fn recordings_of_whole_lists_are_still_read() {
         Ok(())
     });
     read.unwrap();
-    assert!(lists.iter().map(|(tick, _)| *tick).eq(0..=20) && lists.iter().any(|(_, pairs)| *pairs > 0), "{lists:?}");
+    assert!(
+        lists.iter().map(|(tick, _)| *tick).eq(0..=20) && lists.iter().any(|(_, pairs)| *pairs > 0),
+        "{lists:?}"
+    );
 }

@@ -9,7 +9,9 @@ use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_l
 use regatta_plugin::order::OrderRecord;
 use regatta_plugin::order_log::OrderLogHeader;
 use regatta_plugin::task::{StopAction, TaskHeader, TaskKind, TaskRecord};
-use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, NodeRole, Orientation, RobotTypeRecord, WorldData};
+use regatta_plugin::world::{
+    CurveRecord, EdgeRecord, NodeRecord, NodeRole, Orientation, RobotTypeRecord, WorldData,
+};
 use regatta_plugin::{ColumnValues, ContactEvents, Events, Frame, OrderLog, Tasks};
 
 use crate::contacts::ContactList;
@@ -112,13 +114,20 @@ fn a_column_whose_length_differs_from_the_frame_is_rejected() {
     let (_, _, mut message) = recorded(&[5], 3);
     // A later field replaces an earlier one: this is a second column x, with one value.
     message.extend_from_slice(&[0x82, 0x01, 4, 0, 0, 0, 0]);
-    assert_eq!(RecordedFrame::parse(&message).unwrap_err(), MessageError::ColumnLength { bytes: 4, robots: 3 });
+    assert_eq!(
+        RecordedFrame::parse(&message).unwrap_err(),
+        MessageError::ColumnLength { bytes: 4, robots: 3 }
+    );
 }
 
 #[test]
 fn events_and_orders_are_decoded_as_they_were_encoded() {
     let flat = EventRecord { kind: 13, robot: 4, detail: 1, ..EventRecord::default() };
-    let records = [EventRecord { token: 1, kind: 7, robot: 2, id: 3, detail: 5 }, flat, EventRecord::default()];
+    let records = [
+        EventRecord { token: 1, kind: 7, robot: 2, id: 3, detail: 5 },
+        flat,
+        EventRecord::default(),
+    ];
     let header = EventHeader { run_id: 1, tick: 40, dropped: 2, sequence: 9 };
     let message = encode::events(&Events { header: &header, records: &records, missed: 4 });
     let (decoded, events) = decode::events(&message).unwrap();
@@ -142,7 +151,8 @@ fn events_and_orders_are_decoded_as_they_were_encoded() {
 
 #[test]
 fn tasks_are_decoded_as_they_were_encoded() {
-    let stop = TaskRecord::new(u64::MAX, TaskKind::Handled).of_robot(4).at_stop(1, 9, StopAction::Park);
+    let stop =
+        TaskRecord::new(u64::MAX, TaskKind::Handled).of_robot(4).at_stop(1, 9, StopAction::Park);
     let records = [TaskRecord { dwell_secs: 2.5, detail: 3, ..stop }, TaskRecord::default()];
     let header = TaskHeader { run_id: 1, tick: 42, dropped: 5, sequence: 3 };
     let message = encode::tasks(&Tasks { header: &header, records: &records, missed: 6 });
@@ -162,25 +172,54 @@ fn contacts_are_decoded_as_they_were_encoded() {
         relative_speed: 3.0,
         reserved: 0,
     };
-    let header = ContactHeader { tick: 9, touching_ever: 8, touching: 1, capped: 1, ..ContactHeader::default() };
+    let header = ContactHeader {
+        tick: 9,
+        touching_ever: 8,
+        touching: 1,
+        capped: 1,
+        ..ContactHeader::default()
+    };
     let message = encode::contacts(&ContactList { header, pairs: vec![pair] }, 7);
     assert_eq!(decode::contacts(&message).unwrap(), (header, vec![pair], 7));
 
-    let event = ContactEvent { tick: 9, robots: [3, 4], level: 1, change: 2, x: 7.0, ..ContactEvent::default() };
+    let event = ContactEvent {
+        tick: 9,
+        robots: [3, 4],
+        level: 1,
+        change: 2,
+        x: 7.0,
+        ..ContactEvent::default()
+    };
     let header = ContactEventHeader { run_id: 1, tick: 9, sequence: 2 };
-    let message = encode::contact_events(&ContactEvents { header: &header, records: &[event], missed: 0 });
+    let message =
+        encode::contact_events(&ContactEvents { header: &header, records: &[event], missed: 0 });
     assert_eq!(decode::contact_events(&message).unwrap(), (1, 9, vec![event]));
 }
 
 /// Returns a world with an edge of two curves, texts, an orientation and an origin.
 fn world() -> WorldData {
     let mut world = WorldData { origin: [3.5e6, -5.25e6], ..WorldData::default() };
-    let (name, level, zone) = (world.texts.add("dock 1"), world.texts.add("ground floor"), world.texts.add("north"));
+    let (name, level, zone) =
+        (world.texts.add("dock 1"), world.texts.add("ground floor"), world.texts.add("north"));
     world.nodes = vec![
-        NodeRecord { id: 1, x: 1.0, name, level, role: NodeRole::Charge as u32, ..NodeRecord::default() },
+        NodeRecord {
+            id: 1,
+            x: 1.0,
+            name,
+            level,
+            role: NodeRole::Charge as u32,
+            ..NodeRecord::default()
+        },
         NodeRecord { id: 2, level, zone, ..NodeRecord::default() },
     ];
-    let edge = EdgeRecord { id: 7, length: 5.0, destination: 1, velocity_forward: 1.5, zone, ..EdgeRecord::default() };
+    let edge = EdgeRecord {
+        id: 7,
+        length: 5.0,
+        destination: 1,
+        velocity_forward: 1.5,
+        zone,
+        ..EdgeRecord::default()
+    };
     let line = CurveRecord::straight;
     world.add_edge(
         edge.with_orientation(Orientation::Offset(1.5)),
@@ -207,15 +246,27 @@ fn a_world_is_decoded_as_it_was_encoded() {
 #[test]
 fn a_world_of_an_older_recording_has_one_curve_per_edge() {
     let numbers: Vec<_> = (0..8_u8).map(f32::from).collect();
-    let edge = regatta::Edge { id: 7, length: 5.0, control_points: numbers, ..regatta::Edge::default() };
-    let robot_type = regatta::RobotType { name: "tug".into(), max_speed: 2.0, ..regatta::RobotType::default() };
-    let world =
-        regatta::World { run_id: 9, edges: vec![edge], robot_types: vec![robot_type], ..regatta::World::default() };
+    let edge =
+        regatta::Edge { id: 7, length: 5.0, control_points: numbers, ..regatta::Edge::default() };
+    let robot_type =
+        regatta::RobotType { name: "tug".into(), max_speed: 2.0, ..regatta::RobotType::default() };
+    let world = regatta::World {
+        run_id: 9,
+        edges: vec![edge],
+        robot_types: vec![robot_type],
+        ..regatta::World::default()
+    };
     let data = decode::world(&world.encode_to_vec()).unwrap().data;
     let view = data.view(9, 1);
     let curves = view.curves(&view.edges()[0]);
-    assert_eq!(curves, [CurveRecord { control_points: [[0.0, 1.0], [2.0, 3.0], [4.0, 5.0], [6.0, 7.0]] }]);
+    assert_eq!(
+        curves,
+        [CurveRecord { control_points: [[0.0, 1.0], [2.0, 3.0], [4.0, 5.0], [6.0, 7.0]] }]
+    );
     assert_eq!((view.edges()[0].orientation(), view.origin()), (Orientation::Tangential, [0.0; 2]));
     let robot_type = view.robot_types()[0];
-    assert_eq!((robot_type.max_rotation_speed, robot_type.max_rotation_acceleration), (0.0, f32::INFINITY));
+    assert_eq!(
+        (robot_type.max_rotation_speed, robot_type.max_rotation_acceleration),
+        (0.0, f32::INFINITY)
+    );
 }

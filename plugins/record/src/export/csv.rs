@@ -10,7 +10,8 @@ use super::ExportError;
 use super::value::{Column, Value};
 use crate::output::Draft;
 
-/// The amount of text buffered in memory before it is written, so that each of many files is opened only a few times.
+/// The amount of text buffered in memory before it is written, so that each of many files is opened
+/// only a few times.
 const BUFFER_BYTES: usize = 64 << 20;
 
 /// The writer of a CSV file.
@@ -92,7 +93,11 @@ impl Tables {
         let files = self.tables.len();
         let drafts = self.tables.into_values().filter_map(|table| table.draft);
         drafts.into_iter().try_for_each(Draft::commit).map_err(failed(&self.folder))?;
-        Ok(format!("{files} {} in {}", if files == 1 { "file" } else { "files" }, self.folder.display()))
+        Ok(format!(
+            "{files} {} in {}",
+            if files == 1 { "file" } else { "files" },
+            self.folder.display()
+        ))
     }
 }
 

@@ -135,8 +135,11 @@ impl ExportArgs {
     pub(super) fn targets(&self) -> Result<Vec<Target>, ExportError> {
         let target = |place, format| Target { place, format, long: self.long };
         let output = self.output.clone().map(|path| {
-            let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
-            let format = [Format::Csv, Format::Parquet].into_iter().find(|format| format.extension() == extension);
+            let extension =
+                path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
+            let format = [Format::Csv, Format::Parquet]
+                .into_iter()
+                .find(|format| format.extension() == extension);
             match format {
                 Some(format) if !path.is_dir() => target(Place::File(path), format),
                 _ => target(Place::Folder(path), self.format),

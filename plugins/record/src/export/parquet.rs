@@ -6,7 +6,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use parquet::basic::{Compression, ConvertedType, Repetition, Type as PhysicalType, ZstdLevel};
-use parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType, FloatType, Int32Type, Int64Type};
+use parquet::data_type::{
+    ByteArray, ByteArrayType, DataType, DoubleType, FloatType, Int32Type, Int64Type,
+};
 use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
@@ -32,7 +34,8 @@ pub(super) struct Table {
 /// The values of a column that aren't written yet.
 struct Buffer {
     values: Values,
-    /// Definition levels: 1 for each row that has a value, 0 for each other row. `None` if every row has one.
+    /// Definition levels: 1 for each row that has a value, 0 for each other row. `None` if every
+    /// row has one.
     present: Option<Vec<i16>>,
 }
 
@@ -46,15 +49,27 @@ enum Values {
 
 impl Table {
     /// Creates the file. `name` is that of the schema.
-    pub fn create(path: &Path, force: bool, name: &str, columns: &[Column]) -> Result<Self, ExportError> {
+    pub fn create(
+        path: &Path,
+        force: bool,
+        name: &str,
+        columns: &[Column],
+    ) -> Result<Self, ExportError> {
         let failed = |reason: io::Error| ExportError::Write { path: path.to_owned(), reason };
         let zstd = ZstdLevel::try_new(1).map_err(|error| failed(error.into()))?;
-        let properties = WriterProperties::builder().set_compression(Compression::ZSTD(zstd)).build();
+        let properties =
+            WriterProperties::builder().set_compression(Compression::ZSTD(zstd)).build();
         let schema = schema(name, columns).map_err(|error| failed(error.into()))?;
         let (draft, file) = Draft::create(path, force).map_err(failed)?;
         let writer = SerializedFileWriter::new(file, Arc::new(schema), Arc::new(properties));
         let writer = writer.map_err(|error| failed(error.into()))?;
-        Ok(Self { path: path.to_owned(), draft, writer, columns: columns.iter().map(Buffer::new).collect(), rows: 0 })
+        Ok(Self {
+            path: path.to_owned(),
+            draft,
+            writer,
+            columns: columns.iter().map(Buffer::new).collect(),
+            rows: 0,
+        })
     }
 
     pub fn add(&mut self, row: &[Value]) -> Result<(), ExportError> {
@@ -69,7 +84,8 @@ impl Table {
             self.columns.iter_mut().try_for_each(|column| column.write(&mut group))?;
             group.close().map(drop)
         });
-        written.map_err(|error| ExportError::Write { path: self.path.clone(), reason: error.into() })
+        written
+            .map_err(|error| ExportError::Write { path: self.path.clone(), reason: error.into() })
     }
 
     /// Writes the buffered rest, closes the file and returns its name.
@@ -93,7 +109,8 @@ fn schema(name: &str, columns: &[Column]) -> Result<Type, ParquetError> {
             Kind::F64 => (PhysicalType::DOUBLE, ConvertedType::NONE),
             Kind::Text => (PhysicalType::BYTE_ARRAY, ConvertedType::UTF8),
         };
-        let repetition = if column.is_optional { Repetition::OPTIONAL } else { Repetition::REQUIRED };
+        let repetition =
+            if column.is_optional { Repetition::OPTIONAL } else { Repetition::REQUIRED };
         let builder = Type::primitive_type_builder(&column.title, physical);
         builder.with_repetition(repetition).with_converted_type(converted).build().map(Arc::new)
     };
@@ -123,13 +140,18 @@ impl Buffer {
             (Values::U64(values), Value::U64(value)) => values.push(value.cast_signed()),
             (Values::F32(values), Value::F32(value)) => values.push(value),
             (Values::F64(values), Value::F64(value)) => values.push(value),
-            (Values::Text(values), Value::Text(value)) => values.push(Bytes::from_static(value.as_bytes()).into()),
+            (Values::Text(values), Value::Text(value)) => {
+                values.push(Bytes::from_static(value.as_bytes()).into())
+            }
             (_, value) => debug_assert!(false, "{value:?} is of another kind than its column"),
         }
     }
 
     /// Writes the values as the next column of a group, and forgets them.
-    fn write(&mut self, group: &mut SerializedRowGroupWriter<'_, File>) -> Result<(), ParquetError> {
+    fn write(
+        &mut self,
+        group: &mut SerializedRowGroupWriter<'_, File>,
+    ) -> Result<(), ParquetError> {
         let present = self.present.as_deref();
         match &mut self.values {
             Values::U32(values) => column::<Int32Type>(group, values, present),
@@ -149,7 +171,8 @@ fn column<T: DataType>(
     values: &mut Vec<T::T>,
     present: Option<&[i16]>,
 ) -> Result<(), ParquetError> {
-    let mut column = group.next_column()?.ok_or_else(|| ParquetError::General("too few columns".to_owned()))?;
+    let mut column =
+        group.next_column()?.ok_or_else(|| ParquetError::General("too few columns".to_owned()))?;
     column.typed::<T>().write_batch(values, present, None)?;
     column.close()?;
     values.clear();

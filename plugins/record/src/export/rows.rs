@@ -24,7 +24,10 @@ pub(super) fn columns(
     let topics = topics(table);
     if topics.iter().all(|topic| recording.count(topic) == 0) {
         let recorded: Vec<_> = recording.topics().iter().map(Topic::name).collect();
-        return Err(ExportError::NoTopic { table: table.file_stem(), recorded: recorded.join(", ") });
+        return Err(ExportError::NoTopic {
+            table: table.file_stem(),
+            recorded: recorded.join(", "),
+        });
     }
     match table {
         Table::Frames => Ok(frames::columns(&frames::plugins(recording, requested)?)),

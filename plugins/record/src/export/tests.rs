@@ -29,21 +29,31 @@ fn x(tick: u64, robot: usize) -> f32 {
     (tick as f32 + 1.0) / (robot as f32 + 3.0)
 }
 
-/// Records a fleet in which robot 2 is absent and robot 3 is on no edge. The name of its column `state` is also one of
-/// the common titles.
+/// Records a fleet in which robot 2 is absent and robot 3 is on no edge. The name of its column
+/// `state` is also one of the common titles.
 fn recording(folder: &Path) -> PathBuf {
     let path = folder.join("run.mcap");
-    let mut out = McapFile::create(fs::File::create(&path).unwrap(), Compression::Lz4, 500).unwrap();
-    let at = |tick: u64| MessageHeader { channel_id: 0, sequence: 0, log_time: tick * 10_000_000, publish_time: 0 };
+    let mut out =
+        McapFile::create(fs::File::create(&path).unwrap(), Compression::Lz4, 500).unwrap();
+    let at = |tick: u64| MessageHeader {
+        channel_id: 0,
+        sequence: 0,
+        log_time: tick * 10_000_000,
+        publish_time: 0,
+    };
     let edge = |id| regatta::Edge { id, ..regatta::Edge::default() };
-    let world = regatta::World { run_id: 1, edges: vec![edge(70), edge(71)], ..regatta::World::default() };
+    let world =
+        regatta::World { run_id: 1, edges: vec![edge(70), edge(71)], ..regatta::World::default() };
     out.write(&Topic::World, at(0), &world.encode_to_vec()).unwrap();
     for tick in 0..TICKS {
         out.write(&Topic::Frames, at(tick), &frame(tick)).unwrap();
         if tick.is_multiple_of(2) {
-            let header = ColumnHeader { run_id: 1, tick, robots: ROBOTS as u32, ..ColumnHeader::default() };
-            let values: Vec<_> = (0..ROBOTS).map(|robot| tick as f32 + robot as f32 / 7.0).collect();
-            let column = encode::column(&ColumnValues { header: &header, values: &values, missed: 0 });
+            let header =
+                ColumnHeader { run_id: 1, tick, robots: ROBOTS as u32, ..ColumnHeader::default() };
+            let values: Vec<_> =
+                (0..ROBOTS).map(|robot| tick as f32 + robot as f32 / 7.0).collect();
+            let column =
+                encode::column(&ColumnValues { header: &header, values: &values, missed: 0 });
             out.write(&Topic::Column("state".parse().unwrap()), at(tick), &column).unwrap();
         }
     }
@@ -95,7 +105,10 @@ fn each_robot_has_a_file_with_one_line_per_frame() {
     assert_eq!(lines.next(), Some(header));
     for (tick, line) in lines.enumerate() {
         let fields: Vec<_> = line.split(',').collect();
-        assert_eq!((fields[2], fields[4], fields[10], fields[11]), (tick.to_string().as_str(), "1", "71", "held"));
+        assert_eq!(
+            (fields[2], fields[4], fields[10], fields[11]),
+            (tick.to_string().as_str(), "1", "71", "held")
+        );
         assert_eq!(fields[5].parse::<f32>().unwrap().to_bits(), x(tick as u64, 1).to_bits());
         let newest = (tick - tick % 2) as f32 + 1.0 / 7.0;
         assert_eq!(fields[12].parse::<f32>().unwrap().to_bits(), newest.to_bits());
@@ -127,7 +140,9 @@ fn a_parquet_file_contains_the_same_rows() {
     let reader = SerializedFileReader::new(fs::File::open(&out).unwrap()).unwrap();
     let rows: Vec<_> = reader.get_row_iter(None).unwrap().map(Result::unwrap).collect();
     assert_eq!(rows.len(), 18);
-    for (row, (tick, robot)) in rows.iter().zip((0..TICKS).flat_map(|tick| [0, 1, 3].map(|robot| (tick, robot)))) {
+    for (row, (tick, robot)) in
+        rows.iter().zip((0..TICKS).flat_map(|tick| [0, 1, 3].map(|robot| (tick, robot))))
+    {
         let fields: Vec<_> = row.get_column_iter().map(|(_, field)| field.clone()).collect();
         assert_eq!((&fields[2], &fields[4]), (&Field::ULong(tick), &Field::UInt(robot as u32)));
         assert_eq!(fields[5], Field::Float(x(tick, robot)));
@@ -152,7 +167,10 @@ fn requests_for_data_that_was_not_recorded_are_rejected() {
 fn an_export_without_a_target_is_rejected() {
     let error = parse(Path::new("run.mcap"), &["--robots", "1"]).unwrap_err();
     assert_eq!(error.kind(), clap::error::ErrorKind::MissingRequiredArgument);
-    assert!(error.to_string().contains("--output") && error.to_string().contains("--parquet"), "{error}");
+    assert!(
+        error.to_string().contains("--output") && error.to_string().contains("--parquet"),
+        "{error}"
+    );
     assert!(parse(Path::new("run.mcap"), &["--csv", "a", "--parquet", "b"]).is_ok());
 }
 
@@ -173,7 +191,8 @@ fn a_recording_is_never_overwritten() {
         args: PlotArgs,
     }
     let args = ["plot", file, "--robot", "0", "-o"];
-    let draw = |output: &[&str]| plot(&Plot::try_parse_from([&args[..], output].concat()).unwrap().args);
+    let draw =
+        |output: &[&str]| plot(&Plot::try_parse_from([&args[..], output].concat()).unwrap().args);
     let linked = folder.path().join("linked.svg");
     fs::hard_link(&path, &linked).unwrap();
     errors.push(draw(&[linked.to_str().unwrap(), "--force"]).unwrap_err().to_string());
@@ -239,20 +258,36 @@ fn nothing_is_left_of_an_export_that_fails() {
     assert_eq!(fs::read_to_string(&parquet).unwrap(), "precious");
 }
 
-/// Adds a second recording with events, an order with a leg, and contacts of two ticks, the second as an update.
+/// Adds a second recording with events, an order with a leg, and contacts of two ticks, the second
+/// as an update.
 fn recording_of_messages(folder: &Path) -> PathBuf {
     let path = folder.join("messages.mcap");
-    let mut out = McapFile::create(fs::File::create(&path).unwrap(), Compression::Lz4, 500).unwrap();
-    let at = |tick: u64| MessageHeader { channel_id: 0, sequence: 0, log_time: tick * 10_000_000, publish_time: 0 };
+    let mut out =
+        McapFile::create(fs::File::create(&path).unwrap(), Compression::Lz4, 500).unwrap();
+    let at = |tick: u64| MessageHeader {
+        channel_id: 0,
+        sequence: 0,
+        log_time: tick * 10_000_000,
+        publish_time: 0,
+    };
     let edge = |id| regatta::Edge { id, ..regatta::Edge::default() };
-    let world = regatta::World { run_id: 1, edges: vec![edge(70), edge(71)], ..regatta::World::default() };
+    let world =
+        regatta::World { run_id: 1, edges: vec![edge(70), edge(71)], ..regatta::World::default() };
     out.write(&Topic::World, at(0), &world.encode_to_vec()).unwrap();
-    let event = |kind, robot, id, detail| regatta::Event { token: 5, kind, robot, id, detail, cause: 0 };
+    let event =
+        |kind, robot, id, detail| regatta::Event { token: 5, kind, robot, id, detail, cause: 0 };
     let events = vec![event(1, 3, 12, 0), event(7, 4, 99, 2), event(2, 3, 0, 0)];
     let events = regatta::Events { run_id: 1, tick: 2, events, ..regatta::Events::default() };
     out.write(&Topic::Events, at(2), &events.encode_to_vec()).unwrap();
-    let order =
-        |kind, legs| regatta::Order { token: 8, kind, robot: 3, legs, id: 71, s: 0.1, ..regatta::Order::default() };
+    let order = |kind, legs| regatta::Order {
+        token: 8,
+        kind,
+        robot: 3,
+        legs,
+        id: 71,
+        s: 0.1,
+        ..regatta::Order::default()
+    };
     let orders = vec![order(1, 1), order(0, 0)];
     let orders = regatta::Orders { run_id: 1, tick: 3, orders, ..regatta::Orders::default() };
     out.write(&Topic::Orders, at(3), &orders.encode_to_vec()).unwrap();
@@ -272,8 +307,16 @@ fn recording_of_messages(folder: &Path) -> PathBuf {
         let (topic, message) = encoder.encode(tick * 10_000_000, list);
         out.write(&topic, at(tick), &message).unwrap();
     }
-    let ended = regatta::ContactEvent { tick: 6, robot: 1, other_robot: 3, level: 2, change: 2, ..Default::default() };
-    let ended = regatta::ContactEvents { run_id: 1, tick: 6, events: vec![ended], ..Default::default() };
+    let ended = regatta::ContactEvent {
+        tick: 6,
+        robot: 1,
+        other_robot: 3,
+        level: 2,
+        change: 2,
+        ..Default::default()
+    };
+    let ended =
+        regatta::ContactEvents { run_id: 1, tick: 6, events: vec![ended], ..Default::default() };
     out.write(&Topic::ContactEvents, at(6), &ended.encode_to_vec()).unwrap();
     out.writer.finish().unwrap();
     path
@@ -288,13 +331,15 @@ const ORDERS: &str = "time_s,run,tick,robot,kind,id,s_m,reverse,released,robot_t
 0.03,0,3,3,assign,71,0.1,0,0,0,1,8
 0.03,0,3,3,leg,71,0.1,0,0,0,0,8
 ";
-const CONTACTS: &str = "time_s,run,tick,robot,other_robot,level,since_tick,since_s,edge,x_m,y_m,relative_speed_m_per_s
+const CONTACTS: &str =
+    "time_s,run,tick,robot,other_robot,level,since_tick,since_s,edge,x_m,y_m,relative_speed_m_per_s
 0.04,0,4,1,3,touching,1,0.01,71,0.4,0,0
 0.04,0,4,7,9,possible,1,0.01,,0.4,0,0
 0.05,0,5,1,3,touching,1,0.01,71,0.5,0,0
 0.05,0,5,7,9,possible,1,0.01,,0.5,0,0
 ";
-const CONTACT_EVENTS: &str = "time_s,run,tick,robot,other_robot,level,change,edge,x_m,y_m,relative_speed_m_per_s
+const CONTACT_EVENTS: &str =
+    "time_s,run,tick,robot,other_robot,level,change,edge,x_m,y_m,relative_speed_m_per_s
 0.06,0,6,1,3,touching,ended,70,0,0,0
 ";
 
@@ -314,7 +359,8 @@ fn events_orders_and_contacts_are_exported() {
     for (name, text) in tables {
         assert_eq!(fs::read_to_string(out.join(name)).unwrap(), text);
     }
-    run(&recording, &["-o", out.to_str().unwrap(), "--topics", topics, "--format", "parquet"]).unwrap();
+    run(&recording, &["-o", out.to_str().unwrap(), "--topics", topics, "--format", "parquet"])
+        .unwrap();
     for (name, text) in tables {
         let file = fs::File::open(out.join(name.replace("csv", "parquet"))).unwrap();
         let reader = SerializedFileReader::new(file).unwrap();
@@ -322,9 +368,13 @@ fn events_orders_and_contacts_are_exported() {
         assert_eq!(rows.len(), text.lines().count() - 1, "{name}");
         let titles: Vec<_> = rows[0].get_column_iter().map(|(title, _)| title.as_str()).collect();
         assert_eq!(Some(&titles.join(",")[..]), text.lines().next());
-        let robot = rows[0].get_column_iter().find(|(title, _)| *title == "robot").map(|(_, field)| field.clone());
+        let robot = rows[0]
+            .get_column_iter()
+            .find(|(title, _)| *title == "robot")
+            .map(|(_, field)| field.clone());
         let column = titles.iter().position(|title| *title == "robot").unwrap();
-        let expected = text.lines().nth(1).unwrap().split(',').nth(column).unwrap().parse().unwrap();
+        let expected =
+            text.lines().nth(1).unwrap().split(',').nth(column).unwrap().parse().unwrap();
         assert_eq!(robot, Some(Field::UInt(expected)), "{name}");
     }
 }
@@ -338,12 +388,18 @@ fn robots_and_times_limit_the_rows() {
         run(recording, &[&["-o", table.to_str().unwrap(), "--force"], args].concat()).unwrap();
         fs::read_to_string(&table).unwrap().lines().skip(1).map(str::to_owned).collect::<Vec<_>>()
     };
-    assert_eq!(lines(&messages, &["--topics", "contacts", "--robots", "9", "--from", "50ms"]).len(), 1);
+    assert_eq!(
+        lines(&messages, &["--topics", "contacts", "--robots", "9", "--from", "50ms"]).len(),
+        1
+    );
     assert_eq!(lines(&messages, &["--topics", "events", "--robots", "4"]).len(), 1);
     let some = lines(&frames, &["--robots", "1", "--from", "25ms", "--to", "40ms"]);
     assert_eq!(some.len(), 2, "{some:?}");
     // The column of tick 2 is still valid at tick 3.
-    assert!(some[0].starts_with("0.03,") && some[0].ends_with(&format!(",{}", 2.0_f32 + 1.0 / 7.0)), "{some:?}");
+    assert!(
+        some[0].starts_with("0.03,") && some[0].ends_with(&format!(",{}", 2.0_f32 + 1.0 / 7.0)),
+        "{some:?}"
+    );
 }
 
 #[test]
@@ -351,8 +407,15 @@ fn several_tables_need_a_folder_and_only_recorded_ones_are_exported() {
     let folder = TempDir::new().unwrap();
     let recording = recording(folder.path());
     let out = folder.path().join("all.csv");
-    let error = run(&recording, &["-o", out.to_str().unwrap(), "--topics", "frames,events"]).unwrap_err().to_string();
+    let error = run(&recording, &["-o", out.to_str().unwrap(), "--topics", "frames,events"])
+        .unwrap_err()
+        .to_string();
     assert!(error.contains("only one table; give a folder"), "{error}");
-    let error = run(&recording, &["-o", out.to_str().unwrap(), "--topics", "orders"]).unwrap_err().to_string();
-    assert_eq!(error, "the recording has no orders; its topics are: /world, /frames, /columns/state");
+    let error = run(&recording, &["-o", out.to_str().unwrap(), "--topics", "orders"])
+        .unwrap_err()
+        .to_string();
+    assert_eq!(
+        error,
+        "the recording has no orders; its topics are: /world, /frames, /columns/state"
+    );
 }

@@ -24,7 +24,8 @@ pub(super) fn of(recording: &Recording) -> Result<BTreeMap<Topic, Size>, Reading
         };
         let mut starts: Vec<_> = indexes.iter().flat_map(entries).collect();
         starts.sort_unstable();
-        let ends = starts.iter().skip(1).map(|(offset, _)| *offset).chain([chunk.uncompressed_size]);
+        let ends =
+            starts.iter().skip(1).map(|(offset, _)| *offset).chain([chunk.uncompressed_size]);
         let ratio = chunk.compressed_size as f64 / (chunk.uncompressed_size as f64).max(1.0);
         for ((start, channel), end) in starts.iter().zip(ends) {
             if let Some(topic) = recording.topic(*channel) {

@@ -25,7 +25,8 @@ impl Scale {
 
     /// Returns the multiples of `step` in the range.
     pub fn multiples(&self, step: f64) -> Vec<f64> {
-        let (first, last) = ((self.low / step - 1e-6).ceil() as i64, (self.high / step + 1e-6).floor() as i64);
+        let (first, last) =
+            ((self.low / step - 1e-6).ceil() as i64, (self.high / step + 1e-6).floor() as i64);
         (first..=last).map(|i| i as f64 * step).collect()
     }
 }
@@ -48,10 +49,12 @@ pub(super) fn label(value: f64, ticks: &[f64]) -> String {
     format!("{:.decimals$}", value + 0.0).replace('-', "−")
 }
 
-/// Returns the range of the finite values with a margin. Its width without the margin is at least `least`.
+/// Returns the range of the finite values with a margin. Its width without the margin is at least
+/// `least`.
 pub(super) fn range(values: impl Iterator<Item = f64>, least: f64) -> (f64, f64) {
     let finite = values.filter(|value| value.is_finite());
-    let (low, high) = finite.fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(value), high.max(value)));
+    let (low, high) =
+        finite.fold((f64::MAX, f64::MIN), |(low, high), value| (low.min(value), high.max(value)));
     if low > high {
         return (-least / 2.0, least / 2.0);
     }

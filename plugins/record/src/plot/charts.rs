@@ -1,4 +1,5 @@
-//! Charts of x, y, heading and speed over time, one below the other, and a band of the robot's states.
+//! Charts of x, y, heading and speed over time, one below the other, and a band of the robot's
+//! states.
 
 use regatta_plugin::frame::RobotState;
 
@@ -21,17 +22,40 @@ struct Chart {
     value: fn(&Sample) -> f64,
     /// The smallest range of values to show.
     least: f64,
-    /// Whether the value is an angle in degrees, which wraps around from 180 to -180, but is drawn without a jump.
+    /// Whether the value is an angle in degrees, which wraps around from 180 to -180, but is drawn
+    /// without a jump.
     is_angle: bool,
 }
 
 const CHARTS: [Chart; 4] = [
-    Chart { name: "x [m]", colour: "#0072b2", value: |sample| sample.x, least: 1.0, is_angle: false },
-    Chart { name: "y [m]", colour: "#d55e00", value: |sample| sample.y, least: 1.0, is_angle: false },
     Chart {
-        name: "θ [°]", colour: "#009e73", value: |sample| sample.theta.to_degrees(), least: 20.0, is_angle: true
+        name: "x [m]",
+        colour: "#0072b2",
+        value: |sample| sample.x,
+        least: 1.0,
+        is_angle: false,
     },
-    Chart { name: "speed [m/s]", colour: "#aa5f8d", value: |sample| sample.speed, least: 0.2, is_angle: false },
+    Chart {
+        name: "y [m]",
+        colour: "#d55e00",
+        value: |sample| sample.y,
+        least: 1.0,
+        is_angle: false,
+    },
+    Chart {
+        name: "θ [°]",
+        colour: "#009e73",
+        value: |sample| sample.theta.to_degrees(),
+        least: 20.0,
+        is_angle: true,
+    },
+    Chart {
+        name: "speed [m/s]",
+        colour: "#aa5f8d",
+        value: |sample| sample.speed,
+        least: 0.2,
+        is_angle: false,
+    },
 ];
 
 const STATES: [(RobotState, &str, &str); RobotState::COUNT] = [
@@ -68,7 +92,8 @@ impl Chart {
         let (low, high) = range(lines.iter().flatten().map(|(_, value)| *value), self.least);
         let scale = Scale::new((low, high), (area.bottom, area.top));
         let quarters = self.is_angle && high - low > 150.0;
-        let ticks = if quarters { scale.multiples(quarter_turns(high - low)) } else { scale.ticks(26.0) };
+        let ticks =
+            if quarters { scale.multiples(quarter_turns(high - low)) } else { scale.ticks(26.0) };
         svg.rect(area, "panel");
         for tick in times.ticks(64.0) {
             svg.line((times.at(tick), area.top), (times.at(tick), area.bottom), "grid");
@@ -82,12 +107,14 @@ impl Chart {
         svg.text((area.left, area.top - 9.0), "name", self.name);
         let style = format!("stroke: {}", self.colour);
         for line in &lines {
-            let points: Vec<Point> = line.iter().map(|(time, value)| (times.at(*time), scale.at(*value))).collect();
+            let points: Vec<Point> =
+                line.iter().map(|(time, value)| (times.at(*time), scale.at(*value))).collect();
             svg.polyline(&points, "line", &style);
         }
     }
 
-    /// Returns times and values of a segment. An angle continues beyond half a turn instead of wrapping around.
+    /// Returns times and values of a segment. An angle continues beyond half a turn instead of
+    /// wrapping around.
     fn line(&self, segment: &[Sample]) -> Vec<(f64, f64)> {
         let mut line: Vec<(f64, f64)> = Vec::with_capacity(segment.len());
         for sample in segment {
@@ -102,7 +129,8 @@ impl Chart {
     }
 }
 
-/// Returns a distance of ticks for a range of angles, in degrees: quarter turns, or twice as much as often as needed.
+/// Returns a distance of ticks for a range of angles, in degrees: quarter turns, or twice as much
+/// as often as needed.
 fn quarter_turns(range: f64) -> f64 {
     let doubled = |step: &f64| Some(step * 2.0);
     std::iter::successors(Some(90.0), doubled).find(|step| range / step <= 5.0).unwrap_or(90.0)
@@ -113,18 +141,28 @@ fn draw_states(svg: &mut Svg, area: Area, times: &Scale, track: &Track) {
     for segment in &track.segments {
         for part in segment.chunk_by(|one, next| one.state == next.state) {
             let [first, last] = [part[0], part[part.len() - 1]];
-            if let Some((_, _, colour)) = STATES.iter().find(|(state, ..)| *state as u8 == first.state) {
+            if let Some((_, _, colour)) =
+                STATES.iter().find(|(state, ..)| *state as u8 == first.state)
+            {
                 // At least two pixels wide, so that a short state is visible.
                 let (left, right) = (times.at(first.time), times.at(last.time));
-                svg.bar(Area { left, right: right.max(left + 2.0).min(area.right), ..area }, colour);
+                svg.bar(
+                    Area { left, right: right.max(left + 2.0).min(area.right), ..area },
+                    colour,
+                );
             }
         }
     }
     svg.text((area.left, area.top - 9.0), "name", "state");
-    let seen = STATES.iter().filter(|(state, ..)| track.samples().any(|sample| sample.state == *state as u8));
+    let seen = STATES
+        .iter()
+        .filter(|(state, ..)| track.samples().any(|sample| sample.state == *state as u8));
     let mut left = area.left + 48.0;
     for (_, name, colour) in seen {
-        svg.bar(Area { left, right: left + 10.0, top: area.top - 18.0, bottom: area.top - 8.0 }, colour);
+        svg.bar(
+            Area { left, right: left + 10.0, top: area.top - 18.0, bottom: area.top - 8.0 },
+            colour,
+        );
         svg.text((left + 15.0, area.top - 9.0), "about", name);
         left += 28.0 + 7.5 * name.len() as f64;
     }

@@ -15,7 +15,10 @@ pub(super) fn draw(svg: &mut Svg, area: Area, track: &Track) {
     svg.rect(area, "panel");
     view.grid(svg);
     svg.clipped(area, |svg| {
-        let curves = track.curves.iter().map(|curve| curve.control_points.map(|[x, y]| view.at(x.into(), y.into())));
+        let curves = track
+            .curves
+            .iter()
+            .map(|curve| curve.control_points.map(|[x, y]| view.at(x.into(), y.into())));
         curves.filter(|curve| view.may_show(curve)).for_each(|curve| svg.curve(curve, "edge"));
         for segment in &track.segments {
             let points: Vec<_> = segment.iter().map(|sample| view.at(sample.x, sample.y)).collect();
@@ -42,7 +45,8 @@ impl View {
     fn new(area: Area, track: &Track) -> Self {
         let (west, east) = range(track.samples().map(|sample| sample.x), LEAST_EXTENT);
         let (south, north) = range(track.samples().map(|sample| sample.y), LEAST_EXTENT);
-        let metres_per_pixel = ((east - west) / area.width()).max((north - south) / area.height()) * (1.0 + MARGIN);
+        let metres_per_pixel =
+            ((east - west) / area.width()).max((north - south) / area.height()) * (1.0 + MARGIN);
         let around = |(low, high): (f64, f64), pixels: f64| {
             let (middle, half) = (f64::midpoint(low, high), pixels * metres_per_pixel / 2.0);
             (middle - half, middle + half)
@@ -58,11 +62,13 @@ impl View {
         (self.x.at(x), self.y.at(y))
     }
 
-    /// Whether a curve may be visible: it isn't if all its control points are beyond the same side of the area.
+    /// Whether a curve may be visible: it isn't if all its control points are beyond the same side
+    /// of the area.
     fn may_show(&self, curve: &[Point; 4]) -> bool {
         let Area { left, top, right, bottom } = self.area;
         let beside = curve.iter().all(|(x, _)| *x < left) || curve.iter().all(|(x, _)| *x > right);
-        let above_or_below = curve.iter().all(|(_, y)| *y < top) || curve.iter().all(|(_, y)| *y > bottom);
+        let above_or_below =
+            curve.iter().all(|(_, y)| *y < top) || curve.iter().all(|(_, y)| *y > bottom);
         !beside && !above_or_below
     }
 
@@ -90,14 +96,19 @@ fn draw_times(svg: &mut Svg, view: &View, track: &Track) {
     let ticks = Scale::new((start, end.max(start + 0.1)), (0.0, 600.0)).ticks(50.0);
     let mut labelled: Vec<Point> = Vec::new();
     for tick in &ticks {
-        let Some(sample) = track.samples().find(|sample| sample.time >= tick - 1e-6) else { continue };
+        let Some(sample) = track.samples().find(|sample| sample.time >= tick - 1e-6) else {
+            continue;
+        };
         let (x, y) = view.at(sample.x, sample.y);
         svg.circle((x, y), 3.5, "time");
-        // The label goes to the right of the heading, or else to the left; it is left out if both places are taken.
+        // The label goes to the right of the heading, or else to the left; it is left out if both
+        // places are taken.
         let (sine, cosine) = sample.theta.sin_cos();
-        let places = [1.0, -1.0].map(|side| (x + side * 22.0 * sine, y + side * 15.0 * cosine + 4.0));
-        let is_free =
-            |place: &&Point| labelled.iter().all(|(x, y)| (x - place.0).abs() > 34.0 || (y - place.1).abs() > 14.0);
+        let places =
+            [1.0, -1.0].map(|side| (x + side * 22.0 * sine, y + side * 15.0 * cosine + 4.0));
+        let is_free = |place: &&Point| {
+            labelled.iter().all(|(x, y)| (x - place.0).abs() > 34.0 || (y - place.1).abs() > 14.0)
+        };
         let Some(place) = places.iter().find(is_free) else { continue };
         let time = format!("{} s", label(*tick, &ticks));
         // The halo is drawn first; it keeps the text readable over lines.

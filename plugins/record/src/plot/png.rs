@@ -8,7 +8,8 @@ use resvg::usvg::{Options, Tree, fontdb};
 /// Pixels of the PNG per pixel of the SVG, so that text is sharp on a screen of high resolution.
 const SCALE: f32 = 2.0;
 
-/// Returns the picture of an SVG text as PNG, at twice its size. Text is drawn with the same font on all machines.
+/// Returns the picture of an SVG text as PNG, at twice its size. Text is drawn with the same font
+/// on all machines.
 ///
 /// # Errors
 /// If the text isn't SVG, or the picture is empty or too large.
@@ -35,7 +36,11 @@ mod tests {
     fn drawn(svg: &str) -> usize {
         let picture = Pixmap::decode_png(&png(svg).unwrap()).unwrap();
         assert_eq!((picture.width(), picture.height()), (80, 40));
-        picture.pixels().iter().filter(|pixel| (pixel.red(), pixel.green(), pixel.blue()) != (255, 255, 255)).count()
+        picture
+            .pixels()
+            .iter()
+            .filter(|pixel| (pixel.red(), pixel.green(), pixel.blue()) != (255, 255, 255))
+            .count()
     }
 
     fn svg(content: &str) -> String {
@@ -51,7 +56,10 @@ mod tests {
         assert_eq!(drawn(&svg("")), 0);
         assert_eq!(drawn(&svg("<rect x=\"1\" y=\"1\" width=\"10\" height=\"5\"/>")), 200);
         for letter in ["θ", "x", "−", "°", "·"] {
-            assert!(drawn(&svg(&format!("<text x=\"2\" y=\"15\">{letter}</text>"))) > 3, "{letter}");
+            assert!(
+                drawn(&svg(&format!("<text x=\"2\" y=\"15\">{letter}</text>"))) > 3,
+                "{letter}"
+            );
         }
     }
 }

@@ -99,11 +99,15 @@ impl Svg {
         ));
     }
 
-    /// Draws a line through the points with an additional CSS style. Leaves out points that make no visible difference.
+    /// Draws a line through the points with an additional CSS style. Leaves out points that make no
+    /// visible difference.
     pub fn polyline(&mut self, points: &[Point], class: &str, style: &str) {
         let points = simplified(points, 0.15);
         let points: Vec<_> = points.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
-        self.push(format_args!("<polyline points=\"{}\" class=\"{class}\" style=\"{style}\"/>", points.join(" ")));
+        self.push(format_args!(
+            "<polyline points=\"{}\" class=\"{class}\" style=\"{style}\"/>",
+            points.join(" ")
+        ));
     }
 
     /// Draws a cubic Bézier curve.
@@ -114,7 +118,9 @@ impl Svg {
     }
 
     pub fn circle(&mut self, (x, y): Point, radius: f64, class: &str) {
-        self.push(format_args!("<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius}\" class=\"{class}\"/>"));
+        self.push(format_args!(
+            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius}\" class=\"{class}\"/>"
+        ));
     }
 
     /// Draws an arrow head that points to `theta`, in radians, counter-clockwise from east.
@@ -137,7 +143,8 @@ impl Svg {
     }
 }
 
-/// Returns the points that approximate a line within `tolerance` (the algorithm of Ramer, Douglas and Peucker).
+/// Returns the points that approximate a line within `tolerance` (the algorithm of Ramer, Douglas
+/// and Peucker).
 fn simplified(points: &[Point], tolerance: f64) -> Vec<Point> {
     let mut keep = vec![false; points.len()];
     let Some(last) = points.len().checked_sub(1) else { return Vec::new() };
@@ -169,11 +176,17 @@ mod tests {
 
     #[test]
     fn a_simplified_line_keeps_its_shape() {
-        let line: Vec<_> = (0..1000).map(|i| (f64::from(i), (f64::from(i) / 100.0).sin() * 50.0)).collect();
+        let line: Vec<_> =
+            (0..1000).map(|i| (f64::from(i), (f64::from(i) / 100.0).sin() * 50.0)).collect();
         let simple = simplified(&line, 0.15);
-        assert!(simple.len() < 200 && simple[0] == line[0] && simple[simple.len() - 1] == line[999]);
+        assert!(
+            simple.len() < 200 && simple[0] == line[0] && simple[simple.len() - 1] == line[999]
+        );
         for point in &line {
-            let nearest = simple.windows(2).map(|pair| distance(*point, pair[0], pair[1])).fold(f64::MAX, f64::min);
+            let nearest = simple
+                .windows(2)
+                .map(|pair| distance(*point, pair[0], pair[1]))
+                .fold(f64::MAX, f64::min);
             assert!(nearest <= 0.15, "{nearest}");
         }
         assert_eq!(simplified(&[], 1.0), []);

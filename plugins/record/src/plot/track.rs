@@ -16,7 +16,8 @@ pub(super) struct Sample {
     pub state: u8,
 }
 
-/// A robot's track. A new segment starts with each run, and when the robot is present again after an absence.
+/// A robot's track. A new segment starts with each run, and when the robot is present again after
+/// an absence.
 pub(super) struct Track {
     pub segments: Vec<Vec<Sample>>,
     /// The curves of the route graph's edges.

@@ -40,7 +40,10 @@ impl Recording {
     }
 
     /// Calls `each` with every chunk and the indexes of its messages.
-    pub(crate) fn chunks(&self, mut each: impl FnMut(&ChunkIndex, &[MessageIndex])) -> Result<(), ReadingError> {
+    pub(crate) fn chunks(
+        &self,
+        mut each: impl FnMut(&ChunkIndex, &[MessageIndex]),
+    ) -> Result<(), ReadingError> {
         for chunk in &self.summary.chunk_indexes {
             let mut indexes = Vec::new();
             for offset in chunk.message_index_offsets.values() {
@@ -52,9 +55,11 @@ impl Recording {
                 // The last chunk of a recording that was never closed has no indexes.
                 let mut file = &self.file;
                 let mut record = vec![0; chunk.chunk_length as usize];
-                let read =
-                    file.seek(SeekFrom::Start(chunk.chunk_start_offset)).and_then(|_| file.read_exact(&mut record));
-                let content = read.map_err(McapError::from).and_then(|()| ChunkContent::read(&record));
+                let read = file
+                    .seek(SeekFrom::Start(chunk.chunk_start_offset))
+                    .and_then(|_| file.read_exact(&mut record));
+                let content =
+                    read.map_err(McapError::from).and_then(|()| ChunkContent::read(&record));
                 indexes = content.map_err(|error| self.damaged(error))?.indexes;
             }
             each(chunk, &indexes);
@@ -62,10 +67,11 @@ impl Recording {
         Ok(())
     }
 
-    /// Returns the time of the last message on a topic at or before `time`, by the index alone; reads no chunk, unless the file
-    /// was never closed.
+    /// Returns the time of the last message on a topic at or before `time`, by the index alone;
+    /// reads no chunk, unless the file was never closed.
     pub(crate) fn time_until(&self, topic: &Topic, time: u64) -> Result<Option<u64>, ReadingError> {
-        let channels: Vec<u16> = self.topics.iter().filter(|(_, of)| *of == topic).map(|(id, _)| *id).collect();
+        let channels: Vec<u16> =
+            self.topics.iter().filter(|(_, of)| *of == topic).map(|(id, _)| *id).collect();
         let begun = |chunk: &&ChunkIndex| chunk.message_start_time <= time;
         let mut chunks: Vec<_> = self.summary.chunk_indexes.iter().filter(begun).collect();
         chunks.sort_by_key(|chunk| Reverse(chunk.message_end_time));
@@ -77,9 +83,15 @@ impl Recording {
             if chunk.message_index_offsets.is_empty() {
                 return Ok(self.last_until(topic, time)?.map(|(time, _)| time));
             }
-            for offset in channels.iter().filter_map(|channel| chunk.message_index_offsets.get(channel)) {
+            for offset in
+                channels.iter().filter_map(|channel| chunk.message_index_offsets.get(channel))
+            {
                 if let Record::MessageIndex(index) = self.record(*offset)? {
-                    let times = index.records.iter().map(|entry| entry.log_time).filter(|found| *found <= time);
+                    let times = index
+                        .records
+                        .iter()
+                        .map(|entry| entry.log_time)
+                        .filter(|found| *found <= time);
                     newest = newest.max(times.max());
                 }
             }

@@ -37,10 +37,15 @@ impl<'recording> Reader<'recording> {
     /// Returns the next message on a topic that this crate knows.
     pub fn next(&mut self) -> Result<Option<Entry<'_>>, ReadingError> {
         self.peek()?;
-        Ok(self.ahead.take().map(|(topic, log_time)| Entry { topic, log_time, message: &self.message }))
+        Ok(self.ahead.take().map(|(topic, log_time)| Entry {
+            topic,
+            log_time,
+            message: &self.message,
+        }))
     }
 
-    /// Exchanges the buffer of the message that was returned last, to keep that message without a copy.
+    /// Exchanges the buffer of the message that was returned last, to keep that message without a
+    /// copy.
     pub fn swap_message(&mut self, other: &mut Vec<u8>) {
         std::mem::swap(&mut self.message, other);
     }
@@ -54,7 +59,9 @@ impl<'recording> Reader<'recording> {
                     let mut file = &self.recording.file;
                     file.seek(SeekFrom::Start(offset))?;
                     file.read_exact(&mut self.chunk)?;
-                    self.reader.insert_chunk_record_data(offset, &self.chunk).map_err(undecodable)?;
+                    self.reader
+                        .insert_chunk_record_data(offset, &self.chunk)
+                        .map_err(undecodable)?;
                 }
                 IndexedReadEvent::Message { header, data } => {
                     if let Some(topic) = self.recording.topics.get(&header.channel_id) {
@@ -69,8 +76,8 @@ impl<'recording> Reader<'recording> {
     }
 }
 
-/// Turns an I/O error of the MCAP library into a decompression error: the library reads from memory, so its I/O errors
-/// are caused by damaged data.
+/// Turns an I/O error of the MCAP library into a decompression error: the library reads from
+/// memory, so its I/O errors are caused by damaged data.
 fn undecodable(error: McapError) -> McapError {
     match error {
         McapError::Io(reason) => McapError::DecompressionError(reason.to_string()),

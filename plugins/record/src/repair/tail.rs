@@ -9,7 +9,8 @@ use mcap::{MAGIC, Summary};
 use crate::mcap_record::RECORD_HEADER;
 use crate::scan::Scan;
 
-/// Returns everything after the last complete chunk: its indexes, the end of the data, the summary and the footer.
+/// Returns everything after the last complete chunk: its indexes, the end of the data, the summary
+/// and the footer.
 pub(super) fn tail(scan: &Scan) -> Vec<u8> {
     let mut out = Tail { bytes: Vec::new(), start: scan.end };
     let mut summary = scan.summary.clone();
@@ -26,7 +27,8 @@ pub(super) fn tail(scan: &Scan) -> Vec<u8> {
     out.bytes
 }
 
-/// Returns the end of a file whose messages end at `end`: the end of the data, the summary and the footer.
+/// Returns the end of a file whose messages end at `end`: the end of the data, the summary and the
+/// footer.
 pub(crate) fn index(summary: &Summary, end: u64) -> Vec<u8> {
     let mut out = Tail { bytes: Vec::new(), start: end };
     out.summary(summary);
@@ -54,7 +56,8 @@ impl Tail {
         cursor.write_le(body).expect("writing to memory never fails");
         self.bytes.extend_from_slice(more);
         let length = (self.bytes.len() - start) as u64 - RECORD_HEADER;
-        self.bytes[start + 1..start + RECORD_HEADER as usize].copy_from_slice(&length.to_le_bytes());
+        self.bytes[start + 1..start + RECORD_HEADER as usize]
+            .copy_from_slice(&length.to_le_bytes());
     }
 
     fn summary(&mut self, summary: &Summary) {
@@ -67,16 +70,26 @@ impl Tail {
                 out.record(op::STATISTICS, &summary.stats.clone().unwrap_or_default(), &[]);
             }),
             self.group(op::CHUNK_INDEX, |out| {
-                summary.chunk_indexes.iter().for_each(|chunk| out.record(op::CHUNK_INDEX, chunk, &[]));
+                summary
+                    .chunk_indexes
+                    .iter()
+                    .for_each(|chunk| out.record(op::CHUNK_INDEX, chunk, &[]));
             }),
             self.group(op::METADATA_INDEX, |out| {
-                summary.metadata_indexes.iter().for_each(|index| out.record(op::METADATA_INDEX, index, &[]));
+                summary
+                    .metadata_indexes
+                    .iter()
+                    .for_each(|index| out.record(op::METADATA_INDEX, index, &[]));
             }),
         ];
         let summary_offset_start = self.position();
         groups.iter().flatten().for_each(|offset| self.record(op::SUMMARY_OFFSET, offset, &[]));
         // A checksum of 0 means that there is none.
-        self.record(op::FOOTER, &Footer { summary_start, summary_offset_start, summary_crc: 0 }, &[]);
+        self.record(
+            op::FOOTER,
+            &Footer { summary_start, summary_offset_start, summary_crc: 0 },
+            &[],
+        );
         self.bytes.extend_from_slice(MAGIC);
     }
 
@@ -85,15 +98,22 @@ impl Tail {
         let start = self.position();
         write(self);
         let length = self.position() - start;
-        (length > 0).then_some(SummaryOffset { group_opcode: opcode, group_start: start, group_length: length })
+        (length > 0).then_some(SummaryOffset {
+            group_opcode: opcode,
+            group_start: start,
+            group_length: length,
+        })
     }
 
     fn schemas(&mut self, summary: &Summary) {
         let mut schemas: Vec<_> = summary.schemas.values().collect();
         schemas.sort_by_key(|schema| schema.id);
         for schema in schemas {
-            let header =
-                records::SchemaHeader { id: schema.id, name: schema.name.clone(), encoding: schema.encoding.clone() };
+            let header = records::SchemaHeader {
+                id: schema.id,
+                name: schema.name.clone(),
+                encoding: schema.encoding.clone(),
+            };
             let data = [&(schema.data.len() as u32).to_le_bytes()[..], &schema.data].concat();
             self.record(op::SCHEMA, &header, &data);
         }

@@ -19,11 +19,15 @@ fn recording(folder: &Path, compression: Compression) -> Vec<u8> {
     let path = folder.join("whole.mcap");
     let file = fs::File::create(&path).unwrap();
     let mut out = McapFile::create(file, compression, 600).unwrap();
-    let about = || mcap::records::Metadata { name: "regatta".to_owned(), metadata: Default::default() };
+    let about =
+        || mcap::records::Metadata { name: "regatta".to_owned(), metadata: Default::default() };
     out.writer.write_metadata(&about()).unwrap();
     for i in 0..150_u64 {
-        let topic = [Topic::Frames, Topic::Events, Topic::Column("load".parse().unwrap())][i as usize % 3].clone();
-        let header = MessageHeader { channel_id: 0, sequence: 0, log_time: i * 10, publish_time: i };
+        let topic = [Topic::Frames, Topic::Events, Topic::Column("load".parse().unwrap())]
+            [i as usize % 3]
+            .clone();
+        let header =
+            MessageHeader { channel_id: 0, sequence: 0, log_time: i * 10, publish_time: i };
         out.write(&topic, header, &[i as u8; 37]).unwrap();
     }
     out.writer.write_metadata(&about()).unwrap();
@@ -36,17 +40,22 @@ fn times(bytes: &[u8]) -> Vec<u64> {
     MessageStream::new(bytes).unwrap().map(|message| message.unwrap().log_time).collect()
 }
 
-/// Cuts a recording to its first `length` bytes, repairs it, and compares the result with the whole recording.
+/// Cuts a recording to its first `length` bytes, repairs it, and compares the result with the whole
+/// recording.
 fn cut_and_repair(folder: &Path, whole: &[u8], length: usize) {
     let path = folder.join("cut.mcap");
     fs::write(&path, &whole[..length]).unwrap();
     let original = Summary::read(whole).unwrap().unwrap();
     let chunks = original.chunk_indexes.iter();
-    let kept = chunks.filter(|chunk| chunk.chunk_start_offset + chunk.chunk_length <= length as u64).count();
+    let kept = chunks
+        .filter(|chunk| chunk.chunk_start_offset + chunk.chunk_length <= length as u64)
+        .count();
     let outcome = match repair(&path) {
         Ok(outcome) => outcome,
         // Not even the header is complete, so that no message can be lost.
-        Err(RepairError::NoRecording { .. }) => return assert_eq!((kept, length < 64), (0, true), "{length} bytes"),
+        Err(RepairError::NoRecording { .. }) => {
+            return assert_eq!((kept, length < 64), (0, true), "{length} bytes");
+        }
         Err(error) => panic!("{length} bytes: {error}"),
     };
     assert_eq!(outcome.chunks as usize, kept, "{length} bytes");
@@ -77,7 +86,10 @@ fn every_cut_around_the_last_chunks_and_the_summary_is_repaired() {
     assert!(chunks.len() > 8, "{} chunks", chunks.len());
     let from = chunks[chunks.len() - 2].chunk_start_offset as usize;
     // Every byte of the last chunks, but only some of the summary, which repeats long definitions.
-    let cuts = (0..100).chain(from..from + 1700).chain((from + 1700..whole.len()).step_by(501)).chain([whole.len()]);
+    let cuts = (0..100)
+        .chain(from..from + 1700)
+        .chain((from + 1700..whole.len()).step_by(501))
+        .chain([whole.len()]);
     cuts.for_each(|length| cut_and_repair(folder.path(), &whole, length));
 }
 
@@ -131,7 +143,11 @@ fn damage_in_a_closed_recording_costs_only_the_damaged_chunk() {
             let outcome = repair(&path).unwrap();
             let (from, to) = (chunk.message_start_time, chunk.message_end_time);
             let lost = [(Duration::from_nanos(from), Duration::from_nanos(to))];
-            assert_eq!((outcome.was_closed, &outcome.lost[..]), (false, &lost[..]), "byte {at} of chunk {number}");
+            assert_eq!(
+                (outcome.was_closed, &outcome.lost[..]),
+                (false, &lost[..]),
+                "byte {at} of chunk {number}"
+            );
             let repaired = fs::read(&path).unwrap();
             let mut kept = times(&whole);
             kept.retain(|time| !(from..=to).contains(time));
@@ -188,7 +204,11 @@ fn a_recording_that_was_never_closed_can_be_read_without_repair() {
     fs::write(&path, &whole[..whole.len() / 2]).unwrap();
     let recording = Recording::open(&path).unwrap();
     assert!(!recording.is_closed() && recording.count(&Topic::Frames) > 5);
-    assert_eq!(fs::metadata(&path).unwrap().len(), (whole.len() / 2) as u64, "the file is unchanged");
+    assert_eq!(
+        fs::metadata(&path).unwrap().len(),
+        (whole.len() / 2) as u64,
+        "the file is unchanged"
+    );
 }
 
 #[test]

@@ -1,5 +1,5 @@
-//! Closed edges of a recording: what was closed and opened in it, from its events as they are replayed, and from the search, which
-//! also knows those that a jump has left out.
+//! Closed edges of a recording: what was closed and opened in it, from its events as they are
+//! replayed, and from the search, which also knows those that a jump has left out.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -43,7 +43,8 @@ pub(super) struct Closures {
 impl Closures {
     /// Takes changes, in any order.
     pub fn take(&mut self, changes: impl IntoIterator<Item = ClosureChange>) {
-        let by_place = |change: ClosureChange| ((change.run_id, change.time, change.edge), change.is_closed);
+        let by_place =
+            |change: ClosureChange| ((change.run_id, change.time, change.edge), change.is_closed);
         self.changes.extend(changes.into_iter().map(by_place));
     }
 
@@ -52,10 +53,12 @@ impl Closures {
         self.published.clear();
     }
 
-    /// Returns the edges that are closed at a time of a recorded run, if they differ from those that this returned last.
+    /// Returns the edges that are closed at a time of a recorded run, if they differ from those
+    /// that this returned last.
     pub fn news(&mut self, run_id: u64, time: u64) -> Option<&[ClosedEdge]> {
         let mut closed = BTreeSet::new();
-        for ((.., edge), is_closed) in self.changes.range((run_id, 0, 0)..=(run_id, time, u32::MAX)) {
+        for ((.., edge), is_closed) in self.changes.range((run_id, 0, 0)..=(run_id, time, u32::MAX))
+        {
             let edge = ClosedEdge { edge: *edge };
             let _ = if *is_closed { closed.insert(edge) } else { closed.remove(&edge) };
         }
@@ -74,13 +77,21 @@ mod tests {
 
     #[test]
     fn edges_are_closed_from_their_event_on_in_their_run() {
-        let change = |run_id, time, edge, is_closed| ClosureChange { run_id, time, edge, is_closed };
+        let change =
+            |run_id, time, edge, is_closed| ClosureChange { run_id, time, edge, is_closed };
         let mut closures = Closures::default();
         assert_eq!(closures.news(1, 10), None);
-        closures.take([change(1, 20, 7, false), change(1, 5, 7, true), change(1, 8, 3, true), change(2, 30, 9, true)]);
+        closures.take([
+            change(1, 20, 7, false),
+            change(1, 5, 7, true),
+            change(1, 8, 3, true),
+            change(2, 30, 9, true),
+        ]);
         closures.take([change(1, 5, 7, true)]);
         let ids = |closures: &mut Closures, run, time| {
-            closures.news(run, time).map(|closed| closed.iter().map(|closed| closed.edge).collect::<Vec<_>>())
+            closures
+                .news(run, time)
+                .map(|closed| closed.iter().map(|closed| closed.edge).collect::<Vec<_>>())
         };
         assert_eq!(ids(&mut closures, 1, 4), None, "nothing is closed yet");
         assert_eq!(ids(&mut closures, 1, 10), Some(vec![3, 7]));

@@ -1,5 +1,5 @@
-//! The list of contacts after a jump: it is decoded from up to a hundred changes, on a thread of its own, so that whoever drags the
-//! playhead doesn't wait for it.
+//! The list of contacts after a jump: it is decoded from up to a hundred changes, on a thread of
+//! its own, so that whoever drags the playhead doesn't wait for it.
 
 use std::path::Path;
 use std::sync::mpsc::{self, Receiver, Sender};

@@ -18,11 +18,14 @@ pub(super) struct Histories {
 }
 
 impl Histories {
-    /// Opens the services. Returns `None`, and says so, if another process publishes the history, or shared memory fails.
+    /// Opens the services. Returns `None`, and says so, if another process publishes the history,
+    /// or shared memory fails.
     pub fn open(participant: &Participant) -> Option<Self> {
         let opened = HistoryPublisher::open_on(participant);
         let publisher = opened
-            .inspect_err(|error| regatta_plugin::tell!("replay: hot spots and plots are left out: {error}"))
+            .inspect_err(|error| {
+                regatta_plugin::tell!("replay: hot spots and plots are left out: {error}")
+            })
             .ok()?;
         Some(Self { publisher, found: Vec::new(), shown: (0, 0), is_news: false })
     }
@@ -37,7 +40,8 @@ impl Histories {
         }
     }
 
-    /// Publishes what is known of the recorded run that is shown, under the run of the replay, if that has changed.
+    /// Publishes what is known of the recorded run that is shown, under the run of the replay, if
+    /// that has changed.
     pub fn show(&mut self, run_id: u64, recorded_run: u64) -> Result<(), PublishError> {
         let shown = (run_id, recorded_run);
         self.is_news |= std::mem::replace(&mut self.shown, shown) != shown;
@@ -56,7 +60,10 @@ impl Histories {
         if !std::mem::take(&mut self.is_news) {
             return Ok(());
         }
-        let Some(history) = self.found.iter().find(|known| known.header.run_id == recorded_run) else { return Ok(()) };
+        let Some(history) = self.found.iter().find(|known| known.header.run_id == recorded_run)
+        else {
+            return Ok(());
+        };
         let header = HistoryHeader { run_id, ..history.header };
         self.publisher.publish(&header, &history.samples, &history.spots)
     }

@@ -1,9 +1,12 @@
-//! The history of a recording's runs: hot spots and figures over time of all of it, whatever part is replayed.
+//! The history of a recording's runs: hot spots and figures over time of all of it, whatever part
+//! is replayed.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, NO_EDGE, RobotState, frame_lines, stride_lines};
+use regatta_plugin::frame::{
+    ColumnsMut, FrameHeader, Line, NO_EDGE, RobotState, frame_lines, stride_lines,
+};
 use regatta_plugin::history::{FleetSample, HistoryHeader, HotSpot};
 use regatta_plugin::{Frame, RunHistory};
 
@@ -16,7 +19,8 @@ use crate::schema::Topic;
 const FRAME_EVERY: u64 = 100_000_000;
 /// The time between two messages of the search.
 const TELL_EVERY: Duration = Duration::from_millis(500);
-/// The search works at most so long, and then rests as long: whoever scrubs wants the processor, too.
+/// The search works at most so long, and then rests as long: whoever scrubs wants the processor,
+/// too.
 const WORKS: Duration = Duration::from_millis(20);
 /// The time over which throughput is counted, in seconds.
 const THROUGHPUT_SECS: f64 = 60.0;
@@ -31,7 +35,10 @@ pub(super) struct RecordedHistory {
 }
 
 /// Searches a recording, and passes on the history of its run so far, until `tell` wants no more.
-pub(super) fn search(recording: &Recording, mut tell: impl FnMut(RecordedHistory) -> bool) -> Result<(), ReadingError> {
+pub(super) fn search(
+    recording: &Recording,
+    mut tell: impl FnMut(RecordedHistory) -> bool,
+) -> Result<(), ReadingError> {
     let topics = vec![Topic::Contacts, Topic::ContactUpdates, Topic::Frames];
     let mut reader = recording.read(&Selection::all_of(topics))?;
     let (mut counter, mut next) = (Counter::default(), 0);
@@ -99,7 +106,11 @@ impl Counter {
             began_nanos: (self.run.spots.began().1 * 1e9) as u64,
             sequence: 0,
         };
-        RecordedHistory { header, samples: self.run.series.samples.clone(), spots: self.run.spots.list() }
+        RecordedHistory {
+            header,
+            samples: self.run.series.samples.clone(),
+            spots: self.run.spots.list(),
+        }
     }
 }
 
@@ -115,8 +126,8 @@ struct Throughput {
 }
 
 impl Throughput {
-    /// Counts a frame. Returns the robots that have entered an edge in the last minute, per hour; `None` for the first frame of a
-    /// run.
+    /// Counts a frame. Returns the robots that have entered an edge in the last minute, per hour;
+    /// `None` for the first frame of a run.
     fn count(&mut self, frame: &Frame<'_>) -> Option<f32> {
         let secs = frame.sim_time().as_secs_f64();
         if self.run_id != frame.run_id() {

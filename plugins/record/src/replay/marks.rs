@@ -31,15 +31,20 @@ pub(super) struct FoundMarks {
 /// What one message tells.
 type Searched = (Vec<RecordingMark>, Vec<ClosureChange>);
 
-/// Searches a recording, and passes on what is found, until `tell` wants no more. Returns whether it did to the end.
-pub(super) fn search(recording: &Recording, mut tell: impl FnMut(FoundMarks) -> bool) -> Result<bool, ReadingError> {
+/// Searches a recording, and passes on what is found, until `tell` wants no more. Returns whether
+/// it did to the end.
+pub(super) fn search(
+    recording: &Recording,
+    mut tell: impl FnMut(FoundMarks) -> bool,
+) -> Result<bool, ReadingError> {
     let topics = vec![Topic::Events, Topic::ContactEvents];
     let mut reader = recording.read(&Selection::all_of(topics))?;
     let (mut batch, mut told) = (FoundMarks::default(), Instant::now());
     while let Some(entry) = reader.next()? {
         batch.until = entry.log_time;
         let searched = search_message(entry.topic, entry.log_time, entry.message);
-        let (marks, closures) = searched.map_err(|reason| recording.malformed(entry.topic, entry.log_time, reason))?;
+        let (marks, closures) =
+            searched.map_err(|reason| recording.malformed(entry.topic, entry.log_time, reason))?;
         batch.marks.extend(marks);
         batch.closures.extend(closures);
         if told.elapsed() > TELL_EVERY {
@@ -53,16 +58,26 @@ pub(super) fn search(recording: &Recording, mut tell: impl FnMut(FoundMarks) -> 
     Ok(tell(batch))
 }
 
-/// Returns the marks of a message (at most one of each kind, which counts what happened in its tick), and its closures.
+/// Returns the marks of a message (at most one of each kind, which counts what happened in its
+/// tick), and its closures.
 fn search_message(topic: &Topic, time: u64, message: &[u8]) -> Result<Searched, MessageError> {
     let (mut marks, mut closures) = (Vec::<RecordingMark>::new(), Vec::new());
-    let mut add = |kind: MarkKind, robot: u32| match marks.iter_mut().find(|mark| mark.kind == kind as u32) {
-        Some(mark) => mark.count += 1,
-        None => marks.push(RecordingMark { time_nanos: time, kind: kind as u32, robot, count: 1, reserved: 0 }),
-    };
+    let mut add =
+        |kind: MarkKind, robot: u32| match marks.iter_mut().find(|mark| mark.kind == kind as u32) {
+            Some(mark) => mark.count += 1,
+            None => marks.push(RecordingMark {
+                time_nanos: time,
+                kind: kind as u32,
+                robot,
+                count: 1,
+                reserved: 0,
+            }),
+        };
     if *topic == Topic::ContactEvents {
         for event in decode::contact_events(message)?.2 {
-            if event.level == ContactLevel::Touching as u32 && event.change == ContactChange::Began as u32 {
+            if event.level == ContactLevel::Touching as u32
+                && event.change == ContactChange::Began as u32
+            {
                 add(MarkKind::Contact, event.robots[0]);
             }
         }
@@ -71,7 +86,9 @@ fn search_message(topic: &Topic, time: u64, message: &[u8]) -> Result<Searched, 
         for event in events {
             closures.extend(ClosureChange::of(header.run_id, time, &event));
             match event.kind() {
-                Some(EventKind::Faulted | EventKind::BrokenDown) => add(MarkKind::Fault, event.robot),
+                Some(EventKind::Faulted | EventKind::BrokenDown) => {
+                    add(MarkKind::Fault, event.robot)
+                }
                 Some(EventKind::Held | EventKind::Stalled) => add(MarkKind::Stop, event.robot),
                 _ => {}
             }
@@ -90,8 +107,8 @@ pub(super) fn notes_file(recording: &Path) -> PathBuf {
     path.into()
 }
 
-/// Reads the notes of a recording: lines of `FILE.notes`, each a time in seconds, a space and a text. Lines that aren't are left
-/// out, and told.
+/// Reads the notes of a recording: lines of `FILE.notes`, each a time in seconds, a space and a
+/// text. Lines that aren't are left out, and told.
 pub(super) fn notes(recording: &Path) -> Notes {
     let path = notes_file(recording);
     let Ok(text) = std::fs::read_to_string(&path) else { return Vec::new() };
@@ -122,7 +139,10 @@ mod tests {
 
     #[test]
     fn notes_are_a_time_and_a_text() {
-        assert_eq!(note("12.5 robot 7 is stuck"), Some((12_500_000_000, "robot 7 is stuck".to_owned())));
+        assert_eq!(
+            note("12.5 robot 7 is stuck"),
+            Some((12_500_000_000, "robot 7 is stuck".to_owned()))
+        );
         assert_eq!(note(" 3s  a"), Some((3_000_000_000, "a".to_owned())));
         for bad in ["12.5", "soon it jams", "-1 a", "1e30 a", "nan a"] {
             assert_eq!(note(bad), None, "{bad}");

@@ -1,4 +1,5 @@
-//! The replay as a [`Producer`]: its clock, control service and lockstep are those of every producer.
+//! The replay as a [`Producer`]: its clock, control service and lockstep are those of every
+//! producer.
 
 use std::time::Duration;
 
@@ -32,7 +33,9 @@ impl Producer for Replay<'_> {
     }
 
     fn show(&mut self, session: &mut Session) -> Result<(), ReplayError> {
-        let Some((time, message)) = self.recording.last_until(&Topic::Frames, self.time)? else { return Ok(()) };
+        let Some((time, message)) = self.recording.last_until(&Topic::Frames, self.time)? else {
+            return Ok(());
+        };
         let shown = self.stage.publish(session, &Topic::Frames, &message);
         shown.map_err(|error| explain(self.recording, &Topic::Frames, time, error))
     }
@@ -44,21 +47,30 @@ impl Producer for Replay<'_> {
     fn between_ticks(&mut self, session: &mut Session) -> Result<(), ReplayError> {
         self.stage.update()?;
         self.stage.publish_closures(session)?;
-        if let Some(contacts) = self.contact_search.as_mut().and_then(|search| search.poll(self.time)) {
+        if let Some(contacts) =
+            self.contact_search.as_mut().and_then(|search| search.poll(self.time))
+        {
             self.stage.take_contacts(session, contacts)?;
         }
         session.refuse_orders()?;
         if session.orders_refused() > 0 && !std::mem::replace(&mut self.reported_orders, true) {
-            regatta_plugin::tell!("replay: orders are refused: the robots of a recording can't be steered");
+            regatta_plugin::tell!(
+                "replay: orders are refused: the robots of a recording can't be steered"
+            );
         }
         Ok(())
     }
 
     fn refuses(&self, kind: ControlKind) -> Option<RefusalReason> {
-        (kind == ControlKind::Robots).then(|| "a replay can't change the number of robots".to_owned())
+        (kind == ControlKind::Robots)
+            .then(|| "a replay can't change the number of robots".to_owned())
     }
 
-    fn seek(&mut self, session: &mut Session, sim_time: Duration) -> Result<Result<(), RefusalReason>, ReplayError> {
+    fn seek(
+        &mut self,
+        session: &mut Session,
+        sim_time: Duration,
+    ) -> Result<Result<(), RefusalReason>, ReplayError> {
         match self.refuse_time(sim_time) {
             Some(reason) => Ok(Err(reason)),
             None => self.go_to(session, sim_time, false).map(Ok),

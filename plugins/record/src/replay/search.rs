@@ -1,5 +1,6 @@
-//! The search of a recording on a thread of its own, so that a replay starts at once: first for marks and closures, which only the
-//! chunks with events have; then for the history of its runs, for which all frames are read.
+//! The search of a recording on a thread of its own, so that a replay starts at once: first for
+//! marks and closures, which only the chunks with events have; then for the history of its runs,
+//! for which all frames are read.
 
 use std::path::Path;
 use std::sync::mpsc::{self, Receiver, Sender};
@@ -15,13 +16,16 @@ pub(super) enum Found {
     History(RecordedHistory),
 }
 
-/// Starts a search. The thread ends with the recording, at its first damaged message, or when the receiver is dropped.
+/// Starts a search. The thread ends with the recording, at its first damaged message, or when the
+/// receiver is dropped.
 pub(super) fn start(path: &Path, with_history: bool) -> std::io::Result<Receiver<Found>> {
     let (found, finds) = mpsc::channel();
     let path = path.to_owned();
     std::thread::Builder::new().name("search".into()).spawn(move || {
         if let Err(error) = run(&path, with_history, &found) {
-            regatta_plugin::tell!("replay: the search for marks and hot spots ended early: {error}");
+            regatta_plugin::tell!(
+                "replay: the search for marks and hot spots ended early: {error}"
+            );
         }
     })?;
     Ok(finds)

@@ -59,25 +59,35 @@ impl From<MessageError> for StageError {
 }
 
 impl Stage {
-    /// Opens the services of these topics, all before the first frame, so that readers that wait for a fleet are there
-    /// in time.
+    /// Opens the services of these topics, all before the first frame, so that readers that wait
+    /// for a fleet are there in time.
     pub fn open(ports: &mut ProducerPorts, topics: &[Topic], teller: Teller) -> Self {
         let mut columns = BTreeSet::new();
         for name in topics.iter().filter_map(Topic::column) {
             match ports.open_column(name.clone()) {
                 Ok(_) => drop(columns.insert(name.clone())),
-                Err(error) => regatta_plugin::tell!("replay: the recorded column is left out: {error}"),
+                Err(error) => {
+                    regatta_plugin::tell!("replay: the recorded column is left out: {error}")
+                }
             }
         }
-        let has_contacts =
-            topics.iter().any(|topic| matches!(topic, Topic::Contacts | Topic::ContactUpdates | Topic::ContactEvents));
+        let has_contacts = topics.iter().any(|topic| {
+            matches!(topic, Topic::Contacts | Topic::ContactUpdates | Topic::ContactEvents)
+        });
         let contacts = has_contacts.then(|| ContactPublisher::open_on(ports.participant()));
         let contacts = contacts.and_then(|opened| {
-            opened.inspect_err(|error| regatta_plugin::tell!("replay: contacts are left out: {error}")).ok()
+            opened
+                .inspect_err(|error| {
+                    regatta_plugin::tell!("replay: contacts are left out: {error}")
+                })
+                .ok()
         });
-        let tasks = topics.contains(&Topic::Tasks).then(|| TaskPublisher::open_on(ports.participant()));
+        let tasks =
+            topics.contains(&Topic::Tasks).then(|| TaskPublisher::open_on(ports.participant()));
         let tasks = tasks.and_then(|opened| {
-            opened.inspect_err(|error| regatta_plugin::tell!("replay: tasks are left out: {error}")).ok()
+            opened
+                .inspect_err(|error| regatta_plugin::tell!("replay: tasks are left out: {error}"))
+                .ok()
         });
         Self {
             teller,
@@ -94,7 +104,8 @@ impl Stage {
         }
     }
 
-    /// Gives the newest contacts to readers that have joined since, and connects those of the task log.
+    /// Gives the newest contacts to readers that have joined since, and connects those of the task
+    /// log.
     ///
     /// # Errors
     /// [`PublishError`] when shared memory is full.
@@ -129,7 +140,12 @@ impl Stage {
     }
 
     /// Publishes one message.
-    pub fn publish(&mut self, session: &mut Session, topic: &Topic, message: &[u8]) -> Result<(), StageError> {
+    pub fn publish(
+        &mut self,
+        session: &mut Session,
+        topic: &Topic,
+        message: &[u8],
+    ) -> Result<(), StageError> {
         match topic {
             Topic::Frames => self.frame(session, &RecordedFrame::parse(message)?)?,
             Topic::World => self.take_world(session, decode::world(message)?)?,
@@ -142,7 +158,9 @@ impl Stage {
             }
             Topic::Events if session.ports().has_event_readers() => {
                 let (header, events) = decode::events(message)?;
-                let changes = events.iter().filter_map(|event| ClosureChange::of(header.run_id, self.time, event));
+                let changes = events
+                    .iter()
+                    .filter_map(|event| ClosureChange::of(header.run_id, self.time, event));
                 self.teller.closures.take(changes);
                 session.ports().publish_events(header.tick, header.dropped, &events)?;
             }
@@ -156,7 +174,9 @@ impl Stage {
                     publisher.publish(session.run_id(), header.tick, header.dropped, &tasks)?;
                 }
             }
-            Topic::Contacts | Topic::ContactUpdates => self.contacts(session.run_id(), topic, message)?,
+            Topic::Contacts | Topic::ContactUpdates => {
+                self.contacts(session.run_id(), topic, message)?
+            }
             Topic::ContactEvents => self.contact_events(session.run_id(), message)?,
             // Without readers, or for other programs.
             _ => {}
@@ -164,7 +184,11 @@ impl Stage {
         Ok(())
     }
 
-    fn frame(&mut self, session: &mut Session, frame: &RecordedFrame<'_>) -> Result<(), StageError> {
+    fn frame(
+        &mut self,
+        session: &mut Session,
+        frame: &RecordedFrame<'_>,
+    ) -> Result<(), StageError> {
         self.follow_run(session, frame.header.run_id)?;
         self.teller.before_frame(session.run_id(), self.time, &frame.header)?;
         session.set_tick(frame.header.tick);
@@ -187,7 +211,8 @@ impl Stage {
         Ok(())
     }
 
-    /// Publishes the edges that are closed at the shown time, if that has changed: the search may learn it after the frame.
+    /// Publishes the edges that are closed at the shown time, if that has changed: the search may
+    /// learn it after the frame.
     pub fn publish_closures(&mut self, session: &mut Session) -> Result<(), PublishError> {
         let Some(run) = self.recorded_run else { return Ok(()) };
         let Some(closed) = self.teller.closures.news(run, self.time) else { return Ok(()) };
@@ -195,7 +220,11 @@ impl Stage {
         session.ports().publish_closures(tick, closed)
     }
 
-    fn take_world(&mut self, session: &mut Session, world: RecordedWorld) -> Result<(), StageError> {
+    fn take_world(
+        &mut self,
+        session: &mut Session,
+        world: RecordedWorld,
+    ) -> Result<(), StageError> {
         let run_id = world.run_id;
         let world = RecordedWorld { is_repeated: false, ..world };
         let shown = (self.recorded_run == Some(run_id)) && world == self.world;
@@ -207,8 +236,13 @@ impl Stage {
         Ok(())
     }
 
-    /// Begins a run of the replay for each run of the recording. Returns whether it did, and so published the world.
-    fn follow_run(&mut self, session: &mut Session, recorded_run: u64) -> Result<bool, PublishError> {
+    /// Begins a run of the replay for each run of the recording. Returns whether it did, and so
+    /// published the world.
+    fn follow_run(
+        &mut self,
+        session: &mut Session,
+        recorded_run: u64,
+    ) -> Result<bool, PublishError> {
         let before = self.recorded_run.replace(recorded_run);
         let changed = before.is_some_and(|before| before != recorded_run);
         if changed {
@@ -222,7 +256,11 @@ impl Stage {
     }
 
     /// Continues with contacts that were decoded so far, and publishes the last list.
-    pub fn take_contacts(&mut self, session: &Session, decoder: ContactDecoder) -> Result<(), PublishError> {
+    pub fn take_contacts(
+        &mut self,
+        session: &Session,
+        decoder: ContactDecoder,
+    ) -> Result<(), PublishError> {
         self.recorded_contacts = decoder;
         self.publish_contacts(session.run_id())
     }
@@ -235,7 +273,9 @@ impl Stage {
     }
 
     fn publish_contacts(&mut self, run_id: u64) -> Result<(), PublishError> {
-        if let (Some(publisher), Some((header, pairs))) = (&mut self.contacts, self.recorded_contacts.list()) {
+        if let (Some(publisher), Some((header, pairs))) =
+            (&mut self.contacts, self.recorded_contacts.list())
+        {
             publisher.publish(&ContactHeader { run_id, ..*header }, pairs)?;
         }
         Ok(())

@@ -1,4 +1,5 @@
-//! Tells readers what is being replayed: the file's name, its time, the marks in it, and the history of its runs.
+//! Tells readers what is being replayed: the file's name, its time, the marks in it, and the
+//! history of its runs.
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::Receiver;
@@ -41,7 +42,11 @@ pub(super) struct Teller {
 
 impl Teller {
     /// Opens the services, and starts the search for marks, and, if wanted, for the history.
-    pub fn open(participant: &Participant, recording: &Recording, with_history: bool) -> Result<Self, OpenError> {
+    pub fn open(
+        participant: &Participant,
+        recording: &Recording,
+        with_history: bool,
+    ) -> Result<Self, OpenError> {
         let path = recording.path();
         let (start, end) = recording.span();
         let header = RecordingHeader {
@@ -70,8 +75,14 @@ impl Teller {
         })
     }
 
-    /// Tells what is new before a frame of a recorded run is shown: another run, or another clock of its frames.
-    pub fn before_frame(&mut self, run_id: u64, time: u64, recorded: &FrameHeader) -> Result<(), PublishError> {
+    /// Tells what is new before a frame of a recorded run is shown: another run, or another clock
+    /// of its frames.
+    pub fn before_frame(
+        &mut self,
+        run_id: u64,
+        time: u64,
+        recorded: &FrameHeader,
+    ) -> Result<(), PublishError> {
         if let Some(histories) = &mut self.histories {
             histories.show(run_id, recorded.run_id)?;
         }
@@ -79,7 +90,10 @@ impl Teller {
         self.shown = time;
         let note = self.notes.iter().rev().find(|(at, _)| *at <= time).map_or("", |(_, text)| text);
         let is_known = (self.header.run_id, self.header.ahead_nanos) == (run_id, ahead);
-        if !is_known || !note.starts_with(self.header.note()) || note.is_empty() != self.header.note().is_empty() {
+        if !is_known
+            || !note.starts_with(self.header.note())
+            || note.is_empty() != self.header.note().is_empty()
+        {
             (self.header.run_id, self.header.ahead_nanos) = (run_id, ahead);
             self.header.set_note(note);
             self.is_news = true;
@@ -123,7 +137,8 @@ impl Teller {
         let room = MAX_MARKS.saturating_sub(self.marks.len());
         self.marks.extend(self.notes.iter().take(room).map(mark));
         self.marks.sort_by_key(|mark| mark.time_nanos);
-        let note = self.notes.iter().rev().find(|(at, _)| *at <= self.shown).map_or("", |(_, text)| text);
+        let note =
+            self.notes.iter().rev().find(|(at, _)| *at <= self.shown).map_or("", |(_, text)| text);
         self.header.set_note(note);
         self.is_news = true;
     }
@@ -148,7 +163,12 @@ impl Teller {
 }
 
 fn mark((time, _): &(u64, String)) -> RecordingMark {
-    RecordingMark { time_nanos: *time, kind: MarkKind::Note as u32, count: 1, ..RecordingMark::default() }
+    RecordingMark {
+        time_nanos: *time,
+        kind: MarkKind::Note as u32,
+        count: 1,
+        ..RecordingMark::default()
+    }
 }
 
 /// The size of a recording's notes in bytes, and when they were written; `None` without notes.
@@ -160,5 +180,7 @@ fn size_and_time(recording: &Path) -> Option<(u64, SystemTime)> {
 /// Starts the search. Without it, there are no marks and no history, but there is a replay.
 fn search(path: &Path, with_history: bool) -> Option<Receiver<Found>> {
     let started = search::start(path, with_history);
-    started.inspect_err(|error| regatta_plugin::tell!("replay: no marks are searched for: {error}")).ok()
+    started
+        .inspect_err(|error| regatta_plugin::tell!("replay: no marks are searched for: {error}"))
+        .ok()
 }

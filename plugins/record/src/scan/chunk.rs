@@ -2,7 +2,8 @@
 
 use mcap::records::{self, ChunkIndex, MessageIndex, MessageIndexEntry, Record};
 use mcap::sans_io::{
-    IndexedReadEvent, IndexedReader, IndexedReaderOptions, LinearReadEvent, LinearReader, LinearReaderOptions,
+    IndexedReadEvent, IndexedReader, IndexedReaderOptions, LinearReadEvent, LinearReader,
+    LinearReaderOptions,
 };
 use mcap::{McapError, McapResult, Schema, Summary, parse_record};
 
@@ -56,7 +57,9 @@ impl ChunkContent {
                 let entry = MessageIndexEntry { log_time: header.log_time, offset };
                 match self.indexes.iter_mut().find(|index| index.channel_id == header.channel_id) {
                     Some(index) => index.records.push(entry),
-                    None => self.indexes.push(MessageIndex { channel_id: header.channel_id, records: vec![entry] }),
+                    None => self
+                        .indexes
+                        .push(MessageIndex { channel_id: header.channel_id, records: vec![entry] }),
                 }
             }
             _ => {}
@@ -65,15 +68,18 @@ impl ChunkContent {
     }
 }
 
-/// Checks that a reader with an index can decompress a chunk record to its end. Readers without an index stop earlier
-/// and accept some damaged chunks.
+/// Checks that a reader with an index can decompress a chunk record to its end. Readers without an
+/// index stop earlier and accept some damaged chunks.
 pub(super) fn validate(index: &ChunkIndex, record: &[u8]) -> McapResult<()> {
     let summary = Summary { chunk_indexes: vec![index.clone()], ..Summary::default() };
     let options = IndexedReaderOptions::new().with_record_length_limit(MAX_RECORD);
     let mut reader = IndexedReader::new_with_options(&summary, options)?;
-    while let Some(IndexedReadEvent::ReadChunkRequest { offset, length }) = reader.next_event().transpose()? {
+    while let Some(IndexedReadEvent::ReadChunkRequest { offset, length }) =
+        reader.next_event().transpose()?
+    {
         let start = (offset - index.chunk_start_offset) as usize;
-        let compressed = record.get(start..).filter(|rest| rest.len() == length).ok_or(McapError::BadIndex)?;
+        let compressed =
+            record.get(start..).filter(|rest| rest.len() == length).ok_or(McapError::BadIndex)?;
         reader.insert_chunk_record_data(offset, compressed)?;
     }
     Ok(())

@@ -61,7 +61,11 @@ enum Target {
 
 impl Drain {
     /// Creates the first file.
-    pub fn create(path: &Path, settings: Settings, queued: Arc<AtomicUsize>) -> Result<Self, SinkError> {
+    pub fn create(
+        path: &Path,
+        settings: Settings,
+        queued: Arc<AtomicUsize>,
+    ) -> Result<Self, SinkError> {
         let mut drain = Self {
             path: path.to_owned(),
             compression: settings.compression,
@@ -145,7 +149,8 @@ impl Drain {
         match &mut self.target {
             Target::File(part) => {
                 let written = part.flush(&mut self.kept);
-                let (bytes, free) = (self.closed_bytes() + self.open_bytes(), disk::free_space(&self.path));
+                let (bytes, free) =
+                    (self.closed_bytes() + self.open_bytes(), disk::free_space(&self.path));
                 if let Some(line) = self.growth.observe(now, bytes, free) {
                     regatta_plugin::tell!("record: {}: {line}", self.path.display());
                 }
@@ -179,7 +184,8 @@ impl Drain {
     /// Starts a file.
     fn start_part(&mut self) -> Result<(), SinkError> {
         let (path, file) = self.parts.create()?;
-        let (part, started) = Part::start(path, file, self.compression, &self.channels, &self.about);
+        let (part, started) =
+            Part::start(path, file, self.compression, &self.channels, &self.about);
         self.target = Target::File(Box::new(part));
         self.kept.start_file();
         self.contacts.restart();
@@ -196,7 +202,8 @@ impl Drain {
         }
     }
 
-    /// Handles an error of writing: closes the file after the last chunk that fits, and counts what is lost.
+    /// Handles an error of writing: closes the file after the last chunk that fits, and counts what
+    /// is lost.
     fn check(&mut self, written: McapResult<()>) {
         let (Err(error), Target::File(part)) = (written, &mut self.target) else { return };
         let before = self.lost;
@@ -217,7 +224,10 @@ impl Drain {
             false => Target::Nowhere,
         };
         let next = if is_full { "until there is room again" } else { "from here on" };
-        regatta_plugin::tell!("record: can't write to {} ({reason}): nothing is recorded {next}", path.display());
+        regatta_plugin::tell!(
+            "record: can't write to {} ({reason}): nothing is recorded {next}",
+            path.display()
+        );
         self.first_error.get_or_insert(SinkError::Write { path, reason });
     }
 
@@ -258,7 +268,9 @@ impl Drain {
         if let Some((path, parts)) = self.parts.ring() {
             match join(path, parts) {
                 Ok(()) => self.tally.name = path.display().to_string(),
-                Err(error) => regatta_plugin::tell!("record: the files of the ring stay apart: {error}"),
+                Err(error) => {
+                    regatta_plugin::tell!("record: the files of the ring stay apart: {error}")
+                }
             }
         }
     }

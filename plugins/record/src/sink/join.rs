@@ -18,9 +18,12 @@ pub(super) struct JoinError {
     reason: io::Error,
 }
 
-/// Appends all files to the first one and renames it to `path`. Each file is removed as soon as its content is in the
-/// first one. The files have the same channels.
-pub(super) fn join<'p>(path: &Path, mut parts: impl Iterator<Item = &'p Path>) -> Result<(), JoinError> {
+/// Appends all files to the first one and renames it to `path`. Each file is removed as soon as its
+/// content is in the first one. The files have the same channels.
+pub(super) fn join<'p>(
+    path: &Path,
+    mut parts: impl Iterator<Item = &'p Path>,
+) -> Result<(), JoinError> {
     let Some(first) = parts.next() else { return Ok(()) };
     let failed = |path: &Path| {
         let path = path.to_owned();
@@ -69,7 +72,9 @@ impl Joined {
             chunk.message_index_offsets.values_mut().for_each(|offset| *offset = moved(*offset));
             self.summary.chunk_indexes.push(chunk);
         }
-        for mut metadata in other.metadata_indexes.into_iter().filter(|index| (from..to).contains(&index.offset)) {
+        for mut metadata in
+            other.metadata_indexes.into_iter().filter(|index| (from..to).contains(&index.offset))
+        {
             metadata.offset = moved(metadata.offset);
             self.summary.metadata_indexes.push(metadata);
         }
@@ -103,7 +108,8 @@ impl Joined {
 }
 
 fn summary(file: &mut File) -> io::Result<Summary> {
-    let summary = reading::summary(file).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error.to_string()));
+    let summary = reading::summary(file)
+        .map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error.to_string()));
     summary?.ok_or_else(|| io::Error::new(io::ErrorKind::InvalidData, "it was never closed"))
 }
 

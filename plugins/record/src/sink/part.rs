@@ -48,7 +48,8 @@ struct Group {
     bytes: u64,
 }
 
-/// The number of groups of topics. Each group has chunks of its own, so that a reader of few topics reads little.
+/// The number of groups of topics. Each group has chunks of its own, so that a reader of few topics
+/// reads little.
 const GROUPS: usize = 5;
 
 /// Returns the group of a topic.
@@ -103,7 +104,8 @@ impl Part {
         (part, started)
     }
 
-    /// Returns the time from the first message to the newest one, or to a later time, in nanoseconds.
+    /// Returns the time from the first message to the newest one, or to a later time, in
+    /// nanoseconds.
     pub fn duration_until(&self, log_time: u64) -> u64 {
         self.times.map_or(0, |(first, newest)| newest.max(log_time) - first)
     }

@@ -47,7 +47,8 @@ impl Parts {
         Self { path: path.to_owned(), division, overwrite, number: 0, closed: VecDeque::new() }
     }
 
-    /// Creates the next file. The only file has the given name; others have it with a number, for example `run-0002.mcap`.
+    /// Creates the next file. The only file has the given name; others have it with a number, for
+    /// example `run-0002.mcap`.
     pub fn create(&mut self) -> Result<(PathBuf, File), SinkError> {
         loop {
             self.number += 1;
@@ -94,13 +95,15 @@ impl Parts {
         limit.is_reached(Duration::from_nanos(duration), rest().map(|part| part.bytes).sum())
     }
 
-    /// Returns the files of a ring in their order, if there are several to join to one with the returned name.
+    /// Returns the files of a ring in their order, if there are several to join to one with the
+    /// returned name.
     pub fn ring(&self) -> Option<(&Path, impl Iterator<Item = &Path>)> {
         let is_ring = matches!(self.division, Division::Ring(_)) && !self.closed.is_empty();
         is_ring.then(|| (&self.path as &Path, self.closed.iter().map(|part| &part.path as &Path)))
     }
 
-    /// Returns the name of the recording for messages: its only file, or the first and the last one.
+    /// Returns the name of the recording for messages: its only file, or the first and the last
+    /// one.
     pub fn name(&self) -> String {
         match (self.closed.front(), self.closed.back()) {
             (Some(first), Some(last)) if first.path != last.path => {
@@ -115,7 +118,9 @@ impl Parts {
 /// Returns a file's name with a number: `run-0002.mcap`.
 fn numbered(path: &Path, number: u32) -> PathBuf {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let extension = path.extension().map_or_else(String::new, |extension| format!(".{}", extension.to_string_lossy()));
+    let extension = path
+        .extension()
+        .map_or_else(String::new, |extension| format!(".{}", extension.to_string_lossy()));
     path.with_file_name(format!("{stem}-{number:04}{extension}"))
 }
 

@@ -1,4 +1,5 @@
-//! Files of a recording: each can be read by itself, and no chunk has anything that the others lack.
+//! Files of a recording: each can be read by itself, and no chunk has anything that the others
+//! lack.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -28,7 +29,8 @@ fn column() -> Topic {
     Topic::Column("type".parse().unwrap())
 }
 
-/// Records a world and a column once, and one frame of these many bytes and a list of contacts per simulated second.
+/// Records a world and a column once, and one frame of these many bytes and a list of contacts per
+/// simulated second.
 pub(crate) fn recording(folder: &Path, division: Division, frames: u64, bytes: usize) -> String {
     let settings = Settings { overwrite: false, compression: Compression::None, division };
     let mut sink = Sink::create(&folder.join("run.mcap"), settings).unwrap();
@@ -80,7 +82,8 @@ fn ticks(path: &Path) -> Vec<u64> {
 /// Checks that the file has the world and the column at its start and at its end.
 fn assert_has_states(path: &Path) {
     let recording = Recording::open(path).unwrap();
-    let start = recording.last_until(&Topic::Frames, u64::MAX - 1).unwrap().map_or(0, |(time, _)| time);
+    let start =
+        recording.last_until(&Topic::Frames, u64::MAX - 1).unwrap().map_or(0, |(time, _)| time);
     for at in [recording.span().0.as_nanos() as u64 + 1, start] {
         assert!(recording.state_before(&Topic::World, at).unwrap().is_some(), "{}", path.display());
         let (_, types) = recording.state_before(&column(), at).unwrap().expect("the column");
@@ -89,7 +92,8 @@ fn assert_has_states(path: &Path) {
 }
 
 fn files(folder: &Path) -> Vec<PathBuf> {
-    let mut files: Vec<_> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let mut files: Vec<_> =
+        fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     files.sort();
     files
 }
@@ -118,7 +122,10 @@ fn a_divided_recording_is_complete_and_each_file_can_be_read_by_itself() {
         let folder = TempDir::new().unwrap();
         let name = recording(folder.path(), Division::Split(limit), 20, 1_000_000);
         let files = files(folder.path());
-        assert!(name.contains("run-0001.mcap to ") && (6..=7).contains(&files.len()), "{name}: {files:?}");
+        assert!(
+            name.contains("run-0001.mcap to ") && (6..=7).contains(&files.len()),
+            "{name}: {files:?}"
+        );
         let mut all = Vec::new();
         for file in &files {
             assert_has_states(file);
@@ -137,7 +144,10 @@ fn a_ring_keeps_the_newest_part_in_one_file() {
     let path = folder.path().join("run.mcap");
     assert_eq!(files(folder.path()), std::slice::from_ref(&path));
     let ticks = ticks(&path);
-    assert!((16..=20).contains(&ticks.len()) && ticks.ends_with(&[58, 59]) && ticks.is_sorted(), "{ticks:?}");
+    assert!(
+        (16..=20).contains(&ticks.len()) && ticks.ends_with(&[58, 59]) && ticks.is_sorted(),
+        "{ticks:?}"
+    );
     assert!(repair(&path).unwrap().was_closed, "the index is right");
     assert_has_states(&path);
 
@@ -159,7 +169,8 @@ fn files_of_an_earlier_recording_are_left_alone() {
 fn chunks_have_either_frames_or_contacts_or_columns() {
     let folder = TempDir::new().unwrap();
     recording(folder.path(), Division::None, 20, 1_000_000);
-    let summary = Summary::read(&fs::read(folder.path().join("run.mcap")).unwrap()).unwrap().unwrap();
+    let summary =
+        Summary::read(&fs::read(folder.path().join("run.mcap")).unwrap()).unwrap().unwrap();
     for chunk in summary.chunk_indexes {
         let topic = |channel: &u16| Topic::from_name(&summary.channels[channel].topic).unwrap();
         let topics: Vec<_> = chunk.message_index_offsets.keys().map(topic).collect();

@@ -53,20 +53,26 @@ fn a_robot_that_moves_up_is_still_in_the_queue() {
     let head = (1, 10.0, 0.0, WAITING);
     add(&mut queues, &[head, (1, 6.0, 0.5, DRIVING), (0, 9.0, 0.0, WAITING)], 0.0);
     add(&mut queues, &[head, (1, 9.0, 0.0, WAITING), (0, 9.0, 0.0, WAITING)], 0.5);
-    add(&mut queues, &[(2, 1.0, 1.0, DRIVING), (2, 0.5, 1.0, DRIVING), (1, 1.0, 1.0, DRIVING)], 0.9);
+    add(
+        &mut queues,
+        &[(2, 1.0, 1.0, DRIVING), (2, 0.5, 1.0, DRIVING), (1, 1.0, 1.0, DRIVING)],
+        0.9,
+    );
     assert_eq!(queues.caused_secs(), [0.0, 0.0, 2.0, 0.0], "robots 0 and 2 in the only sample");
 }
 
 #[test]
 fn a_robot_at_a_stop_keeps_others_out_of_its_place() {
-    // It stands at the end of edge 1, where it loads. The next ones are on the same edge and on the one before.
+    // It stands at the end of edge 1, where it loads. The next ones are on the same edge and on the
+    // one before.
     let standing = [(1, 10.0, 0.0, IDLE), (1, 8.5, 0.0, WAITING), (0, 9.0, 0.0, WAITING)];
     assert_eq!(caused(line(3), &standing, &[2, 2, 1]), [0.0, 20.0, 0.0]);
 }
 
 #[test]
 fn a_robot_on_a_junction_keeps_others_from_it() {
-    // Edges 0 and 1 end at node 9, from which 2 and 3 lead away. Robot 0 stands on the node, and waits for edge 3.
+    // Edges 0 and 1 end at node 9, from which 2 and 3 lead away. Robot 0 stands on the node, and
+    // waits for edge 3.
     let edge = |origin, destination| Track { origin, destination, length: 10.0 };
     let tracks = vec![edge(0, 9), edge(1, 9), edge(9, 2), edge(9, 3)];
     let standing = [(0, 10.0, 0.0, WAITING), (1, 9.2, 0.0, WAITING), (3, 4.0, 0.1, DRIVING)];
@@ -79,7 +85,11 @@ fn reverse_gear_turns_an_edge_round() {
     let mut queues = Queues::new(line(2));
     add(&mut queues, &[(1, 3.0, -1.0, DRIVING), (1, 5.0, -1.0, DRIVING)], 0.0);
     (0..30).for_each(|tick| {
-        add(&mut queues, &[(1, 0.0, 0.0, WAITING), (1, 2.0, 0.0, WAITING)], 1.0 + f64::from(tick) / 10.0);
+        add(
+            &mut queues,
+            &[(1, 0.0, 0.0, WAITING), (1, 2.0, 0.0, WAITING)],
+            1.0 + f64::from(tick) / 10.0,
+        );
     });
     add(&mut queues, &[(0, 9.0, -1.0, DRIVING), (0, 9.5, -1.0, DRIVING)], 4.0);
     assert_eq!(queues.caused_secs(), [6.0, 0.0]);
@@ -88,11 +98,17 @@ fn reverse_gear_turns_an_edge_round() {
 #[test]
 fn robots_that_wait_for_each_other_and_for_ever_are_counted_once() {
     let ring = |edges: u32| -> Vec<Track> {
-        (0..edges).map(|index| Track { origin: index, destination: (index + 1) % edges, length: 10.0 }).collect()
+        (0..edges)
+            .map(|index| Track { origin: index, destination: (index + 1) % edges, length: 10.0 })
+            .collect()
     };
     let standing = [(0, 10.0, 0.0, WAITING), (1, 10.0, 0.0, WAITING), (2, 10.0, 0.0, WAITING)];
     assert_eq!(caused(ring(3), &standing, &[1, 2, 0]).iter().sum::<f64>(), 30.0);
-    assert_eq!(caused(ring(3), &standing, &[0, 1, 2]).iter().sum::<f64>(), 30.0, "none has ever driven on");
+    assert_eq!(
+        caused(ring(3), &standing, &[0, 1, 2]).iter().sum::<f64>(),
+        30.0,
+        "none has ever driven on"
+    );
 }
 
 #[test]

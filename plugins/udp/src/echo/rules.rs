@@ -8,7 +8,8 @@ use crate::line::{AngleUnit, LineFormat, PoseLine};
 /// The rules of an [`EchoCheck`](super::EchoCheck).
 #[derive(Clone, Copy, Debug)]
 pub struct EchoRules {
-    /// The largest accepted difference of x and y in metres, in addition to the rounding of an `f32`.
+    /// The largest accepted difference of x and y in metres, in addition to the rounding of an
+    /// `f32`.
     pub tolerance: f64,
     /// The largest accepted difference of theta in `unit`, in addition to the rounding of an `f32`.
     pub theta_tolerance: f64,
@@ -21,11 +22,18 @@ pub struct EchoRules {
 }
 
 impl EchoRules {
-    /// Creates the rules for sent lines with `format` and answers with `decimals` decimals. The tolerances are one unit of
-    /// the last decimal that both have.
-    pub fn new(format: LineFormat, decimals: usize, unit: AngleUnit, offset: [f64; 2], deadline: Duration) -> Self {
+    /// Creates the rules for sent lines with `format` and answers with `decimals` decimals. The
+    /// tolerances are one unit of the last decimal that both have.
+    pub fn new(
+        format: LineFormat,
+        decimals: usize,
+        unit: AngleUnit,
+        offset: [f64; 2],
+        deadline: Duration,
+    ) -> Self {
         let last_decimal = |sent: usize| 10_f64.powi(-(sent.min(decimals) as i32));
-        let (tolerance, theta_tolerance) = (last_decimal(format.decimals), last_decimal(format.theta_decimals));
+        let (tolerance, theta_tolerance) =
+            (last_decimal(format.decimals), last_decimal(format.theta_decimals));
         Self { tolerance, theta_tolerance, unit, offset, deadline }
     }
 
@@ -33,7 +41,8 @@ impl EchoRules {
     pub(super) fn matches(&self, sent: &SentLine, answer: &PoseLine) -> bool {
         let near = |sent: f32, answer: f32, offset: f64| {
             let rounding = f64::from(answer.abs().max(sent.abs())) * 2.0 * f64::from(f32::EPSILON);
-            (f64::from(answer) - offset - f64::from(sent)).abs() <= self.tolerance * 1.001 + rounding
+            (f64::from(answer) - offset - f64::from(sent)).abs()
+                <= self.tolerance * 1.001 + rounding
         };
         let turn = (f64::from(answer.theta) - f64::from(sent.theta)).rem_euclid(self.unit.turn());
         let turn = turn.min(self.unit.turn() - turn);

@@ -40,7 +40,9 @@ pub struct SentFrame {
 impl SentFrame {
     /// Adds a line. Lines have to be added in ascending order of their ids.
     pub fn push(&mut self, line: &PoseLine) {
-        let Some(index) = line.id.checked_sub(self.first).map(|index| index as usize) else { return };
+        let Some(index) = line.id.checked_sub(self.first).map(|index| index as usize) else {
+            return;
+        };
         let not_sent = SentLine { x: 0.0, y: 0.0, theta: 0.0, status: Status::NotSent };
         self.lines.resize(index.max(self.lines.len()), not_sent);
         self.lines.push(SentLine { x: line.x, y: line.y, theta: line.theta, status: Status::Open });
@@ -54,6 +56,9 @@ impl SentFrame {
 
     /// Returns the ids of the robots whose lines are not answered yet.
     pub(super) fn open_ids(&self) -> impl Iterator<Item = u32> {
-        (self.first..).zip(&self.lines).filter(|(_, line)| line.status == Status::Open).map(|(id, _)| id)
+        (self.first..)
+            .zip(&self.lines)
+            .filter(|(_, line)| line.status == Status::Open)
+            .map(|(id, _)| id)
     }
 }

@@ -42,13 +42,24 @@ fn each_line_is_counted_once() {
     let after = start + DEADLINE + PERIOD;
     check.pass_time(after);
     check.judge(&sent[2], after);
-    let expected =
-        EchoTotals { sent: 5, answered: 1, repeated: 1, differing: 1, unknown: 4, late: 1, missing: 2, unchecked: 0 };
+    let expected = EchoTotals {
+        sent: 5,
+        answered: 1,
+        repeated: 1,
+        differing: 1,
+        unknown: 4,
+        late: 1,
+        missing: 2,
+        unchecked: 0,
+    };
     assert_eq!((check.totals(), check.totals().open()), (expected, 0));
     check.pass_time(start + 3 * DEADLINE);
     assert_eq!((check.totals(), check.lines), (expected, 0));
     let text = check.to_string();
-    assert!(text.contains("2 missing (2 robots: 4, 6), 1 late (robot 3), 1 differing (robot 2)"), "{text}");
+    assert!(
+        text.contains("2 missing (2 robots: 4, 6), 1 late (robot 3), 1 differing (robot 2)"),
+        "{text}"
+    );
 }
 
 #[test]

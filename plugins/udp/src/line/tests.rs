@@ -1,4 +1,5 @@
-//! Compares lines and angles with the standard library, and checks that written lines are read back.
+//! Compares lines and angles with the standard library, and checks that written lines are read
+//! back.
 
 use proptest::prelude::*;
 
@@ -66,7 +67,8 @@ fn angles_are_wrapped() {
 fn format() -> impl Strategy<Value = LineFormat> {
     let separator = prop_oneof![Just(Separator::Comma), Just(Separator::Space)];
     let unit = prop_oneof![Just(AngleUnit::Degrees), Just(AngleUnit::Radians)];
-    (separator, 1..=fixed::MAX_DECIMALS, unit).prop_map(|(separator, d, unit)| LineFormat::new(separator, d, unit))
+    (separator, 1..=fixed::MAX_DECIMALS, unit)
+        .prop_map(|(separator, d, unit)| LineFormat::new(separator, d, unit))
 }
 
 proptest! {

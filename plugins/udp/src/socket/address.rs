@@ -19,7 +19,9 @@ pub enum SocketError {
     #[error("'{0}' has port 0, at which no program can receive; give the receiver's port")]
     NoPort(String),
     /// The address can't be listened on.
-    #[error("can't listen on {address}: {reason}; is another program listening there? choose another port")]
+    #[error(
+        "can't listen on {address}: {reason}; is another program listening there? choose another port"
+    )]
     Listen {
         /// The requested address.
         address: SocketAddr,
@@ -60,7 +62,8 @@ impl FromStr for Listen {
 /// Resolves the address of a receiver.
 ///
 /// # Errors
-/// Returns [`SocketError::Resolve`] if there is no such address, and [`SocketError::NoPort`] if its port is 0.
+/// Returns [`SocketError::Resolve`] if there is no such address, and [`SocketError::NoPort`] if its
+/// port is 0.
 pub fn resolve_receiver(address: &str) -> Result<SocketAddr, SocketError> {
     let found = resolve(address)?;
     if found.port() == 0 { Err(SocketError::NoPort(address.to_owned())) } else { Ok(found) }
@@ -76,8 +79,8 @@ pub fn resolve(address: &str) -> Result<SocketAddr, SocketError> {
     found.next().ok_or_else(|| failed(io::Error::from(ErrorKind::AddrNotAvailable)))
 }
 
-/// Returns the local address for sending to `address`, with any free port. The source of a loopback address is a loopback
-/// address.
+/// Returns the local address for sending to `address`, with any free port. The source of a loopback
+/// address is a loopback address.
 pub(super) fn source_of(address: SocketAddr) -> SocketAddr {
     let ip = match (address, address.ip().is_loopback()) {
         (SocketAddr::V4(_), true) => Ipv4Addr::LOCALHOST.into(),

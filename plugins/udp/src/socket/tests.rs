@@ -6,7 +6,9 @@ use super::*;
 fn received(socket: &Socket, count: usize) -> Vec<Vec<u8>> {
     let (mut buffers, mut datagrams) = (Buffers::default(), Vec::new());
     while datagrams.len() < count && socket.wait_to_receive(Duration::from_secs(10)) {
-        socket.receive(&mut buffers, |datagram| datagrams.push(datagram.to_vec())).expect("received");
+        socket
+            .receive(&mut buffers, |datagram| datagrams.push(datagram.to_vec()))
+            .expect("received");
     }
     datagrams
 }
@@ -50,7 +52,8 @@ fn empty_datagrams_are_skipped() {
 
 #[test]
 fn an_unreachable_receiver_is_reported_and_can_appear_later() {
-    let to = UdpSocket::bind("127.0.0.1:0").and_then(|socket| socket.local_addr()).expect("a free port");
+    let to =
+        UdpSocket::bind("127.0.0.1:0").and_then(|socket| socket.local_addr()).expect("a free port");
     let sender = Socket::towards(to).expect("a socket");
     let reported = (0..1_000).any(|_| {
         std::thread::sleep(Duration::from_millis(1));
@@ -69,7 +72,10 @@ fn an_unreachable_receiver_is_reported_and_can_appear_later() {
 fn errors_of_addresses_have_one_line() {
     for invalid in ["nonsense", "no.such.host.invalid:1", "127.0.0.1:99999", ""] {
         let message = resolve(invalid).expect_err(invalid).to_string();
-        assert!(message.contains(&format!("'{invalid}'")) && message.lines().count() == 1, "{message}");
+        assert!(
+            message.contains(&format!("'{invalid}'")) && message.lines().count() == 1,
+            "{message}"
+        );
     }
     let taken = Socket::listen(&Listen("127.0.0.1:0".into())).expect("a socket");
     let address = taken.local_address().expect("an address").to_string();

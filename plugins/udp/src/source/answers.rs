@@ -7,8 +7,8 @@ use crate::outlet::Outlet;
 use crate::packer::Packer;
 use crate::socket::SocketError;
 
-/// The sender of answers: a line `id x y theta` for each accepted line. Positions are those in the fleet, with the offset
-/// added.
+/// The sender of answers: a line `id x y theta` for each accepted line. Positions are those in the
+/// fleet, with the offset added.
 #[derive(Debug)]
 pub struct Answers {
     packer: Packer,
@@ -21,8 +21,15 @@ impl Answers {
     ///
     /// # Errors
     /// Returns [`SocketError::Send`].
-    pub fn open(to: SocketAddr, format: LineFormat, datagram_bytes: usize) -> Result<Self, SocketError> {
-        Ok(Self { packer: Packer::new(format, datagram_bytes), outlet: Outlet::open("udp-source", to, 0.0)? })
+    pub fn open(
+        to: SocketAddr,
+        format: LineFormat,
+        datagram_bytes: usize,
+    ) -> Result<Self, SocketError> {
+        Ok(Self {
+            packer: Packer::new(format, datagram_bytes),
+            outlet: Outlet::open("udp-source", to, 0.0)?,
+        })
     }
 
     /// Adds an answer. Answers are sent when a batch is full, or by [`flush`](Self::flush).

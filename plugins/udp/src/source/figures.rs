@@ -46,8 +46,10 @@ impl Source {
     fn summary(&self, session: &Session) -> String {
         let Intake { lines, datagrams, bytes, .. } = self.intake;
         let [standing, driving] = self.intake.robots.standing_and_driving(self.now());
-        let answered =
-            self.answers.as_ref().map_or(String::new(), |answers| format!(", {} answered", answers.outlet.sent.lines));
+        let answered = self
+            .answers
+            .as_ref()
+            .map_or(String::new(), |answers| format!(", {} answered", answers.outlet.sent.lines));
         format!(
             "{lines} lines of {} robots received in {datagrams} datagrams ({bytes} bytes){answered} {}; {} frames, \
              {} late; ignored: {}",
@@ -83,7 +85,10 @@ impl Trouble {
     fn text(&self) -> String {
         let mut text = self.faults.to_string();
         for (count, what) in [
-            (self.dropped, "packets dropped by the system, of up to 64 datagrams each (the receive buffer was full)"),
+            (
+                self.dropped,
+                "packets dropped by the system, of up to 64 datagrams each (the receive buffer was full)",
+            ),
             (self.orders_refused, "orders refused (the sender of the poses drives the robots)"),
             (self.answers_refused, "answers not sent"),
             (self.receive_errors, "errors of the socket"),

@@ -6,7 +6,8 @@ use super::robots::Robots;
 use crate::line::{AngleUnit, LineFault, PoseLine, Separator, lines};
 use crate::tally::Faults;
 
-/// The parser of received datagrams. Counts ignored lines. Its memory is bounded by the allowed number of robots.
+/// The parser of received datagrams. Counts ignored lines. Its memory is bounded by the allowed
+/// number of robots.
 #[derive(Debug)]
 pub struct Intake {
     unit: AngleUnit,
@@ -25,15 +26,24 @@ pub struct Intake {
 }
 
 impl Intake {
-    /// Creates a parser of datagrams of at most `max_bytes` bytes with angles in `unit`, for at most `max_robots` robots.
-    /// `offset` is added to all positions, in metres.
+    /// Creates a parser of datagrams of at most `max_bytes` bytes with angles in `unit`, for at
+    /// most `max_robots` robots. `offset` is added to all positions, in metres.
     pub fn new(unit: AngleUnit, offset: [f64; 2], max_bytes: usize, max_robots: u32) -> Self {
         let robots = Robots::new(max_robots);
-        Self { unit, offset, max_bytes, robots, faults: Faults::default(), lines: 0, datagrams: 0, bytes: 0 }
+        Self {
+            unit,
+            offset,
+            max_bytes,
+            robots,
+            faults: Faults::default(),
+            lines: 0,
+            datagrams: 0,
+            bytes: 0,
+        }
     }
 
-    /// Parses a datagram that was received at `now`, the time since any fixed instant. Calls `each` with each accepted
-    /// line, with the offset added and theta as received.
+    /// Parses a datagram that was received at `now`, the time since any fixed instant. Calls `each`
+    /// with each accepted line, with the offset added and theta as received.
     pub fn take(&mut self, datagram: &[u8], now: Duration, mut each: impl FnMut(&PoseLine)) {
         self.datagrams += 1;
         self.bytes += datagram.len() as u64;
@@ -54,7 +64,8 @@ impl Intake {
 
     fn parse_line(&mut self, line: &[u8], now: Duration) -> Result<PoseLine, LineFault> {
         let line = PoseLine::parse(line, Separator::Comma)?;
-        let [x, y] = [(line.x, self.offset[0]), (line.y, self.offset[1])].map(|(x, dx)| (f64::from(x) + dx) as f32);
+        let [x, y] = [(line.x, self.offset[0]), (line.y, self.offset[1])]
+            .map(|(x, dx)| (f64::from(x) + dx) as f32);
         if !x.is_finite() || !y.is_finite() {
             return Err(LineFault::NotFinite);
         }
@@ -80,14 +91,16 @@ mod tests {
         intake.take(datagram, Duration::ZERO, |line| accepted.push(*line));
         let robots = [(3, 11.0, 1.0, 90.0), (5, 8.5, 1.0, -180.0)];
         assert_eq!(accepted, robots.map(|(id, x, y, theta)| PoseLine { id, x, y, theta }));
-        let faults = Faults { malformed: 1, negative_id: 1, id_too_large: 1, not_finite: 1, oversized: 0 };
+        let faults =
+            Faults { malformed: 1, negative_id: 1, id_too_large: 1, not_finite: 1, oversized: 0 };
         assert_eq!((intake.faults, intake.lines, intake.robots.len()), (faults, 2, 6));
     }
 
     #[test]
     fn oversized_datagrams_are_ignored() {
         let mut intake = intake([0.0; 2]);
-        intake.take(&b"1,2,3,4\n".repeat(13), Duration::ZERO, |_| panic!("the line is not accepted"));
+        intake
+            .take(&b"1,2,3,4\n".repeat(13), Duration::ZERO, |_| panic!("the line is not accepted"));
         assert_eq!((intake.faults.oversized, intake.lines), (1, 0));
         intake.take(&b"1,2,3,4\n".repeat(12), Duration::ZERO, |_| ());
         assert_eq!((intake.lines, intake.datagrams), (12, 2));
@@ -96,7 +109,9 @@ mod tests {
     #[test]
     fn a_position_that_overflows_by_the_offset_is_not_finite() {
         let mut intake = intake([f64::from(f32::MAX), 0.0]);
-        intake.take(format!("1,{},0,0", f32::MAX).as_bytes(), Duration::ZERO, |_| panic!("the line is not accepted"));
+        intake.take(format!("1,{},0,0", f32::MAX).as_bytes(), Duration::ZERO, |_| {
+            panic!("the line is not accepted")
+        });
         assert_eq!(intake.faults.not_finite, 1);
     }
 }

@@ -55,7 +55,8 @@ pub struct SourceOptions {
     /// Name in `regatta doctor` [default: the program's name]
     #[arg(long, value_name = "NAME")]
     pub name: Option<String>,
-    /// Print statistics once a second, and warnings of the shared memory library (iceoryx2); -vv for its complete log
+    /// Print statistics once a second, and warnings of the shared memory library (iceoryx2); -vv
+    /// for its complete log
     #[arg(short, long, action = clap::ArgAction::Count)]
     pub verbose: u8,
 }

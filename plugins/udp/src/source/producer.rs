@@ -1,4 +1,5 @@
-//! The source as a [`Producer`]. It follows the sender of the poses: it can be paused, but not steered.
+//! The source as a [`Producer`]. It follows the sender of the poses: it can be paused, but not
+//! steered.
 
 use std::time::{Duration, Instant};
 
@@ -14,7 +15,10 @@ impl Producer for Source {
     type Error = Error;
 
     fn start(&mut self, session: &mut Session) -> Result {
-        let world = WorldData { robot_types: self.robot_type.into_iter().collect(), ..WorldData::default() };
+        let world = WorldData {
+            robot_types: self.robot_type.into_iter().collect(),
+            ..WorldData::default()
+        };
         session.ports().publish_world(&world)?;
         self.show(session)
     }
@@ -36,7 +40,8 @@ impl Producer for Source {
     fn robots_by_state(&self) -> [u32; RobotState::COUNT] {
         let [standing, driving] = self.intake.robots.standing_and_driving(self.now());
         let mut by_state = [0; RobotState::COUNT];
-        (by_state[RobotState::Idle as usize], by_state[RobotState::Driving as usize]) = (standing, driving);
+        (by_state[RobotState::Idle as usize], by_state[RobotState::Driving as usize]) =
+            (standing, driving);
         by_state
     }
 
@@ -58,7 +63,9 @@ impl Producer for Source {
             ControlKind::Step | ControlKind::Speed | ControlKind::Seek => {
                 "time comes from the sender of the poses: a UDP source can only pause and resume"
             }
-            ControlKind::Robots => "robots come from the sender of the poses: a UDP source can't add any",
+            ControlKind::Robots => {
+                "robots come from the sender of the poses: a UDP source can't add any"
+            }
         };
         Some(reason.to_owned())
     }
@@ -82,12 +89,18 @@ mod tests {
         for kind in [ControlKind::Status, ControlKind::Pause, ControlKind::Resume] {
             assert_eq!(source.refuses(kind), None);
         }
-        for kind in [ControlKind::Step, ControlKind::Speed, ControlKind::Robots, ControlKind::Seek] {
+        for kind in [ControlKind::Step, ControlKind::Speed, ControlKind::Robots, ControlKind::Seek]
+        {
             assert!(source.refuses(kind).is_some_and(|reason| reason.len() <= 128), "{kind:?}");
         }
         let fleet: FleetName = format!("test-udp-source-{}", std::process::id()).parse()?;
         let ports = ProducerPorts::create(&fleet, 0)?;
-        let mut session = Session::new(ports, Duration::from_millis(20), Speed::default(), LockstepOptions::default());
+        let mut session = Session::new(
+            ports,
+            Duration::from_millis(20),
+            Speed::default(),
+            LockstepOptions::default(),
+        );
         source.start(&mut session)?;
         let mut frames = Subscriber::open(&fleet)?;
         session.ports().update();

@@ -6,8 +6,8 @@ use regatta_plugin::frame::{ColumnsMut, NO_EDGE, RobotState};
 
 use crate::line::{LineFault, PoseLine};
 
-/// The time over which mean speeds are computed; longer if the time between two lines is. The jitter of datagrams is a
-/// millisecond or two, a large part of the time between two frames.
+/// The time over which mean speeds are computed; longer if the time between two lines is. The
+/// jitter of datagrams is a millisecond or two, a large part of the time between two frames.
 const SPEED_WINDOW: Duration = Duration::from_millis(100);
 /// The time without lines after which a robot is considered standing.
 const STANDS_AFTER: Duration = Duration::from_secs(2);
@@ -27,9 +27,11 @@ struct Robot {
     updated_at: Option<Duration>,
 }
 
-/// The newest pose and the speed of every robot of which a line was received. Times are since any fixed instant.
+/// The newest pose and the speed of every robot of which a line was received. Times are since any
+/// fixed instant.
 ///
-/// There is a row for each id up to the highest one, so that memory is bounded by the allowed number of robots.
+/// There is a row for each id up to the highest one, so that memory is bounded by the allowed
+/// number of robots.
 #[derive(Debug)]
 pub struct Robots {
     rows: Vec<Robot>,
@@ -68,8 +70,13 @@ impl Robots {
 
     /// Makes robots absent of which no line was received for longer than `timeout`.
     pub fn forget(&mut self, timeout: Duration, now: Duration) {
-        let is_silent = |robot: &Robot| robot.updated_at.is_some_and(|updated| now.saturating_sub(updated) > timeout);
-        self.rows.iter_mut().filter(|robot| is_silent(robot)).for_each(|robot| robot.updated_at = None);
+        let is_silent = |robot: &Robot| {
+            robot.updated_at.is_some_and(|updated| now.saturating_sub(updated) > timeout)
+        };
+        self.rows
+            .iter_mut()
+            .filter(|robot| is_silent(robot))
+            .for_each(|robot| robot.updated_at = None);
     }
 
     /// Returns the number of rows: the highest id received so far, plus one.
@@ -111,19 +118,26 @@ impl Robots {
 }
 
 impl Robot {
-    /// Returns the distance since the mean started divided by the elapsed time; negative if the robot moved backwards.
+    /// Returns the distance since the mean started divided by the elapsed time; negative if the
+    /// robot moved backwards.
     fn mean_speed(&self, elapsed: Duration) -> f32 {
         let [dx, dy] = [self.x - self.from[0], self.y - self.from[1]].map(f64::from);
         let (sin, cos) = f64::from(self.theta).sin_cos();
         let speed = dx.hypot(dy).copysign(dx * cos + dy * sin) / elapsed.as_secs_f64();
         // The speed can overflow if a robot jumps across the range of an `f32`.
-        if speed.is_finite() { speed.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32 } else { 0.0 }
+        if speed.is_finite() {
+            speed.clamp(f64::from(f32::MIN), f64::from(f32::MAX)) as f32
+        } else {
+            0.0
+        }
     }
 
     fn state(&self, now: Duration) -> RobotState {
         match self.updated_at {
             None => RobotState::Absent,
-            Some(updated) if now.saturating_sub(updated) <= STANDS_AFTER && self.speed.abs() > STANDING => {
+            Some(updated)
+                if now.saturating_sub(updated) <= STANDS_AFTER && self.speed.abs() > STANDING =>
+            {
                 RobotState::Driving
             }
             Some(_) => RobotState::Idle,
@@ -148,8 +162,15 @@ mod tests {
         let mut lines = vec![Line([7.0; 16]); frame_lines(robots.len())];
         robots.write(&mut ColumnsMut::split(&mut lines, robots.len()), now);
         let columns = Columns::split(&lines, robots.len()).expect("enough lines");
-        assert!(columns.edge.iter().all(|&edge| edge == NO_EDGE) && columns.s.iter().all(|&s| s == 0.0));
-        columns.state.iter().map(|&state| RobotState::from_number(state)).zip(columns.speed.iter().copied()).collect()
+        assert!(
+            columns.edge.iter().all(|&edge| edge == NO_EDGE) && columns.s.iter().all(|&s| s == 0.0)
+        );
+        columns
+            .state
+            .iter()
+            .map(|&state| RobotState::from_number(state))
+            .zip(columns.speed.iter().copied())
+            .collect()
     }
 
     #[test]
@@ -179,7 +200,9 @@ mod tests {
     #[test]
     fn a_robot_without_new_lines_stands_and_later_is_absent() {
         let mut robots = Robots::new(1);
-        (0..30).for_each(|i| robots.update(&line(0, i as f32, 0.0), MILLI * 20 * i).expect("an allowed id"));
+        (0..30).for_each(|i| {
+            robots.update(&line(0, i as f32, 0.0), MILLI * 20 * i).expect("an allowed id")
+        });
         assert_eq!(rows(&robots, MILLI * 600)[0].0, RobotState::Driving);
         assert_eq!(rows(&robots, MILLI * 3_000), [(RobotState::Idle, 0.0)]);
         robots.forget(MILLI * 5_000, MILLI * 5_000);
@@ -187,14 +210,20 @@ mod tests {
         robots.forget(MILLI * 5_000, MILLI * 6_000);
         assert_eq!(rows(&robots, MILLI * 6_000)[0].0, RobotState::Absent);
         robots.update(&line(0, 900.0, 0.0), MILLI * 7_000).expect("an allowed id");
-        assert_eq!(rows(&robots, MILLI * 7_000), [(RobotState::Idle, 0.0)], "its old position doesn't count");
+        assert_eq!(
+            rows(&robots, MILLI * 7_000),
+            [(RobotState::Idle, 0.0)],
+            "its old position doesn't count"
+        );
     }
 
     #[test]
     fn speeds_stay_finite_when_positions_jump() {
         let mut robots = Robots::new(1);
         for (i, x) in (0..).zip([f32::MIN, f32::MAX, f32::MIN_POSITIVE, f32::MIN, 0.0]) {
-            robots.update(&PoseLine { id: 0, x, y: x, theta: x }, MILLI * i * 100).expect("an allowed id");
+            robots
+                .update(&PoseLine { id: 0, x, y: x, theta: x }, MILLI * i * 100)
+                .expect("an allowed id");
             assert!(rows(&robots, MILLI * i * 100)[0].1.is_finite());
         }
     }

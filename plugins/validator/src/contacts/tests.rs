@@ -13,26 +13,34 @@ fn body() -> impl Strategy<Value = Body> {
 
 /// The corners of a rectangle; the centre of a circle.
 fn corners(body: &Body) -> Vec<[f64; 2]> {
-    let [x, y, theta, length, width] = [body.x, body.y, body.theta, body.half[0], body.half[1]].map(f64::from);
+    let [x, y, theta, length, width] =
+        [body.x, body.y, body.theta, body.half[0], body.half[1]].map(f64::from);
     let (sin, cos) = theta.sin_cos();
-    let corner = |a: f64, b: f64| [x + a * length * cos - b * width * sin, y + a * length * sin + b * width * cos];
+    let corner = |a: f64, b: f64| {
+        [x + a * length * cos - b * width * sin, y + a * length * sin + b * width * cos]
+    };
     let all = vec![corner(1.0, 1.0), corner(-1.0, 1.0), corner(-1.0, -1.0), corner(1.0, -1.0)];
     if body.is_circle { vec![[x, y]] } else { all }
 }
 
-/// The depth of the overlap by another way: how far the origin is within the hull of all differences of corners (Minkowski's
-/// difference), negative outside, and the radii of circles on top.
+/// The depth of the overlap by another way: how far the origin is within the hull of all
+/// differences of corners (Minkowski's difference), negative outside, and the radii of circles on
+/// top.
 fn depth(a: &Body, b: &Body) -> f64 {
     let (first, second) = (corners(a), corners(b));
-    let round: f64 = [a, b].iter().filter(|body| body.is_circle).map(|body| f64::from(body.half[0])).sum();
+    let round: f64 =
+        [a, b].iter().filter(|body| body.is_circle).map(|body| f64::from(body.half[0])).sum();
     let mut points: Vec<_> =
         first.iter().flat_map(|p| second.iter().map(move |q| [p[0] - q[0], p[1] - q[1]])).collect();
     points.sort_by(|p, q| p.partial_cmp(q).expect("numbers"));
-    let cross = |o: [f64; 2], p: [f64; 2], q: [f64; 2]| (p[0] - o[0]) * (q[1] - o[1]) - (p[1] - o[1]) * (q[0] - o[0]);
+    let cross = |o: [f64; 2], p: [f64; 2], q: [f64; 2]| {
+        (p[0] - o[0]) * (q[1] - o[1]) - (p[1] - o[1]) * (q[0] - o[0])
+    };
     let chain = |points: &mut dyn Iterator<Item = [f64; 2]>| {
         let mut hull: Vec<[f64; 2]> = Vec::new();
         for point in points {
-            while hull.len() >= 2 && cross(hull[hull.len() - 2], hull[hull.len() - 1], point) <= 0.0 {
+            while hull.len() >= 2 && cross(hull[hull.len() - 2], hull[hull.len() - 1], point) <= 0.0
+            {
                 hull.pop();
             }
             hull.push(point);
@@ -41,14 +49,20 @@ fn depth(a: &Body, b: &Body) -> f64 {
     };
     let mut hull = chain(&mut points.iter().copied());
     hull.extend(chain(&mut points.iter().rev().copied()));
-    let sides: Vec<_> = hull.windows(2).map(|side| (side[0], side[1])).filter(|(p, q)| p != q).collect();
+    let sides: Vec<_> =
+        hull.windows(2).map(|side| (side[0], side[1])).filter(|(p, q)| p != q).collect();
     let distance = |(p, q): &([f64; 2], [f64; 2])| {
         let (dx, dy) = (q[0] - p[0], q[1] - p[1]);
         let along = (-(p[0] * dx + p[1] * dy) / (dx * dx + dy * dy)).clamp(0.0, 1.0);
         (p[0] + along * dx).hypot(p[1] + along * dy)
     };
-    let nearest = sides.iter().map(distance).fold(f64::INFINITY, f64::min).min(points[0][0].hypot(points[0][1]));
-    let is_inside = !sides.is_empty() && sides.iter().all(|(p, q)| cross(*p, *q, [0.0, 0.0]) >= 0.0);
+    let nearest = sides
+        .iter()
+        .map(distance)
+        .fold(f64::INFINITY, f64::min)
+        .min(points[0][0].hypot(points[0][1]));
+    let is_inside =
+        !sides.is_empty() && sides.iter().all(|(p, q)| cross(*p, *q, [0.0, 0.0]) >= 0.0);
     round + if is_inside { nearest } else { -nearest }
 }
 

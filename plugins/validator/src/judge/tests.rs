@@ -1,7 +1,9 @@
 //! Synthetic runs: a clean one without findings, and one for each fault, planted.
 
 use regatta_plugin::event::{BreakdownCause, EventKind, EventRecord};
-use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, NO_EDGE, RobotState, frame_lines, stride_lines};
+use regatta_plugin::frame::{
+    ColumnsMut, FrameHeader, Line, NO_EDGE, RobotState, frame_lines, stride_lines,
+};
 use regatta_plugin::task::{StopAction, TaskHeader, TaskKind, TaskRecord};
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, WorldData};
 
@@ -10,8 +12,9 @@ use super::*;
 /// Ten ticks a second.
 const PERIOD: f32 = 0.1;
 
-/// Three nodes on a line, 10 m apart, with ids 1 to 3, and node 4 beside the last. Edge 0 leads from 1 to 2 and may be driven
-/// in reverse gear, edge 1 from 2 to 3, edge 2 from 4 to 1 far away. All are for 1 m/s; the type brakes at 0.5 m/s².
+/// Three nodes on a line, 10 m apart, with ids 1 to 3, and node 4 beside the last. Edge 0 leads
+/// from 1 to 2 and may be driven in reverse gear, edge 1 from 2 to 3, edge 2 from 4 to 1 far away.
+/// All are for 1 m/s; the type brakes at 0.5 m/s².
 fn world() -> WorldData {
     let at = [[0.0, 0.0], [10.0, 0.0], [20.0, 0.0], [0.0, 30.0]];
     let node = |(id, [x, y]): (u32, [f32; 2])| NodeRecord { id, x, y, ..NodeRecord::default() };
@@ -24,7 +27,8 @@ fn world() -> WorldData {
         let (from, to): ([f32; 2], [f32; 2]) = (at[origin], at[destination]);
         let length = (to[0] - from[0]).hypot(to[1] - from[1]);
         let (origin, destination) = (origin as u32, destination as u32);
-        let limits = EdgeRecord { velocity_forward: 1.0, velocity_backwards: back, ..EdgeRecord::default() };
+        let limits =
+            EdgeRecord { velocity_forward: 1.0, velocity_backwards: back, ..EdgeRecord::default() };
         let edge = EdgeRecord { id, origin, destination, length, ..limits };
         world.add_edge(edge, [CurveRecord::straight(from, to)]);
     }
@@ -67,7 +71,11 @@ fn judge() -> Judge {
 /// The kinds and counts of a report.
 fn found(judge: Judge) -> Vec<(Kind, u64)> {
     let report = judge.finish();
-    Kind::ALL.into_iter().map(|kind| (kind, report.count(kind))).filter(|(_, count)| *count > 0).collect()
+    Kind::ALL
+        .into_iter()
+        .map(|kind| (kind, report.count(kind)))
+        .filter(|(_, count)| *count > 0)
+        .collect()
 }
 
 /// Judges frames of one robot, one a tick.
@@ -104,8 +112,8 @@ fn a_clean_drive_has_no_findings() {
 #[test]
 fn each_fault_of_motion_is_found_once() {
     use Kind::{
-        Acceleration, BrokenRoute, HardBraking, Heading, InvalidPose, OffGraph, Rotation, Speed, Teleport,
-        WrongDirection,
+        Acceleration, BrokenRoute, HardBraking, Heading, InvalidPose, OffGraph, Rotation, Speed,
+        Teleport, WrongDirection,
     };
     let stand = on(0, 5.0, 0.0);
     let turning = |theta| Row { theta, state: RobotState::Turning, ..on(0, 10.0, 0.0) };
@@ -125,7 +133,13 @@ fn each_fault_of_motion_is_found_once() {
             BrokenRoute,
             vec![
                 on(0, 0.02, 0.0),
-                Row { x: 0.0, y: 0.02, theta: -std::f32::consts::FRAC_PI_2, s: 29.98, ..on(2, 0.0, 0.0) },
+                Row {
+                    x: 0.0,
+                    y: 0.02,
+                    theta: -std::f32::consts::FRAC_PI_2,
+                    s: 29.98,
+                    ..on(2, 0.0, 0.0)
+                },
             ],
         ),
         (InvalidPose, vec![stand, Row { x: f32::NAN, ..stand }, stand]),
@@ -139,10 +153,12 @@ fn each_fault_of_motion_is_found_once() {
 
 #[test]
 fn reverse_gear_and_turning_back_at_a_node_are_allowed() {
-    let back: Vec<_> =
-        (0..20).map(|tick| on(0, 10.0 - 0.05 * tick as f32, if tick == 0 { 0.0 } else { -0.05 })).collect();
-    let slow: Vec<_> =
-        (0..20).map(|tick| on(0, 10.0 - 0.005 * tick as f32, if tick == 0 { 0.0 } else { -0.05 })).collect();
+    let back: Vec<_> = (0..20)
+        .map(|tick| on(0, 10.0 - 0.05 * tick as f32, if tick == 0 { 0.0 } else { -0.05 }))
+        .collect();
+    let slow: Vec<_> = (0..20)
+        .map(|tick| on(0, 10.0 - 0.005 * tick as f32, if tick == 0 { 0.0 } else { -0.05 }))
+        .collect();
     assert_eq!(judged(&slow), []);
     assert_eq!(judged(&back), [], "the judge doesn't compare speeds with distances");
 }
@@ -192,17 +208,20 @@ fn a_contact_counts_once_and_has_a_duration() {
     assert_eq!((example.tick, &example.robots[..]), (10, &[0, 1][..]));
     assert!((example.duration_secs.expect("it lasted") - 1.9).abs() < 1e-9);
     assert!((example.value.expect("a depth") - 0.01).abs() < 1e-4);
-    assert!(report.to_markdown().contains("robots 0 and 1") && report.to_json().contains("\"contact\""));
+    assert!(
+        report.to_markdown().contains("robots 0 and 1") && report.to_json().contains("\"contact\"")
+    );
 }
 
 /// Records of one task: tick, and what happened.
 type Log = Vec<(u64, TaskRecord)>;
 
-/// A transport from node 2 to node 3 by robot 0, as it should be: it stands at node 2 from tick 10 to 40, drives, and stands
-/// at node 3 from tick 300 on.
+/// A transport from node 2 to node 3 by robot 0, as it should be: it stands at node 2 from tick 10
+/// to 40, drives, and stands at node 3 from tick 300 on.
 fn transport() -> Log {
-    let stop =
-        |tick, kind, stop, node, action| (tick, TaskRecord::new(5, kind).of_robot(0).at_stop(stop, node, action));
+    let stop = |tick, kind, stop, node, action| {
+        (tick, TaskRecord::new(5, kind).of_robot(0).at_stop(stop, node, action))
+    };
     let plan = |index, node, action| {
         let record = TaskRecord::new(5, TaskKind::Stop).at_stop(index, node, action);
         (0, TaskRecord { dwell_secs: 2.0, ..record })
@@ -238,7 +257,11 @@ fn judged_log(log: &[(u64, TaskRecord)], late: u64, last: u64) -> Vec<(Kind, u64
     for tick in 0..=last {
         show(&mut judge, tick, &[carrier(tick)]);
         for (at, record) in log.iter().filter(|(at, _)| at + late == tick) {
-            judge.take_tasks(&TaskHeader { run_id: 7, tick: *at, ..TaskHeader::default() }, 0, &[*record]);
+            judge.take_tasks(
+                &TaskHeader { run_id: 7, tick: *at, ..TaskHeader::default() },
+                0,
+                &[*record],
+            );
         }
     }
     found(judge)
@@ -260,30 +283,46 @@ fn changed(change: impl FnOnce(&mut Log)) -> Vec<(Kind, u64)> {
 #[test]
 fn each_fault_of_a_task_is_found() {
     use Kind::{
-        DoneTwice, DropWithoutPick, MovedInDwell, ShortDwell, SkippedStop, TaskOrder, TwoTasks, Unserved, WrongPlace,
+        DoneTwice, DropWithoutPick, MovedInDwell, ShortDwell, SkippedStop, TaskOrder, TwoTasks,
+        Unserved, WrongPlace,
     };
     let has = |found: Vec<(Kind, u64)>, kind: Kind| {
         assert!(found.iter().any(|(other, _)| *other == kind), "{kind:?} not in {found:?}");
     };
     assert_eq!(changed(|log| log[5].0 = 28), [(ShortDwell, 1)]);
     assert_eq!(changed(|log| log[5].0 = 60), [(WrongPlace, 1), (MovedInDwell, 1)]);
-    assert_eq!(changed(|log| log[6].0 = 290), [(WrongPlace, 1), (MovedInDwell, 1)], "arrives before it stands");
-    assert_eq!(changed(|log| (log[6].1.node, log[7].1.node, log[2].1.node) = (1, 1, 1)), [(WrongPlace, 2)]);
+    assert_eq!(
+        changed(|log| log[6].0 = 290),
+        [(WrongPlace, 1), (MovedInDwell, 1)],
+        "arrives before it stands"
+    );
+    assert_eq!(
+        changed(|log| (log[6].1.node, log[7].1.node, log[2].1.node) = (1, 1, 1)),
+        [(WrongPlace, 2)]
+    );
     assert_eq!(changed(|log| log[1].1.action = StopAction::None as u32), [(DropWithoutPick, 1)]);
     has(changed(|log| drop(log.drain(4..6))), SkippedStop);
     assert_eq!(changed(|log| drop(log.drain(6..8))), [(SkippedStop, 1)]);
     assert_eq!(changed(|log| log.push((330, log[8].1))), [(DoneTwice, 1)]);
     assert_eq!(changed(|log| log.push((330, log[0].1))), [(TaskOrder, 1)], "created twice");
-    assert_eq!(changed(|log| drop(log.drain(4..5))), [(TaskOrder, 1)], "handled without an arrival");
+    assert_eq!(
+        changed(|log| drop(log.drain(4..5))),
+        [(TaskOrder, 1)],
+        "handled without an arrival"
+    );
     assert_eq!(changed(|log| drop(log.drain(3..4))), [(TaskOrder, 5)], "no robot has it");
-    assert_eq!(changed(|log| log[5].1.kind = 99), [(DropWithoutPick, 1), (SkippedStop, 1), (TaskOrder, 2)]);
+    assert_eq!(
+        changed(|log| log[5].1.kind = 99),
+        [(DropWithoutPick, 1), (SkippedStop, 1), (TaskOrder, 2)]
+    );
     let second = |log: &mut Log| {
         log.push((50, TaskRecord::new(6, TaskKind::Created)));
         log.push((51, TaskRecord::new(6, TaskKind::Assigned).of_robot(0)));
         log.push((52, TaskRecord::new(6, TaskKind::Cancelled).of_robot(0)));
     };
     assert_eq!(changed(second), [(TwoTasks, 1)]);
-    let withdrawn = |log: &mut Log| log.insert(6, (50, TaskRecord::new(5, TaskKind::Withdrawn).of_robot(0)));
+    let withdrawn =
+        |log: &mut Log| log.insert(6, (50, TaskRecord::new(5, TaskKind::Withdrawn).of_robot(0)));
     has(changed(withdrawn), TaskOrder);
     assert_eq!(judged_log(&transport()[..3], 0, 700), [(Unserved, 1), (Kind::Idle, 1)]);
     assert_eq!(judged_log(&transport()[..3], 0, 280), [], "not yet");
@@ -295,7 +334,9 @@ fn a_log_with_a_gap_is_judged_as_far_as_it_is_known() {
     judge.site.types[0].max_acceleration = f32::INFINITY;
     for tick in 0..=400 {
         show(&mut judge, tick, &[carrier(tick)]);
-        for (number, (at, record)) in transport().iter().enumerate().filter(|(_, (at, _))| *at == tick) {
+        for (number, (at, record)) in
+            transport().iter().enumerate().filter(|(_, (at, _))| *at == tick)
+        {
             if number != 5 {
                 let header = TaskHeader { run_id: 7, tick: *at, ..TaskHeader::default() };
                 judge.take_tasks(&header, u64::from(number == 6), &[*record]);
@@ -306,15 +347,22 @@ fn a_log_with_a_gap_is_judged_as_far_as_it_is_known() {
     assert_eq!(found(judge), []);
 }
 
-/// Judges the transport as the log of run 7, whose samples have the numbers from `first` on. The samples of the first ticks are
-/// there `early` ticks before their frame, and so before the run's first one.
+/// Judges the transport as the log of run 7, whose samples have the numbers from `first` on. The
+/// samples of the first ticks are there `early` ticks before their frame, and so before the run's
+/// first one.
 fn numbered(log: &[(u64, TaskRecord)], first: u64, early: u64) -> Vec<(Kind, u64)> {
     let mut judge = judge();
     judge.site.types[0].max_acceleration = f32::INFINITY;
     let mut samples = log.iter().zip(first..).peekable();
     for tick in 0..=400 {
-        while let Some(((at, record), sequence)) = samples.next_if(|((at, _), _)| *at <= tick + early) {
-            judge.take_tasks(&TaskHeader { run_id: 7, tick: *at, sequence, ..TaskHeader::default() }, 0, &[*record]);
+        while let Some(((at, record), sequence)) =
+            samples.next_if(|((at, _), _)| *at <= tick + early)
+        {
+            judge.take_tasks(
+                &TaskHeader { run_id: 7, tick: *at, sequence, ..TaskHeader::default() },
+                0,
+                &[*record],
+            );
         }
         show(&mut judge, tick, &[carrier(tick)]);
     }
@@ -325,7 +373,11 @@ fn numbered(log: &[(u64, TaskRecord)], first: u64, early: u64) -> Vec<(Kind, u64
 fn what_was_logged_before_the_judge_joined_is_unknown() {
     assert_eq!(numbered(&transport(), 1, 0), []);
     assert_eq!(numbered(&transport()[3..], 4, 0), [], "joined after the stops were told");
-    assert_eq!(numbered(&transport()[3..], 1, 0)[0].0, Kind::TaskOrder, "nothing was before: they weren't told");
+    assert_eq!(
+        numbered(&transport()[3..], 1, 0)[0].0,
+        Kind::TaskOrder,
+        "nothing was before: they weren't told"
+    );
 }
 
 #[test]
@@ -334,7 +386,11 @@ fn a_log_that_is_ahead_of_its_run_is_kept() {
     let mut judge = judge();
     judge.site.types[0].max_acceleration = f32::INFINITY;
     show(&mut judge, 0, &[carrier(0)]);
-    judge.take_tasks(&TaskHeader { run_id: 8, tick: 1, ..TaskHeader::default() }, 0, &[transport()[0].1]);
+    judge.take_tasks(
+        &TaskHeader { run_id: 8, tick: 1, ..TaskHeader::default() },
+        0,
+        &[transport()[0].1],
+    );
     assert_eq!(judge.tasks.records, 0);
     assert_eq!(judge.next_tasks.as_ref().map(|(run, _)| *run), Some(8));
 }

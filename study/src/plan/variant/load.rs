@@ -16,8 +16,12 @@ impl Variant {
             nodes.filter(|(_, node)| node.role == role).map(|(index, _)| index).collect()
         };
         let (picks, drops) = (with_role(Role::Pick), with_role(Role::Drop));
-        let stations: Vec<NodeIndex> =
-            self.graph.stations().iter().flat_map(|station| station.nodes.iter().copied()).collect();
+        let stations: Vec<NodeIndex> = self
+            .graph
+            .stations()
+            .iter()
+            .flat_map(|station| station.nodes.iter().copied())
+            .collect();
         let (load, words) = if !picks.is_empty() && !drops.is_empty() {
             self.check_connected(&[picks, drops].concat())?;
             (
@@ -27,16 +31,22 @@ impl Variant {
         } else if stations.len() > 1 {
             self.check_connected(&stations)?;
             let ids: Vec<u32> = stations.iter().map(|node| self.graph.node(*node).id).collect();
-            let load = json!({"groups": {"stations": ids}, "endless": "robots", "among": "stations"});
+            let load =
+                json!({"groups": {"stations": ids}, "endless": "robots", "among": "stations"});
             (load, "from one station to the next")
         } else {
-            (json!({"endless": "robots"}), "from one node to the next, since the layout names no stations")
+            (
+                json!({"endless": "robots"}),
+                "from one node to the next, since the layout names no stations",
+            )
         };
         self.scenario["load"] = load;
         self.load = format!("each robot has an order at any time, {words}");
         self.is_load_made_up = true;
         match &mut self.manager {
-            Manager::BuiltIn(args) if !args.iter().any(|arg| arg == IN_TURN) => args.push(IN_TURN.to_owned()),
+            Manager::BuiltIn(args) if !args.iter().any(|arg| arg == IN_TURN) => {
+                args.push(IN_TURN.to_owned())
+            }
             _ => {}
         }
         Ok(())
@@ -52,7 +62,9 @@ impl Variant {
             None => Ok(()),
             Some(node) => {
                 let node = self.graph.node(*node);
-                let station = node.name().map_or_else(|| format!("node {}", node.id), |name| format!("station {name}"));
+                let station = node
+                    .name()
+                    .map_or_else(|| format!("node {}", node.id), |name| format!("station {name}"));
                 Err(PlanError::Unreachable { file: self.file.clone(), station })
             }
         }
@@ -71,15 +83,20 @@ impl Variant {
     }
 
     pub(super) fn dwell(&mut self, value: &Value) -> Result<(), PlanError> {
-        let range = [value, value].map(|value| value.as_f64()).into_iter().collect::<Option<Vec<f64>>>();
+        let range =
+            [value, value].map(|value| value.as_f64()).into_iter().collect::<Option<Vec<f64>>>();
         let range = range.or_else(|| Some(vec![value["min"].as_f64()?, value["max"].as_f64()?]));
         if !range.is_some_and(|range| 0.0 <= range[0] && range[0] <= range[1]) {
-            let message = format!("invalid time {value}: give seconds, or a range such as {{\"min\": 5, \"max\": 15}}");
+            let message = format!(
+                "invalid time {value}: give seconds, or a range such as {{\"min\": 5, \"max\": 15}}"
+            );
             return Err(PlanError::setting(Setting::Dwell, message));
         }
         let load = &mut self.scenario["load"];
         match load.get_mut("generators").and_then(Value::as_array_mut) {
-            Some(generators) => generators.iter_mut().for_each(|generator| generator["dwell"] = value.clone()),
+            Some(generators) => {
+                generators.iter_mut().for_each(|generator| generator["dwell"] = value.clone())
+            }
             None => load["dwell"] = value.clone(),
         }
         Ok(())

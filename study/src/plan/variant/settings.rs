@@ -18,18 +18,33 @@ impl Variant {
     /// Returns the variant with a setting.
     ///
     /// # Errors
-    /// [`PlanError::Setting`] if the value is invalid, or as [`read`](Self::read) for another layout.
-    pub fn with(mut self, setting: Setting, value: &Value, options: &ReadOptions) -> Result<Self, PlanError> {
+    /// [`PlanError::Setting`] if the value is invalid, or as [`read`](Self::read) for another
+    /// layout.
+    pub fn with(
+        mut self,
+        setting: Setting,
+        value: &Value,
+        options: &ReadOptions,
+    ) -> Result<Self, PlanError> {
         let number = || match value.as_f64() {
             Some(number) if number >= 0.0 && number.is_finite() => Ok(number),
-            _ => Err(PlanError::setting(setting, format!("invalid number {value}: give one of at least 0"))),
+            _ => Err(PlanError::setting(
+                setting,
+                format!("invalid number {value}: give one of at least 0"),
+            )),
         };
         let positive = || match number()? {
-            0.0 => Err(PlanError::setting(setting, "robots that stand still carry nothing: give a number above 0")),
+            0.0 => Err(PlanError::setting(
+                setting,
+                "robots that stand still carry nothing: give a number above 0",
+            )),
             number => Ok(number),
         };
-        let text =
-            || value.as_str().ok_or_else(|| PlanError::setting(setting, format!("invalid value {value}: give a text")));
+        let text = || {
+            value.as_str().ok_or_else(|| {
+                PlanError::setting(setting, format!("invalid value {value}: give a text"))
+            })
+        };
         match setting {
             Setting::Layout => self.take_layout(Path::new(text()?), options)?,
             Setting::Type => self.types = vec![(Some(self.known_type(text()?)?), 1.0)],
@@ -44,7 +59,10 @@ impl Variant {
             Setting::Dwell => self.dwell(value)?,
             Setting::Closed => {
                 let ids: Vec<u32> = serde_json::from_value(value.clone()).map_err(|_| {
-                    PlanError::setting(setting, format!("invalid edges {value}: give a list of ids, such as [3,4]"))
+                    PlanError::setting(
+                        setting,
+                        format!("invalid edges {value}: give a list of ids, such as [3,4]"),
+                    )
                 })?;
                 self.change(&ids, EdgeChange::Close)?;
             }
@@ -57,7 +75,9 @@ impl Variant {
                     }
                     args.extend([PLANNER.to_owned(), text()?.to_owned()]);
                 }
-                Manager::Command(_) => return Err(PlanError::setting(setting, "only the fleet manager has planners")),
+                Manager::Command(_) => {
+                    return Err(PlanError::setting(setting, "only the fleet manager has planners"));
+                }
             },
             Setting::Manager => self.manage(text()?)?,
         }
@@ -76,15 +96,19 @@ impl Variant {
         let names: Vec<&str> = types.filter_map(|kind| kind["name"].as_str()).collect();
         match names.contains(&name) {
             true => Ok(name.to_owned()),
-            false => {
-                Err(PlanError::setting(Setting::Type, format!("unknown type '{name}': there are {}", names.join(", "))))
-            }
+            false => Err(PlanError::setting(
+                Setting::Type,
+                format!("unknown type '{name}': there are {}", names.join(", ")),
+            )),
         }
     }
 
     fn limit_types(&mut self, key: &str, value: f64) -> Result<(), PlanError> {
         let Some(types) = self.scenario["robot_types"].as_array_mut() else {
-            return Err(PlanError::setting(key, "the scenario has no robot_types to change: add one"));
+            return Err(PlanError::setting(
+                key,
+                "the scenario has no robot_types to change: add one",
+            ));
         };
         types.iter_mut().for_each(|kind| kind[key] = value.into());
         Ok(())
@@ -102,13 +126,17 @@ impl Variant {
         }
         let words: Vec<String> = command.split_whitespace().map(str::to_owned).collect();
         if words.is_empty() {
-            return Err(PlanError::setting(Setting::Manager, "the command is empty: give a program and its arguments"));
+            return Err(PlanError::setting(
+                Setting::Manager,
+                "the command is empty: give a program and its arguments",
+            ));
         }
         self.manager = Manager::Command(words);
         Ok(())
     }
 
-    /// Returns the variant in which robots drive through each other, whoever steers them: the bound.
+    /// Returns the variant in which robots drive through each other, whoever steers them: the
+    /// bound.
     #[must_use]
     pub fn bound(self) -> Self {
         let args = match self.manager {
@@ -125,7 +153,9 @@ impl Variant {
     pub fn change(&mut self, ids: &[u32], change: EdgeChange) -> Result<(), PlanError> {
         let changes: Vec<_> = ids.iter().map(|id| (*id, change)).collect();
         let changed = self.graph.with_changes(&changes);
-        self.graph = Arc::new(changed.map_err(|error| PlanError::Change { file: self.file.clone(), error })?);
+        self.graph = Arc::new(
+            changed.map_err(|error| PlanError::Change { file: self.file.clone(), error })?,
+        );
         Ok(())
     }
 }

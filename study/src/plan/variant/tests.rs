@@ -14,7 +14,10 @@ const RING: &str = "id,x,y,role\nA,0,0,pick\nB,10,0,\nC,10,10,drop\n\nfrom,to\nA
 fn a_layout_with_stations_gets_a_load_between_them() {
     let variant = variant(RING).expect("a variant");
     let job = variant.job("x.yaml", 5, 7, (600, 10), "0.1.0");
-    assert_eq!(job.scenario["load"], json!({"endless": "robots", "from": "pick", "to": "drop", "seed": 7}));
+    assert_eq!(
+        job.scenario["load"],
+        json!({"endless": "robots", "from": "pick", "to": "drop", "seed": 7})
+    );
     assert_eq!((&job.scenario["seed"], &job.scenario["graph"]), (&json!(7), &json!("x.yaml")));
     assert_eq!(job.scenario["robots"][0]["count"], 5);
     assert_eq!(job.manager, Manager::BuiltIn(vec![IN_TURN.to_owned()]));
@@ -23,14 +26,18 @@ fn a_layout_with_stations_gets_a_load_between_them() {
 
 #[test]
 fn a_station_that_nobody_reaches_is_named() {
-    let error = variant("id,x,y,role\nA,0,0,pick\nB,9,0,\nC,9,9,drop\nD,0,9,drop\n\nfrom,to\nA,B\nB,C\nC,A\nD,A\n");
+    let error = variant(
+        "id,x,y,role\nA,0,0,pick\nB,9,0,\nC,9,9,drop\nD,0,9,drop\n\nfrom,to\nA,B\nB,C\nC,A\nD,A\n",
+    );
     let error = error.map(drop).expect_err("D can't be reached").to_string();
     assert!(error.contains("station D") && !error.contains('\n'), "{error}");
 }
 
 #[test]
 fn settings_change_what_they_name() {
-    let with = |setting, value: Value| variant(RING).expect("a variant").with(setting, &value, &ReadOptions::default());
+    let with = |setting, value: Value| {
+        variant(RING).expect("a variant").with(setting, &value, &ReadOptions::default())
+    };
     let fast = with(Setting::MaxSpeed, json!(2.5)).expect("faster");
     assert_eq!(fast.scenario["robot_types"][0]["max_speed"], 2.5);
     assert_eq!(fast.robot_limits(), (2.5, 0.6));
@@ -39,7 +46,8 @@ fn settings_change_what_they_name() {
     let closed = with(Setting::Closed, json!([1])).expect("closed");
     assert_eq!(closed.graph.edges().len(), 2);
     let dwelling = with(Setting::Dwell, json!({"min": 1, "max": 4})).expect("dwell");
-    let made_up = json!({"endless": "robots", "from": "pick", "to": "drop", "dwell": {"min": 1, "max": 4}});
+    let made_up =
+        json!({"endless": "robots", "from": "pick", "to": "drop", "dwell": {"min": 1, "max": 4}});
     assert_eq!(dwelling.scenario["load"], made_up);
     let broken = with(Setting::BreakdownsPerHour, json!(0.5)).expect("breakdowns");
     assert_eq!(broken.scenario["disturbances"]["breakdowns"]["repair_secs"], 300.0);
@@ -67,19 +75,35 @@ fn settings_change_what_they_name() {
 fn another_layout_gets_a_load_of_its_own_and_the_last_planner_counts() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("plain.csv");
-    std::fs::write(&path, "id,x,y\nP,0,0\nQ,10,0\nR,10,10\n\nfrom,to\nP,Q\nQ,R\nR,P\n").expect("written");
+    std::fs::write(&path, "id,x,y\nP,0,0\nQ,10,0\nR,10,10\n\nfrom,to\nP,Q\nQ,R\nR,P\n")
+        .expect("written");
     let (layout, options) = (json!(path.to_string_lossy()), ReadOptions::default());
-    let other = variant(RING).expect("a variant").with(Setting::Layout, &layout, &options).expect("a layout");
-    assert_eq!(other.scenario["load"], json!({"endless": "robots"}), "it has no stations to pick and drop at");
+    let other = variant(RING)
+        .expect("a variant")
+        .with(Setting::Layout, &layout, &options)
+        .expect("a layout");
+    assert_eq!(
+        other.scenario["load"],
+        json!({"endless": "robots"}),
+        "it has no stations to pick and drop at"
+    );
     assert_eq!(other.manager, Manager::BuiltIn(vec![IN_TURN.to_owned()]));
-    let planned = |variant: Variant, name: &str| variant.with(Setting::Planner, &json!(name), &options);
+    let planned =
+        |variant: Variant, name: &str| variant.with(Setting::Planner, &json!(name), &options);
     let planned = planned(planned(other, "tea").expect("a planner"), "pibt").expect("a planner");
-    assert_eq!(planned.manager, Manager::BuiltIn([IN_TURN, PLANNER, "pibt"].map(str::to_owned).to_vec()));
+    assert_eq!(
+        planned.manager,
+        Manager::BuiltIn([IN_TURN, PLANNER, "pibt"].map(str::to_owned).to_vec())
+    );
 }
 
 #[test]
 fn what_the_engine_would_refuse_is_found_before_any_run() {
-    let fast = variant(RING).expect("a variant").with(Setting::SpeedFactor, &json!(100), &ReadOptions::default());
+    let fast = variant(RING).expect("a variant").with(
+        Setting::SpeedFactor,
+        &json!(100),
+        &ReadOptions::default(),
+    );
     let error = fast.and_then(|fast| fast.check(10)).expect_err("over 50 m/s").to_string();
     assert!(error.contains("50 m/s") && !error.contains('\n'), "{error}");
     variant(RING).and_then(|variant| variant.check(10)).expect("a variant that can run");
@@ -93,7 +117,12 @@ fn robots_are_shared_out_among_the_types() {
     };
     let counts = |robots| -> Vec<u64> {
         let groups = variant.groups(robots);
-        groups.as_array().expect("groups").iter().map(|group| group["count"].as_u64().expect("a count")).collect()
+        groups
+            .as_array()
+            .expect("groups")
+            .iter()
+            .map(|group| group["count"].as_u64().expect("a count"))
+            .collect()
     };
     assert_eq!((counts(1), counts(3), counts(15)), (vec![1], vec![2, 1], vec![10, 5]));
     assert_eq!(counts(1510), [1000, 500, 10]);

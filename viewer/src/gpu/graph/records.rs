@@ -45,7 +45,11 @@ pub fn curve_instances(world: &World<'_>, level: Option<&str>) -> Vec<CurveInsta
 }
 
 /// Assigns curves to their edge.
-fn assign(instances: &mut [CurveInstance], (index, edge): (u32, &EdgeRecord), curves: &[CurveRecord]) {
+fn assign(
+    instances: &mut [CurveInstance],
+    (index, edge): (u32, &EdgeRecord),
+    curves: &[CurveRecord],
+) {
     let total: f32 = curves.iter().map(curve_length).sum();
     let scale = edge.length / total.max(1e-6);
     let (with_arrow, parameter) = middle(curves);
@@ -65,11 +69,13 @@ pub struct NodeInstance {
     position: [f32; 2],
 }
 
-/// Returns the world's nodes, at their indices in the world. Those of other levels have no place, and are never in sight.
+/// Returns the world's nodes, at their indices in the world. Those of other levels have no place,
+/// and are never in sight.
 pub fn node_instances(world: &World<'_>, level: Option<&str>) -> Vec<NodeInstance> {
     let is_shown = |node: &NodeRecord| level.is_none_or(|level| world.text(node.level) == level);
-    let place =
-        |node: &NodeRecord| NodeInstance { position: if is_shown(node) { [node.x, node.y] } else { [f32::NAN; 2] } };
+    let place = |node: &NodeRecord| NodeInstance {
+        position: if is_shown(node) { [node.x, node.y] } else { [f32::NAN; 2] },
+    };
     world.nodes().iter().map(place).collect()
 }
 
@@ -88,12 +94,20 @@ mod tests {
         world.add_edge(edge(8.0), [line([2.0, 0.0], [2.0, 2.0]), line([2.0, 2.0], [8.0, 2.0])]);
         world.curves.push(line([0.0, 0.0], [1.0, 1.0]));
         let instances = curve_instances(&world.view(1, 1), None);
-        assert_eq!(instances.iter().map(|instance| instance.edge).collect::<Vec<_>>(), [0, 1, 1, u32::MAX]);
-        let near =
-            |numbers: [f32; 4], expected: [f32; 4]| numbers.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-3);
-        let column = |of: fn(&CurveInstance) -> f32| [0, 1, 2, 3].map(|index| of(&instances[index]));
+        assert_eq!(
+            instances.iter().map(|instance| instance.edge).collect::<Vec<_>>(),
+            [0, 1, 1, u32::MAX]
+        );
+        let near = |numbers: [f32; 4], expected: [f32; 4]| {
+            numbers.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-3)
+        };
+        let column =
+            |of: fn(&CurveInstance) -> f32| [0, 1, 2, 3].map(|index| of(&instances[index]));
         assert!(near(column(|instance| instance.length), [2.0, 2.0, 6.0, 0.0]));
-        assert!(near(column(|instance| instance.arrow), [0.5, -1.0, 1.0 / 3.0, -1.0]), "{instances:?}");
+        assert!(
+            near(column(|instance| instance.arrow), [0.5, -1.0, 1.0 / 3.0, -1.0]),
+            "{instances:?}"
+        );
         assert!(near(column(|instance| instance.edge_length), [2.0, 8.0, 8.0, 0.0]));
         assert_eq!(instances[2].control_points, world.curves[2].control_points);
     }

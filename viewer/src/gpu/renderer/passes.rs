@@ -11,7 +11,12 @@ use crate::scene::{Layers, Scene};
 
 impl Renderer {
     /// Records the commands that draw a picture into `target`.
-    pub fn draw(&mut self, encoder: &mut CommandEncoder, target: &TextureView, picture: &Picture<'_>) {
+    pub fn draw(
+        &mut self,
+        encoder: &mut CommandEncoder,
+        target: &TextureView,
+        picture: &Picture<'_>,
+    ) {
         let view = self.view_uniform(picture);
         self.gpu.queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&view));
         self.floor.prepare(&self.gpu, Vec2::new(view.origin.z, view.origin.w));
@@ -51,12 +56,27 @@ impl Renderer {
         }
     }
 
-    /// Sorts what is in the picture into draw lists, on the GPU. Of a ground that is kept, the lists of the last picture hold.
+    /// Sorts what is in the picture into draw lists, on the GPU. Of a ground that is kept, the
+    /// lists of the last picture hold.
     fn sort(&mut self, encoder: &mut CommandEncoder, picture: &Picture<'_>, ground: Source) {
         let Scene { layers, trails, selected, heat, theme, .. } = picture.scene;
         let timer = self.timer.as_ref().filter(|timer| timer.is_free());
-        self.robots.sort(&self.gpu, encoder, picture.size, &self.view_group, &mut self.columns, timer);
-        self.highlights.update(&self.gpu, encoder, &self.view_group, &mut self.columns, *trails, selected);
+        self.robots.sort(
+            &self.gpu,
+            encoder,
+            picture.size,
+            &self.view_group,
+            &mut self.columns,
+            timer,
+        );
+        self.highlights.update(
+            &self.gpu,
+            encoder,
+            &self.view_group,
+            &mut self.columns,
+            *trails,
+            selected,
+        );
         if ground == Source::Kept {
             return;
         }
@@ -94,7 +114,13 @@ impl Renderer {
     }
 
     /// Draws the robots with their trails and halos, or their density.
-    fn draw_robots(&self, pass: &mut RenderPass<'_>, picture: &Picture<'_>, poses: &BindGroup, robots: u32) {
+    fn draw_robots(
+        &self,
+        pass: &mut RenderPass<'_>,
+        picture: &Picture<'_>,
+        poses: &BindGroup,
+        robots: u32,
+    ) {
         let layers = picture.scene.layers;
         if layers.trails {
             self.highlights.draw_trails(pass, poses, robots, picture.scene.trails);
@@ -114,9 +140,17 @@ impl Renderer {
     pub fn collect_trails(&mut self, picture: &Picture<'_>) {
         let view = self.view_uniform(picture);
         self.gpu.queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&view));
-        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut encoder =
+            self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let (trails, selected) = (picture.scene.trails, &picture.scene.selected);
-        self.highlights.update(&self.gpu, &mut encoder, &self.view_group, &mut self.columns, trails, selected);
+        self.highlights.update(
+            &self.gpu,
+            &mut encoder,
+            &self.view_group,
+            &mut self.columns,
+            trails,
+            selected,
+        );
         self.gpu.queue.submit([encoder.finish()]);
     }
 
@@ -125,12 +159,14 @@ impl Renderer {
         self.drawn.map_or(Vec2::ONE, |(view, _)| Vec2::new(view.viewport.x, view.viewport.y))
     }
 
-    /// Returns what the last picture shows at a pixel, counted from its top left. Waits for the GPU.
+    /// Returns what the last picture shows at a pixel, counted from its top left. Waits for the
+    /// GPU.
     pub fn pick(&self, pixel: Vec2) -> Option<Picked> {
         let (mut view, layers) = self.drawn?;
         view.crop = Pick::crop(pixel, Vec2::new(view.viewport.x, view.viewport.y));
         self.gpu.queue.write_buffer(&self.pick_view, 0, bytemuck::bytes_of(&view));
-        let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut encoder =
+            self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let mut pass = self.pick.begin_pass(&mut encoder);
         pass.set_bind_group(0, &self.pick_group, &[]);
         self.graph.draw_ids(&mut pass, layers);

@@ -17,10 +17,13 @@ pub(super) struct MeshAssignment {
 }
 
 impl Renderer {
-    /// Sets or removes the mesh of a robot type, or with `None` of all types that have no mesh of their own.
-    /// Returns false if there are too many meshes.
+    /// Sets or removes the mesh of a robot type, or with `None` of all types that have no mesh of
+    /// their own. Returns false if there are too many meshes.
     pub fn set_mesh(&mut self, robot_type: Option<&str>, mesh: Option<&Mesh>) -> bool {
-        let existing = self.assignments.iter_mut().find(|assignment| assignment.robot_type.as_deref() == robot_type);
+        let existing = self
+            .assignments
+            .iter_mut()
+            .find(|assignment| assignment.robot_type.as_deref() == robot_type);
         match (existing, mesh) {
             (Some(assignment), Some(mesh)) => {
                 self.robots.replace_mesh(&self.gpu, assignment.mesh, mesh);
@@ -49,7 +52,9 @@ impl Renderer {
 
     fn upload_robot_types(&mut self) {
         let find = |name: Option<&str>| {
-            self.assignments.iter().find(|assignment| assignment.is_shown && assignment.robot_type.as_deref() == name)
+            self.assignments
+                .iter()
+                .find(|assignment| assignment.is_shown && assignment.robot_type.as_deref() == name)
         };
         let uniform = |record: &RobotTypeRecord| {
             let assignment = find(Some(record.name())).or_else(|| find(None));

@@ -1,8 +1,8 @@
 //! The render pipelines of robots.
 
 use wgpu::{
-    BindGroupLayout, PrimitiveTopology, RenderPipeline, VertexAttribute, VertexBufferLayout, VertexStepMode,
-    vertex_attr_array,
+    BindGroupLayout, PrimitiveTopology, RenderPipeline, VertexAttribute, VertexBufferLayout,
+    VertexStepMode, vertex_attr_array,
 };
 
 use crate::gpu::device::Gpu;
@@ -19,7 +19,8 @@ const BODY: [VertexAttribute; 6] = vertex_attr_array![
     0 => Float32x2, 1 => Snorm16x2, 2 => Unorm8x4, 3 => Float16x2, 4 => Float16x2, 5 => Uint32
 ];
 const CORNER: [VertexAttribute; 2] = vertex_attr_array![0 => Float32x3, 1 => Unorm8x4];
-const VERTEX: [VertexAttribute; 3] = vertex_attr_array![6 => Float32x3, 7 => Snorm8x4, 8 => Unorm8x4];
+const VERTEX: [VertexAttribute; 3] =
+    vertex_attr_array![6 => Float32x3, 7 => Snorm8x4, 8 => Unorm8x4];
 
 /// The pipelines of each level of detail, for colours and for ids.
 #[derive(Debug)]
@@ -34,9 +35,18 @@ pub struct Pipelines {
 }
 
 impl Pipelines {
-    pub fn new(gpu: &Gpu, target: TargetConfig, view: &BindGroupLayout, mark_ids: &BindGroupLayout) -> Self {
+    pub fn new(
+        gpu: &Gpu,
+        target: TargetConfig,
+        view: &BindGroupLayout,
+        mark_ids: &BindGroupLayout,
+    ) -> Self {
         let module = shader(gpu, "robots");
-        let layout = |bytes, step_mode, attributes| VertexBufferLayout { array_stride: bytes, step_mode, attributes };
+        let layout = |bytes, step_mode, attributes| VertexBufferLayout {
+            array_stride: bytes,
+            step_mode,
+            attributes,
+        };
         let body = [
             layout(BODY_BYTES, VertexStepMode::Instance, &BODY[..]),
             layout(size_of::<Vertex>() as u64, VertexStepMode::Vertex, &VERTEX[..]),

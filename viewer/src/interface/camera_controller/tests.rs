@@ -6,7 +6,8 @@ use crate::camera::LOWEST_EYE;
 const SIZE: Vec2 = Vec2::new(900.0, 600.0);
 
 fn controller() -> CameraController {
-    let camera = Camera { target: Vec3::new(20.0, -7.0, 0.0), pitch: 0.8, yaw: 0.4, ..Camera::default() };
+    let camera =
+        Camera { target: Vec3::new(20.0, -7.0, 0.0), pitch: 0.8, yaw: 0.4, ..Camera::default() };
     CameraController::new(camera, true)
 }
 
@@ -35,7 +36,8 @@ fn panning_moves_the_ground_with_the_pointer() {
 
 #[test]
 fn panning_above_the_horizon_keeps_its_direction() {
-    let mut controller = CameraController::new(Camera { pitch: 0.05, yaw: FRAC_PI_2, ..Camera::default() }, true);
+    let mut controller =
+        CameraController::new(Camera { pitch: 0.05, yaw: FRAC_PI_2, ..Camera::default() }, true);
     controller.pan(Vec2::new(450.0, 50.0), Vec2::new(500.0, 90.0), SIZE);
     let target = controller.camera().target;
     assert!(target.x < 0.0 && target.y > 0.0, "{target}");
@@ -56,7 +58,10 @@ fn a_vertical_drag_changes_the_pitch_and_a_horizontal_one_the_yaw() {
     let mut controller = controller();
     let before = controller.camera();
     controller.orbit(Vec2::new(0.0, 30.0));
-    assert!(controller.camera().pitch > before.pitch && (controller.camera().yaw - before.yaw).abs() < 1e-6);
+    assert!(
+        controller.camera().pitch > before.pitch
+            && (controller.camera().yaw - before.yaw).abs() < 1e-6
+    );
     controller.orbit(Vec2::new(30.0, 0.0));
     assert!((controller.camera().yaw - before.yaw).abs() > 0.1);
     assert_eq!(controller.camera().target, before.target);
@@ -81,7 +86,10 @@ fn following_cycles_through_its_modes_and_stays_with_the_robot() {
     assert_eq!(controller.followed(), Some((7, Follow::Behind)));
     let pose = Pose { place: Vec2::new(3.0, 4.0), theta: 2.0 };
     controller.advance(0.01, Some(pose));
-    assert!((controller.camera().yaw - 2.0).abs() < 1e-5 && controller.camera().target.truncate() == pose.place);
+    assert!(
+        (controller.camera().yaw - 2.0).abs() < 1e-5
+            && controller.camera().target.truncate() == pose.place
+    );
     controller.orbit(Vec2::new(10.0, 0.0));
     controller.advance(0.01, Some(pose));
     assert!((controller.camera().yaw - 2.0).abs() > 0.03, "the yaw offset is kept");

@@ -27,7 +27,8 @@ pub enum SettingsError {
     },
 }
 
-/// Returns the path of the settings file in the user's configuration folder; `None` for a user without a home folder.
+/// Returns the path of the settings file in the user's configuration folder; `None` for a user
+/// without a home folder.
 pub fn path() -> Option<PathBuf> {
     Some(etcetera::choose_base_strategy().ok()?.config_dir().join("regatta").join("viewer.json"))
 }
@@ -40,8 +41,12 @@ impl Settings {
     pub fn load(path: &Path) -> Result<Self, SettingsError> {
         let text = match std::fs::read_to_string(path) {
             Ok(text) => text,
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Self::default()),
-            Err(error) => return Err(SettingsError::File { path: path.into(), reason: error.to_string() }),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
+                return Ok(Self::default());
+            }
+            Err(error) => {
+                return Err(SettingsError::File { path: path.into(), reason: error.to_string() });
+            }
         };
         let settings = serde_json::from_str::<Self>(&text);
         settings
@@ -54,7 +59,10 @@ impl Settings {
     /// # Errors
     /// [`SettingsError::File`] if the file can't be written.
     pub fn save(&self, path: &Path) -> Result<(), SettingsError> {
-        let failed = |error: std::io::Error| SettingsError::File { path: path.into(), reason: error.to_string() };
+        let failed = |error: std::io::Error| SettingsError::File {
+            path: path.into(),
+            reason: error.to_string(),
+        };
         let text = serde_json::to_string_pretty(self).map_err(|error| failed(error.into()))?;
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder).map_err(failed)?;
@@ -71,7 +79,9 @@ mod tests {
     use crate::interface::settings::{LeftPanel, RightPanel};
 
     fn file(test: &str) -> PathBuf {
-        std::env::temp_dir().join(format!("regatta-settings-{test}-{}", std::process::id())).join("viewer.json")
+        std::env::temp_dir()
+            .join(format!("regatta-settings-{test}-{}", std::process::id()))
+            .join("viewer.json")
     }
 
     #[test]
@@ -101,9 +111,16 @@ mod tests {
             let message = Settings::load(&path).unwrap_err().to_string();
             assert!(message.contains("viewer.json"), "{message}");
         }
-        std::fs::write(&path, "{\"trails\": 4000000, \"scale\": 90, \"colour\": \"no/name\", \"later\": 1}").unwrap();
+        std::fs::write(
+            &path,
+            "{\"trails\": 4000000, \"scale\": 90, \"colour\": \"no/name\", \"later\": 1}",
+        )
+        .unwrap();
         let settings = Settings::load(&path).unwrap();
-        assert_eq!((settings.trails, settings.scale, settings.colour.as_str()), (4096, 3.0, "collision"));
+        assert_eq!(
+            (settings.trails, settings.scale, settings.colour.as_str()),
+            (4096, 3.0, "collision")
+        );
         std::fs::remove_dir_all(path.parent().unwrap()).unwrap();
     }
 }

@@ -1,4 +1,5 @@
-//! The precedence between the command line and the settings file: options hold for one start and are not stored.
+//! The precedence between the command line and the settings file: options hold for one start and
+//! are not stored.
 
 use super::{RobotMesh, Settings};
 use crate::options::LookOptions;
@@ -36,7 +37,8 @@ impl Settings {
         }
         if !look.light.is_empty() {
             let lamp = |light: &Light| {
-                let ([x, y, z], [red, green, blue]) = (light.position.to_array(), light.colour.to_array());
+                let ([x, y, z], [red, green, blue]) =
+                    (light.position.to_array(), light.colour.to_array());
                 [x, y, z, red, green, blue]
             };
             self.lamps = look.light.iter().map(|light| lamp(&light.0)).collect();
@@ -55,8 +57,9 @@ impl Settings {
         self.sanitized()
     }
 
-    /// Returns the settings to store. Values that the user has not changed since the start, where they were `initial`, are
-    /// replaced by those in the file, `stored`, so that options of the command line are not stored.
+    /// Returns the settings to store. Values that the user has not changed since the start, where
+    /// they were `initial`, are replaced by those in the file, `stored`, so that options of the
+    /// command line are not stored.
     #[must_use]
     pub fn to_store(&self, initial: &Self, stored: &Self) -> Self {
         fn restore<T: PartialEq + Clone>(value: &mut T, initial: &T, stored: &T) {
@@ -81,7 +84,11 @@ impl Settings {
         restore(&mut result.offset, &initial.offset, &stored.offset);
         restore(&mut result.floor, &initial.floor, &stored.floor);
         restore(&mut result.trails, &initial.trails, &stored.trails);
-        restore(&mut result.trails_of_selected, &initial.trails_of_selected, &stored.trails_of_selected);
+        restore(
+            &mut result.trails_of_selected,
+            &initial.trails_of_selected,
+            &stored.trails_of_selected,
+        );
         restore(&mut result.floor_image, &initial.floor_image, &stored.floor_image);
         restore(&mut result.floor_at, &initial.floor_at, &stored.floor_at);
         restore(&mut result.mesh, &initial.mesh, &stored.mesh);
@@ -103,7 +110,8 @@ mod tests {
             let command = Options::augment_args(clap::Command::new("viewer").no_binary_name(true));
             Options::from_arg_matches(&command.try_get_matches_from(args).unwrap()).unwrap().look
         };
-        let stored = Settings { light: true, colour: "speed".into(), trails: 9, ..Settings::default() };
+        let stored =
+            Settings { light: true, colour: "speed".into(), trails: 9, ..Settings::default() };
         let initial = stored.clone().overridden_by(&look(&[
             "--theme",
             "dark",

@@ -12,11 +12,13 @@ use crate::interface::view_model::Timeline;
 impl Interface {
     /// Returns a time, and what happened near it.
     pub(super) fn describe(&self, timeline: &Timeline<'_>, rect: Rect, time: u64) -> String {
-        let near = (timeline.end.saturating_sub(timeline.start) as f32 / rect.width().max(1.0) * 3.0) as u64;
+        let near = (timeline.end.saturating_sub(timeline.start) as f32 / rect.width().max(1.0)
+            * 3.0) as u64;
         let mut text = clock_text(time as f64 * 1e-9);
         for (kind, name) in KINDS {
             let marks = timeline.marks.iter().filter(|mark| mark.kind() == Some(kind));
-            let near: Vec<&RecordingMark> = marks.filter(|mark| mark.time_nanos.abs_diff(time) <= near).collect();
+            let near: Vec<&RecordingMark> =
+                marks.filter(|mark| mark.time_nanos.abs_diff(time) <= near).collect();
             let count: u32 = near.iter().map(|mark| mark.count).sum();
             match near.first() {
                 Some(_) if kind == MarkKind::Note => text += &format!("\n{count} × {name}"),
@@ -27,18 +29,28 @@ impl Interface {
         text
     }
 
-    pub(super) fn paint_timeline(&self, painter: &Painter, rect: Rect, timeline: &Timeline<'_>, now: u64) {
+    pub(super) fn paint_timeline(
+        &self,
+        painter: &Painter,
+        rect: Rect,
+        timeline: &Timeline<'_>,
+        now: u64,
+    ) {
         let colours = self.colours();
         let x = |time: u64| rect.left() + timeline.part(time) * rect.width();
         let lanes = LANE * KINDS.len() as f32;
-        let bar =
-            Rect::from_min_max(pos2(rect.left(), rect.top() + lanes + 2.0), pos2(rect.right(), rect.bottom() - 2.0));
+        let bar = Rect::from_min_max(
+            pos2(rect.left(), rect.top() + lanes + 2.0),
+            pos2(rect.right(), rect.bottom() - 2.0),
+        );
         painter.rect_filled(bar, 3.0, colours.field);
         painter.rect_filled(bar.with_max_x(x(now)), 3.0, colours.accent.gamma_multiply(0.55));
         if let Some((from, to)) = self.timeline.repeated {
             let part = Rect::from_min_max(pos2(x(from), rect.top()), pos2(x(to), rect.bottom()));
             painter.rect_filled(part, 2.0, colours.accent.gamma_multiply(0.16));
-            [from, to].into_iter().for_each(|end| _ = painter.vline(x(end), rect.y_range(), (1.5, colours.accent)));
+            [from, to]
+                .into_iter()
+                .for_each(|end| _ = painter.vline(x(end), rect.y_range(), (1.5, colours.accent)));
         }
         if let Some(start) = self.timeline.loop_start {
             painter.vline(x(start), rect.y_range(), (1.5, colours.accent));
@@ -49,9 +61,16 @@ impl Interface {
         }
         painter.vline(x(now), rect.y_range(), (2.0, colours.text));
         painter.circle_filled(Pos2::new(x(now), bar.center().y), 5.0, colours.text);
-        if timeline.live.is_none() && timeline.marks.is_empty() && timeline.searched >= timeline.end {
+        if timeline.live.is_none() && timeline.marks.is_empty() && timeline.searched >= timeline.end
+        {
             let font = FontId::proportional(10.0);
-            painter.text(rect.left_top(), Align2::LEFT_TOP, "no contacts, faults, stops or notes", font, colours.faint);
+            painter.text(
+                rect.left_top(),
+                Align2::LEFT_TOP,
+                "no contacts, faults, stops or notes",
+                font,
+                colours.faint,
+            );
         }
     }
 }
@@ -70,7 +89,11 @@ fn paint_marks(
         if at - last >= 1.0 {
             last = at;
             let size = vec2(if kind == MarkKind::Note { 4.0 } else { 2.0 }, LANE - 0.5);
-            painter.rect_filled(Rect::from_min_size(pos2(at - size.x / 2.0, top), size), 0.5, colour_of(kind, colours));
+            painter.rect_filled(
+                Rect::from_min_size(pos2(at - size.x / 2.0, top), size),
+                0.5,
+                colour_of(kind, colours),
+            );
         }
     }
 }

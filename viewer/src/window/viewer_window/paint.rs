@@ -11,8 +11,8 @@ use super::{ViewerWindow, size_of};
 use crate::gpu::painter::Drawing;
 use crate::window::surface::{Canvas, NoCanvas, WindowSurface, create_surface};
 
-/// Changes of textures that are forgotten if winit panics because the display has gone: egui's own would panic once more, which ends
-/// the process (in builds with debug assertions).
+/// Changes of textures that are forgotten if winit panics because the display has gone: egui's own
+/// would panic once more, which ends the process (in builds with debug assertions).
 struct TextureChanges(egui::TexturesDelta);
 
 impl Drop for TextureChanges {
@@ -23,9 +23,15 @@ impl Drop for TextureChanges {
 
 impl ViewerWindow {
     /// Draws the fleet and the interface. Returns how long it has waited for the screen.
-    pub(super) fn paint(&mut self, picture: Rect, mut output: egui::FullOutput, now: Instant) -> Result<Duration> {
+    pub(super) fn paint(
+        &mut self,
+        picture: Rect,
+        mut output: egui::FullOutput,
+        now: Instant,
+    ) -> Result<Duration> {
         let mut changes = TextureChanges(std::mem::take(&mut output.textures_delta));
-        self.input.handle_platform_output(&self.window, std::mem::take(&mut output.platform_output));
+        self.input
+            .handle_platform_output(&self.window, std::mem::take(&mut output.platform_output));
         self.painter.upload(&self.gpu, &changes.0);
         let before = Instant::now();
         let canvas = self.surface.acquire(&self.gpu);
@@ -34,7 +40,10 @@ impl ViewerWindow {
             Ok(canvas) => {
                 let scale = output.pixels_per_point;
                 let triangles = self.context.tessellate(std::mem::take(&mut output.shapes), scale);
-                let mut encoder = self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+                let mut encoder = self
+                    .gpu
+                    .device
+                    .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
                 self.draw_fleet(&mut encoder, &canvas, picture, scale, now);
                 let drawing = Drawing { triangles, pixels_per_point: scale, size: canvas.size };
                 self.painter.draw(&self.gpu, &mut encoder, &canvas.interface, &drawing);
@@ -55,13 +64,29 @@ impl ViewerWindow {
     }
 
     /// Draws the picture of the fleet; of levels side by side, the pictures of all of them.
-    fn draw_fleet(&mut self, encoder: &mut CommandEncoder, canvas: &Canvas, picture: Rect, scale: f32, now: Instant) {
+    fn draw_fleet(
+        &mut self,
+        encoder: &mut CommandEncoder,
+        canvas: &Canvas,
+        picture: Rect,
+        scale: f32,
+        now: Instant,
+    ) {
         let (camera, alpha) = (self.interface.camera_controller.camera(), self.stage.alpha(now));
         let (parts, shown) = (self.interface.parts(), self.stage.scene.level.clone());
         // A level that was clicked just now is the scene's from the next picture on.
-        let (current, beside): (Vec<_>, Vec<_>) = parts.iter().partition(|(level, _)| Some(level) == shown.as_ref());
-        let (at, size) = pixels(current.first().map_or(picture, |(_, part)| *part), scale, canvas.size);
-        self.stage.draw_within(encoder, &canvas.fleet, Some((at, canvas.size)), &camera, size, alpha);
+        let (current, beside): (Vec<_>, Vec<_>) =
+            parts.iter().partition(|(level, _)| Some(level) == shown.as_ref());
+        let (at, size) =
+            pixels(current.first().map_or(picture, |(_, part)| *part), scale, canvas.size);
+        self.stage.draw_within(
+            encoder,
+            &canvas.fleet,
+            Some((at, canvas.size)),
+            &camera,
+            size,
+            alpha,
+        );
         if beside.is_empty() {
             return;
         }
@@ -85,9 +110,11 @@ impl ViewerWindow {
     }
 }
 
-/// Returns position and size of the picture on the canvas in pixels: at least one pixel, and within the canvas.
+/// Returns position and size of the picture on the canvas in pixels: at least one pixel, and within
+/// the canvas.
 fn pixels(picture: Rect, scale: f32, canvas: UVec2) -> (UVec2, UVec2) {
-    let corner = |at: egui::Pos2| (Vec2::new(at.x, at.y) * scale).round().max(Vec2::ZERO).as_uvec2();
+    let corner =
+        |at: egui::Pos2| (Vec2::new(at.x, at.y) * scale).round().max(Vec2::ZERO).as_uvec2();
     let low = corner(picture.min).min(canvas - 1);
     let high = corner(picture.max).min(canvas).max(low + 1);
     (low, high - low)

@@ -19,7 +19,8 @@ use crate::stage::Stage;
 /// The time without a frame after which a running engine is considered silent.
 const MAX_SILENCE: Duration = Duration::from_millis(1500);
 
-/// Returns the name of the file for a plan. Characters of the level's name that aren't letters or digits may not be allowed in it.
+/// Returns the name of the file for a plan. Characters of the level's name that aren't letters or
+/// digits may not be allowed in it.
 fn svg_path(stage: &Stage, fleet: &FleetName) -> String {
     let seconds = stage.frame().map_or(0.0, |frame| stage.feed.clock_secs(&frame));
     let level = stage.scene.level.iter().map(|level| format!("-{level}")).collect::<String>();
@@ -39,7 +40,8 @@ impl ViewerWindow {
         if header.clock == ClockState::Paused as u32 {
             return EngineState::Paused;
         }
-        let tick = Duration::from_nanos(header.tick_period_nanos).as_secs_f32() / header.speed.max(1e-3);
+        let tick =
+            Duration::from_nanos(header.tick_period_nanos).as_secs_f32() / header.speed.max(1e-3);
         let max_silence = MAX_SILENCE.max(Duration::from_secs_f32((3.0 * tick).min(60.0)));
         let last_frame = self.fleet_state.last_frame_at;
         if last_frame.is_none_or(|last| now.saturating_duration_since(last) > max_silence) {
@@ -50,10 +52,12 @@ impl ViewerWindow {
         EngineState::Running
     }
 
-    /// Runs the interface for one picture. Returns where the picture of the fleet is, egui's output, and the actions.
+    /// Runs the interface for one picture. Returns where the picture of the fleet is, egui's
+    /// output, and the actions.
     pub(super) fn show(&mut self, now: Instant) -> (Rect, egui::FullOutput, Vec<Action>) {
         let alpha = self.stage.alpha(now);
-        let (engine, legend, world) = (self.engine_state(now), self.stage.legend(), self.stage.feed.world());
+        let (engine, legend, world) =
+            (self.engine_state(now), self.stage.legend(), self.stage.feed.world());
         let model = ViewModel {
             fleet: &self.fleet.to_string(),
             engine,
@@ -74,7 +78,9 @@ impl ViewerWindow {
             plans: self.stage.plan_facts(),
             closed: self.stage.closed(),
             jams: self.stage.jam_facts(),
-            density: self.stage.shown_density(&self.interface.camera_controller.camera(), self.picture_size()),
+            density: self
+                .stage
+                .shown_density(&self.interface.camera_controller.camera(), self.picture_size()),
             rows: self.fleet_state.rows.as_ref(),
             matches: self.fleet_state.matches.as_ref(),
             bounds: self.stage.bounds(),
@@ -96,7 +102,8 @@ impl ViewerWindow {
         (picture, output, actions)
     }
 
-    /// Width and height of the picture of a level in pixels, as far as it is known from the last one.
+    /// Width and height of the picture of a level in pixels, as far as it is known from the last
+    /// one.
     fn picture_size(&self) -> UVec2 {
         let size = self.stage.renderer.drawn_size().as_uvec2();
         if size == UVec2::ONE { size_of(&self.window) } else { size }
@@ -126,7 +133,8 @@ impl ViewerWindow {
                 Action::Measure { at } => self.measure(at, pixels_per_point),
                 Action::Rows(query) => self.link.rows(query),
                 Action::Filter(filter) => {
-                    // Those that match the filter before are kept until it is known which match this one.
+                    // Those that match the filter before are kept until it is known which match
+                    // this one.
                     if filter.is_empty() {
                         self.stage.set_matches(&Matches::default());
                         self.fleet_state.matches = None;
@@ -170,17 +178,23 @@ impl ViewerWindow {
         let path = svg_path(&self.stage, &self.fleet);
         let written = self.stage.svg(&self.name, self.stage.scene.theme, None);
         let written = written.map_err(|error| error.to_string());
-        let written = written.and_then(|text| std::fs::write(&path, text).map_err(|error| format!("{path}: {error}")));
-        self.interface.notify(written.map_or_else(|error| error, |()| format!("the plan is in {path}")));
+        let written = written.and_then(|text| {
+            std::fs::write(&path, text).map_err(|error| format!("{path}: {error}"))
+        });
+        self.interface
+            .notify(written.map_or_else(|error| error, |()| format!("the plan is in {path}")));
     }
 
     /// Writes a note into the file beside the recording, which the replay reads again.
     fn write_note(&mut self, time: u64, text: &str) {
         self.interface.notify(match &self.recording {
-            None => "the recording's file isn't known here; open it with: regatta viewer FILE".to_owned(),
+            None => "the recording's file isn't known here; open it with: regatta viewer FILE"
+                .to_owned(),
             Some(recording) => match notes::append(recording, time, text) {
                 Ok(()) => format!("the note is in {}", notes::file_of(recording).display()),
-                Err(error) => format!("can't write {}: {error}", notes::file_of(recording).display()),
+                Err(error) => {
+                    format!("can't write {}: {error}", notes::file_of(recording).display())
+                }
             },
         });
     }
@@ -197,9 +211,11 @@ impl ViewerWindow {
         end.into_iter().for_each(|end| self.interface.measure_to(end));
     }
 
-    /// Schedules the next picture: when the interface asks for it, or at once while robots move between two frames.
+    /// Schedules the next picture: when the interface asks for it, or at once while robots move
+    /// between two frames.
     pub(super) fn schedule(&mut self, output: &egui::FullOutput, now: Instant) {
-        let delay = output.viewport_output.get(&ViewportId::ROOT).map(|viewport| viewport.repaint_delay);
+        let delay =
+            output.viewport_output.get(&ViewportId::ROOT).map(|viewport| viewport.repaint_delay);
         if let Some(at) = delay.and_then(|delay| now.checked_add(delay)) {
             self.frame_pacing.schedule(at);
         }

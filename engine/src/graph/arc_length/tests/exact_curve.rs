@@ -39,10 +39,16 @@ pub fn sample(curve: &CubicBezier, steps: u32) -> Vec<ExactPoint> {
         previous = lambda;
         let (first, second) = (curve.derivative(lambda), curve.second_derivative(lambda));
         let radius = first.length().powi(3) / first.perp_dot(second).abs();
-        // The distance to a point where the curve stops; the radius of curvature is meaningless there.
+        // The distance to a point where the curve stops; the radius of curvature is meaningless
+        // there.
         let distance_to_stop = first.length_squared() / second.length();
         let radius = radius.min(distance_to_stop);
-        ExactPoint { s, position: curve.position(lambda), tangent: first.normalize_or_zero(), radius }
+        ExactPoint {
+            s,
+            position: curve.position(lambda),
+            tangent: first.normalize_or_zero(),
+            radius,
+        }
     });
     exact.collect()
 }

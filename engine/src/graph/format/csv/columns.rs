@@ -33,8 +33,8 @@ const NAMES: [(Field, &[&str]); 17] = [
     (
         Field::Id,
         &[
-            "id", "node", "vertex", "point", "edge", "lane", "path", "nodeid", "vertexid", "pointid", "edgeid",
-            "laneid", "pathid",
+            "id", "node", "vertex", "point", "edge", "lane", "path", "nodeid", "vertexid",
+            "pointid", "edgeid", "laneid", "pathid",
         ],
     ),
     (Field::X, &["x", "xposition", "positionx", "posx", "xpos"]),
@@ -48,7 +48,16 @@ const NAMES: [(Field, &[&str]); 17] = [
     (Field::To, &["to", "destination", "end", "target"]),
     (
         Field::Speed,
-        &["speed", "velocity", "maxspeed", "maxvelocity", "vmax", "speedlimit", "velocityforward", "forwardspeed"],
+        &[
+            "speed",
+            "velocity",
+            "maxspeed",
+            "maxvelocity",
+            "vmax",
+            "speedlimit",
+            "velocityforward",
+            "forwardspeed",
+        ],
     ),
     (
         Field::ReverseSpeed,
@@ -93,7 +102,9 @@ impl Columns {
     /// Returns the columns if a row is the header of a table.
     pub fn of_header<'row>(cells: impl Iterator<Item = &'row str>) -> Option<Self> {
         let list: Vec<_> = cells.map(Column::new).collect();
-        let has = |fields: &[Field]| fields.iter().all(|field| list.iter().any(|column| column.field == *field));
+        let has = |fields: &[Field]| {
+            fields.iter().all(|field| list.iter().any(|column| column.field == *field))
+        };
         let is_edges = has(&[Field::From, Field::To]);
         (is_edges || has(&[Field::Id, Field::X, Field::Y])).then_some(Self { list, is_edges })
     }
@@ -105,10 +116,13 @@ impl Column {
         let letters = plain.chars().filter(|letter| !" _-".contains(*letter));
         let key: String = letters.flat_map(char::to_lowercase).collect();
         let is = |names: &[&str]| {
-            let start = END_SUFFIXES.into_iter().find_map(|suffix| key.strip_suffix(suffix)).unwrap_or("");
-            names.contains(&key.as_str()) || (names.contains(&start) && ["from", "to"].contains(&names[0]))
+            let start =
+                END_SUFFIXES.into_iter().find_map(|suffix| key.strip_suffix(suffix)).unwrap_or("");
+            names.contains(&key.as_str())
+                || (names.contains(&start) && ["from", "to"].contains(&names[0]))
         };
-        let field = NAMES.iter().find(|(_, names)| is(names)).map_or(Field::Other, |(field, _)| *field);
+        let field =
+            NAMES.iter().find(|(_, names)| is(names)).map_or(Field::Other, |(field, _)| *field);
         Self { field, name: name.trim().to_owned(), unit }
     }
 }

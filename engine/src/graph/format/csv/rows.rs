@@ -38,9 +38,13 @@ impl<'a> Row<'a> {
         }
         let [x, y] = [Field::X, Field::Y].map(|field| self.length(field, reader));
         if x.is_none() || y.is_none() {
-            reader.error(self.place, &format!("node `{}` has no x and y that are numbers", shorten(id.unwrap_or("?"))));
+            reader.error(
+                self.place,
+                &format!("node `{}` has no x and y that are numbers", shorten(id.unwrap_or("?"))),
+            );
         }
-        let heading = self.number(Field::Theta, reader).map(|(number, unit)| number * unit.unwrap_or(1.0));
+        let heading =
+            self.number(Field::Theta, reader).map(|(number, unit)| number * unit.unwrap_or(1.0));
         let mut tags = self.tags();
         let role = self.text(Field::Role).map_or(Role::None, |text| {
             text.parse().unwrap_or_else(|error: crate::graph::tags::ParseRoleError| {
@@ -50,7 +54,14 @@ impl<'a> Row<'a> {
             })
         });
         let position = DVec2::new(x?, y?);
-        Some(LayoutNode { at: reader.at(self.place), id: id?.to_owned(), position, heading, role, tags })
+        Some(LayoutNode {
+            at: reader.at(self.place),
+            id: id?.to_owned(),
+            position,
+            heading,
+            role,
+            tags,
+        })
     }
 
     pub fn edge(self, reader: &mut Reader<'_, '_>) -> Option<EdgeRow> {
@@ -64,8 +75,9 @@ impl<'a> Row<'a> {
         if ends.is_none() {
             reader.error(self.place, "an edge has no ends: give the ids of nodes in both columns");
         }
-        let [speed, reverse] = [Field::Speed, Field::ReverseSpeed]
-            .map(|field| self.number(field, reader).map(|(number, unit)| number * unit.unwrap_or(1.0)));
+        let [speed, reverse] = [Field::Speed, Field::ReverseSpeed].map(|field| {
+            self.number(field, reader).map(|(number, unit)| number * unit.unwrap_or(1.0))
+        });
         let mut tags = self.tags();
         if let Some(heading) = self.text(Field::Theta) {
             tags.set("heading", heading);
@@ -81,17 +93,27 @@ impl<'a> Row<'a> {
             tags,
             ..LayoutEdge::default()
         };
-        Some(EdgeRow { edge, from: from.to_owned(), to: to.to_owned(), control_points, is_bidirectional })
+        Some(EdgeRow {
+            edge,
+            from: from.to_owned(),
+            to: to.to_owned(),
+            control_points,
+            is_bidirectional,
+        })
     }
 
     fn control_points(self, reader: &mut Reader<'_, '_>) -> Vec<DVec2> {
-        let [x1, y1, x2, y2] = [Field::X1, Field::Y1, Field::X2, Field::Y2].map(|field| self.length(field, reader));
+        let [x1, y1, x2, y2] =
+            [Field::X1, Field::Y1, Field::X2, Field::Y2].map(|field| self.length(field, reader));
         match [x1.zip(y1), x2.zip(y2)] {
             [Some((x1, y1)), Some((x2, y2))] => vec![DVec2::new(x1, y1), DVec2::new(x2, y2)],
             [Some((x, y)), None] if x2.is_none() && y2.is_none() => vec![DVec2::new(x, y)],
             _ => {
                 if [x1, y1, x2, y2].iter().any(Option::is_some) {
-                    reader.error(self.place, "a control point is incomplete: give x1 and y1, or these and x2 and y2");
+                    reader.error(
+                        self.place,
+                        "a control point is incomplete: give x1 and y1, or these and x2 and y2",
+                    );
                 }
                 Vec::new()
             }
@@ -100,8 +122,12 @@ impl<'a> Row<'a> {
 
     fn tags(self) -> Tags {
         let text = |field| self.text(field).map(Box::from);
-        let mut tags =
-            Tags { name: text(Field::Name), level: text(Field::Level), zone: text(Field::Zone), ..Tags::default() };
+        let mut tags = Tags {
+            name: text(Field::Name),
+            level: text(Field::Level),
+            zone: text(Field::Zone),
+            ..Tags::default()
+        };
         let is_property = |field: Field| match field {
             Field::Other => true,
             // Nodes have no ends and no speeds, and edges no positions and no roles.
@@ -134,7 +160,10 @@ impl<'a> Row<'a> {
         let with_comma = || parse(&text.replacen(',', ".", 1)).filter(|_| self.has_decimal_comma);
         let number = parse(text).or_else(with_comma);
         if number.is_none() {
-            reader.error(self.place, &format!("`{}` is `{}`: give a number", shorten(&column.name), shorten(text)));
+            reader.error(
+                self.place,
+                &format!("`{}` is `{}`: give a number", shorten(&column.name), shorten(text)),
+            );
         }
         number.map(|number| (number, column.unit))
     }
@@ -150,7 +179,10 @@ impl<'a> Row<'a> {
             Some("true" | "yes" | "y" | "1" | "x") => true,
             Some("false" | "no" | "n" | "0") | None => false,
             Some(other) => {
-                let message = format!("bidirectional is `{}`: it is read as no; use yes or no", shorten(other));
+                let message = format!(
+                    "bidirectional is `{}`: it is read as no; use yes or no",
+                    shorten(other)
+                );
                 reader.warning(self.place, &message);
                 false
             }

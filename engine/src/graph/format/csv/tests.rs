@@ -38,11 +38,19 @@ Id,From Node,to_node,Max Speed,Reverse Speed,Bidirectional,x1,y1,x2,y2,note
 fn both_tables_of_a_file_are_read() {
     let (graph, findings) = graph(BOTH);
     // Robots turn at both ends of edge 6.
-    assert!(messages(&findings).lines().all(|line| line.contains("the heading changes by more than")));
+    assert!(
+        messages(&findings).lines().all(|line| line.contains("the heading changes by more than"))
+    );
     let dock = &graph.nodes()[0];
-    assert_eq!((dock.id, dock.position, dock.theta, dock.role), (1, DVec2::ZERO, 1.5, Role::Charge));
+    assert_eq!(
+        (dock.id, dock.position, dock.theta, dock.role),
+        (1, DVec2::ZERO, 1.5, Role::Charge)
+    );
     let tags = dock.tags.as_ref().expect("tags");
-    assert_eq!((dock.name(), tags.level.as_deref(), tags.zone.as_deref()), (Some("Dock A"), Some("L1"), Some("Z")));
+    assert_eq!(
+        (dock.name(), tags.level.as_deref(), tags.zone.as_deref()),
+        (Some("Dock A"), Some("L1"), Some("Z"))
+    );
     assert_eq!(tags.properties.get("Colour").map(AsRef::as_ref), Some("red"));
     assert_eq!(graph.nodes()[2].position, DVec2::new(10.0, 5.5));
     let ids: Vec<u32> = graph.edges().iter().map(|edge| edge.id).collect();
@@ -79,7 +87,9 @@ fn separators_decimal_commas_units_and_names_vary() {
 fn the_tables_may_be_in_two_files() {
     let folder = tempfile::tempdir().expect("a folder");
     let (nodes, edges) = BOTH.split_once("\n\n").expect("two tables");
-    for [node_name, edge_name] in [["map-nodes.csv", "map-edges.csv"], ["site_Vertices.csv", "site_Edges.tsv"]] {
+    for [node_name, edge_name] in
+        [["map-nodes.csv", "map-edges.csv"], ["site_Vertices.csv", "site_Edges.tsv"]]
+    {
         let [node_file, edge_file] = [node_name, edge_name].map(|name| folder.path().join(name));
         std::fs::write(&node_file, nodes).expect("written");
         std::fs::write(&edge_file, edges).expect("written");
@@ -88,15 +98,22 @@ fn the_tables_may_be_in_two_files() {
             assert_eq!((graph.nodes().len(), graph.edges().len()), (3, 3));
         }
     }
-    std::fs::write(folder.path().join("map-edges.csv"), edges.replace("0.3", "slow")).expect("written");
-    let message = read(&folder.path().join("map-nodes.csv"), &options()).expect_err("no number").to_string();
-    assert!(message.contains("map-edges.csv:2: `Reverse Speed` is `slow`: give a number"), "{message}");
+    std::fs::write(folder.path().join("map-edges.csv"), edges.replace("0.3", "slow"))
+        .expect("written");
+    let message =
+        read(&folder.path().join("map-nodes.csv"), &options()).expect_err("no number").to_string();
+    assert!(
+        message.contains("map-edges.csv:2: `Reverse Speed` is `slow`: give a number"),
+        "{message}"
+    );
 }
 
 #[test]
 fn one_level_can_be_read() {
     let text = "id,x,y,level\n1,0,0,A\n2,1,0,A\n3,1,0,B\nfrom,to\n1,2\n2,3\n";
-    let level = |level: &str| parse(text, "map.csv", &ReadOptions { level: Some(level.to_owned()), ..options() });
+    let level = |level: &str| {
+        parse(text, "map.csv", &ReadOptions { level: Some(level.to_owned()), ..options() })
+    };
     let (graph, _) = level("A").expect("a graph");
     assert_eq!((graph.nodes().len(), graph.edges().len()), (2, 1));
     assert!(level("C").expect_err("none").to_string().contains("no node has the level `C`"));
@@ -105,21 +122,34 @@ fn one_level_can_be_read() {
 #[test]
 fn mistakes_are_reported() {
     let nodes = "id,x,y\n1,0,0\n2,1,0\n";
-    assert!(error("1,2,3\n").contains("map.csv:1: not a route graph: the first row isn't a header"));
+    assert!(
+        error("1,2,3\n").contains("map.csv:1: not a route graph: the first row isn't a header")
+    );
     assert!(error(nodes).contains("there is no table of edges"));
     assert!(error("id,x,y\nfrom,to\n").contains("the tables have no rows"));
-    assert!(error(&format!("{nodes}\nfrom,to\n1,3\n")).contains("map.csv:6: error: edge `1` ends at node `3`"));
-    assert!(error(&format!("{nodes}\nfrom,to\n1,\n")).contains("map.csv:6: not a route graph: an edge has no ends"));
     assert!(
-        error(&format!("{nodes}3,one,0\nfrom,to\n1,2\n")).contains("map.csv:4: error: `x` is `one`: give a number")
+        error(&format!("{nodes}\nfrom,to\n1,3\n"))
+            .contains("map.csv:6: error: edge `1` ends at node `3`")
     );
-    assert!(error(&format!("{nodes}\nfrom,to,x1\n1,2,5\n")).contains("a control point is incomplete"));
+    assert!(
+        error(&format!("{nodes}\nfrom,to\n1,\n"))
+            .contains("map.csv:6: not a route graph: an edge has no ends")
+    );
+    assert!(
+        error(&format!("{nodes}3,one,0\nfrom,to\n1,2\n"))
+            .contains("map.csv:4: error: `x` is `one`: give a number")
+    );
+    assert!(
+        error(&format!("{nodes}\nfrom,to,x1\n1,2,5\n")).contains("a control point is incomplete")
+    );
     assert!(error(&format!("{nodes}{}\n", "a,".repeat(300))).contains("200 columns"));
     let (_, findings) = graph("id,x,y,role\n1,0,0,shelf\n2,1,0,\n\nfrom,to,two-way\n1,2,maybe,4\n");
     let messages = messages(&findings);
-    for message in
-        ["map.csv:2: warning: `shelf` is not a role", "bidirectional is `maybe`", "cells without a column name"]
-    {
+    for message in [
+        "map.csv:2: warning: `shelf` is not a role",
+        "bidirectional is `maybe`",
+        "cells without a column name",
+    ] {
         assert!(messages.contains(message), "{messages}");
     }
 }

@@ -30,7 +30,8 @@ impl EllipticArc {
         Self { centre, major: DVec2::X * radius, minor: DVec2::Y * radius, from, to }
     }
 
-    /// Returns the arc of a segment of a polyline: `bulge` is the tangent of a quarter of its angle.
+    /// Returns the arc of a segment of a polyline: `bulge` is the tangent of a quarter of its
+    /// angle.
     pub fn bulged(start: DVec2, end: DVec2, bulge: f64) -> Self {
         let angle = 4.0 * bulge.atan();
         let chord = end - start;
@@ -47,7 +48,8 @@ impl EllipticArc {
         self.minor * parameter.cos() - self.major * parameter.sin()
     }
 
-    /// Returns cubics of which none is further than [`MAX_ERROR`] from the arc if its unit is `scale` metres.
+    /// Returns cubics of which none is further than [`MAX_ERROR`] from the arc if its unit is
+    /// `scale` metres.
     pub fn cubics(&self, scale: f64) -> Vec<CubicBezier> {
         let radius = self.major.length().max(self.minor.length()) * scale;
         let span = self.to - self.from;
@@ -71,12 +73,18 @@ impl EllipticArc {
     fn cubic(&self, from: f64, to: f64) -> CubicBezier {
         let handle = 4.0 / 3.0 * ((to - from) / 4.0).tan();
         let (start, end) = (self.point(from), self.point(to));
-        let control_points = [start, start + self.derivative(from) * handle, end - self.derivative(to) * handle, end];
+        let control_points = [
+            start,
+            start + self.derivative(from) * handle,
+            end - self.derivative(to) * handle,
+            end,
+        ];
         CubicBezier { control_points }
     }
 }
 
-/// Returns the distance of the usual cubic from an arc of an angle in radians: 4/27 · sin⁶(a/4) / cos²(a/4) of the radius.
+/// Returns the distance of the usual cubic from an arc of an angle in radians: 4/27 · sin⁶(a/4) /
+/// cos²(a/4) of the radius.
 fn error(radius: f64, angle: f64) -> f64 {
     let (sin, cos) = (angle / 4.0).sin_cos();
     radius * 4.0 / 27.0 * sin.powi(6) / cos.powi(2)
@@ -88,8 +96,14 @@ pub fn turn(from: f64, to: f64) -> f64 {
     if turn < 1e-12 { TAU } else { turn }
 }
 
-/// Returns the cubics of a spline in metres; `None` if it can't be read. `weights` is empty for a B-spline.
-pub fn spline_to_cubics(degree: usize, knots: &[f64], points: &[DVec2], weights: &[f64]) -> Option<Vec<CubicBezier>> {
+/// Returns the cubics of a spline in metres; `None` if it can't be read. `weights` is empty for a
+/// B-spline.
+pub fn spline_to_cubics(
+    degree: usize,
+    knots: &[f64],
+    points: &[DVec2],
+    weights: &[f64],
+) -> Option<Vec<CubicBezier>> {
     if points.len() > MAX_POINTS {
         return None;
     }

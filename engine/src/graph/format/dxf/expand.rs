@@ -85,11 +85,25 @@ impl<'a> Expander<'a> {
         let layer = place.layer.filter(|_| own == "0").unwrap_or(own);
         let scale = scale(&place.to_metres);
         let curves = match &entity.specific {
-            EntityType::Insert(insert) => return self.insert(insert, Place { layer: Some(layer), ..place }),
-            EntityType::Line(line) => vec![vec![CubicBezier::straight(point(&line.p1), point(&line.p2))]],
-            EntityType::Arc(arc) => self.plane(&arc.normal, place, || vec![circular_arc(arc).cubics(scale)]),
+            EntityType::Insert(insert) => {
+                return self.insert(insert, Place { layer: Some(layer), ..place });
+            }
+            EntityType::Line(line) => {
+                vec![vec![CubicBezier::straight(point(&line.p1), point(&line.p2))]]
+            }
+            EntityType::Arc(arc) => {
+                self.plane(&arc.normal, place, || vec![circular_arc(arc).cubics(scale)])
+            }
             EntityType::Circle(circle) => self.plane(&circle.normal, place, || {
-                closed(EllipticArc::circular(point(&circle.center), circle.radius, 0.0, turn(0.0, 0.0)), scale)
+                closed(
+                    EllipticArc::circular(
+                        point(&circle.center),
+                        circle.radius,
+                        0.0,
+                        turn(0.0, 0.0),
+                    ),
+                    scale,
+                )
             }),
             EntityType::Ellipse(ellipse) => self.ellipse(ellipse, place, scale),
             EntityType::LwPolyline(line) => {
@@ -108,7 +122,8 @@ impl<'a> Expander<'a> {
     fn push(&mut self, mut cubics: Vec<CubicBezier>, layer: &str, place: Place<'_>) {
         self.cubics += cubics.len();
         for cubic in &mut cubics {
-            cubic.control_points = cubic.control_points.map(|point| place.to_metres.transform_point2(point));
+            cubic.control_points =
+                cubic.control_points.map(|point| place.to_metres.transform_point2(point));
         }
         let mut points = cubics.iter().flat_map(|cubic| cubic.control_points);
         if !points.all(|point| point.is_finite() && point.abs().max_element() <= MAX_COORDINATE) {
@@ -118,7 +133,8 @@ impl<'a> Expander<'a> {
         }
     }
 
-    /// Returns the curves of an entity in the plane of its normal: as seen from above, or from below for a normal downwards.
+    /// Returns the curves of an entity in the plane of its normal: as seen from above, or from
+    /// below for a normal downwards.
     fn plane(
         &mut self,
         normal: &Vector,
@@ -136,7 +152,12 @@ impl<'a> Expander<'a> {
         curves
     }
 
-    fn ellipse(&mut self, ellipse: &Ellipse, place: Place<'_>, scale: f64) -> Vec<Vec<CubicBezier>> {
+    fn ellipse(
+        &mut self,
+        ellipse: &Ellipse,
+        place: Place<'_>,
+        scale: f64,
+    ) -> Vec<Vec<CubicBezier>> {
         // The axis is in the drawing's own coordinates, whatever the normal.
         let Some(mirror) = mirror(&ellipse.normal) else {
             self.ignored.add(place.at, "entity in a plane that isn't horizontal");
@@ -158,7 +179,8 @@ impl<'a> Expander<'a> {
         }
         // 16: a control point of a smoothed polyline, whose other vertices are on the curve.
         let vertices = line.vertices().filter(|vertex| vertex.flags & 16 == 0);
-        let vertices: Vec<_> = vertices.map(|vertex| (point(&vertex.location), vertex.bulge)).collect();
+        let vertices: Vec<_> =
+            vertices.map(|vertex| (point(&vertex.location), vertex.bulge)).collect();
         self.plane(&line.normal, place, || segments(&vertices, line.flags & 1 != 0, scale))
     }
 
@@ -170,7 +192,9 @@ impl<'a> Expander<'a> {
             let kind = if points.is_empty() {
                 "entity SPLINE with fit points only".to_owned()
             } else {
-                format!("entity SPLINE of degree {degree}, or with knots, points or weights that make no curve")
+                format!(
+                    "entity SPLINE of degree {degree}, or with knots, points or weights that make no curve"
+                )
             };
             self.ignored.add(place.at, kind);
             return Vec::new();
@@ -182,7 +206,10 @@ impl<'a> Expander<'a> {
 
     fn insert(&mut self, insert: &'a Insert, place: Place<'a>) {
         let Some(&block) = self.blocks.get(insert.name.as_str()) else {
-            let kind = format!("entity INSERT of the block `{}`, which isn't defined", super::shorten(&insert.name));
+            let kind = format!(
+                "entity INSERT of the block `{}`, which isn't defined",
+                super::shorten(&insert.name)
+            );
             self.ignored.add(place.at, kind);
             return;
         };
@@ -195,7 +222,8 @@ impl<'a> Expander<'a> {
             return;
         }
         for offset in array(insert) {
-            let to_metres = place.to_metres * DAffine2::from_mat2(mirror) * placement(insert, block, offset);
+            let to_metres =
+                place.to_metres * DAffine2::from_mat2(mirror) * placement(insert, block, offset);
             for entity in &block.entities {
                 self.entity(entity, Place { to_metres, depth: place.depth + 1, ..place });
                 if self.is_full() {
@@ -244,10 +272,12 @@ fn point(point: &Point) -> DVec2 {
 
 /// Returns the metres of a unit, at most.
 fn scale(to_metres: &DAffine2) -> f64 {
-    to_metres.matrix2.x_axis.length().max(to_metres.matrix2.y_axis.length()) * std::f64::consts::SQRT_2
+    to_metres.matrix2.x_axis.length().max(to_metres.matrix2.y_axis.length())
+        * std::f64::consts::SQRT_2
 }
 
-/// Returns the transformation from a plane with a normal upwards or downwards; `None` for other planes.
+/// Returns the transformation from a plane with a normal upwards or downwards; `None` for other
+/// planes.
 fn mirror(normal: &Vector) -> Option<DMat2> {
     let tilted = normal.x.hypot(normal.y) > 1e-6 * normal.z.abs();
     (!tilted && normal.z != 0.0).then(|| DMat2::from_diagonal(DVec2::new(normal.z.signum(), 1.0)))
@@ -265,7 +295,8 @@ fn closed(arc: EllipticArc, scale: f64) -> Vec<Vec<CubicBezier>> {
 }
 
 fn lightweight_polyline(line: &LwPolyline, scale: f64) -> Vec<Vec<CubicBezier>> {
-    let vertices: Vec<_> = line.vertices.iter().map(|vertex| (DVec2::new(vertex.x, vertex.y), vertex.bulge)).collect();
+    let vertices: Vec<_> =
+        line.vertices.iter().map(|vertex| (DVec2::new(vertex.x, vertex.y), vertex.bulge)).collect();
     segments(&vertices, line.flags & 1 != 0, scale)
 }
 

@@ -27,7 +27,8 @@ pub struct Network {
     pub links: Vec<Link>,
     /// Ends that nearly meet another curve, with the distance in metres.
     pub near_misses: Vec<(usize, f64)>,
-    /// The curves that are left out since they are shorter than the tolerance, or drawn a second time.
+    /// The curves that are left out since they are shorter than the tolerance, or drawn a second
+    /// time.
     pub short: Vec<u32>,
     pub repeated: Vec<u32>,
     /// Whether not all nodes have been compared with all curves near them.
@@ -74,7 +75,8 @@ impl Network {
         let (Some(first), Some(last)) = (curve.cubics.first(), curve.cubics.last()) else { return };
         let ends = [first.control_points[0], last.control_points[3]];
         let is_short = ends[0].distance(ends[1]) <= TOLERANCE
-            && curve.cubics.iter().map(|cubic| cubic.polyline_length(4)).sum::<f64>() <= 2.0 * TOLERANCE;
+            && curve.cubics.iter().map(|cubic| cubic.polyline_length(4)).sum::<f64>()
+                <= 2.0 * TOLERANCE;
         if is_short {
             self.short.push(curve.at);
             return;
@@ -87,8 +89,10 @@ impl Network {
 
     /// Returns the node at a point, which is added if there is none within the tolerance.
     fn node(&mut self, point: DVec2, at: u32, places: &mut Places) -> usize {
-        let near = cells(point - TOLERANCE, point + TOLERANCE, TOLERANCE).filter_map(|cell| places.0.get(&cell));
-        let found = near.flatten().copied().find(|&node| self.nodes[node].0.distance(point) <= TOLERANCE);
+        let near = cells(point - TOLERANCE, point + TOLERANCE, TOLERANCE)
+            .filter_map(|cell| places.0.get(&cell));
+        let found =
+            near.flatten().copied().find(|&node| self.nodes[node].0.distance(point) <= TOLERANCE);
         found.unwrap_or_else(|| {
             self.nodes.push((point, at));
             places.0.entry(cell(point, TOLERANCE)).or_default().push(self.nodes.len() - 1);
@@ -126,7 +130,9 @@ impl Network {
 
     /// Adds the parts of a link between nodes at its cubics' parameters.
     fn split(&mut self, link: Link, mut splits: Vec<(usize, f64, usize)>) {
-        splits.sort_by(|a, b| (a.0, a.1).partial_cmp(&(b.0, b.1)).unwrap_or(std::cmp::Ordering::Equal));
+        splits.sort_by(|a, b| {
+            (a.0, a.1).partial_cmp(&(b.0, b.1)).unwrap_or(std::cmp::Ordering::Equal)
+        });
         let Link { mut from, to, curve: Curve { at, layer, cubics } } = link;
         let mut splits = splits.into_iter().peekable();
         // The cubics since the last split.
@@ -170,7 +176,9 @@ impl Network {
 
 /// Returns whether cubics are a straight line.
 pub fn is_straight(cubics: &[CubicBezier]) -> bool {
-    let [CubicBezier { control_points: [start, after, before, end] }] = cubics else { return false };
+    let [CubicBezier { control_points: [start, after, before, end] }] = cubics else {
+        return false;
+    };
     let straight = CubicBezier::straight(*start, *end).control_points;
     straight[1].distance(*after) < 1e-9 && straight[2].distance(*before) < 1e-9
 }
@@ -201,7 +209,10 @@ fn halves(cubic: &CubicBezier, parameter: f64) -> (CubicBezier, CubicBezier) {
     let (ab, bc, cd) = (a.lerp(b, parameter), b.lerp(c, parameter), c.lerp(d, parameter));
     let (abc, bcd) = (ab.lerp(bc, parameter), bc.lerp(cd, parameter));
     let middle = abc.lerp(bcd, parameter);
-    (CubicBezier { control_points: [a, ab, abc, middle] }, CubicBezier { control_points: [middle, bcd, cd, d] })
+    (
+        CubicBezier { control_points: [a, ab, abc, middle] },
+        CubicBezier { control_points: [middle, bcd, cd, d] },
+    )
 }
 
 /// The point of a curve that is nearest to a node.
@@ -226,9 +237,13 @@ impl NodeIndex {
             coordinates.sort_unstable_by(f64::total_cmp);
             let outermost = coordinates.len() / 50;
             let last = coordinates.len().saturating_sub(1 + outermost);
-            coordinates.get(last).zip(coordinates.get(outermost)).map_or(0.0, |(last, first)| last - first)
+            coordinates
+                .get(last)
+                .zip(coordinates.get(outermost))
+                .map_or(0.0, |(last, first)| last - first)
         };
-        let extents = [0, 1].map(|axis| extent(&mut nodes.iter().map(|(point, _)| point[axis]).collect()));
+        let extents =
+            [0, 1].map(|axis| extent(&mut nodes.iter().map(|(point, _)| point[axis]).collect()));
         let size = (extents[0].max(extents[1]) / (nodes.len() as f64).sqrt()).max(4.0 * TOLERANCE);
         let mut index = Self { size, nodes: BTreeMap::new(), comparisons: 0 };
         for (number, (point, _)) in nodes.iter().enumerate() {
@@ -237,7 +252,8 @@ impl NodeIndex {
         index
     }
 
-    /// Returns the nodes near a link besides its ends, ascending, with the nearest point of the link.
+    /// Returns the nodes near a link besides its ends, ascending, with the nearest point of the
+    /// link.
     fn near(&mut self, link: &Link, nodes: &[(DVec2, u32)]) -> Vec<(usize, Nearest)> {
         let reach = NEAR.min(self.size / 2.0);
         let mut found: BTreeMap<usize, Nearest> = BTreeMap::new();
@@ -247,13 +263,16 @@ impl NodeIndex {
             for (from, to) in (0..count).map(|index| (parameter(index), parameter(index + 1))) {
                 let (start, end) = (content.position(from), content.position(to));
                 let margin = reach + bend;
-                let candidates = self.candidates(start.min(end) - margin, start.max(end) + margin, nodes.len());
+                let candidates =
+                    self.candidates(start.min(end) - margin, start.max(end) + margin, nodes.len());
                 // Chords without candidates take time too.
                 self.comparisons += 1 + candidates.len() as u64;
                 if self.comparisons > MAX_COMPARISONS {
                     return found.into_iter().collect();
                 }
-                for node in candidates.into_iter().filter(|&node| node != link.from && node != link.to) {
+                for node in
+                    candidates.into_iter().filter(|&node| node != link.from && node != link.to)
+                {
                     let point = nodes[node].0;
                     if distance_to_chord(point, start, end).1 > margin {
                         continue;
@@ -269,25 +288,31 @@ impl NodeIndex {
         found.into_iter().collect()
     }
 
-    /// Returns the nodes in the cells between two corners; all of `count` nodes where these cells are more, as along a line
-    /// that is much longer than the rest of the drawing.
+    /// Returns the nodes in the cells between two corners; all of `count` nodes where these cells
+    /// are more, as along a line that is much longer than the rest of the drawing.
     fn candidates(&self, min: DVec2, max: DVec2, count: usize) -> Vec<usize> {
         let sides = (max / self.size).floor() - (min / self.size).floor() + 1.0;
         if sides.x * sides.y > count as f64 {
             return (0..count).collect();
         }
-        cells(min, max, self.size).filter_map(|cell| self.nodes.get(&cell)).flatten().copied().collect()
+        cells(min, max, self.size)
+            .filter_map(|cell| self.nodes.get(&cell))
+            .flatten()
+            .copied()
+            .collect()
     }
 }
 
-/// Returns the number of equal intervals of a cubic whose chords have at most about a length, and the largest distance of
-/// the curve from its chords. There are not many more chords than nodes, since each is compared with some nodes.
+/// Returns the number of equal intervals of a cubic whose chords have at most about a length, and
+/// the largest distance of the curve from its chords. There are not many more chords than nodes,
+/// since each is compared with some nodes.
 fn chords(cubic: &CubicBezier, length: f64, nodes: usize) -> (u32, f64) {
     let is_straight = is_straight(std::slice::from_ref(cubic));
     let least = if is_straight { 1.0 } else { f64::from(INTERVALS) };
     let [a, b, c, d] = cubic.control_points;
     let polygon = a.distance(b) + b.distance(c) + c.distance(d);
-    // A cubic is at most three times as fast as a straight segment of the length of its control polygon.
+    // A cubic is at most three times as fast as a straight segment of the length of its control
+    // polygon.
     let count = (3.0 * polygon / length).ceil().clamp(least, (nodes as f64).clamp(64.0, 1e4));
     // |p''| is at most six times that length, and the distance |p''| / 8 for the whole curve.
     (count as u32, if is_straight { 0.0 } else { 0.75 * polygon / (count * count) })
@@ -296,11 +321,13 @@ fn chords(cubic: &CubicBezier, length: f64, nodes: usize) -> (u32, f64) {
 /// Returns the fraction of a chord at which it is nearest to a point, and the distance there.
 fn distance_to_chord(point: DVec2, start: DVec2, end: DVec2) -> (f64, f64) {
     let chord = end - start;
-    let fraction = ((point - start).dot(chord) / chord.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+    let fraction = ((point - start).dot(chord) / chord.length_squared().max(f64::MIN_POSITIVE))
+        .clamp(0.0, 1.0);
     (fraction, point.distance(start + chord * fraction))
 }
 
-/// Returns the parameter in an interval where a cubic is nearest to a point, and the distance there.
+/// Returns the parameter in an interval where a cubic is nearest to a point, and the distance
+/// there.
 fn nearest(cubic: &CubicBezier, point: DVec2, from: f64, to: f64) -> (f64, f64) {
     let (fraction, _) = distance_to_chord(point, cubic.position(from), cubic.position(to));
     let mut parameter = from + (to - from) * fraction;

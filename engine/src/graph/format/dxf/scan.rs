@@ -1,8 +1,9 @@
-//! The pairs of group code and value that a DXF file consists of: a copy with only what the reader uses.
+//! The pairs of group code and value that a DXF file consists of: a copy with only what the reader
+//! uses.
 //!
-//! The crate `dxf` drops the rest of a section without a word at the first value that it can't read, recurses into nested
-//! application data, and decodes the pictures of previews. So it gets only entities and groups that are used, with values
-//! that have been checked.
+//! The crate `dxf` drops the rest of a section without a word at the first value that it can't
+//! read, recurses into nested application data, and decodes the pictures of previews. So it gets
+//! only entities and groups that are used, with values that have been checked.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -13,7 +14,8 @@ use crate::graph::finding::{Report, Subject};
 /// The largest number of entities, vertices of old polylines included: each takes about a kilobyte.
 const MAX_ENTITIES: usize = 500_000;
 
-/// The largest number of bytes of the name of a layer or a block, as in AutoCAD: each line has a copy of it.
+/// The largest number of bytes of the name of a layer or a block, as in AutoCAD: each line has a
+/// copy of it.
 const MAX_NAME: usize = 255;
 
 /// What the scanner finds in a file.
@@ -46,7 +48,11 @@ struct Pair<'text> {
 ///
 /// # Errors
 /// If it doesn't consist of pairs, or has too many entities.
-pub fn scan(text: &str, ignored: &mut Ignored, report: &mut Report<'_>) -> Result<Scan, SyntaxError> {
+pub fn scan(
+    text: &str,
+    ignored: &mut Ignored,
+    report: &mut Report<'_>,
+) -> Result<Scan, SyntaxError> {
     let mut scanner = Scanner::new(ignored, report);
     let mut lines = text.split('\n');
     let (mut at, mut line) = (0, 1);
@@ -55,7 +61,10 @@ pub fn scan(text: &str, ignored: &mut Ignored, report: &mut Report<'_>) -> Resul
         let Some(value) = lines.next() else { break };
         let number = code.trim().parse().map_err(|_| SyntaxError {
             line,
-            message: format!("`{}` isn't a group code: DXF alternates codes and values", super::shorten(code)),
+            message: format!(
+                "`{}` isn't a group code: DXF alternates codes and values",
+                super::shorten(code)
+            ),
         })?;
         let pair = Pair { code: number, value: value.trim(), at: value_at as u32 };
         if pair.code == 0 && pair.value == "EOF" {
@@ -63,7 +72,10 @@ pub fn scan(text: &str, ignored: &mut Ignored, report: &mut Report<'_>) -> Resul
         }
         scanner.pair(pair);
         if scanner.entities > MAX_ENTITIES {
-            return Err(SyntaxError { line, message: format!("more than {MAX_ENTITIES} entities: split the drawing") });
+            return Err(SyntaxError {
+                line,
+                message: format!("more than {MAX_ENTITIES} entities: split the drawing"),
+            });
         }
         at = value_at + value.len() + 1;
         line += 2;
@@ -213,12 +225,17 @@ impl<'a, 'text> Scanner<'a, 'text> {
         let Pair { code, value, .. } = pair;
         let Some(expected) = used(self.kind, code) else { return };
         let copy = match expected {
-            Value::Text if value.len() > MAX_NAME => return self.wrong(pair, "a name of at most 255 bytes"),
+            Value::Text if value.len() > MAX_NAME => {
+                return self.wrong(pair, "a name of at most 255 bytes");
+            }
             Value::Text => escaped(value),
-            Value::Whole => match value.parse::<f64>().ok().filter(|number| number.abs() <= f64::from(i16::MAX)) {
-                Some(number) => (number as i16).to_string(),
-                None => return self.wrong(pair, "a whole number"),
-            },
+            Value::Whole => {
+                match value.parse::<f64>().ok().filter(|number| number.abs() <= f64::from(i16::MAX))
+                {
+                    Some(number) => (number as i16).to_string(),
+                    None => return self.wrong(pair, "a whole number"),
+                }
+            }
             Value::Real => match value.parse::<f64>().ok().filter(|number| number.is_finite()) {
                 Some(_) => value.to_owned(),
                 None => return self.wrong(pair, "a number"),
@@ -233,7 +250,8 @@ impl<'a, 'text> Scanner<'a, 'text> {
 
     fn wrong(&mut self, pair: Pair<'_>, expected: &str) {
         let (value, kind) = (super::shorten(pair.value), self.kind);
-        let message = format!("`{value}` isn't {expected}: group {} of an entity {kind}", pair.code);
+        let message =
+            format!("`{value}` isn't {expected}: group {} of an entity {kind}", pair.code);
         self.report.error(pair.at, Subject::File, message);
     }
 
@@ -262,8 +280,9 @@ impl<'a, 'text> Scanner<'a, 'text> {
         self.end_layer();
         self.end_block();
         let (blocks, entities) = (self.blocks, self.outside_blocks);
-        self.found.text =
-            format!("0\nSECTION\n2\nBLOCKS\n{blocks}0\nENDSEC\n0\nSECTION\n2\nENTITIES\n{entities}0\nENDSEC\n0\nEOF\n");
+        self.found.text = format!(
+            "0\nSECTION\n2\nBLOCKS\n{blocks}0\nENDSEC\n0\nSECTION\n2\nENTITIES\n{entities}0\nENDSEC\n0\nEOF\n"
+        );
         self.found
     }
 }
@@ -279,7 +298,8 @@ fn section(name: &str) -> Section {
 }
 
 /// The entities that are used.
-const USED: [&str; 9] = ["LINE", "ARC", "CIRCLE", "ELLIPSE", "LWPOLYLINE", "POLYLINE", "VERTEX", "SPLINE", "INSERT"];
+const USED: [&str; 9] =
+    ["LINE", "ARC", "CIRCLE", "ELLIPSE", "LWPOLYLINE", "POLYLINE", "VERTEX", "SPLINE", "INSERT"];
 
 /// Returns the kind of value of a group that is used of an entity or a block.
 fn used(kind: &str, code: i32) -> Option<Value> {
@@ -296,7 +316,8 @@ fn used(kind: &str, code: i32) -> Option<Value> {
     .filter(|_| kind != "BLOCK" || [2, 8, 10, 20].contains(&code))
 }
 
-/// Returns a text in which letters beyond ASCII are escaped: the crate takes the encoding of old files for granted.
+/// Returns a text in which letters beyond ASCII are escaped: the crate takes the encoding of old
+/// files for granted.
 fn escaped(text: &str) -> String {
     let mut escaped = String::with_capacity(text.len());
     for letter in text.chars() {

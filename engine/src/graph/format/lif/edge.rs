@@ -9,7 +9,8 @@ use crate::graph::layout::LayoutEdge;
 use crate::graph::tags::{Orientation, Role, Rotation, Tags};
 
 impl<'text> Reader<'_, '_, 'text> {
-    /// Reads an edge, with what robots do on it. The numbers are the index of the layout, and that of the edge from 1.
+    /// Reads an edge, with what robots do on it. The numbers are the index of the layout, and that
+    /// of the edge from 1.
     pub fn edge(
         &mut self,
         raw: Raw<'text>,
@@ -19,7 +20,8 @@ impl<'text> Reader<'_, '_, 'text> {
         let context = &mut self.context;
         let mut object = Object::parse(raw, "an edge", context)?;
         let at = object.at;
-        let [id, start, end] = ["edgeId", "startNodeId", "endNodeId"].map(|key| object.take_text(key, context));
+        let [id, start, end] =
+            ["edgeId", "startNodeId", "endNodeId"].map(|key| object.take_text(key, context));
         let (Some(start), Some(end)) = (start, end) else {
             context.error(at, "an edge has no `startNodeId` or no `endNodeId`: give it both");
             return None;
@@ -34,7 +36,8 @@ impl<'text> Reader<'_, '_, 'text> {
             return None;
         };
         let list = object.take_list("vehicleTypeEdgeProperties", context);
-        let (choice, types) = self.vehicles.choose(&list, "an element of `vehicleTypeEdgeProperties`", context);
+        let (choice, types) =
+            self.vehicles.choose(&list, "an element of `vehicleTypeEdgeProperties`", context);
         let name = object.take_text("edgeName", context).map(Into::into);
         let tags = Tags { name, level: sheet.level.clone(), ..Tags::default() };
         let id = self.edge_ids.unique(id, layout);
@@ -72,7 +75,8 @@ fn read_properties<'text>(
     }
     let role = take_actions(&mut object, &mut edge.tags, context);
     object.keep_rest(&mut edge.tags.properties, context);
-    edge.rotation = ["rotationAtStartNodeAllowed", "rotationAtEndNodeAllowed"].map(|key| rotation(&edge.tags, key));
+    edge.rotation = ["rotationAtStartNodeAllowed", "rotationAtEndNodeAllowed"]
+        .map(|key| rotation(&edge.tags, key));
     (edge, role)
 }
 
@@ -86,15 +90,24 @@ fn rotation(tags: &Tags, key: &str) -> Rotation {
     }
 }
 
-fn orientation<'text>(object: &mut Object<'text>, at: u32, context: &mut Context<'_, 'text>) -> Orientation {
+fn orientation<'text>(
+    object: &mut Object<'text>,
+    at: u32,
+    context: &mut Context<'_, 'text>,
+) -> Orientation {
     let kind = object.take_text("orientationType", context);
     let angle = object.take_number("vehicleOrientation", context);
-    let Some(angle) = angle.map(|angle| checked_angle(at, angle, context)) else { return Orientation::Tangential };
+    let Some(angle) = angle.map(|angle| checked_angle(at, angle, context)) else {
+        return Orientation::Tangential;
+    };
     match kind.map(|kind| kind.to_ascii_uppercase()).as_deref() {
         Some("GLOBAL") => Orientation::Fixed(angle),
         kind => {
             if !matches!(kind, None | Some("TANGENTIAL")) {
-                context.note(at, "`orientationType` is neither GLOBAL nor TANGENTIAL: read as TANGENTIAL");
+                context.note(
+                    at,
+                    "`orientationType` is neither GLOBAL nor TANGENTIAL: read as TANGENTIAL",
+                );
             }
             if angle == 0.0 { Orientation::Tangential } else { Orientation::Offset(angle) }
         }

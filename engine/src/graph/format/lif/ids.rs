@@ -50,10 +50,15 @@ impl Ids {
         if is_shared { format!("{}/{id}", self.prefixes[layout]) } else { id }
     }
 
-    /// Looks up what an id means in a layout: something of that layout if it has that id, else of another.
+    /// Looks up what an id means in a layout: something of that layout if it has that id, else of
+    /// another.
     pub fn resolve(&self, id: String, layout: usize) -> Target {
         let homes = self.homes.get(&id).map(Vec::as_slice).unwrap_or_default();
-        let home = if homes.binary_search(&layout).is_ok() { Some(layout) } else { self.read(homes).next() };
+        let home = if homes.binary_search(&layout).is_ok() {
+            Some(layout)
+        } else {
+            self.read(homes).next()
+        };
         match home {
             Some(home) => Target::Known(self.unique(id, home)),
             None if homes.is_empty() => Target::Known(id),

@@ -15,7 +15,12 @@ use crate::graph::tags::{Role, Tags};
 
 impl<'text> Reader<'_, '_, 'text> {
     /// Reads a node of the layout with this index.
-    pub fn node(&mut self, raw: Raw<'text>, sheet: &Sheet<'text>, layout: usize) -> Option<LayoutNode> {
+    pub fn node(
+        &mut self,
+        raw: Raw<'text>,
+        sheet: &Sheet<'text>,
+        layout: usize,
+    ) -> Option<LayoutNode> {
         let context = &mut self.context;
         let mut object = Object::parse(raw, "a node", context)?;
         let at = object.at;
@@ -25,7 +30,13 @@ impl<'text> Reader<'_, '_, 'text> {
         };
         let position = object.take_object("nodePosition", "`nodePosition`", context);
         let Some(position) = position.and_then(|position| point(position, context)) else {
-            context.error(at, format!("node `{}` has no `nodePosition` with `x` and `y`: give it one", shown(&id)));
+            context.error(
+                at,
+                format!(
+                    "node `{}` has no `nodePosition` with `x` and `y`: give it one",
+                    shown(&id)
+                ),
+            );
             return None;
         };
         let name = object.take_text("nodeName", context).map(Into::into);
@@ -36,10 +47,13 @@ impl<'text> Reader<'_, '_, 'text> {
             ..LayoutNode::default()
         };
         let list = object.take_list("vehicleTypeNodeProperties", context);
-        let (choice, types) = self.vehicles.choose(&list, "an element of `vehicleTypeNodeProperties`", context);
+        let (choice, types) =
+            self.vehicles.choose(&list, "an element of `vehicleTypeNodeProperties`", context);
         node.tags.set("vehicleTypeId", &types);
         if let Choice::Some(mut properties) = choice {
-            node.heading = properties.take_number("theta", context).map(|angle| checked_angle(at, angle, context));
+            node.heading = properties
+                .take_number("theta", context)
+                .map(|angle| checked_angle(at, angle, context));
             node.role = take_actions(&mut properties, &mut node.tags, context);
             properties.keep_rest(&mut node.tags.properties, context);
         }
@@ -49,15 +63,26 @@ impl<'text> Reader<'_, '_, 'text> {
     }
 
     /// Reads the stations of the layout with this index.
-    pub fn stations(&mut self, list: &[Raw<'text>], layout: usize, nodes: &[LayoutNode]) -> Vec<LayoutStation> {
+    pub fn stations(
+        &mut self,
+        list: &[Raw<'text>],
+        layout: usize,
+        nodes: &[LayoutNode],
+    ) -> Vec<LayoutStation> {
         if list.is_empty() {
             return Vec::new();
         }
-        let roles: BTreeMap<&str, Role> = nodes.iter().map(|node| (node.id.as_str(), node.role)).collect();
+        let roles: BTreeMap<&str, Role> =
+            nodes.iter().map(|node| (node.id.as_str(), node.role)).collect();
         list.iter().filter_map(|raw| self.station(raw, layout, &roles)).collect()
     }
 
-    fn station(&mut self, raw: Raw<'text>, layout: usize, roles: &BTreeMap<&str, Role>) -> Option<LayoutStation> {
+    fn station(
+        &mut self,
+        raw: Raw<'text>,
+        layout: usize,
+        roles: &BTreeMap<&str, Role>,
+    ) -> Option<LayoutStation> {
         let context = &mut self.context;
         let mut object = Object::parse(raw, "a station", context)?;
         let mut station = LayoutStation { at: object.at, ..LayoutStation::default() };
@@ -68,15 +93,23 @@ impl<'text> Reader<'_, '_, 'text> {
         for node in object.take_list("interactionNodeIds", context).into_iter().filter_map(plain) {
             match self.node_ids.resolve(node, layout) {
                 Target::Known(node) => station.nodes.push(node),
-                Target::Elsewhere => context.note(object.at, "a node of a station is in a layout that isn't read"),
+                Target::Elsewhere => {
+                    context.note(object.at, "a node of a station is in a layout that isn't read")
+                }
             }
         }
         if station.nodes.is_empty() {
-            context.warning(object.at, format!("station `{}` has no `interactionNodeIds`", shown(&id)));
+            context.warning(
+                object.at,
+                format!("station `{}` has no `interactionNodeIds`", shown(&id)),
+            );
         }
-        let role = |node: &String| roles.get(node.as_str()).copied().filter(|role| *role != Role::None);
+        let role =
+            |node: &String| roles.get(node.as_str()).copied().filter(|role| *role != Role::None);
         station.role = station.nodes.iter().find_map(role).unwrap_or_default();
-        if let Some(mut position) = object.take_object("stationPosition", "`stationPosition`", context) {
+        if let Some(mut position) =
+            object.take_object("stationPosition", "`stationPosition`", context)
+        {
             if let Some(theta) = position.take_number("theta", context) {
                 station.properties.insert("theta".into(), theta.to_string().into());
             }
@@ -105,8 +138,14 @@ pub(super) fn checked_angle(at: u32, angle: f64, context: &mut Context<'_, '_>) 
 }
 
 /// Keeps actions as a property and returns the first role that they say.
-pub(super) fn take_actions(object: &mut Object<'_>, tags: &mut Tags, context: &mut Context<'_, '_>) -> Role {
-    let Some(json) = object.take_json("actions").filter(|json| json != "[]") else { return Role::None };
+pub(super) fn take_actions(
+    object: &mut Object<'_>,
+    tags: &mut Tags,
+    context: &mut Context<'_, '_>,
+) -> Role {
+    let Some(json) = object.take_json("actions").filter(|json| json != "[]") else {
+        return Role::None;
+    };
     tags.set("actions", &json);
     let roles = roles(&json);
     let first = roles.first().copied().unwrap_or_default();

@@ -1,4 +1,5 @@
-//! An object of a JSON text whose values are taken out one by one, and what is noted while doing so.
+//! An object of a JSON text whose values are taken out one by one, and what is noted while doing
+//! so.
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -55,7 +56,8 @@ impl<'r, 'text> Context<'r, 'text> {
     }
 }
 
-/// An object of the text. Keys that nobody takes are kept by [`Object::keep_rest`] or counted as ignored.
+/// An object of the text. Keys that nobody takes are kept by [`Object::keep_rest`] or counted as
+/// ignored.
 pub(super) struct Object<'text> {
     pub at: u32,
     /// Such as "a node", for messages.
@@ -65,7 +67,11 @@ pub(super) struct Object<'text> {
 
 impl<'text> Object<'text> {
     /// Parses an object; anything else is an error.
-    pub fn parse(raw: Raw<'text>, kind: &'static str, context: &mut Context<'_, 'text>) -> Option<Self> {
+    pub fn parse(
+        raw: Raw<'text>,
+        kind: &'static str,
+        context: &mut Context<'_, 'text>,
+    ) -> Option<Self> {
         let at = context.at(raw);
         match serde_json::from_str(raw.get()) {
             Ok(fields) => Some(Self { at, kind, fields }),
@@ -127,13 +133,19 @@ impl<'text> Object<'text> {
     }
 
     /// Keeps the plain values of all other keys as properties, and counts the rest as ignored.
-    pub fn keep_rest(self, properties: &mut BTreeMap<Box<str>, Box<str>>, context: &mut Context<'_, 'text>) {
+    pub fn keep_rest(
+        self,
+        properties: &mut BTreeMap<Box<str>, Box<str>>,
+        context: &mut Context<'_, 'text>,
+    ) {
         for (key, raw) in self.fields {
             match plain(raw) {
                 Some(text) if text.is_empty() => {}
                 Some(text) => drop(properties.insert(key.into(), text.into())),
                 None if raw.get() == "null" => {}
-                None => context.ignored.add(context.at(raw), format!("key `{}` of {}", shown(&key), self.kind)),
+                None => context
+                    .ignored
+                    .add(context.at(raw), format!("key `{}` of {}", shown(&key), self.kind)),
             }
         }
     }
@@ -153,7 +165,13 @@ impl<'text> Object<'text> {
         }
     }
 
-    fn unexpected(&self, key: &str, expected: &str, raw: Raw<'text>, context: &mut Context<'_, 'text>) {
+    fn unexpected(
+        &self,
+        key: &str,
+        expected: &str,
+        raw: Raw<'text>,
+        context: &mut Context<'_, 'text>,
+    ) {
         let message = format!("`{key}` of {} isn't {expected}: not used", self.kind);
         context.note(context.at(raw), message);
     }

@@ -1,4 +1,5 @@
-//! The official examples, files that break the specification, and graphs that are written and read again.
+//! The official examples, files that break the specification, and graphs that are written and read
+//! again.
 
 mod round_trip;
 
@@ -24,7 +25,8 @@ fn read(text: &str) -> (RouteGraph, Findings) {
 }
 
 fn read_with(text: &str, options: &ReadOptions) -> (RouteGraph, Findings) {
-    parse(text, "test.lif.json", options).unwrap_or_else(|error| panic!("{error}\n{:#?}", error.findings()))
+    parse(text, "test.lif.json", options)
+        .unwrap_or_else(|error| panic!("{error}\n{:#?}", error.findings()))
 }
 
 /// Returns the errors of a text, one line each.
@@ -90,7 +92,10 @@ fn every_official_example_is_read() {
         assert_eq!(counts, (nodes, edges, stations), "{name}");
         let messages = messages(&findings);
         let mut unused = messages.lines().filter(|line| line.contains("not used"));
-        assert!(unused.all(|line| line.contains("of a layout") || line.contains("`metaInf")), "{name}: {messages}");
+        assert!(
+            unused.all(|line| line.contains("of a layout") || line.contains("`metaInf")),
+            "{name}: {messages}"
+        );
     }
 }
 
@@ -125,8 +130,10 @@ fn speeds_and_roles_of_an_example_are_those_of_the_file() {
 #[test]
 fn stations_of_an_example_have_the_roles_of_their_nodes() {
     let (graph, findings) = read(&sample("ex_10_16.lif.json"));
-    let stations: Vec<_> = graph.stations().iter().map(|station| (station.name.as_str(), station.role)).collect();
-    let expected = [("S01_Level_A", Role::Pick), ("S01_Level_B", Role::Drop), ("S01_Level_C", Role::Pick)];
+    let stations: Vec<_> =
+        graph.stations().iter().map(|station| (station.name.as_str(), station.role)).collect();
+    let expected =
+        [("S01_Level_A", Role::Pick), ("S01_Level_B", Role::Drop), ("S01_Level_C", Role::Pick)];
     assert_eq!(stations, expected);
     assert_eq!(graph.stations()[1].properties["stationHeight"].as_ref(), "2.5");
     assert_eq!(graph.node(graph.stations()[1].nodes[0]).name(), Some("NB"));
@@ -137,23 +144,33 @@ fn stations_of_an_example_have_the_roles_of_their_nodes() {
 fn a_curve_that_does_not_start_at_its_node_is_connected() {
     let (graph, findings) = read(&sample("ex_10_17.lif.json"));
     let path = &graph.edges()[0].path;
-    assert_eq!((path.cubic_count(), path.start(), path.end()), (4, DVec2::X * 5.0, DVec2::X * 15.0));
+    assert_eq!(
+        (path.cubic_count(), path.start(), path.end()),
+        (4, DVec2::X * 5.0, DVec2::X * 15.0)
+    );
     // A straight segment comes first; then the quadratic from (0, 0) to (3.6, 0) over (1.8, 1.8).
     assert!(path.at(0.5).0.distance(DVec2::splat(1.8)) < 1e-12);
     let messages = messages(&findings);
     assert!(
-        messages.contains("test.lif.json:43: warning: edge 1: `N1-N2`: its curve has a gap of 5.000 m"),
+        messages
+            .contains("test.lif.json:43: warning: edge 1: `N1-N2`: its curve has a gap of 5.000 m"),
         "{messages}"
     );
 }
 
 #[test]
 fn numbers_may_be_texts_and_orientations_global() {
-    let properties = r#", "maxSpeed": "1.5", "vehicleOrientation": " 1.25 ", "orientationType": "global""#;
+    let properties =
+        r#", "maxSpeed": "1.5", "vehicleOrientation": " 1.25 ", "orientationType": "global""#;
     let (graph, findings) = read(&one_edge(properties));
-    assert_eq!((graph.edges()[0].velocity_forward, graph.edges()[0].orientation), (1.5, Orientation::Fixed(1.25)));
+    assert_eq!(
+        (graph.edges()[0].velocity_forward, graph.edges()[0].orientation),
+        (1.5, Orientation::Fixed(1.25))
+    );
     assert_eq!((graph.edges()[0].id, graph.edges()[0].name()), (1, None));
-    assert!(messages(&findings).contains("written as a text, in quotes: read as a number (2 times)"));
+    assert!(
+        messages(&findings).contains("written as a text, in quotes: read as a number (2 times)")
+    );
 }
 
 #[test]
@@ -163,14 +180,18 @@ fn an_illegal_trajectory_is_read_as_straight() {
             r#"{"degree": 3, "knotVector": [0, 1], "controlPoints": [{"x": 0, "y": 0}]}"#,
             "1 control points: degree 3 needs",
         ),
-        (r#"{"knotVector": [0, 1], "controlPoints": [{"x": 0, "y": 0}, {"x": 10, "y": 0}]}"#, "2 knots: 4 are needed"),
+        (
+            r#"{"knotVector": [0, 1], "controlPoints": [{"x": 0, "y": 0}, {"x": 10, "y": 0}]}"#,
+            "2 knots: 4 are needed",
+        ),
         (r#"{"degree": 2.5}"#, "the degree is 2.5"),
         (r#"{"degree": 1e300}"#, "the degree is 1"),
         (r#"{"controlPoints": [{"x": 0}]}"#, "no x or no y"),
         (r#"{"knotVector": ["a"]}"#, "a knot isn't a number"),
     ];
     for (trajectory, expected) in cases {
-        let (graph, findings) = read(&one_edge(&format!(", \"maxSpeed\": 1, \"trajectory\": {trajectory}")));
+        let (graph, findings) =
+            read(&one_edge(&format!(", \"maxSpeed\": 1, \"trajectory\": {trajectory}")));
         assert_eq!(graph.edges()[0].path.at(0.5).0, DVec2::X * 5.0);
         let messages = messages(&findings);
         assert!(messages.contains(expected) && messages.contains("read as straight"), "{messages}");
@@ -199,11 +220,15 @@ fn rational_and_quintic_trajectories_are_read() {
 
 #[test]
 fn one_cause_is_one_error() {
-    let nodes = [node("1", 0.0, 0.0, "").replace("\"x\": 0", "\"x\": \"abc\""), node("2", 10.0, 0.0, "")];
+    let nodes =
+        [node("1", 0.0, 0.0, "").replace("\"x\": 0", "\"x\": \"abc\""), node("2", 10.0, 0.0, "")];
     let edges = [edge("1", ["1", "2"], ""), edge("2", ["2", "1"], "")];
     let found = errors(&file(&[layout("\"layoutId\": \"L\"", &nodes, &edges)]), &options());
     assert_eq!(found.matches(": error: ").count(), 1, "{found}");
-    assert!(found.contains("node `1` has no `nodePosition`") && !found.contains("doesn't exist"), "{found}");
+    assert!(
+        found.contains("node `1` has no `nodePosition`") && !found.contains("doesn't exist"),
+        "{found}"
+    );
     let found = errors("{\"layouts\": []}", &options());
     assert_eq!(found.matches(": error: ").count(), 1, "{found}");
 }
@@ -230,13 +255,18 @@ fn a_file_of_ours_has_no_findings() {
 #[test]
 fn another_format_than_the_named_one_is_told() {
     let lif = ReadOptions { format: Some(Format::Lif), ..options() };
-    let error = parse("<model version=\"7.0.0\"/>", "plant.xml", &lif).expect_err("XML").to_string();
-    assert!(error.ends_with("the content looks like opentcs, not lif: leave the format out"), "{error}");
+    let error =
+        parse("<model version=\"7.0.0\"/>", "plant.xml", &lif).expect_err("XML").to_string();
+    assert!(
+        error.ends_with("the content looks like opentcs, not lif: leave the format out"),
+        "{error}"
+    );
 }
 
 #[test]
 fn angles_in_degrees_are_suspected() {
-    let (_, findings) = read(&one_edge(r#", "vehicleOrientation": 180, "orientationType": "GLOBAL""#));
+    let (_, findings) =
+        read(&one_edge(r#", "vehicleOrientation": 180, "orientationType": "GLOBAL""#));
     assert!(messages(&findings).contains("LIF has radians"), "{}", messages(&findings));
 }
 
@@ -261,7 +291,10 @@ fn layouts_that_use_the_same_ids_do_not_clash() {
     let edges: Vec<_> = graph.edges().iter().filter_map(|edge| edge.name()).collect();
     assert_eq!(edges, ["ground/1", "up", "upper/1"]);
     assert_eq!(graph.edges()[2].path.start(), DVec2::Y * 20.0);
-    assert_eq!(graph.nodes()[5].tags.as_ref().and_then(|tags| tags.level.as_deref()), Some("upper"));
+    assert_eq!(
+        graph.nodes()[5].tags.as_ref().and_then(|tags| tags.level.as_deref()),
+        Some("upper")
+    );
     let messages = messages(&findings);
     assert!(messages.contains("the 2 layouts `0`, `upper` lie in one plane"), "{messages}");
     assert!(messages.contains("2 ids of nodes, such as `1`"), "{messages}");
@@ -270,13 +303,22 @@ fn layouts_that_use_the_same_ids_do_not_clash() {
 #[test]
 fn one_level_can_be_read() {
     for level in ["ground", "Ground floor", "0"] {
-        let (graph, findings) = read_with(&two_levels(), &ReadOptions { level: Some(level.to_owned()), ..options() });
+        let (graph, findings) =
+            read_with(&two_levels(), &ReadOptions { level: Some(level.to_owned()), ..options() });
         let names: Vec<_> = graph.nodes().iter().filter_map(|node| node.name()).collect();
         assert_eq!((names, graph.edges().len()), (vec!["1", "2", "lift"], 1));
-        assert!(messages(&findings).contains("leads to a layout that isn't read"), "{}", messages(&findings));
+        assert!(
+            messages(&findings).contains("leads to a layout that isn't read"),
+            "{}",
+            messages(&findings)
+        );
     }
-    let unknown = errors(&two_levels(), &ReadOptions { level: Some("cellar".to_owned()), ..options() });
-    assert!(unknown.contains("no layout is named `cellar`: the file has `0`, `upper`"), "{unknown}");
+    let unknown =
+        errors(&two_levels(), &ReadOptions { level: Some("cellar".to_owned()), ..options() });
+    assert!(
+        unknown.contains("no layout is named `cellar`: the file has `0`, `upper`"),
+        "{unknown}"
+    );
 }
 
 #[test]
@@ -286,7 +328,10 @@ fn the_first_vehicle_type_is_read_or_the_chosen_one() {
     let (graph, findings) = read(&text);
     assert_eq!(graph.edges()[0].velocity_forward, 2.0);
     let messages = messages(&findings);
-    assert!(messages.contains("vehicle types differ") && messages.contains("those of `A` are used"), "{messages}");
+    assert!(
+        messages.contains("vehicle types differ") && messages.contains("those of `A` are used"),
+        "{messages}"
+    );
     let types = &graph.edges()[0].tags.as_ref().expect("tags").properties["vehicleTypeId"];
     assert_eq!(types.as_ref(), "A, B");
     let choose = |name: &str| ReadOptions { vehicle_type: Some(name.to_owned()), ..options() };
@@ -297,13 +342,15 @@ fn the_first_vehicle_type_is_read_or_the_chosen_one() {
 
 #[test]
 fn actions_on_an_edge_are_those_of_its_end() {
-    let (graph, _) = read(&one_edge(r#", "actions": [{"actionType": "Pick", "blockingType": "HARD"}]"#));
+    let (graph, _) =
+        read(&one_edge(r#", "actions": [{"actionType": "Pick", "blockingType": "HARD"}]"#));
     assert_eq!((graph.nodes()[0].role, graph.nodes()[1].role), (Role::None, Role::Pick));
 }
 
 #[test]
 fn what_is_not_understood_is_counted_or_kept() {
-    let (graph, findings) = read(&one_edge(r#", "colour": "red", "shape": {"a": 1}, "maxSpeed": null"#));
+    let (graph, findings) =
+        read(&one_edge(r#", "colour": "red", "shape": {"a": 1}, "maxSpeed": null"#));
     let tags = graph.edges()[0].tags.as_ref().expect("tags");
     assert_eq!(tags.properties["colour"].as_ref(), "red");
     let expected = "key `shape` of an element of `vehicleTypeEdgeProperties`: not used";
@@ -315,10 +362,14 @@ fn what_is_said_of_the_file_and_its_layouts_is_listed() {
     let names = r#""layoutId": "L", "layoutVersion": "7", "layoutDescription": "x", "odd": {"a": 1}, "layoutName": """#;
     let nodes = [node("1", 0.0, 0.0, ""), node("2", 10.0, 0.0, "")];
     let text = file(&[layout(names, &nodes, &[edge("1", ["1", "2"], "")])]);
-    let text = text.replacen('{', r#"{"metaInformation": {"creator": "me", "lifVersion": "1.0.0"}, "#, 1);
+    let text =
+        text.replacen('{', r#"{"metaInformation": {"creator": "me", "lifVersion": "1.0.0"}, "#, 1);
     let messages = messages(&read(&text).1);
     for key in ["layoutId", "layoutVersion", "layoutDescription", "odd"] {
-        assert!(messages.contains(&format!("key `{key}` of a layout: not used")), "{key}: {messages}");
+        assert!(
+            messages.contains(&format!("key `{key}` of a layout: not used")),
+            "{key}: {messages}"
+        );
     }
     assert!(messages.contains("key `creator` of `metaInformation`: not used"), "{messages}");
     assert_eq!(messages.matches("not used").count(), 5, "{messages}");
@@ -350,7 +401,10 @@ fn long_names_of_layouts_are_refused() {
     for key in ["layoutId", "layoutName", "layoutLevelId"] {
         let text = one_edge("").replace("\"layoutId\": \"L\"", &format!("\"{key}\": \"{name}\""));
         let found = errors(&text, &options());
-        assert!(found.contains(&format!("`{key}` of a layout is longer than 100 bytes")), "{found}");
+        assert!(
+            found.contains(&format!("`{key}` of a layout is longer than 100 bytes")),
+            "{found}"
+        );
         read(&text.replace(&name, &name[1..]));
     }
 }
@@ -362,10 +416,14 @@ fn messages_have_only_the_start_of_long_ids() {
     let text = file(&[layout("\"layoutLevelId\": \"L\"", &[node("1", 0.0, 0.0, "")], &edges)]);
     let found = errors(&text, &options());
     assert!(found.contains("ends at node `iiii") && found.len() < 300, "{found}");
-    let station = format!(r#""stations": [{{"stationId": "{long}", "interactionNodeIds": ["7"]}}], "nodes""#);
+    let station =
+        format!(r#""stations": [{{"stationId": "{long}", "interactionNodeIds": ["7"]}}], "nodes""#);
     let (_, findings) = read(&one_edge("").replacen("\"nodes\"", &station, 1));
     let messages = messages(&findings);
-    assert!(messages.contains("names node `7`, which doesn't exist") && messages.len() < 600, "{messages}");
+    assert!(
+        messages.contains("names node `7`, which doesn't exist") && messages.len() < 600,
+        "{messages}"
+    );
 }
 
 proptest! {

@@ -33,14 +33,16 @@ impl<'a> Vehicles<'a> {
         Self { wanted, first: None, known: BTreeSet::new(), is_wanted_known: false }
     }
 
-    /// Chooses among `vehicleTypeNodeProperties` or `vehicleTypeEdgeProperties`, and returns the names of all types.
+    /// Chooses among `vehicleTypeNodeProperties` or `vehicleTypeEdgeProperties`, and returns the
+    /// names of all types.
     pub fn choose<'text>(
         &mut self,
         list: &[Raw<'text>],
         kind: &'static str,
         context: &mut Context<'_, 'text>,
     ) -> (Choice<'text>, String) {
-        let mut objects: Vec<Object<'text>> = list.iter().filter_map(|raw| Object::parse(raw, kind, context)).collect();
+        let mut objects: Vec<Object<'text>> =
+            list.iter().filter_map(|raw| Object::parse(raw, kind, context)).collect();
         let types: Vec<Option<String>> =
             objects.iter_mut().map(|object| object.take_text("vehicleTypeId", context)).collect();
         types.iter().flatten().for_each(|name| self.add(name));
@@ -62,7 +64,10 @@ impl<'a> Vehicles<'a> {
     pub fn report(&self, context: &mut Context<'_, '_>) {
         let Some(wanted) = self.wanted.filter(|_| !self.is_wanted_known) else { return };
         let known = self.known.iter().map(|name| shown(name)).collect::<Vec<_>>().join("`, `");
-        context.error(0, format!("no vehicle type is named `{}`: the file has `{known}`", shown(wanted)));
+        context.error(
+            0,
+            format!("no vehicle type is named `{}`: the file has `{known}`", shown(wanted)),
+        );
     }
 
     fn add(&mut self, name: &str) {

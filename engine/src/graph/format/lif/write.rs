@@ -82,7 +82,8 @@ pub fn write_with(graph: &RouteGraph, header: &Header<'_>) -> Written {
     }
     writer.count_surroundings();
     let text = text(&writer.sheets, header);
-    let losses = writer.losses.0.into_iter().map(|(message, count)| format!("{count} {message}")).collect();
+    let losses =
+        writer.losses.0.into_iter().map(|(message, count)| format!("{count} {message}")).collect();
     Written { text, losses }
 }
 
@@ -115,7 +116,11 @@ impl<'a> Writer<'a> {
         let Some(&first) = station.nodes.first() else {
             return self.losses.add("stations have no node: LIF has only stations with nodes");
         };
-        let role = station.nodes.iter().map(|node| graph.node(*node).role).find(|role| *role != Role::None);
+        let role = station
+            .nodes
+            .iter()
+            .map(|node| graph.node(*node).role)
+            .find(|role| *role != Role::None);
         if role.unwrap_or_default() != station.role {
             self.losses.add("stations have another role than their nodes: LIF has only actions of nodes and edges");
         }
@@ -145,14 +150,20 @@ impl<'a> Writer<'a> {
         }
         if self.sheets.len() > 1 && self.sheets.contains_key(&None) {
             for _ in self.graph.nodes().iter().filter(|node| level(node).is_none()) {
-                self.losses.add("nodes have no level, although others have one: they are a layout of their own");
+                self.losses.add(
+                    "nodes have no level, although others have one: they are a layout of their own",
+                );
             }
         }
         let nodes: Vec<u32> = self.graph.nodes().iter().map(|node| node.id).collect();
         let edges: Vec<u32> = self.graph.edges().iter().map(|edge| edge.id).collect();
-        for (list, numbers, kind) in [(&self.names.nodes, nodes, "nodes"), (&self.names.edges, edges, "edges")] {
+        for (list, numbers, kind) in
+            [(&self.names.nodes, nodes, "nodes"), (&self.names.edges, edges, "edges")]
+        {
             if list.are_names && !numbers.iter().copied().eq((1..).take(numbers.len())) {
-                self.losses.0.insert(format!("numbers of {kind}: their names are their ids"), numbers.len());
+                self.losses
+                    .0
+                    .insert(format!("numbers of {kind}: their names are their ids"), numbers.len());
             }
         }
     }
@@ -175,8 +186,13 @@ fn actions(role: Role, properties: &mut Properties<'_>) -> Option<Value> {
         Role::Park => Some("park"),
         Role::Charge => Some("startCharging"),
     };
-    let missing = |kept: &str| role != Role::None && super::node::roles(kept).first() != Some(&role);
-    let kept = if missing(properties.get("actions").unwrap_or_default()) { None } else { properties.actions() };
+    let missing =
+        |kept: &str| role != Role::None && super::node::roles(kept).first() != Some(&role);
+    let kept = if missing(properties.get("actions").unwrap_or_default()) {
+        None
+    } else {
+        properties.actions()
+    };
     kept.or_else(|| Some(json!([{"actionType": action?, "blockingType": "HARD"}])))
 }
 
@@ -199,7 +215,8 @@ fn text(sheets: &BTreeMap<Option<&str>, Sheet>, header: &Header<'_>) -> String {
         "lifVersion": "1.0.0",
     });
     let levels: BTreeSet<&str> = sheets.keys().copied().flatten().collect();
-    let layouts: Vec<String> = sheets.iter().map(|(level, sheet)| layout(*level, sheet, &levels)).collect();
+    let layouts: Vec<String> =
+        sheets.iter().map(|(level, sheet)| layout(*level, sheet, &levels)).collect();
     format!("{{\"metaInformation\": {meta},\n\"layouts\": [{}]}}\n", layouts.join(",\n"))
 }
 
@@ -209,7 +226,9 @@ fn layout(level: Option<&str>, sheet: &Sheet, levels: &BTreeSet<&str>) -> String
         id.push('_');
     }
     let id = Value::from(id);
-    let level = level.map(|level| format!(", \"layoutLevelId\": {}", Value::from(level))).unwrap_or_default();
+    let level = level
+        .map(|level| format!(", \"layoutLevelId\": {}", Value::from(level)))
+        .unwrap_or_default();
     let lists = [("nodes", &sheet.nodes), ("edges", &sheet.edges), ("stations", &sheet.stations)];
     let lists = lists.map(|(key, objects)| format!(",\n\"{key}\": [{}]", lines(objects))).concat();
     format!("{{\"layoutId\": {id}, \"layoutVersion\": \"{OWN_VERSION}\"{level}{lists}}}")

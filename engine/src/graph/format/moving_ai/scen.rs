@@ -1,4 +1,5 @@
-//! Scenarios of the MovingAI benchmarks: pairs of a start and a goal, and the robots of ours that drive between them.
+//! Scenarios of the MovingAI benchmarks: pairs of a start and a goal, and the robots of ours that
+//! drive between them.
 
 use std::collections::VecDeque;
 use std::fmt::Write as _;
@@ -47,21 +48,30 @@ pub fn scen(text: &str) -> Result<Vec<ScenEntry>, ScenError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let lines = (1..).zip(text.lines().map(str::trim)).filter(|(_, line)| !line.is_empty());
     let entries = lines.filter(|(_, line)| !line.starts_with("version"));
-    let entries: Vec<_> = entries.map(|(line, text)| entry(line, text)).collect::<Result<_, _>>()?;
+    let entries: Vec<_> =
+        entries.map(|(line, text)| entry(line, text)).collect::<Result<_, _>>()?;
     if entries.is_empty() {
-        return Err(ScenError { line: 1, message: "the scenario has no pair of a start and a goal".to_owned() });
+        return Err(ScenError {
+            line: 1,
+            message: "the scenario has no pair of a start and a goal".to_owned(),
+        });
     }
     Ok(entries)
 }
 
-/// Reads a line: bucket, map, width and height (absent in files without a version), start, goal, length. Names of maps may
-/// contain spaces if tabs separate the columns.
+/// Reads a line: bucket, map, width and height (absent in files without a version), start, goal,
+/// length. Names of maps may contain spaces if tabs separate the columns.
 fn entry(line: usize, text: &str) -> Result<ScenEntry, ScenError> {
-    let columns: Vec<&str> =
-        if text.contains('\t') { text.split('\t').map(str::trim).collect() } else { text.split_whitespace().collect() };
+    let columns: Vec<&str> = if text.contains('\t') {
+        text.split('\t').map(str::trim).collect()
+    } else {
+        text.split_whitespace().collect()
+    };
     let wrong = || ScenError {
         line,
-        message: "expected bucket, map, width, height, start column and row, goal column and row, length".to_owned(),
+        message:
+            "expected bucket, map, width, height, start column and row, goal column and row, length"
+                .to_owned(),
     };
     let number = |column: &str| column.parse::<u32>().map_err(|_| wrong());
     let pair = |x: &str, y: &str| Ok([number(x)?, number(y)?]);
@@ -73,12 +83,19 @@ fn entry(line: usize, text: &str) -> Result<ScenEntry, ScenError> {
         _ => return Err(wrong()),
     };
     let length = length.parse().ok().filter(|length: &f64| length.is_finite()).ok_or_else(wrong)?;
-    Ok(ScenEntry { map: map.to_owned(), size, start: pair(x, y)?, goal: pair(goal_x, goal_y)?, length })
+    Ok(ScenEntry {
+        map: map.to_owned(),
+        size,
+        start: pair(x, y)?,
+        goal: pair(goal_x, goal_y)?,
+        length,
+    })
 }
 
-/// Makes a scenario of the first `robots` entries: each robot drives a path with the fewest edges from its start to its goal,
-/// once. `graph` is the map of the entries, as read from a file with `width` columns; `graph_file` is what the scenario
-/// calls this file. Entries whose goal can't be reached are skipped.
+/// Makes a scenario of the first `robots` entries: each robot drives a path with the fewest edges
+/// from its start to its goal, once. `graph` is the map of the entries, as read from a file with
+/// `width` columns; `graph_file` is what the scenario calls this file. Entries whose goal can't be
+/// reached are skipped.
 pub fn scenario_yaml(
     entries: &[ScenEntry],
     graph_file: &str,
@@ -88,7 +105,8 @@ pub fn scenario_yaml(
 ) -> ScenarioText {
     // JSON's strings are YAML's too, whatever characters they contain.
     let quoted = serde_json::Value::from(graph_file);
-    let mut scenario = ScenarioText { text: format!("graph: {quoted}\nrobots:\n"), skipped: Vec::new() };
+    let mut scenario =
+        ScenarioText { text: format!("graph: {quoted}\nrobots:\n"), skipped: Vec::new() };
     let mut search = Search::new(graph);
     for (number, entry) in (1..).zip(entries.iter().take(robots)) {
         match route(entry, graph, width, &mut search) {
@@ -103,9 +121,17 @@ pub fn scenario_yaml(
 }
 
 /// Returns the YAML of one robot.
-fn route(entry: &ScenEntry, graph: &RouteGraph, width: u32, search: &mut Search<'_>) -> Result<String, String> {
+fn route(
+    entry: &ScenEntry,
+    graph: &RouteGraph,
+    width: u32,
+    search: &mut Search<'_>,
+) -> Result<String, String> {
     let node = |[column, row]: [u32; 2], which: &str| {
-        let id = row.checked_mul(width).and_then(|start| start.checked_add(column)).filter(|_| column < width);
+        let id = row
+            .checked_mul(width)
+            .and_then(|start| start.checked_add(column))
+            .filter(|_| column < width);
         let node = id.and_then(|id| graph.node_by_id(id));
         node.ok_or_else(|| format!("its {which}, column {column} of row {row}, isn't a free cell"))
     };

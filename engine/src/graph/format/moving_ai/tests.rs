@@ -8,7 +8,8 @@ use crate::graph::read::{Millimetres, ReadOptions, parse};
 use crate::graph::{Findings, RouteGraph};
 
 fn sample(name: &str) -> String {
-    let path = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../graphs/imported/movingai")).join(name);
+    let path = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../graphs/imported/movingai"))
+        .join(name);
     std::fs::read_to_string(path).expect("a sample")
 }
 
@@ -26,7 +27,10 @@ fn samples_have_a_node_for_each_free_cell() {
     assert_eq!((empty.nodes().len(), empty.edges().len()), (64, 4 * 7 * 8));
     let text = sample("random-32-32-10.map");
     let (random, _) = graph(&text);
-    assert_eq!(random.nodes().len(), text.lines().skip(4).map(|row| row.matches('.').count()).sum::<usize>());
+    assert_eq!(
+        random.nodes().len(),
+        text.lines().skip(4).map(|row| row.matches('.').count()).sum::<usize>()
+    );
     assert_eq!((random.nodes().len(), random.edges().len()), (922, 3238));
 }
 
@@ -40,7 +44,8 @@ fn the_bottom_left_corner_is_the_origin() {
     assert_eq!((map.nodes().len(), map.edges().len()), (5, 8));
     assert!(map.node_by_id(1).is_none());
     let options = ReadOptions { cell_size: Some(Millimetres(250)), ..ReadOptions::default() };
-    let (small, _) = parse("type octile\nheight 1\nwidth 2\nmap\nGS", "test.map", &options).expect("a map");
+    let (small, _) =
+        parse("type octile\nheight 1\nwidth 2\nmap\nGS", "test.map", &options).expect("a map");
     assert_eq!(small.nodes()[1].position, DVec2::new(0.375, 0.125));
 }
 
@@ -78,24 +83,35 @@ fn texts_that_are_no_maps_are_refused() {
 
 #[test]
 fn cells_that_the_text_lacks_take_no_memory() {
-    let text = format!("type octile\nheight 65536\nwidth 65536\nmap\n{}.\n.@\n..", "\n".repeat(65_533));
+    let text =
+        format!("type octile\nheight 65536\nwidth 65536\nmap\n{}.\n.@\n..", "\n".repeat(65_533));
     let (map, findings) = graph(&text);
     let ids: Vec<u32> = map.nodes().iter().map(|node| node.id).collect();
     let last = 65_535 * 65_536;
     assert_eq!(ids, [last - 2 * 65_536, last - 65_536, last, last + 1]);
     assert_eq!(map.edges().len(), 6);
-    assert!(messages(&findings).contains("whose missing cells count as blocked: not used (65536 times)"));
+    assert!(
+        messages(&findings)
+            .contains("whose missing cells count as blocked: not used (65536 times)")
+    );
 }
 
 #[test]
 fn a_scenario_has_a_route_for_each_pair() {
     let entries = scen(&sample("random-32-32-10-random-1.scen")).expect("a scenario");
-    assert_eq!((entries[0].start, entries[0].goal, entries[0].size), ([11, 6], [7, 18], Some([32, 32])));
-    assert_eq!((entries[0].map.as_str(), entries[0].length), ("random-32-32-10.map", 13.656_854_25));
+    assert_eq!(
+        (entries[0].start, entries[0].goal, entries[0].size),
+        ([11, 6], [7, 18], Some([32, 32]))
+    );
+    assert_eq!(
+        (entries[0].map.as_str(), entries[0].length),
+        ("random-32-32-10.map", 13.656_854_25)
+    );
     let (map, _) = graph(&sample("random-32-32-10.map"));
     let scenario = scenario_yaml(&entries, "random-32-32-10.map", &map, 32, usize::MAX);
     assert_eq!(scenario.skipped, Vec::<String>::new());
-    let robots: Vec<&str> = scenario.text.lines().filter(|line| line.starts_with("- route")).collect();
+    let robots: Vec<&str> =
+        scenario.text.lines().filter(|line| line.starts_with("- route")).collect();
     assert_eq!(robots.len(), entries.len());
     let ids = robots[0].trim_start_matches("- route: [").trim_end_matches(']').split(", ");
     let mut node = map.node_by_id(6 * 32 + 11).expect("the start");
@@ -114,7 +130,10 @@ fn entries_without_a_path_are_skipped() {
     let text = "version 1.0\n0 m.map 5 1 0 0 1 0 1\n0 m.map 5 1 0 0 4 0 4\n0 m.map 1 0 1 0 0\n0 m.map 5 1 2 0 1 0 1\n0 m.map 6 1 0 0 1 0 1";
     let entries = scen(text).expect("a scenario");
     let scenario = scenario_yaml(&entries, "m.map", &map, 5, 10);
-    assert_eq!(scenario.text, "graph: \"m.map\"\nrobots:\n- route: [1]\n  repeat: once\n- node: 1\n");
+    assert_eq!(
+        scenario.text,
+        "graph: \"m.map\"\nrobots:\n- route: [1]\n  repeat: once\n- node: 1\n"
+    );
     assert_eq!(scenario.skipped.len(), 3, "{:?}", scenario.skipped);
     assert!(scen("version 1\nnonsense\n").is_err() && scen("version 1\n").is_err());
 }
@@ -136,7 +155,10 @@ proptest! {
 #[test]
 #[ignore = "slow without optimization"]
 fn the_largest_maps_are_read_in_seconds() {
-    let text = format!("type octile\nheight 1024\nwidth 1024\nmap\n{}", format!("{}\n", ".".repeat(1024)).repeat(1024));
+    let text = format!(
+        "type octile\nheight 1024\nwidth 1024\nmap\n{}",
+        format!("{}\n", ".".repeat(1024)).repeat(1024)
+    );
     let start = std::time::Instant::now();
     let (map, _) = graph(&text);
     assert_eq!((map.nodes().len(), map.edges().len()), (1 << 20, 4 * 1023 * 1024));

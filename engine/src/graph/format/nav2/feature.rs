@@ -78,7 +78,9 @@ impl Feature {
             Value::String(text) => Some(text.trim().to_owned()).filter(|text| !text.is_empty()),
             // Programs for tables write 7.0.
             Value::Number(number) => match number.as_f64() {
-                Some(value) if value.fract() == 0.0 && value.abs() < 1e15 => Some(format!("{value:.0}")),
+                Some(value) if value.fract() == 0.0 && value.abs() < 1e15 => {
+                    Some(format!("{value:.0}"))
+                }
                 _ => Some(number.to_string()),
             },
             _ => None,
@@ -86,18 +88,27 @@ impl Feature {
     }
 }
 
-/// Counts keys that aren't known, unless there is nothing in their values. The type says nothing more than the geometry.
+/// Counts keys that aren't known, unless there is nothing in their values. The type says nothing
+/// more than the geometry.
 fn ignore(rest: &BTreeMap<String, Value>, owner: &str, at: u32, ignored: &mut Ignored) {
     for (key, _) in rest.iter().filter(|(key, value)| *key != "type" && !value.is_null()) {
         ignored.add(at, format!("key `{}` of {owner}", shorten(key)));
     }
 }
 
-/// Adds all positions in nested lists, and says what else they have. Real files nest the coordinates of a LineString like
-/// those of a MultiLineString.
-fn collect(coordinates: &Value, points: &mut Vec<DVec2>, ignore: &mut dyn FnMut(&str)) -> Result<(), String> {
+/// Adds all positions in nested lists, and says what else they have. Real files nest the
+/// coordinates of a LineString like those of a MultiLineString.
+fn collect(
+    coordinates: &Value,
+    points: &mut Vec<DVec2>,
+    ignore: &mut dyn FnMut(&str),
+) -> Result<(), String> {
     let Value::Array(list) = coordinates else {
-        return if coordinates.is_null() { Ok(()) } else { Err("its coordinates are no list".to_owned()) };
+        return if coordinates.is_null() {
+            Ok(())
+        } else {
+            Err("its coordinates are no list".to_owned())
+        };
     };
     if let [x, y, more @ ..] = list.as_slice()
         && let (Some(x), Some(y)) = (x.as_f64(), y.as_f64())

@@ -1,4 +1,5 @@
-//! The metadata of a feature: what Nav2 and our writer give a meaning, and everything else as properties.
+//! The metadata of a feature: what Nav2 and our writer give a meaning, and everything else as
+//! properties.
 //!
 //! Lists and maps are kept as JSON, from which our writer makes lists and maps again.
 
@@ -28,10 +29,12 @@ pub(super) struct Special {
     pub reverse_of: Option<String>,
 }
 
-/// Returns the tags of a feature, and what its metadata means. `known` are properties that are read elsewhere.
+/// Returns the tags of a feature, and what its metadata means. `known` are properties that are read
+/// elsewhere.
 pub(super) fn read(feature: &Feature, known: &[&str], ignored: &mut Ignored) -> (Tags, Special) {
     let (mut tags, mut special) = (Tags::default(), Special::default());
-    for (key, value) in feature.properties.iter().filter(|(key, _)| !known.contains(&key.as_str())) {
+    for (key, value) in feature.properties.iter().filter(|(key, _)| !known.contains(&key.as_str()))
+    {
         match value {
             Value::Object(metadata) if key == "metadata" => {
                 for (key, value) in metadata {
@@ -47,9 +50,13 @@ pub(super) fn read(feature: &Feature, known: &[&str], ignored: &mut Ignored) -> 
 }
 
 fn keep(key: &str, value: &Value, feature: &Feature, tags: &mut Tags, ignored: &mut Ignored) {
-    match text(value).or_else(|| Some(value.to_string()).filter(|json| json.len() <= MAX_JSON && !value.is_null())) {
+    match text(value).or_else(|| {
+        Some(value.to_string()).filter(|json| json.len() <= MAX_JSON && !value.is_null())
+    }) {
         // A key of the metadata may be that of a property too.
-        Some(text) if tags.properties.contains_key(key) => tags.set(&format!("metadata.{key}"), &text),
+        Some(text) if tags.properties.contains_key(key) => {
+            tags.set(&format!("metadata.{key}"), &text)
+        }
         Some(text) => tags.set(key, &text),
         None if value.is_null() => {}
         None => ignored.add(feature.at, format!("large key `{}` of a feature", shorten(key))),

@@ -41,7 +41,8 @@ fn layout_of(text: &str) -> Layout {
 
 #[test]
 fn every_sample_is_read() {
-    // The loop of the AWS graph is dropped, and the six repeated ids of the TurtleBot 4 graph are replaced.
+    // The loop of the AWS graph is dropped, and the six repeated ids of the TurtleBot 4 graph are
+    // replaced.
     let cases = [
         ("aws_graph.geojson", 40, 83, "edge `112`: it starts and ends at the same node"),
         ("error_codes.geojson", 13, 1, "no speed limit"),
@@ -64,8 +65,11 @@ fn ids_positions_and_metadata_of_the_samples() {
     let edge = graph.edge(graph.edge_by_id(123).expect("a LineString nested as a MultiLineString"));
     assert_eq!((graph.node(edge.origin).id, graph.node(edge.destination).id), (20, 4));
     let (graph, _) = graph_of(&sample("turtlebot4_graph.geojson"));
-    let twice: Vec<_> =
-        graph.edges().iter().filter_map(|edge| edge.tags.as_ref()?.properties.get("id").cloned()).collect();
+    let twice: Vec<_> = graph
+        .edges()
+        .iter()
+        .filter_map(|edge| edge.tags.as_ref()?.properties.get("id").cloned())
+        .collect();
     assert_eq!(twice.len(), 6);
     let layout = layout_of(&sample("sample_graph.geojson"));
     let properties = &layout.edges[0].tags.properties;
@@ -96,9 +100,15 @@ fn line(properties: &str, coordinates: &str) -> String {
 
 #[test]
 fn nodes_have_headings_roles_and_frames() {
-    let text = with_lines(&line(r#""id": 7, "startid": 1, "endid": 2, "metadata": {"abs_speed_limit": 0.4}"#, "[]"));
+    let text = with_lines(&line(
+        r#""id": 7, "startid": 1, "endid": 2, "metadata": {"abs_speed_limit": 0.4}"#,
+        "[]",
+    ));
     let layout = layout_of(&text);
-    assert_eq!(layout.nodes.iter().map(|node| node.id.as_str()).collect::<Vec<_>>(), ["1", "2", "3"]);
+    assert_eq!(
+        layout.nodes.iter().map(|node| node.id.as_str()).collect::<Vec<_>>(),
+        ["1", "2", "3"]
+    );
     assert_eq!((layout.nodes[0].heading, layout.nodes[0].role), (Some(1.5), Role::Charge));
     assert_eq!(layout.nodes[0].tags.zone.as_deref(), Some("dock"));
     assert!((layout.nodes[1].heading.expect("a heading") - PI).abs() < 1e-12);
@@ -116,11 +126,27 @@ fn lines_with_inner_points_are_polylines_between_their_nodes() {
     ];
     let (graph, messages) = graph_of(&with_lines(&lines.join(",\n")));
     let lengths: Vec<f64> = graph.edges().iter().map(|edge| edge.path.length()).collect();
-    assert_eq!(lengths.iter().map(|length| length.round()).collect::<Vec<_>>(), [7.0, 7.0, 4.0, 4.0]);
-    assert_eq!(graph.edges().iter().map(|edge| edge.path.cubic_count()).collect::<Vec<_>>(), [2, 2, 2, 1]);
-    assert!(messages.contains("graph:5: warning: edge `4` and 2 more: its line has inner points"), "{messages}");
-    assert!(messages.contains("edge `5`: its line is drawn from its end to its start"), "{messages}");
-    assert!(messages.contains("graph:7: warning: edge `6`: its line doesn't begin and end at its nodes"), "{messages}");
+    assert_eq!(
+        lengths.iter().map(|length| length.round()).collect::<Vec<_>>(),
+        [7.0, 7.0, 4.0, 4.0]
+    );
+    assert_eq!(
+        graph.edges().iter().map(|edge| edge.path.cubic_count()).collect::<Vec<_>>(),
+        [2, 2, 2, 1]
+    );
+    assert!(
+        messages.contains("graph:5: warning: edge `4` and 2 more: its line has inner points"),
+        "{messages}"
+    );
+    assert!(
+        messages.contains("edge `5`: its line is drawn from its end to its start"),
+        "{messages}"
+    );
+    assert!(
+        messages
+            .contains("graph:7: warning: edge `6`: its line doesn't begin and end at its nodes"),
+        "{messages}"
+    );
 }
 
 #[test]
@@ -137,8 +163,14 @@ fn broken_files_say_what_to_do() {
             with_lines(r#"{"geometry": {"type": "Point", "coordinates": [1]}}"#),
             "graph:5: error: a feature can't be read",
         ),
-        (with_lines(r#"{"geometry": {"type": "Point", "coordinates": [1, 1]}}"#), "a point has no `id`"),
-        (with_lines(r#"{"geometry": {"type": "Point", "coordinates": [[1e999, 1]]}}"#), "number out of range"),
+        (
+            with_lines(r#"{"geometry": {"type": "Point", "coordinates": [1, 1]}}"#),
+            "a point has no `id`",
+        ),
+        (
+            with_lines(r#"{"geometry": {"type": "Point", "coordinates": [[1e999, 1]]}}"#),
+            "number out of range",
+        ),
     ];
     for (text, expected) in cases {
         assert!(errors_of(&text).contains(expected), "{text}\n{}", errors_of(&text));
@@ -180,7 +212,8 @@ fn losses_are_listed() {
     assert_eq!(edge.velocity_backwards, Some(0.5));
     assert!((edge.path.length() - graph.edges()[0].path.length()).abs() < 0.02);
     // Without the first edge, the second is one that is driven tail first.
-    let alone: Vec<&str> = written.text.lines().filter(|line| !line.contains("\"id\":1,\"startid\"")).collect();
+    let alone: Vec<&str> =
+        written.text.lines().filter(|line| !line.contains("\"id\":1,\"startid\"")).collect();
     let (alone, _) = graph_of(&alone.join("\n"));
     assert_eq!(alone.edges()[0].orientation, Orientation::Offset(PI));
 }
@@ -188,7 +221,10 @@ fn losses_are_listed() {
 /// A graph of our own format with straight edges.
 fn straight_graph() -> impl Strategy<Value = String> {
     let nodes = prop::collection::vec((-9e6..9e6_f64, 0..3000_i32, -3.0..3.0_f64), 2..8);
-    let edges = prop::collection::vec((0..8_usize, 1..7_usize, 0.01..9.0_f64, prop::option::of(0.01..9.0_f64)), 1..12);
+    let edges = prop::collection::vec(
+        (0..8_usize, 1..7_usize, 0.01..9.0_f64, prop::option::of(0.01..9.0_f64)),
+        1..12,
+    );
     (nodes, edges).prop_map(|(nodes, edges)| {
         let count = nodes.len();
         let centre = nodes[0].0;
@@ -209,7 +245,11 @@ fn nodes_without_a_heading_stay_without() {
     let (graph, _) = graph_of(&sample("aws_graph.geojson"));
     let written = write(&graph);
     assert!(!written.text.contains("theta"), "{}", written.text);
-    assert!(!written.losses.iter().any(|loss| loss.contains("nodes have a heading")), "{:?}", written.losses);
+    assert!(
+        !written.losses.iter().any(|loss| loss.contains("nodes have a heading")),
+        "{:?}",
+        written.losses
+    );
     assert!(graph_of(&written.text).0.nodes().iter().all(|node| !node.has_heading));
 }
 
@@ -225,7 +265,10 @@ fn boxes_and_third_coordinates_are_listed() {
     for kind in ["of the file", "of a feature", "of a geometry"] {
         assert!(messages.contains(&format!("key `bbox` {kind}: not used")), "{kind}: {messages}");
     }
-    assert!(messages.contains("graph:2: warning: third coordinate of a position: not used"), "{messages}");
+    assert!(
+        messages.contains("graph:2: warning: third coordinate of a position: not used"),
+        "{messages}"
+    );
 }
 
 proptest! {

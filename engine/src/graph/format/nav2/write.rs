@@ -54,18 +54,25 @@ enum Geometry {
     MultiLineString([Vec<[f64; 2]>; 1]),
 }
 
-/// Writes a graph as GeoJSON: all nodes, then all edges, then those that are driven in reverse gear.
+/// Writes a graph as GeoJSON: all nodes, then all edges, then those that are driven in reverse
+/// gear.
 #[must_use]
 pub fn write(graph: &RouteGraph) -> Written {
     let nodes = graph.nodes().iter().map(|node| self::node(graph, node));
     let edges = graph.edges().iter().map(|edge| self::edge(graph, edge));
     let last = graph.edges().iter().map(|edge| edge.id).max().unwrap_or_default();
     // Edges have the numbers after the last one; those before it only where these run out.
-    let numbers = (last.wrapping_add(1)..=u32::MAX).chain(0..=last).filter(|id| graph.edge_by_id(*id).is_none());
-    let driven_back = graph.edges().iter().filter_map(|edge| Some((edge, edge.velocity_backwards?)));
+    let numbers = (last.wrapping_add(1)..=u32::MAX)
+        .chain(0..=last)
+        .filter(|id| graph.edge_by_id(*id).is_none());
+    let driven_back =
+        graph.edges().iter().filter_map(|edge| Some((edge, edge.velocity_backwards?)));
     let back = driven_back.zip(numbers).map(|((edge, speed), id)| reverse(graph, edge, speed, id));
-    let features: Vec<String> =
-        nodes.chain(edges).chain(back).filter_map(|feature| serde_json::to_string(&feature).ok()).collect();
+    let features: Vec<String> = nodes
+        .chain(edges)
+        .chain(back)
+        .filter_map(|feature| serde_json::to_string(&feature).ok())
+        .collect();
     let head = r#""type": "FeatureCollection", "name": "graph","#;
     let crs = r#""crs": {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::3857"}},"#;
     let text = format!("{{\n{head}\n{crs}\n\"features\": [\n{}\n]\n}}\n", features.join(",\n"));
@@ -81,14 +88,19 @@ fn node(graph: &RouteGraph, node: &Node) -> Feature {
     if node.role != Role::None {
         properties.metadata.insert("role".to_owned(), json!(node.role.name()));
     }
-    Feature { r#type: "Feature", properties, geometry: Geometry::Point((graph.origin() + node.position).into()) }
+    Feature {
+        r#type: "Feature",
+        properties,
+        geometry: Geometry::Point((graph.origin() + node.position).into()),
+    }
 }
 
 fn edge(graph: &RouteGraph, edge: &Edge) -> Feature {
     let mut properties = properties(edge.id, edge.tags.as_deref());
     properties.startid = Some(graph.node(edge.origin).id);
     properties.endid = Some(graph.node(edge.destination).id);
-    properties.cost = properties.cost.filter(Value::is_number).or_else(|| Some(json!(edge.path.length())));
+    properties.cost =
+        properties.cost.filter(Value::is_number).or_else(|| Some(json!(edge.path.length())));
     set_drive(&mut properties.metadata, edge.velocity_forward, edge.orientation);
     let mut points = vec![(graph.origin() + edge.path.start()).into()];
     for cubic in edge.path.cubics() {
@@ -97,8 +109,11 @@ fn edge(graph: &RouteGraph, edge: &Edge) -> Feature {
             (graph.origin() + cubic.position(f64::from(index) / f64::from(segments))).into()
         }));
     }
-    let geometry =
-        if is_straight(&edge.path) { Geometry::LineString(points) } else { Geometry::MultiLineString([points]) };
+    let geometry = if is_straight(&edge.path) {
+        Geometry::LineString(points)
+    } else {
+        Geometry::MultiLineString([points])
+    };
     Feature { r#type: "Feature", properties, geometry }
 }
 
@@ -112,7 +127,9 @@ fn reverse(graph: &RouteGraph, edge: &Edge, speed: f64, id: u32) -> Feature {
     // The heading stays the same, and the tangent turns round.
     let orientation = match edge.orientation {
         Orientation::Tangential => Orientation::Offset(PI),
-        Orientation::Offset(offset) => Orientation::Offset(crate::graph::spline::normalize_angle(offset + PI)),
+        Orientation::Offset(offset) => {
+            Orientation::Offset(crate::graph::spline::normalize_angle(offset + PI))
+        }
         fixed @ Orientation::Fixed(_) => fixed,
     };
     properties.metadata.remove("heading_offset");
@@ -134,7 +151,8 @@ fn set_drive(metadata: &mut Map<String, Value>, speed: f64, orientation: Orienta
     metadata.insert(key.to_owned(), json!(angle));
 }
 
-/// Returns the properties of a feature with its tags. Properties that Nav2 knows outside of the metadata go there.
+/// Returns the properties of a feature with its tags. Properties that Nav2 knows outside of the
+/// metadata go there.
 fn properties(id: u32, tags: Option<&Tags>) -> Properties {
     let mut properties = Properties {
         id,
@@ -153,7 +171,9 @@ fn properties(id: u32, tags: Option<&Tags>) -> Properties {
             "frame" => properties.frame = Some(json!(text)),
             "cost" if value.is_number() => properties.cost = Some(value),
             "overridable" if value.is_boolean() => properties.overridable = Some(value),
-            "operations" if value.is_object() || value.is_array() => properties.operations = Some(value),
+            "operations" if value.is_object() || value.is_array() => {
+                properties.operations = Some(value)
+            }
             key => drop(properties.metadata.insert(key.to_owned(), value)),
         }
     }
@@ -163,11 +183,16 @@ fn properties(id: u32, tags: Option<&Tags>) -> Properties {
     properties
 }
 
-/// Returns the number, truth value, list or map that a text is, if it reads as the same text again; else the text.
+/// Returns the number, truth value, list or map that a text is, if it reads as the same text again;
+/// else the text.
 fn value(text: &str) -> Value {
     let value = serde_json::from_str(text).unwrap_or(Value::Null);
     let written = value.to_string();
-    if written == text && !matches!(value, Value::Null | Value::String(_)) { value } else { json!(text) }
+    if written == text && !matches!(value, Value::Null | Value::String(_)) {
+        value
+    } else {
+        json!(text)
+    }
 }
 
 /// Whether a path is one straight segment.
@@ -175,7 +200,8 @@ fn is_straight(path: &Path) -> bool {
     path.single().is_some_and(|cubic| segments(cubic) == 1)
 }
 
-/// Returns the number of segments that are as close to a cubic as the tolerance; 1 for a straight one.
+/// Returns the number of segments that are as close to a cubic as the tolerance; 1 for a straight
+/// one.
 fn segments(cubic: &CubicBezier) -> u32 {
     let [start, first, second, end] = cubic.control_points;
     let chord = end - start;
@@ -218,5 +244,8 @@ fn losses(graph: &RouteGraph) -> Vec<String> {
             "offset of the graph on the map: Nav2 stores positions in single precision, too coarse for coordinates as large",
         ),
     ];
-    all.into_iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} {what}")).collect()
+    all.into_iter()
+        .filter(|(count, _)| *count > 0)
+        .map(|(count, what)| format!("{count} {what}"))
+        .collect()
 }

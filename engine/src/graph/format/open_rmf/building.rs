@@ -1,6 +1,8 @@
-//! Maps of Open-RMF's traffic editor: levels drawn on pictures of floor plans, on a plane in metres, or on the globe.
+//! Maps of Open-RMF's traffic editor: levels drawn on pictures of floor plans, on a plane in
+//! metres, or on the globe.
 //!
-//! Positions and lanes become those of the navigation graphs that Open-RMF's own generator makes of the map.
+//! Positions and lanes become those of the navigation graphs that Open-RMF's own generator makes of
+//! the map.
 
 mod features;
 mod projection;
@@ -71,10 +73,15 @@ impl<'a, 'text> Points<'a, 'text> {
 
     fn level(&self, name: &str, reader: &mut Reader<'_, 'text>) -> Level {
         let mut level = Level { at: self.tree.at, name: name.to_owned(), ..Level::default() };
-        level.vertices = self.items("vertices").iter().map(|tree| self.vertex(tree, reader)).collect();
+        level.vertices =
+            self.items("vertices").iter().map(|tree| self.vertex(tree, reader)).collect();
         for (index, tree) in self.items("lanes").iter().enumerate() {
             if let Some(ends) = reader.ends(tree, level.vertices.len(), "lane") {
-                let properties = tree.items().get(2).map(|map| reader.properties(map, "a lane")).unwrap_or_default();
+                let properties = tree
+                    .items()
+                    .get(2)
+                    .map(|map| reader.properties(map, "a lane"))
+                    .unwrap_or_default();
                 let lane = Lane { at: tree.at, index, is_reverse: false, ends, properties };
                 level.lanes.extend(with_docks(lane, &level.vertices, reader.ignored));
             }
@@ -86,14 +93,18 @@ impl<'a, 'text> Points<'a, 'text> {
         let items = tree.items();
         let point = super::point(items).map(|point| self.transforms.apply(self.index, point));
         if point.is_none() {
-            let message = format!("a vertex is {}: expected [x, y, z, name, {{…}}]", tree.describe());
+            let message =
+                format!("a vertex is {}: expected [x, y, z, name, {{…}}]", tree.describe());
             reader.report.error(tree.at, Subject::File, message);
         }
         Vertex {
             at: tree.at,
             position: point.unwrap_or_default(),
             name: items.get(3).and_then(Tree::text).unwrap_or_default(),
-            properties: items.get(4).map(|map| reader.properties(map, "a vertex")).unwrap_or_default(),
+            properties: items
+                .get(4)
+                .map(|map| reader.properties(map, "a vertex"))
+                .unwrap_or_default(),
             is_kept: false,
         }
     }
@@ -112,7 +123,8 @@ impl<'a, 'text> Points<'a, 'text> {
 fn with_docks(mut lane: Lane, vertices: &[Vertex], ignored: &mut Ignored) -> Vec<Lane> {
     let orientation = lane.properties.remove("orientation");
     lane.properties.extend(orientation.map(|value| ("orientation_constraint".to_owned(), value)));
-    let is_bidirectional = lane.properties.remove("bidirectional").is_some_and(|value| is_true(&value));
+    let is_bidirectional =
+        lane.properties.remove("bidirectional").is_some_and(|value| is_true(&value));
     for (end, key) in lane.ends.into_iter().zip(["undock_name", "dock_name"]) {
         match vertices.get(end).and_then(|vertex| vertex.properties.get("dock_name")) {
             Some(dock) if dock.len() > MAX_NAME => {
@@ -121,7 +133,11 @@ fn with_docks(mut lane: Lane, vertices: &[Vertex], ignored: &mut Ignored) -> Vec
             dock => lane.properties.extend(dock.map(|dock| (key.to_owned(), dock.clone()))),
         }
     }
-    if is_bidirectional { vec![lane.reversed(), lane].into_iter().rev().collect() } else { vec![lane] }
+    if is_bidirectional {
+        vec![lane.reversed(), lane].into_iter().rev().collect()
+    } else {
+        vec![lane]
+    }
 }
 
 fn is_true(text: &str) -> bool {
@@ -138,13 +154,17 @@ fn warn_of_graphs(levels: &[Level], report: &mut Report<'_>) {
     let mut graphs: BTreeMap<&str, usize> = BTreeMap::new();
     let lanes = || levels.iter().flat_map(|level| &level.lanes);
     for lane in lanes() {
-        *graphs.entry(lane.properties.get("graph_idx").map_or("0", String::as_str)).or_default() += 1;
+        *graphs.entry(lane.properties.get("graph_idx").map_or("0", String::as_str)).or_default() +=
+            1;
     }
     if graphs.len() < 2 {
         return;
     }
-    let graphs: Vec<_> =
-        graphs.iter().take(10).map(|(graph, lanes)| format!("{} ({lanes} lanes)", shorten(graph))).collect();
+    let graphs: Vec<_> = graphs
+        .iter()
+        .take(10)
+        .map(|(graph, lanes)| format!("{} ({lanes} lanes)", shorten(graph)))
+        .collect();
     let message = format!(
         "its lanes belong to {} graphs of different fleets: {}; all are read, with the property `graph_idx`",
         graphs.len(),

@@ -18,7 +18,11 @@ struct Stop<'a> {
 }
 
 /// Adds edges in both directions between the stops of each lift on consecutive levels.
-pub(super) fn connect(levels: &[(Level, Vec<String>)], layout: &mut Layout, report: &mut Report<'_>) {
+pub(super) fn connect(
+    levels: &[(Level, Vec<String>)],
+    layout: &mut Layout,
+    report: &mut Report<'_>,
+) {
     // Each fleet has its own graph, and its own vertices in a cabin.
     let mut stops: BTreeMap<(&str, &str), Vec<Stop<'_>>> = BTreeMap::new();
     for (level, ids) in levels {
@@ -70,7 +74,10 @@ fn connect_stops(lift: &str, stops: &[Stop<'_>], layout: &mut Layout, report: &m
             continue;
         };
         let [from_name, to_name] = [from, to].map(|stop| shorten(&stop.level.name));
-        let message = format!("lift `{}` doesn't join the levels {from_name} and {to_name}: {reason}", shorten(lift));
+        let message = format!(
+            "lift `{}` doesn't join the levels {from_name} and {to_name}: {reason}",
+            shorten(lift)
+        );
         report.warning(from.vertex.at, Subject::File, message);
     }
 }

@@ -1,4 +1,5 @@
-//! What navigation graphs and building maps have in common: levels of vertices and lanes, in metres.
+//! What navigation graphs and building maps have in common: levels of vertices and lanes, in
+//! metres.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -14,7 +15,8 @@ use crate::graph::value::shorten;
 use super::{ids, lifts};
 
 /// Keys of vertices that are `false` unless given, so that `false` says nothing.
-const FLAGS: [&str; 4] = ["is_parking_spot", "is_holding_point", "is_charger", "is_passthrough_point"];
+const FLAGS: [&str; 4] =
+    ["is_parking_spot", "is_holding_point", "is_charger", "is_passthrough_point"];
 
 /// A building.
 #[derive(Debug, Default)]
@@ -66,11 +68,17 @@ impl Building {
     pub fn into_layout(mut self, options: &ReadOptions, report: &mut Report<'_>) -> Layout {
         // Ids don't depend on the choice of the level.
         let ids = ids::of_vertices(&self.levels);
-        let mut kept: Vec<(Level, Vec<String>)> = std::mem::take(&mut self.levels).into_iter().zip(ids).collect();
+        let mut kept: Vec<(Level, Vec<String>)> =
+            std::mem::take(&mut self.levels).into_iter().zip(ids).collect();
         if let Some(wanted) = &options.level {
             if !kept.iter().any(|(level, _)| level.name == *wanted) {
-                let names: Vec<_> = kept.iter().take(20).map(|(level, _)| shorten(&level.name)).collect();
-                let message = format!("there is no level `{}`: use one of {}", shorten(wanted), names.join(", "));
+                let names: Vec<_> =
+                    kept.iter().take(20).map(|(level, _)| shorten(&level.name)).collect();
+                let message = format!(
+                    "there is no level `{}`: use one of {}",
+                    shorten(wanted),
+                    names.join(", ")
+                );
                 report.error(0, Subject::File, message);
             }
             kept.retain(|(level, _)| level.name == *wanted);
@@ -89,7 +97,8 @@ impl Building {
     fn stations(&self, nodes: &[LayoutNode]) -> Vec<LayoutStation> {
         let mut stations: BTreeMap<String, LayoutStation> = BTreeMap::new();
         for node in nodes {
-            for (key, role) in [("pickup_dispenser", Role::Pick), ("dropoff_ingestor", Role::Drop)] {
+            for (key, role) in [("pickup_dispenser", Role::Pick), ("dropoff_ingestor", Role::Drop)]
+            {
                 let Some(name) = node.tags.properties.get(key) else { continue };
                 let station = stations.entry(name.to_string()).or_insert_with(|| LayoutStation {
                     at: node.at,
@@ -130,12 +139,15 @@ impl Level {
             layout.edges.extend(lane.into_edge(&level, ids, report));
         }
         let used = vertices.into_iter().zip(ids).zip(has_lane).filter(|(_, has_lane)| *has_lane);
-        layout.nodes.extend(used.map(|((vertex, id), _)| vertex.into_node(&level, id.clone(), report)));
+        layout
+            .nodes
+            .extend(used.map(|((vertex, id), _)| vertex.into_node(&level, id.clone(), report)));
         layout.background.extend(lines);
     }
 }
 
-/// Warns of vertices that mean something, but that no robot can reach. Most vertices without lanes are corners of walls.
+/// Warns of vertices that mean something, but that no robot can reach. Most vertices without lanes
+/// are corners of walls.
 fn warn_of_unused(vertices: &[Vertex], has_lane: &[bool], report: &mut Report<'_>) {
     let is_meant = |vertex: &Vertex| !vertex.name.is_empty() || vertex.role() != Role::None;
     let mut unused = vertices
@@ -154,7 +166,9 @@ fn warn_of_unused(vertices: &[Vertex], has_lane: &[bool], report: &mut Report<'_
 
 impl Vertex {
     fn role(&self) -> Role {
-        let is = |key: &str| self.properties.get(key).is_some_and(|value| value.eq_ignore_ascii_case("true"));
+        let is = |key: &str| {
+            self.properties.get(key).is_some_and(|value| value.eq_ignore_ascii_case("true"))
+        };
         let has = |key: &str| self.properties.get(key).is_some_and(|value| !value.is_empty());
         if is("is_charger") {
             Role::Charge
@@ -187,7 +201,8 @@ impl Vertex {
             tags.name = Some(self.name.into());
         }
         let says_nothing = |key: &str, value: &str| FLAGS.contains(&key) && value == "false";
-        for (key, value) in self.properties.iter().filter(|(key, value)| !says_nothing(key, value)) {
+        for (key, value) in self.properties.iter().filter(|(key, value)| !says_nothing(key, value))
+        {
             tags.set(key, value);
         }
         let position = if self.position.is_finite() { self.position } else { DVec2::ZERO };
@@ -197,7 +212,8 @@ impl Vertex {
 
 /// Returns the mutex group, or a zone for what only one robot can use at a time.
 fn zone(properties: &BTreeMap<String, String>, other: Option<String>) -> Option<Box<str>> {
-    let mutex = properties.get("mutex").or(properties.get("in_mutex")).filter(|mutex| !mutex.is_empty());
+    let mutex =
+        properties.get("mutex").or(properties.get("in_mutex")).filter(|mutex| !mutex.is_empty());
     mutex.cloned().or(other).map(String::into_boxed_str)
 }
 
@@ -215,8 +231,16 @@ impl Lane {
             );
             return None;
         }
-        let door = self.properties.get("door_name").filter(|name| !name.is_empty()).map(|name| format!("door {name}"));
-        let mut tags = Tags { level: Some(level.into()), zone: zone(&self.properties, door), ..Tags::default() };
+        let door = self
+            .properties
+            .get("door_name")
+            .filter(|name| !name.is_empty())
+            .map(|name| format!("door {name}"));
+        let mut tags = Tags {
+            level: Some(level.into()),
+            zone: zone(&self.properties, door),
+            ..Tags::default()
+        };
         for (key, value) in self.properties.iter().filter(|(key, _)| *key != "speed_limit") {
             tags.set(key, value);
         }
@@ -240,7 +264,10 @@ impl Lane {
         match text.parse::<f64>() {
             Ok(speed) if speed >= 0.0 && speed.is_finite() => (speed > 0.0).then_some(speed),
             _ => {
-                let message = format!("`speed_limit` is `{}`: no limit is used; give metres per second", shorten(text));
+                let message = format!(
+                    "`speed_limit` is `{}`: no limit is used; give metres per second",
+                    shorten(text)
+                );
                 report.warning(self.at, Subject::File, message);
                 None
             }

@@ -60,7 +60,11 @@ fn every_sample_is_read_completely() {
         let (graph, findings) = parse(&text, name, &ReadOptions::default()).expect(name);
         assert_eq!((graph.nodes().len(), graph.edges().len()), (nodes, edges), "{name}");
         let of_routes = ["of a lane", "of a vertex:"];
-        assert!(!of_routes.iter().any(|what| messages(&findings).contains(what)), "{name}: {}", messages(&findings));
+        assert!(
+            !of_routes.iter().any(|what| messages(&findings).contains(what)),
+            "{name}: {}",
+            messages(&findings)
+        );
     }
 }
 
@@ -70,18 +74,30 @@ fn positions_names_and_roles_of_the_office() {
     let supplies = node(&layout, "presupplies");
     assert_eq!(supplies.position, DVec2::new(7.034_165_963_251_511, -2.110_989_673_230_760_5));
     assert_eq!(supplies.tags.level.as_deref(), Some("L1"));
-    assert_eq!(node(&layout, "L1/3").position, DVec2::new(18.739_524_294_973_8, -6.873_981_868_527_042));
+    assert_eq!(
+        node(&layout, "L1/3").position,
+        DVec2::new(18.739_524_294_973_8, -6.873_981_868_527_042)
+    );
     assert_eq!(node(&layout, "tinyRobot1_charger").role, Role::Charge);
     assert_eq!(node(&layout, "pantry").role, Role::Pick);
     assert_eq!(node(&layout, "coe").role, Role::Drop);
     assert_eq!(node(&layout, "supplies").role, Role::Park);
-    let doors: Vec<_> = layout.edges.iter().filter(|edge| edge.tags.zone.as_deref() == Some("door coe_door")).collect();
+    let doors: Vec<_> = layout
+        .edges
+        .iter()
+        .filter(|edge| edge.tags.zone.as_deref() == Some("door coe_door"))
+        .collect();
     assert_eq!(doors.iter().map(|edge| edge.id.as_str()).collect::<Vec<_>>(), ["L1/38", "L1/39"]);
     assert_eq!(doors[0].tags.properties.get("door_name").map(|name| &**name), Some("coe_door"));
-    let stations: Vec<_> = layout.stations.iter().map(|station| (station.name.as_str(), station.role)).collect();
+    let stations: Vec<_> =
+        layout.stations.iter().map(|station| (station.name.as_str(), station.role)).collect();
     assert_eq!(
         stations,
-        [("coke_dispenser", Role::Pick), ("coke_ingestor", Role::Drop), ("coke_ingestor_2", Role::Drop)]
+        [
+            ("coke_dispenser", Role::Pick),
+            ("coke_ingestor", Role::Drop),
+            ("coke_ingestor_2", Role::Drop)
+        ]
     );
     assert_eq!(layout.background.len(), 3);
 }
@@ -89,10 +105,15 @@ fn positions_names_and_roles_of_the_office() {
 #[test]
 fn lifts_join_the_levels_of_the_hotel() {
     let (layout, findings) = layout_of(&sample("hotel/0.yaml"), None);
-    assert!(messages(&findings).contains("3 levels (L1, L2, L3) are read into one plane"), "{}", messages(&findings));
+    assert!(
+        messages(&findings).contains("3 levels (L1, L2, L3) are read into one plane"),
+        "{}",
+        messages(&findings)
+    );
     let lifts: Vec<_> = layout.edges.iter().filter(|edge| edge.id.starts_with("lift ")).collect();
     assert_eq!(lifts.len(), 6);
-    let same_place = "lift `Lift2` doesn't join the levels L2 and L3: its vertices are at the same place";
+    let same_place =
+        "lift `Lift2` doesn't join the levels L2 and L3: its vertices are at the same place";
     assert!(messages(&findings).contains(same_place), "{}", messages(&findings));
     assert_eq!((lifts[0].origin.as_str(), lifts[0].destination.as_str()), ("L1/9", "L2/15"));
     assert_eq!(lifts[0].tags.zone.as_deref(), Some("lift Lift1"));
@@ -103,14 +124,20 @@ fn lifts_join_the_levels_of_the_hotel() {
     assert!(errors_of(&sample("office/0.yaml")).is_empty());
     let options = ReadOptions { level: Some("L9".into()), ..ReadOptions::default() };
     let error = parse(&sample("hotel/0.yaml"), "h.yaml", &options).expect_err("no such level");
-    assert!(messages(error.findings().expect("findings")).contains("there is no level `L9`: use one of L1, L2, L3"));
+    assert!(
+        messages(error.findings().expect("findings"))
+            .contains("there is no level `L9`: use one of L1, L2, L3")
+    );
 }
 
-/// The vertices of the generator's graph, and its lanes as pairs of them, each by its nearest in ours.
+/// The vertices of the generator's graph, and its lanes as pairs of them, each by its nearest in
+/// ours.
 fn compare(ours: &Layout, theirs: &Layout) {
     let nearest = |node: &LayoutNode| {
         let level = ours.nodes.iter().filter(|ours| ours.tags.level == node.tags.level);
-        level.min_by(|a, b| a.position.distance(node.position).total_cmp(&b.position.distance(node.position)))
+        level.min_by(|a, b| {
+            a.position.distance(node.position).total_cmp(&b.position.distance(node.position))
+        })
     };
     let mut ids = BTreeMap::new();
     for node in &theirs.nodes {
@@ -118,7 +145,11 @@ fn compare(ours: &Layout, theirs: &Layout) {
         let distance = our.position.distance(node.position);
         assert!(distance < 1e-3, "{} is {distance} m from {}", node.id, our.id);
         let name = |node: &LayoutNode| {
-            node.id.split('/').next_back().filter(|id| id.parse::<u32>().is_err()).map(str::to_owned)
+            node.id
+                .split('/')
+                .next_back()
+                .filter(|id| id.parse::<u32>().is_err())
+                .map(str::to_owned)
         };
         assert_eq!(name(our), name(node));
         assert_eq!(our.role, node.role, "{}", node.id);
@@ -127,8 +158,11 @@ fn compare(ours: &Layout, theirs: &Layout) {
     }
     for edge in &theirs.edges {
         let ends = (ids[edge.origin.as_str()], ids[edge.destination.as_str()]);
-        let found: Vec<_> =
-            ours.edges.iter().filter(|our| (our.origin.as_str(), our.destination.as_str()) == ends).collect();
+        let found: Vec<_> = ours
+            .edges
+            .iter()
+            .filter(|our| (our.origin.as_str(), our.destination.as_str()) == ends)
+            .collect();
         assert_eq!(found.len(), 1, "{}", edge.id);
         assert_eq!(found[0].tags.zone, edge.tags.zone, "{}", edge.id);
         assert_eq!(found[0].orientation, edge.orientation);
@@ -140,7 +174,11 @@ fn maps_agree_with_the_graphs_that_open_rmf_makes_of_them() {
     for name in ["office", "campus", "battle_royale"] {
         let (ours, _) = layout_of(&sample(&format!("{name}.building.yaml")), None);
         let (theirs, _) = layout_of(&sample(&format!("{name}/0.yaml")), None);
-        assert_eq!((ours.nodes.len(), ours.edges.len()), (theirs.nodes.len(), theirs.edges.len()), "{name}");
+        assert_eq!(
+            (ours.nodes.len(), ours.edges.len()),
+            (theirs.nodes.len(), theirs.edges.len()),
+            "{name}"
+        );
         compare(&ours, &theirs);
     }
 }
@@ -154,9 +192,12 @@ fn levels_are_aligned_as_open_rmf_does() {
         for graph in ["0", "1", "2"] {
             let (theirs, _) = layout_of(&sample(&format!("hotel/{graph}.yaml")), Some(level));
             let (mut ours, _) = layout_of(&text, Some(level));
-            ours.edges.retain(|edge| edge.tags.properties.get("graph_idx").map(|index| &**index) == Some(graph));
-            ours.nodes
-                .retain(|node| ours.edges.iter().any(|edge| edge.origin == node.id || edge.destination == node.id));
+            ours.edges.retain(|edge| {
+                edge.tags.properties.get("graph_idx").map(|index| &**index) == Some(graph)
+            });
+            ours.nodes.retain(|node| {
+                ours.edges.iter().any(|edge| edge.origin == node.id || edge.destination == node.id)
+            });
             assert_eq!(
                 (ours.nodes.len(), ours.edges.len()),
                 (theirs.nodes.len(), theirs.edges.len()),
@@ -174,7 +215,11 @@ fn walls_and_floors_are_the_background() {
     assert_eq!(layout.background.len(), 33 + 3 + 4);
     assert_eq!(layout.stations[0].name, "coke_dispenser");
     assert!(layout.stations[0].position.expect("a place").distance(DVec2::new(17.76, -5.50)) < 0.1);
-    assert!(messages(&findings).is_empty() || !messages(&findings).contains("disagree"), "{}", messages(&findings));
+    assert!(
+        messages(&findings).is_empty() || !messages(&findings).contains("disagree"),
+        "{}",
+        messages(&findings)
+    );
 }
 
 #[test]
@@ -183,10 +228,15 @@ fn orientation_speed_and_zones_of_lanes() {
                 lanes:\n    - [0, 1, {orientation_constraint: backward, speed_limit: 0.5, mutex: x, door_name: d}]\n    \
                 - [1, 2, {speed_limit: 0, is_bidirectional: true, dock_name: dock}]\n    - [2, 2, {}]\n    - [2, 0, {odd: {a: 1}}]\n";
     let (layout, findings) = layout_of(text, None);
-    assert_eq!(layout.nodes.iter().map(|node| node.id.as_str()).collect::<Vec<_>>(), ["a", "A/1", "A/2"]);
+    assert_eq!(
+        layout.nodes.iter().map(|node| node.id.as_str()).collect::<Vec<_>>(),
+        ["a", "A/1", "A/2"]
+    );
     assert_eq!(node(&layout, "A/1").tags.name.as_deref(), Some("b"));
     assert_eq!(node(&layout, "a").tags.zone.as_deref(), Some("m"));
-    let [first, second, third, last] = layout.edges.as_slice() else { panic!("{:?}", layout.edges) };
+    let [first, second, third, last] = layout.edges.as_slice() else {
+        panic!("{:?}", layout.edges)
+    };
     assert_eq!((first.orientation, first.speed), (Orientation::Offset(PI), Some(0.5)));
     assert_eq!(first.tags.zone.as_deref(), Some("x"));
     assert_eq!((second.id.as_str(), second.speed), ("A/1", None));
@@ -216,7 +266,11 @@ fn measurements_that_disagree_are_reported() {
     assert_eq!(messages(&findings), "");
     let (layout, findings) = layout_of(&map(1.0), None);
     assert!(node(&layout, "b").position.distance(DVec2::new(1.5, 0.0)) < 1e-12);
-    assert!(messages(&findings).contains("disagree: 0.01000 to 0.02000 m per pixel"), "{}", messages(&findings));
+    assert!(
+        messages(&findings).contains("disagree: 0.01000 to 0.02000 m per pixel"),
+        "{}",
+        messages(&findings)
+    );
 }
 
 #[test]
@@ -225,21 +279,34 @@ fn cartesian_maps_keep_their_coordinates() {
                 - [0, 1, {}]\n";
     assert_eq!(node(&layout_of(text, None).0, "b").position, DVec2::new(3.0, 4.0));
     let text = text.replace("cartesian_meters", "web_mercator");
-    assert!(errors_of(&text).contains("coordinate system `web_mercator` can't be read"), "{}", errors_of(&text));
+    assert!(
+        errors_of(&text).contains("coordinate system `web_mercator` can't be read"),
+        "{}",
+        errors_of(&text)
+    );
 }
 
 #[test]
 fn broken_files_say_what_to_do() {
     let cases = [
         ("levels: {}\n", "no `levels`"),
-        ("levels:\n  A:\n    vertices:\n    - [x, 1]\n    lanes: []\n", "4: error: a vertex is a list"),
+        (
+            "levels:\n  A:\n    vertices:\n    - [x, 1]\n    lanes: []\n",
+            "4: error: a vertex is a list",
+        ),
         (
             "levels:\n  A:\n    vertices:\n    - [0, 1]\n    lanes:\n    - [0, 7, {}]\n",
             "6: error: a lane joins the vertices 0 and 7",
         ),
-        ("levels:\n  A:\n    vertices:\n    - [0, 1]\n    lanes:\n    - [0, -1, {}]\n", "6: error: a lane is a list"),
+        (
+            "levels:\n  A:\n    vertices:\n    - [0, 1]\n    lanes:\n    - [0, -1, {}]\n",
+            "6: error: a lane is a list",
+        ),
         ("levels:\n  A:\n    vertices: []\n", "has no nodes"),
-        ("levels:\n  A:\n    vertices:\n    - [.inf, 1]\n    - [.nan, 1]\n", "4: error: a vertex is"),
+        (
+            "levels:\n  A:\n    vertices:\n    - [.inf, 1]\n    - [.nan, 1]\n",
+            "4: error: a vertex is",
+        ),
         ("levels: [\n", "map.yaml:"),
     ];
     for (text, expected) in cases {
@@ -250,10 +317,14 @@ fn broken_files_say_what_to_do() {
 #[test]
 fn long_names_are_not_copied() {
     let long = "n".repeat(101);
-    let text =
-        format!("levels:\n  A:\n    vertices: [[0, 1, {{name: {long}}}], [3, 4, {{}}]]\n    lanes: [[0, 1, {{}}]]\n");
+    let text = format!(
+        "levels:\n  A:\n    vertices: [[0, 1, {{name: {long}}}], [3, 4, {{}}]]\n    lanes: [[0, 1, {{}}]]\n"
+    );
     let (layout, _) = layout_of(&text, None);
-    assert_eq!((layout.nodes[0].id.as_str(), layout.nodes[0].tags.name.as_deref()), ("A/0", Some(long.as_str())));
+    assert_eq!(
+        (layout.nodes[0].id.as_str(), layout.nodes[0].tags.name.as_deref()),
+        ("A/0", Some(long.as_str()))
+    );
     let (layout, _) = layout_of(&text.replace(&long, &long[1..]), None);
     assert_eq!(layout.edges[0].origin, long[1..]);
     let map = |name: &str| {
@@ -272,7 +343,9 @@ fn long_names_are_not_copied() {
     assert!(["door_name", "undock_name"].iter().all(|key| !properties.contains_key(*key)));
     assert!(node(&layout, "b").tags.properties.is_empty());
     let messages = messages(&findings);
-    for what in ["name of the door `n", "name of the lift `n", "dock with a name of more than 100 bytes"] {
+    for what in
+        ["name of the door `n", "name of the lift `n", "dock with a name of more than 100 bytes"]
+    {
         assert!(messages.contains(what), "{messages}");
     }
 }
@@ -314,8 +387,7 @@ proptest! {
 
 #[test]
 fn old_maps_without_a_coordinate_system_are_told_by_their_vertices() {
-    let text =
-        "levels:\n  A:\n    vertices: [[0, 1, 0, a], [3, 4, 0, b]]\n    lanes: [[0, 1, {bidirectional: [4, true]}]]\n";
+    let text = "levels:\n  A:\n    vertices: [[0, 1, 0, a], [3, 4, 0, b]]\n    lanes: [[0, 1, {bidirectional: [4, true]}]]\n";
     assert_eq!(Format::detect(text), Format::OpenRmf);
     let (layout, findings) = layout_of(text, None);
     assert_eq!((node(&layout, "b").position, layout.edges.len()), (DVec2::new(3.0, -4.0), 2));
@@ -326,10 +398,22 @@ fn old_maps_without_a_coordinate_system_are_told_by_their_vertices() {
 fn what_a_building_map_says_besides_routes_is_listed_once_by_kind() {
     let (_, findings) = layout_of(&sample("office.building.yaml"), None);
     let messages = messages(&findings);
-    for kind in ["`crowd_sim` of the file", "`drawing` of a level", "`layers` of a level", "`parameters` of a floor"] {
-        assert_eq!(messages.matches(&format!("key {kind}: not used")).count(), 1, "{kind}: {messages}");
+    for kind in [
+        "`crowd_sim` of the file",
+        "`drawing` of a level",
+        "`layers` of a level",
+        "`parameters` of a floor",
+    ] {
+        assert_eq!(
+            messages.matches(&format!("key {kind}: not used")).count(),
+            1,
+            "{kind}: {messages}"
+        );
     }
-    assert_eq!(messages.matches("model that is neither a dispenser nor an ingestor: not used (").count(), 1);
+    assert_eq!(
+        messages.matches("model that is neither a dispenser nor an ingestor: not used (").count(),
+        1
+    );
     assert!(messages.contains("test:2: warning: key `crowd_sim` of the file"), "{messages}");
 }
 

@@ -1,7 +1,8 @@
 //! A YAML text as a tree, with the byte offsets of its keys and of the first values of its tuples.
 //!
-//! The YAML library gives no positions, but returns plain text as slices of the file. Maps start with a key, which is text.
-//! Vertices, lanes and walls are tuples of numbers: their first value is read as text too, so that messages name its line.
+//! The YAML library gives no positions, but returns plain text as slices of the file. Maps start
+//! with a key, which is text. Vertices, lanes and walls are tuples of numbers: their first value is
+//! read as text too, so that messages name its line.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -13,7 +14,8 @@ use crate::graph::value::{ReadValue, Scalar, Value, impl_deserialize_seed, short
 use crate::graph::yaml::MAX_ENTRIES;
 
 /// The keys whose values are lists of tuples.
-const TUPLES: [&str; 7] = ["vertices", "lanes", "walls", "doors", "measurements", "fiducials", "human_lanes"];
+const TUPLES: [&str; 7] =
+    ["vertices", "lanes", "walls", "doors", "measurements", "fiducials", "human_lanes"];
 
 /// A value with its place.
 #[derive(Debug)]
@@ -93,7 +95,8 @@ impl<'text> Tree<'text> {
     /// Returns a whole number from 0 that is an index.
     pub fn index(&self) -> Option<usize> {
         let number = self.number()?;
-        (number >= 0.0 && number <= f64::from(u32::MAX) && number.fract() == 0.0).then_some(number as usize)
+        (number >= 0.0 && number <= f64::from(u32::MAX) && number.fract() == 0.0)
+            .then_some(number as usize)
     }
 
     /// Returns a text, number or truth value as text.
@@ -164,7 +167,9 @@ impl<'text> Reader<'text> {
     fn count<E: Error>(&mut self) -> Result<(), E> {
         self.entries += 1;
         if self.entries > MAX_ENTRIES {
-            return Err(E::custom(format!("more than {MAX_ENTRIES} entries, aliases included: split the map")));
+            return Err(E::custom(format!(
+                "more than {MAX_ENTRIES} entries, aliases included: split the map"
+            )));
         }
         Ok(())
     }
@@ -235,7 +240,10 @@ impl<'text> ReadValue<'text> for Nested<'_, 'text> {
                 _ => Mode::Any,
             };
             let mut item = Tree::null(reader.at);
-            if list.next_element_seed(Seed { reader: &mut *reader, tree: &mut item, mode })?.is_none() {
+            if list
+                .next_element_seed(Seed { reader: &mut *reader, tree: &mut item, mode })?
+                .is_none()
+            {
                 break;
             }
             reader.count()?;
@@ -275,7 +283,10 @@ mod tests {
     fn tuples_know_their_lines() {
         let text = "levels:\n  L1:\n    vertices:\n    - - 1.5\n      - -2\n      - {name: a}\n    - [3, 4, {}]\n";
         let root = Tree::parse(text).expect("yaml");
-        let vertices = root.get("levels").and_then(|levels| levels.get("L1")).and_then(|level| level.get("vertices"));
+        let vertices = root
+            .get("levels")
+            .and_then(|levels| levels.get("L1"))
+            .and_then(|level| level.get("vertices"));
         let vertices = vertices.expect("vertices").items();
         let line = |at: u32| text[..at as usize].lines().count();
         assert_eq!(vertices.iter().map(|vertex| line(vertex.at)).collect::<Vec<_>>(), [4, 7]);

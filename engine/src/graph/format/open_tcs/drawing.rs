@@ -40,7 +40,8 @@ impl Drawing {
     pub fn read(model: &mut Element<'_>, ignored: &mut Ignored) -> Self {
         let mut drawing = Self { scale: DVec2::splat(DEFAULT_SCALE), ..Self::default() };
         for mut layout in model.take_children("visualLayout") {
-            let [x, y] = ["scaleX", "scaleY"].map(|name| layout.take_number(&[name]).filter(|scale| *scale > 0.0));
+            let [x, y] = ["scaleX", "scaleY"]
+                .map(|name| layout.take_number(&[name]).filter(|scale| *scale > 0.0));
             drawing.scale = DVec2::new(x.unwrap_or(DEFAULT_SCALE), y.unwrap_or(DEFAULT_SCALE));
             for element in layout.take_children("modelLayoutElement") {
                 drawing.model_element(element);
@@ -51,7 +52,8 @@ impl Drawing {
         drawing
     }
 
-    /// Reads the drawing of a point or a path, which the versions 0.0.2 and 0.0.3 keep apart from it.
+    /// Reads the drawing of a point or a path, which the versions 0.0.2 and 0.0.3 keep apart from
+    /// it.
     fn model_element(&mut self, mut element: Element<'_>) {
         let name = element.take_text("visualizedObjectName");
         let properties: BTreeMap<_, _> = element
@@ -60,7 +62,8 @@ impl Drawing {
             .map(|mut property| (property.take_text("name"), property.take_text("value")))
             .collect();
         let get = |key: &str| properties.get(key).map_or("", |value| value.trim());
-        if let (Ok(x), Ok(y)) = (get("POSITION_X").parse::<f64>(), get("POSITION_Y").parse::<f64>()) {
+        if let (Ok(x), Ok(y)) = (get("POSITION_X").parse::<f64>(), get("POSITION_Y").parse::<f64>())
+        {
             self.places.insert(name.clone(), DVec2::new(x, y) / 1000.0);
         }
         let points = get("CONTROL_POINTS").split(';').filter_map(|pair| {
@@ -75,7 +78,8 @@ impl Drawing {
 
     /// Reads where a point is drawn.
     pub fn place(&mut self, point: &str, mut layout: Element<'_>, ignored: &mut Ignored) {
-        let [x, y] = [["positionX", "xPosition"], ["positionY", "yPosition"]].map(|names| layout.take_number(&names));
+        let [x, y] = [["positionX", "xPosition"], ["positionY", "yPosition"]]
+            .map(|names| layout.take_number(&names));
         if let (Some(x), Some(y)) = (x, y) {
             self.places.insert(point.to_owned(), DVec2::new(x, y) / 1000.0);
         }
@@ -103,13 +107,19 @@ impl Drawing {
                 return Shape::Straight;
             }
             other => {
-                ignored.add(at, format!("connection type `{}` of a path (it is straight here)", shorten(other)));
+                ignored.add(
+                    at,
+                    format!("connection type `{}` of a path (it is straight here)", shorten(other)),
+                );
                 return Shape::Straight;
             }
         };
         let points = connection.points;
-        let used =
-            if connection.kind.eq_ignore_ascii_case("POLYPATH") { points.len() } else { used_points(points.len()) };
+        let used = if connection.kind.eq_ignore_ascii_case("POLYPATH") {
+            points.len()
+        } else {
+            used_points(points.len())
+        };
         if used < points.len() {
             ignored.add(at, format!("control points after the first {used} of a BEZIER path"));
         }
@@ -121,7 +131,12 @@ impl Drawing {
         if points.is_empty() { Shape::Straight } else { Shape::Cubics(cubics(from, points, to)) }
     }
 
-    fn connection(&mut self, path: &str, element: &mut Element<'_>, ignored: &mut Ignored) -> Connection {
+    fn connection(
+        &mut self,
+        path: &str,
+        element: &mut Element<'_>,
+        ignored: &mut Ignored,
+    ) -> Connection {
         let Some(mut layout) = element.take_children("pathLayout").into_iter().next() else {
             return self.connections.remove(path).unwrap_or_default();
         };
@@ -138,8 +153,8 @@ impl Drawing {
         Connection { kind, points }
     }
 
-    /// Returns control points on the map of the model: if its ends are drawn elsewhere, a path is turned, scaled and moved
-    /// with them. Returns `None` if they are drawn at the same place.
+    /// Returns control points on the map of the model: if its ends are drawn elsewhere, a path is
+    /// turned, scaled and moved with them. Returns `None` if they are drawn at the same place.
     fn on_map(
         &mut self,
         at: u32,
@@ -150,7 +165,8 @@ impl Drawing {
         let [drawn_from, drawn_to] = [(ends[0].0, from), (ends[1].0, to)]
             .map(|(name, position)| self.places.get(name).copied().unwrap_or(position));
         let tolerance = self.scale / 1000.0 + 1e-9;
-        let agrees = |drawn: DVec2, position: DVec2| (drawn - position).abs().cmple(tolerance).all();
+        let agrees =
+            |drawn: DVec2, position: DVec2| (drawn - position).abs().cmple(tolerance).all();
         if agrees(drawn_from, from) && agrees(drawn_to, to) {
             return Some(points);
         }

@@ -48,7 +48,8 @@ impl<'text> Element<'text> {
         self.children.extract_if(.., |child| child.name == name).collect()
     }
 
-    /// Counts the remaining attributes and children as ignored; `what` is the element with an article.
+    /// Counts the remaining attributes and children as ignored; `what` is the element with an
+    /// article.
     pub fn ignore_rest(&self, what: &str, ignored: &mut Ignored) {
         for (name, _) in &self.attributes {
             ignored.add(self.at, format!("attribute `{}` of {what}", shorten(name)));
@@ -63,7 +64,10 @@ impl<'text> Element<'text> {
 ///
 /// # Errors
 /// If the text isn't well-formed XML.
-pub(super) fn parse<'text>(text: &'text str, ignored: &mut Ignored) -> Result<Element<'text>, SyntaxError> {
+pub(super) fn parse<'text>(
+    text: &'text str,
+    ignored: &mut Ignored,
+) -> Result<Element<'text>, SyntaxError> {
     let mut reader = Reader::from_str(text);
     reader.config_mut().expand_empty_elements = true;
     let mut open: Vec<Element<'text>> = Vec::new();
@@ -71,20 +75,24 @@ pub(super) fn parse<'text>(text: &'text str, ignored: &mut Ignored) -> Result<El
     loop {
         let position = reader.buffer_position() as usize;
         let error = |message| syntax_error(text, position, message);
-        let event = reader
-            .read_event()
-            .map_err(|error| syntax_error(text, reader.error_position() as usize, error.to_string()))?;
+        let event = reader.read_event().map_err(|error| {
+            syntax_error(text, reader.error_position() as usize, error.to_string())
+        })?;
         match event {
             Event::Start(start) => {
                 count += 1;
                 if count > MAX_ENTRIES || open.len() >= MAX_DEPTH {
-                    let limit = format!("more than {MAX_ENTRIES} elements, or more than {MAX_DEPTH} nested ones");
+                    let limit = format!(
+                        "more than {MAX_ENTRIES} elements, or more than {MAX_DEPTH} nested ones"
+                    );
                     return Err(error(limit));
                 }
                 open.push(element(text, position, &start).map_err(error)?);
             }
             Event::End(_) => {
-                let Some(element) = open.pop() else { return Err(error("an end without a start".to_owned())) };
+                let Some(element) = open.pop() else {
+                    return Err(error("an end without a start".to_owned()));
+                };
                 match open.last_mut() {
                     Some(parent) => parent.children.push(element),
                     None => return Ok(element),
@@ -103,12 +111,18 @@ pub(super) fn parse<'text>(text: &'text str, ignored: &mut Ignored) -> Result<El
 
 fn unfinished(open: &[Element<'_>]) -> String {
     match open.last() {
-        Some(element) => format!("the file ends inside element `{}`: is it complete?", shorten(element.name)),
+        Some(element) => {
+            format!("the file ends inside element `{}`: is it complete?", shorten(element.name))
+        }
         None => "the file has no element `model`: give a plant model of openTCS".to_owned(),
     }
 }
 
-fn element<'text>(text: &'text str, position: usize, start: &BytesStart<'_>) -> Result<Element<'text>, String> {
+fn element<'text>(
+    text: &'text str,
+    position: usize,
+    start: &BytesStart<'_>,
+) -> Result<Element<'text>, String> {
     let slice = |part: &str| slice_of(text, part).unwrap_or("");
     let mut element = Element {
         at: position as u32,
@@ -122,7 +136,9 @@ fn element<'text>(text: &'text str, position: usize, start: &BytesStart<'_>) -> 
         if element.attributes.len() >= MAX_ATTRIBUTES {
             return Err(format!("an element has more than {MAX_ATTRIBUTES} attributes"));
         }
-        let value = attribute.normalized_value(XmlVersion::Implicit1_0).map_err(|error| error.to_string())?;
+        let value = attribute
+            .normalized_value(XmlVersion::Implicit1_0)
+            .map_err(|error| error.to_string())?;
         element.attributes.push((slice(attribute.key.into_inner()), value.into()));
     }
     Ok(element)

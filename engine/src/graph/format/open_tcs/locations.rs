@@ -7,7 +7,8 @@ use super::{Blocks, Properties, Reader, take_own};
 use crate::graph::layout::LayoutStation;
 use crate::graph::tags::{Role, Tags};
 
-/// The first words of operations, by role. An operation like `Load cargo` or `unload_cargo` has one of them.
+/// The first words of operations, by role. An operation like `Load cargo` or `unload_cargo` has one
+/// of them.
 const WORDS: [(Role, &[&str]); 4] = [
     (Role::Charge, &["charge", "charging", "recharge"]),
     (Role::Pick, &["load", "pick", "collect", "fetch", "take", "get"]),
@@ -15,8 +16,8 @@ const WORDS: [(Role, &[&str]); 4] = [
     (Role::Park, &["park"]),
 ];
 
-/// The largest number of bytes that all locations get from their types: some large types could take much memory, once for
-/// each of their locations.
+/// The largest number of bytes that all locations get from their types: some large types could take
+/// much memory, once for each of their locations.
 const MAX_INHERITED: usize = 16 << 20;
 
 /// The bytes that a text takes besides its letters.
@@ -33,15 +34,27 @@ struct LocationType {
 }
 
 impl Reader<'_, '_> {
-    pub(super) fn stations(&mut self, model: &mut Element<'_>, blocks: &Blocks) -> Vec<LayoutStation> {
-        let types: BTreeMap<_, _> =
-            model.take_children("locationType").into_iter().map(|element| self.location_type(element)).collect();
-        model.take_children("location").into_iter().map(|element| self.station(element, &types, blocks)).collect()
+    pub(super) fn stations(
+        &mut self,
+        model: &mut Element<'_>,
+        blocks: &Blocks,
+    ) -> Vec<LayoutStation> {
+        let types: BTreeMap<_, _> = model
+            .take_children("locationType")
+            .into_iter()
+            .map(|element| self.location_type(element))
+            .collect();
+        model
+            .take_children("location")
+            .into_iter()
+            .map(|element| self.station(element, &types, blocks))
+            .collect()
     }
 
     fn location_type(&mut self, mut element: Element<'_>) -> (String, LocationType) {
         let name = element.take_text("name");
-        let operations = ["allowedOperation", "allowedPeripheralOperation"].map(|kind| operations(&mut element, kind));
+        let operations = ["allowedOperation", "allowedPeripheralOperation"]
+            .map(|kind| operations(&mut element, kind));
         let properties = self.properties(&mut element, "a location type");
         let texts = operations.iter().flatten().map(String::len);
         let texts = texts.chain(properties.iter().map(|(key, value)| key.len() + value.len()));
@@ -60,8 +73,10 @@ impl Reader<'_, '_> {
     ) -> LayoutStation {
         let at = element.at;
         let name = element.take_text("name");
-        let has_position = element.attributes.iter().any(|(name, _)| ["positionX", "xPosition"].contains(name));
-        let position = has_position.then(|| self.position(&mut element, &format!("location `{name}`")));
+        let has_position =
+            element.attributes.iter().any(|(name, _)| ["positionX", "xPosition"].contains(name));
+        let position =
+            has_position.then(|| self.position(&mut element, &format!("location `{name}`")));
         let kind_name = element.take_text("type");
         let kind = types.get(&kind_name).filter(|kind| self.inherits(kind, at));
         let (nodes, linked) = self.links(&mut element, kind);
@@ -72,7 +87,10 @@ impl Reader<'_, '_> {
         self.rest(element, "a location", &mut tags);
         tags.set("type", &kind_name);
         tags.set("operations", &linked.join(", "));
-        tags.set("peripheralOperations", &kind.map_or(String::new(), |kind| kind.peripheral_operations.join(", ")));
+        tags.set(
+            "peripheralOperations",
+            &kind.map_or(String::new(), |kind| kind.peripheral_operations.join(", ")),
+        );
         for (key, value) in kind.iter().flat_map(|kind| &kind.properties) {
             tags.properties.entry(key.clone()).or_insert_with(|| value.clone());
         }
@@ -80,20 +98,33 @@ impl Reader<'_, '_> {
         blocks.tag(&name, &mut block);
         tags.set("block", block.zone.as_deref().unwrap_or_default());
         let name = take_own(&mut tags.properties, "name").map_or(name, Into::into);
-        LayoutStation { at, name, role: role(&linked), nodes, position, properties: tags.properties }
+        LayoutStation {
+            at,
+            name,
+            role: role(&linked),
+            nodes,
+            position,
+            properties: tags.properties,
+        }
     }
 
-    /// Whether a location at a byte offset gets what its type has: not where all locations have got too much.
+    /// Whether a location at a byte offset gets what its type has: not where all locations have got
+    /// too much.
     fn inherits(&mut self, kind: &LocationType, at: u32) -> bool {
         self.inherited = self.inherited.saturating_add(kind.bytes);
         if self.inherited > MAX_INHERITED {
-            self.ignored.add(at, "type of a location, since there are too many large types and locations");
+            self.ignored
+                .add(at, "type of a location, since there are too many large types and locations");
         }
         self.inherited <= MAX_INHERITED
     }
 
     /// Returns the linked points, and the operations that are possible at one of them at least.
-    fn links(&mut self, element: &mut Element<'_>, kind: Option<&LocationType>) -> (Vec<String>, Vec<String>) {
+    fn links(
+        &mut self,
+        element: &mut Element<'_>,
+        kind: Option<&LocationType>,
+    ) -> (Vec<String>, Vec<String>) {
         let all = kind.map(|kind| kind.operations.as_slice()).unwrap_or_default();
         let links = element.take_children("link");
         let (mut nodes, mut allowed) = (Vec::new(), Vec::new());

@@ -15,7 +15,8 @@ pub(super) fn sample(name: &str) -> String {
 }
 
 pub(super) fn graph(text: &str) -> (RouteGraph, Findings) {
-    parse(text, "model.xml", &ReadOptions::default()).unwrap_or_else(|error| panic!("{error}\n{text}"))
+    parse(text, "model.xml", &ReadOptions::default())
+        .unwrap_or_else(|error| panic!("{error}\n{text}"))
 }
 
 fn node<'graph>(graph: &'graph RouteGraph, name: &str) -> &'graph Node {
@@ -41,7 +42,11 @@ fn model(attributes: &str, content: &str) -> String {
 const ONE_WAY: &str = "maxVelocity=\"1000\" maxReverseVelocity=\"0\" locked=\"false\"";
 
 fn cubics(graph: &RouteGraph, name: &str) -> Vec<[[f64; 2]; 4]> {
-    edge(graph, name).path.cubics().map(|cubic| cubic.control_points.map(|point| point.to_array())).collect()
+    edge(graph, name)
+        .path
+        .cubics()
+        .map(|cubic| cubic.control_points.map(|point| point.to_array()))
+        .collect()
 }
 
 fn messages(findings: &Findings) -> String {
@@ -64,12 +69,16 @@ fn the_demo_model_is_read() {
     assert_eq!(cubics(&graph, "Point-0001 --- Point-0002"), [curve]);
     let slow = edge(&graph, "Point-0002 --- Point-0004");
     assert_eq!((slow.velocity_forward, slow.velocity_backwards), (0.5, None));
-    assert_eq!(slow.path.single(), Some(&CubicBezier::straight(DVec2::new(25.0, 9.0), DVec2::new(25.0, 3.0))));
+    assert_eq!(
+        slow.path.single(),
+        Some(&CubicBezier::straight(DVec2::new(25.0, 9.0), DVec2::new(25.0, 3.0)))
+    );
     assert_eq!(slow.tags.as_ref().and_then(|tags| tags.properties.get("opentcs:length")), None);
     assert_eq!(graph.edges().iter().filter(|edge| edge.velocity_forward == 0.5).count(), 3);
     assert_eq!(graph.edges().iter().filter(|edge| edge.velocity_backwards.is_some()).count(), 0);
     let is_curved = |edge: &&Edge| {
-        *edge.path.single().expect("one cubic") != CubicBezier::straight(edge.path.start(), edge.path.end())
+        *edge.path.single().expect("one cubic")
+            != CubicBezier::straight(edge.path.start(), edge.path.end())
     };
     assert_eq!(graph.edges().iter().filter(is_curved).count(), 35);
     let zones = |zone: &str| {
@@ -85,36 +94,63 @@ fn the_demo_model_is_read() {
 #[test]
 fn the_stations_of_the_demo_model_have_roles() {
     let (graph, findings) = graph(&sample("Demo-01.xml"));
-    let station = |name: &str| graph.stations().iter().find(|station| station.name == name).expect(name);
+    let station =
+        |name: &str| graph.stations().iter().find(|station| station.name == name).expect(name);
     let goods = station("Goods in north 01");
     assert_eq!((goods.role, goods.position), (Role::Pick, Some(DVec2::new(-28.0, 11.0))));
-    assert_eq!(goods.nodes.iter().map(|&node| graph.node(node).name()).collect::<Vec<_>>(), [Some("Point-0026")]);
-    assert_eq!(goods.properties.get("operations").map(AsRef::as_ref), Some("Load cargo, NOP, Unload cargo"));
+    assert_eq!(
+        goods.nodes.iter().map(|&node| graph.node(node).name()).collect::<Vec<_>>(),
+        [Some("Point-0026")]
+    );
+    assert_eq!(
+        goods.properties.get("operations").map(AsRef::as_ref),
+        Some("Load cargo, NOP, Unload cargo")
+    );
     assert_eq!(station("Recharge 01").role, Role::Charge);
-    assert_eq!((station("Fire door 01").role, station("Fire door 01").nodes.len()), (Role::None, 0));
+    assert_eq!(
+        (station("Fire door 01").role, station("Fire door 01").nodes.len()),
+        (Role::None, 0)
+    );
     assert_eq!(station("Working station 01").role, Role::None);
     let messages = messages(&findings);
-    for ignored in
-        ["element `vehicle` of the model", "property `loopback:loadOperation` of a vehicle", "`vehicleEnvelope`"]
-    {
+    for ignored in [
+        "element `vehicle` of the model",
+        "property `loopback:loadOperation` of a vehicle",
+        "`vehicleEnvelope`",
+    ] {
         assert!(messages.contains(ignored), "{ignored} in\n{messages}");
     }
 }
 
 #[test]
 fn every_version_has_the_same_shapes() {
-    for name in ["PlantModelV004.sample.xml", "PlantModelV6.sample.xml", "PlantModelV7.sample.xml"] {
+    for name in ["PlantModelV004.sample.xml", "PlantModelV6.sample.xml", "PlantModelV7.sample.xml"]
+    {
         let (graph, findings) = graph(&sample(name));
         // The seventh path is locked.
-        assert_eq!((graph.nodes().len(), graph.edges().len(), graph.stations().len()), (15, 6, 2), "{name}");
-        assert!(messages(&findings).contains("path `Point-0013 --- Point-0014` is locked: left out"));
+        assert_eq!(
+            (graph.nodes().len(), graph.edges().len(), graph.stations().len()),
+            (15, 6, 2),
+            "{name}"
+        );
+        assert!(
+            messages(&findings).contains("path `Point-0013 --- Point-0014` is locked: left out")
+        );
         assert_eq!(node(&graph, "Point-0013").theta, FRAC_PI_2);
         assert_eq!(node(&graph, "Point-0015").role, Role::Park);
-        assert_eq!(node(&graph, "Point-0013").tags.as_ref().and_then(|tags| tags.zone.as_deref()), Some("Block-0001"));
-        for path in ["Point-0001 --- Point-0002", "Point-0003 --- Point-0004", "Point-0005 --- Point-0006"] {
+        assert_eq!(
+            node(&graph, "Point-0013").tags.as_ref().and_then(|tags| tags.zone.as_deref()),
+            Some("Block-0001")
+        );
+        for path in
+            ["Point-0001 --- Point-0002", "Point-0003 --- Point-0004", "Point-0005 --- Point-0006"]
+        {
             assert_eq!(cubics(&graph, path).len(), 1, "{path}");
         }
-        let corners = cubics(&graph, "Point-0007 --- Point-0008").iter().map(|cubic| cubic[3]).collect::<Vec<_>>();
+        let corners = cubics(&graph, "Point-0007 --- Point-0008")
+            .iter()
+            .map(|cubic| cubic[3])
+            .collect::<Vec<_>>();
         assert_eq!(corners, [[23.0, 6.0], [24.5, 7.5], [25.0, 10.0]]);
         let bezier = [[25.0, 5.0], [27.9, 5.4], [29.45, 6.95], [30.0, 10.0]];
         assert_eq!(cubics(&graph, "Point-0009 --- Point-0010"), [bezier]);
@@ -123,7 +159,10 @@ fn every_version_has_the_same_shapes() {
             [[32.95, 7.0], [33.9, 6.5], [34.5, 8.0], [35.0, 10.0]],
         ];
         assert_eq!(cubics(&graph, "Point-0011 --- Point-0012"), two);
-        assert!(messages(&findings).contains("`Point-0007 --- Point-0008`: the curve has a corner of"), "{name}");
+        assert!(
+            messages(&findings).contains("`Point-0007 --- Point-0008`: the curve has a corner of"),
+            "{name}"
+        );
     }
 }
 
@@ -145,9 +184,11 @@ fn old_versions_keep_the_drawing_apart() {
 
 #[test]
 fn a_path_that_is_drawn_elsewhere_is_moved_turned_and_scaled() {
-    let curve = "<pathLayout connectionType=\"BEZIER\"><controlPoint x=\"100\" y=\"-20\"/></pathLayout>";
-    let place =
-        |x: i32, y: i32| format!("type=\"HALT_POSITION\"><pointLayout positionX=\"{x}\" positionY=\"{y}\"/></point>");
+    let curve =
+        "<pathLayout connectionType=\"BEZIER\"><controlPoint x=\"100\" y=\"-20\"/></pathLayout>";
+    let place = |x: i32, y: i32| {
+        format!("type=\"HALT_POSITION\"><pointLayout positionX=\"{x}\" positionY=\"{y}\"/></point>")
+    };
     // Drawn from (5, 0) to (5, 5): half as long, and to the north.
     let text = model(ONE_WAY, curve).replacen("type=\"HALT_POSITION\"/>", &place(5000, 0), 1);
     let text = text.replacen("type=\"HALT_POSITION\"/>", &place(5000, 5000), 1);
@@ -188,11 +229,14 @@ fn operations_have_roles() {
 
 #[test]
 fn what_cannot_be_used_is_reported() {
-    let error = |text: &str| parse(text, "m.xml", &ReadOptions::default()).expect_err(text).to_string();
+    let error =
+        |text: &str| parse(text, "m.xml", &ReadOptions::default()).expect_err(text).to_string();
     assert!(error("<map/>").contains("the outermost element is `map`, not `model`"));
     assert!(error("<model version=\"7.0.0\" name=\"m\"/>").contains("has no points"));
     assert!(error(&model("maxVelocity=\"0\"", "")).contains("no path that can be driven"));
-    assert!(error("<?xml version=\"1.0\"?><model>").contains("the file ends inside element `model`"));
+    assert!(
+        error("<?xml version=\"1.0\"?><model>").contains("the file ends inside element `model`")
+    );
     assert!(error("<model></point>").contains("m.xml:1: not a route graph"));
     assert!(error(&"<a>".repeat(100)).contains("more than 32 nested ones"));
     let bad_position = model(ONE_WAY, "").replace("positionX=\"10000\"", "positionX=\"ten\"");
@@ -200,44 +244,71 @@ fn what_cannot_be_used_is_reported() {
     let unknown = model(ONE_WAY, "").replace("destinationPoint=\"B\"", "destinationPoint=\"C\"");
     assert!(error(&unknown).contains("edge `P` ends at node `C`, which doesn't exist"));
     let bomb = "<!DOCTYPE m [<!ENTITY a \"aaaa\"><!ENTITY b \"&a;&a;\">]><model name=\"&b;\"/>";
-    assert!(matches!(parse(bomb, "m.xml", &ReadOptions::default()), Err(GraphError::Syntax { .. })));
+    assert!(matches!(
+        parse(bomb, "m.xml", &ReadOptions::default()),
+        Err(GraphError::Syntax { .. })
+    ));
 }
 
 #[test]
 fn what_is_not_known_is_kept_or_counted() {
-    let text = model(&format!("{ONE_WAY} routingCost=\"7\""), "<foo/><pathLayout connectionType=\"ELBOW\"/>")
-        .replace("7.0.0", "9.1");
+    let text = model(
+        &format!("{ONE_WAY} routingCost=\"7\""),
+        "<foo/><pathLayout connectionType=\"ELBOW\"/>",
+    )
+    .replace("7.0.0", "9.1");
     let (graph, findings) = graph(&text);
     let properties = &edge(&graph, "P").tags.as_ref().expect("tags").properties;
     assert_eq!(properties.get("routingCost").map(AsRef::as_ref), Some("7"));
     let messages = messages(&findings);
-    for message in ["version `9.1` isn't", "element `foo` of a path: not used", "corners of ELBOW paths"] {
+    for message in
+        ["version `9.1` isn't", "element `foo` of a path: not used", "corners of ELBOW paths"]
+    {
         assert!(messages.contains(message), "{messages}");
     }
 }
 
 #[test]
 fn long_and_many_blocks_are_bounded() {
-    let block = |name: &str| format!("<block name=\"{name}\"><member name=\"P\"/><member name=\"P\"/></block>");
-    let with = |blocks: &str| model(ONE_WAY, "").replace("<visualLayout", &format!("{blocks}<visualLayout"));
-    let (graph, findings) = graph(&with(&(0..30).map(|number| block(&format!("b{number}"))).collect::<String>()));
+    let block = |name: &str| {
+        format!("<block name=\"{name}\"><member name=\"P\"/><member name=\"P\"/></block>")
+    };
+    let with = |blocks: &str| {
+        model(ONE_WAY, "").replace("<visualLayout", &format!("{blocks}<visualLayout"))
+    };
+    let (graph, findings) =
+        graph(&with(&(0..30).map(|number| block(&format!("b{number}"))).collect::<String>()));
     let tags = edge(&graph, "P").tags.as_ref().expect("tags");
-    assert_eq!((tags.zone.as_deref(), tags.properties["blocks"].split(", ").count()), (Some("b0"), 20));
+    assert_eq!(
+        (tags.zone.as_deref(), tags.properties["blocks"].split(", ").count()),
+        (Some("b0"), 20)
+    );
     let messages = messages(&findings);
-    assert!(messages.contains("block whose member is in 20 others: not used (20 times)"), "{messages}");
-    let error = parse(&with(&block(&"z".repeat(101))), "m.xml", &ReadOptions::default()).expect_err("a long name");
+    assert!(
+        messages.contains("block whose member is in 20 others: not used (20 times)"),
+        "{messages}"
+    );
+    let error = parse(&with(&block(&"z".repeat(101))), "m.xml", &ReadOptions::default())
+        .expect_err("a long name");
     assert!(error.to_string().contains("has a name or a type of more than 100 bytes"), "{error}");
 }
 
 #[test]
 fn what_locations_get_from_their_types_is_bounded() {
     let value = "v".repeat(20_000);
-    let property = format!("<property name=\"p\" value=\"{value}\"/><allowedOperation name=\"Load\"/>");
-    let locations: String = (0..1000).map(|number| format!("<location name=\"l{number}\" type=\"T\"/>")).collect();
+    let property =
+        format!("<property name=\"p\" value=\"{value}\"/><allowedOperation name=\"Load\"/>");
+    let locations: String =
+        (0..1000).map(|number| format!("<location name=\"l{number}\" type=\"T\"/>")).collect();
     let all = format!("<locationType name=\"T\">{property}</locationType>{locations}<visualLayout");
     let (graph, findings) = graph(&model(ONE_WAY, "").replace("<visualLayout", &all));
-    let has = |station: &&crate::graph::Station| station.role == Role::Pick && *station.properties["p"] == *value;
-    assert_eq!((graph.stations().len(), graph.stations().iter().filter(has).count()), (1000, (16 << 20) / 20_133));
+    let has = |station: &&crate::graph::Station| {
+        station.role == Role::Pick && *station.properties["p"] == *value
+    };
+    assert_eq!(
+        (graph.stations().len(), graph.stations().iter().filter(has).count()),
+        (1000, (16 << 20) / 20_133)
+    );
     let messages = messages(&findings);
     assert!(messages.contains("too many large types and locations: not used ("), "{messages}");
 }

@@ -26,8 +26,8 @@ type Xml = Writer<Vec<u8>>;
 
 /// Writes a plant model.
 ///
-/// Ids, names, levels, zones and roles that openTCS doesn't have are kept as properties whose names start with `regatta:`,
-/// which our reader understands.
+/// Ids, names, levels, zones and roles that openTCS doesn't have are kept as properties whose names
+/// start with `regatta:`, which our reader understands.
 pub fn write(graph: &RouteGraph) -> Written {
     let mut writer = ModelWriter::new(graph);
     let text = writer.model().expect("writing to a Vec never fails");
@@ -59,10 +59,12 @@ impl<'graph> ModelWriter<'graph> {
     fn new(graph: &'graph RouteGraph) -> Self {
         // All objects of a model share one set of names.
         let mut taken = Taken::default();
-        let name = |tags: Option<&Tags>| tags.and_then(|tags| tags.name.as_deref()).map(str::to_owned);
+        let name =
+            |tags: Option<&Tags>| tags.and_then(|tags| tags.name.as_deref()).map(str::to_owned);
         let mut points = Vec::with_capacity(graph.nodes().len());
         for node in graph.nodes() {
-            let name = name(node.tags.as_deref()).unwrap_or_else(|| format!("Point-{:04}", node.id));
+            let name =
+                name(node.tags.as_deref()).unwrap_or_else(|| format!("Point-{:04}", node.id));
             points.push(taken.unique(name));
         }
         let mut paths = Vec::with_capacity(graph.edges().len());
@@ -82,8 +84,11 @@ impl<'graph> ModelWriter<'graph> {
 
     fn model(&mut self) -> io::Result<Vec<u8>> {
         let mut xml = Writer::new_with_indent(Vec::new(), b' ', 4);
-        xml.get_mut().extend_from_slice(b"<?xml version=\"1.0\" encoding=\"UTF-8\" standalone=\"yes\"?>\n");
-        let model = xml.create_element("model").with_attributes([("version", "7.0.0"), ("name", "Regatta")]);
+        xml.get_mut()
+            .extend_from_slice(b"<?xml version=\"1.0\" encoding=\"UTF-8\" standalone=\"yes\"?>\n");
+        let model = xml
+            .create_element("model")
+            .with_attributes([("version", "7.0.0"), ("name", "Regatta")]);
         model.write_inner_content(|xml| {
             self.write_points(xml)?;
             self.write_paths(xml)?;
@@ -107,11 +112,18 @@ impl<'graph> ModelWriter<'graph> {
             let kind = if node.role == Role::Park { "PARK_POSITION" } else { "HALT_POSITION" };
             let mut properties = own_properties(node.id, node.tags.as_deref());
             if ![Role::None, Role::Park].contains(&node.role) {
-                self.count("nodes have a role other than park: it is kept as property `regatta:role`", true);
+                self.count(
+                    "nodes have a role other than park: it is kept as property `regatta:role`",
+                    true,
+                );
                 properties.push((format!("{OWN}role").into(), node.role.name().into()));
             }
             self.count_tags(node.tags.as_deref());
-            let angle = if node.has_heading { node.theta.to_degrees().to_string() } else { "NaN".to_owned() };
+            let angle = if node.has_heading {
+                node.theta.to_degrees().to_string()
+            } else {
+                "NaN".to_owned()
+            };
             let attributes = [
                 ("name", self.points[index].as_str()),
                 ("positionX", &position.x),
@@ -128,7 +140,11 @@ impl<'graph> ModelWriter<'graph> {
                     empty(xml, "outgoingPath", &[("name", &self.paths[path])])?;
                 }
                 write_properties(xml, &properties)?;
-                empty(xml, "pointLayout", &[("labelOffsetX", "-10"), ("labelOffsetY", "-20"), ("layerId", "0")])
+                empty(
+                    xml,
+                    "pointLayout",
+                    &[("labelOffsetX", "-10"), ("labelOffsetY", "-20"), ("layerId", "0")],
+                )
             })?;
         }
         Ok(())
@@ -140,15 +156,24 @@ impl<'graph> ModelWriter<'graph> {
             let [source, destination] = path_ends(edge);
             let is_turned = is_tail_first(edge.orientation);
             let is_tangential = edge.orientation == Orientation::Tangential;
-            self.count("edges have a heading other than along the edge", !is_turned && !is_tangential);
+            self.count(
+                "edges have a heading other than along the edge",
+                !is_turned && !is_tangential,
+            );
             self.count_tags(edge.tags.as_deref());
             let (forward, reverse) = speeds(edge);
             for speed in [forward, reverse] {
-                self.count("speeds are rounded to whole mm/s", (speed * 1000.0 - whole(speed)).abs() > 1e-6);
+                self.count(
+                    "speeds are rounded to whole mm/s",
+                    (speed * 1000.0 - whole(speed)).abs() > 1e-6,
+                );
             }
             let path = if is_turned { edge.path.reversed() } else { edge.path.clone() };
             let drawn = Drawn::new(&path.map(|point| point + graph.origin()));
-            self.count("curves of several cubics are drawn as lines with corners", drawn.is_approximate);
+            self.count(
+                "curves of several cubics are drawn as lines with corners",
+                drawn.is_approximate,
+            );
             let (length, is_kept) = length(edge, &path);
             self.count("paths have a property `opentcs:length` that isn't in whole millimetres: not written", !is_kept);
             let attributes = [
@@ -219,7 +244,8 @@ impl<'graph> ModelWriter<'graph> {
             if self.locations[index] != station.name {
                 properties.push((format!("{OWN}name").into(), station.name.as_str().into()));
             }
-            let linked: BTreeSet<_> = station.nodes.iter().map(|node| &self.points[node.0 as usize]).collect();
+            let linked: BTreeSet<_> =
+                station.nodes.iter().map(|node| &self.points[node.0 as usize]).collect();
             element(xml, "location", &attributes, |xml| {
                 linked.iter().try_for_each(|point| empty(xml, "link", &[("point", point)]))?;
                 write_properties(xml, &properties)?;
@@ -231,9 +257,13 @@ impl<'graph> ModelWriter<'graph> {
         Ok(())
     }
 
-    /// Returns the position in metres from the origin; that of the first node if the station has none.
+    /// Returns the position in metres from the origin; that of the first node if the station has
+    /// none.
     fn station_position(&mut self, station: &Station) -> DVec2 {
-        self.count("stations have no position: they are drawn at their first node", station.position.is_none());
+        self.count(
+            "stations have no position: they are drawn at their first node",
+            station.position.is_none(),
+        );
         let at_node = || station.nodes.first().map(|&node| self.graph.node(node).position);
         station.position.or_else(at_node).unwrap_or_default()
     }
@@ -241,7 +271,10 @@ impl<'graph> ModelWriter<'graph> {
     fn write_blocks(&self, xml: &mut Xml) -> io::Result<()> {
         self.blocks.iter().try_for_each(|(name, block)| {
             element(xml, "block", &[("name", name), ("type", block.kind)], |xml| {
-                block.members.iter().try_for_each(|member| empty(xml, "member", &[("name", member)]))?;
+                block
+                    .members
+                    .iter()
+                    .try_for_each(|member| empty(xml, "member", &[("name", member)]))?;
                 empty(xml, "blockLayout", &[("color", "#FF0000")])
             })
         })
@@ -251,10 +284,19 @@ impl<'graph> ModelWriter<'graph> {
         let scale = format!("{:?}", self.scale.millimetres());
         let attributes = [("name", "VLayout-01"), ("scaleX", &scale), ("scaleY", &scale)];
         element(xml, "visualLayout", &attributes, |xml| {
-            let layer =
-                [("id", "0"), ("ordinal", "0"), ("visible", "true"), ("name", "Default layer"), ("groupId", "0")];
+            let layer = [
+                ("id", "0"),
+                ("ordinal", "0"),
+                ("visible", "true"),
+                ("name", "Default layer"),
+                ("groupId", "0"),
+            ];
             empty(xml, "layer", &layer)?;
-            empty(xml, "layerGroup", &[("id", "0"), ("name", "Default layer group"), ("visible", "true")])
+            empty(
+                xml,
+                "layerGroup",
+                &[("id", "0"), ("name", "Default layer group"), ("visible", "true")],
+            )
         })
     }
 
@@ -273,7 +315,8 @@ impl<'graph> ModelWriter<'graph> {
 
     fn losses(&self) -> Vec<String> {
         let background = self.graph.background().len();
-        let lines = (background > 0).then(|| format!("{background} background lines: this format has none"));
+        let lines = (background > 0)
+            .then(|| format!("{background} background lines: this format has none"));
         self.losses.iter().map(|(loss, count)| format!("{count} {loss}")).chain(lines).collect()
     }
 }
@@ -282,10 +325,13 @@ type Property<'text> = (Cow<'text, str>, Cow<'text, str>);
 
 /// Returns the properties that keep what openTCS doesn't have, then those of the tags.
 fn own_properties(id: u32, tags: Option<&Tags>) -> Vec<Property<'_>> {
-    let mut properties: Vec<Property<'_>> = vec![(format!("{OWN}id").into(), id.to_string().into())];
+    let mut properties: Vec<Property<'_>> =
+        vec![(format!("{OWN}id").into(), id.to_string().into())];
     let Some(tags) = tags else { return properties };
     for (key, value) in [("level", &tags.level), ("name", &tags.name), ("zone", &tags.zone)] {
-        properties.extend(value.iter().map(|value| (format!("{OWN}{key}").into(), value.as_ref().into())));
+        properties.extend(
+            value.iter().map(|value| (format!("{OWN}{key}").into(), value.as_ref().into())),
+        );
     }
     // The others follow from the path and its blocks.
     let derived = |key: &str| [LENGTH, "blockType", "blocks"].contains(&key);
@@ -295,10 +341,13 @@ fn own_properties(id: u32, tags: Option<&Tags>) -> Vec<Property<'_>> {
 }
 
 fn write_properties(xml: &mut Xml, properties: &[Property<'_>]) -> io::Result<()> {
-    properties.iter().try_for_each(|(key, value)| empty(xml, "property", &[("name", key), ("value", value)]))
+    properties
+        .iter()
+        .try_for_each(|(key, value)| empty(xml, "property", &[("name", key), ("value", value)]))
 }
 
-/// Returns the blocks of the zones that have been blocks in openTCS: other zones may have several robots.
+/// Returns the blocks of the zones that have been blocks in openTCS: other zones may have several
+/// robots.
 fn blocks<'graph>(
     graph: &'graph RouteGraph,
     points: &[String],
@@ -310,7 +359,9 @@ fn blocks<'graph>(
     let mut by_zone: BTreeMap<&str, Block<'_>> = BTreeMap::new();
     for (tags, member) in nodes.chain(edges) {
         let Some(tags) = tags else { continue };
-        let (Some(zone), Some(kind)) = (&tags.zone, tags.properties.get("blockType")) else { continue };
+        let (Some(zone), Some(kind)) = (&tags.zone, tags.properties.get("blockType")) else {
+            continue;
+        };
         let kind = if **kind == *"SAME_DIRECTION_ONLY" { kind } else { "SINGLE_VEHICLE_ONLY" };
         let block = by_zone.entry(zone).or_insert(Block { kind, members: Vec::new() });
         block.members.push(member.clone());
@@ -350,7 +401,11 @@ fn is_tail_first(orientation: Orientation) -> bool {
 
 /// Returns the ends of the path of an edge. Robots face from source to destination.
 fn path_ends(edge: &Edge) -> [NodeIndex; 2] {
-    if is_tail_first(edge.orientation) { [edge.destination, edge.origin] } else { [edge.origin, edge.destination] }
+    if is_tail_first(edge.orientation) {
+        [edge.destination, edge.origin]
+    } else {
+        [edge.origin, edge.destination]
+    }
 }
 
 /// Returns the speeds from source to destination and back, 0 if not allowed.
@@ -359,8 +414,8 @@ fn speeds(edge: &Edge) -> (f64, f64) {
     if is_tail_first(edge.orientation) { (speeds.1, speeds.0) } else { speeds }
 }
 
-/// Returns the length that the file of a path gave, if that is one in openTCS, else that of its curve; and whether nothing
-/// is lost.
+/// Returns the length that the file of a path gave, if that is one in openTCS, else that of its
+/// curve; and whether nothing is lost.
 fn length(edge: &Edge, path: &Path) -> (String, bool) {
     let given = edge.tags.as_ref().and_then(|tags| tags.properties.get(LENGTH));
     match given.map(|given| given.trim().parse::<u32>()) {
@@ -369,7 +424,8 @@ fn length(edge: &Edge, path: &Path) -> (String, bool) {
     }
 }
 
-/// Returns whole millimetres per second: at least 1 if the speed isn't 0, since 0 forbids the direction.
+/// Returns whole millimetres per second: at least 1 if the speed isn't 0, since 0 forbids the
+/// direction.
 fn whole(speed: f64) -> f64 {
     let whole = (speed * 1000.0).round();
     if speed > 0.0 { whole.max(1.0) } else { 0.0 }
@@ -389,7 +445,8 @@ fn millimetres(metres: DVec2) -> Position {
     Position { x: text(whole.x), y: text(whole.y), is_rounded: exact.distance(whole) > 1e-3 }
 }
 
-/// Returns the name of the location type: that of the model from which the station was read, or one by role.
+/// Returns the name of the location type: that of the model from which the station was read, or one
+/// by role.
 fn type_name(station: &Station) -> &str {
     station.properties.get("type").map_or(
         match station.role {
@@ -411,7 +468,10 @@ fn operations(station: &Station) -> Vec<&str> {
         Role::Park => "Park",
         Role::Charge => "CHARGE",
     };
-    station.properties.get("operations").map_or_else(|| vec![default], |operations| operations.split(", ").collect())
+    station
+        .properties
+        .get("operations")
+        .map_or_else(|| vec![default], |operations| operations.split(", ").collect())
 }
 
 fn symbol(role: Role) -> &'static str {
@@ -440,7 +500,11 @@ fn element(
 /// Replaces the characters that XML can't have.
 fn valid(text: &str) -> Cow<'_, str> {
     let is_invalid = |letter: char| matches!(letter, '\0'..='\u{8}' | '\u{b}' | '\u{c}' | '\u{e}'..='\u{1f}' | '\u{fffe}' | '\u{ffff}');
-    if text.contains(is_invalid) { text.replace(is_invalid, "\u{fffd}").into() } else { text.into() }
+    if text.contains(is_invalid) {
+        text.replace(is_invalid, "\u{fffd}").into()
+    } else {
+        text.into()
+    }
 }
 
 /// Returns whether a path is the straight segment between its ends.

@@ -6,12 +6,15 @@ use proptest::prelude::*;
 use super::*;
 use crate::graph::{ReadOptions, parse, read};
 
-/// A text without outer white space, such as names in real files, with everything that is special in YAML.
+/// A text without outer white space, such as names in real files, with everything that is special
+/// in YAML.
 fn texts() -> impl Strategy<Value = String> {
-    let words =
-        prop::sample::select(vec!["a", "null", "~", "1.0", "- x", "#", ": ", "[[", "}", "'", "\"", "\\", "*", "&"]);
-    let characters =
-        prop::sample::select(vec!['\n', '\t', '\0', '\u{85}', '\u{2028}', '\u{feff}', '\u{7f}', 'ä', '😀', '%', ',']);
+    let words = prop::sample::select(vec![
+        "a", "null", "~", "1.0", "- x", "#", ": ", "[[", "}", "'", "\"", "\\", "*", "&",
+    ]);
+    let characters = prop::sample::select(vec![
+        '\n', '\t', '\0', '\u{85}', '\u{2028}', '\u{feff}', '\u{7f}', 'ä', '😀', '%', ',',
+    ]);
     let parts = prop_oneof![
         words.prop_map(str::to_owned),
         characters.prop_map(String::from),
@@ -25,7 +28,9 @@ fn properties() -> impl Strategy<Value = BTreeMap<Box<str>, Box<str>>> {
 }
 
 fn tags() -> impl Strategy<Value = Option<Box<Tags>>> {
-    let text = || prop::option::of(texts().prop_filter("empty", |text| !text.is_empty()).prop_map(Box::from));
+    let text = || {
+        prop::option::of(texts().prop_filter("empty", |text| !text.is_empty()).prop_map(Box::from))
+    };
     (text(), text(), text(), properties())
         .prop_map(|(name, level, zone, properties)| Tags { name, level, zone, properties }.boxed())
 }
@@ -48,11 +53,18 @@ fn orientation() -> impl Strategy<Value = Orientation> {
     ]
 }
 
-/// The parts of an edge that don't depend on its ends: inner points of cubics, speeds, orientation, tags.
+/// The parts of an edge that don't depend on its ends: inner points of cubics, speeds, orientation,
+/// tags.
 type EdgeParts = (Vec<DVec2>, f64, Option<f64>, Orientation, Option<Box<Tags>>);
 
 fn edge_parts() -> impl Strategy<Value = EdgeParts> {
-    (prop::collection::vec(point(), 0..9), 0.001..50.0, prop::option::of(1e-6..50.0), orientation(), tags())
+    (
+        prop::collection::vec(point(), 0..9),
+        0.001..50.0,
+        prop::option::of(1e-6..50.0),
+        orientation(),
+        tags(),
+    )
 }
 
 fn edge(id: u32, nodes: &[Node], parts: EdgeParts) -> Edge {
@@ -86,13 +98,22 @@ fn edge(id: u32, nodes: &[Node], parts: EdgeParts) -> Edge {
 
 pub fn graphs() -> impl Strategy<Value = RouteGraph> {
     let node = (point(), -3.1..3.1, role(), tags());
-    let station = (role(), prop::collection::btree_set(0u32..4, 0..3), prop::option::of(point()), properties());
+    let station = (
+        role(),
+        prop::collection::btree_set(0u32..4, 0..3),
+        prop::option::of(point()),
+        properties(),
+    );
     let stations = prop::collection::btree_map(texts(), station, 0..3);
     (prop::collection::vec(node, 4), prop::collection::vec(edge_parts(), 3), stations).prop_map(
         |(nodes, edges, stations)| {
             let nodes: Vec<_> = (0..)
                 .zip(nodes)
-                .map(|(id, (position, theta, role, tags))| Node { role, tags, ..Node::new(id * 5, position, theta) })
+                .map(|(id, (position, theta, role, tags))| Node {
+                    role,
+                    tags,
+                    ..Node::new(id * 5, position, theta)
+                })
                 .collect();
             let edges = (0..).zip(edges).map(|(id, parts)| edge(id, &nodes, parts)).collect();
             let stations = stations.into_iter().filter(|(name, _)| !name.is_empty());
@@ -138,11 +159,16 @@ fn the_shipped_graphs_are_read_back() {
 #[test]
 fn each_item_is_one_line() {
     let nodes = vec![Node::new(1, DVec2::ZERO, 0.0), Node::new(2, DVec2::X, 0.0)];
-    let mut edge =
-        Edge::new(5, [NodeIndex(0), NodeIndex(1)], CubicBezier::straight(DVec2::ZERO, DVec2::X), (0.5, Some(0.25)));
+    let mut edge = Edge::new(
+        5,
+        [NodeIndex(0), NodeIndex(1)],
+        CubicBezier::straight(DVec2::ZERO, DVec2::X),
+        (0.5, Some(0.25)),
+    );
     edge.tags = Some(Tags::named("A \"1\"\n").into());
     let background = vec![vec![DVec2::ZERO, DVec2::Y]];
-    let graph = RouteGraph::from_valid_parts(nodes, vec![edge]).with_surroundings(Vec::new(), background);
+    let graph =
+        RouteGraph::from_valid_parts(nodes, vec![edge]).with_surroundings(Vec::new(), background);
     let Written { text, losses } = write(&graph);
     let expected = "\
         # 1 edges, 2 nodes; metres, radians, metres per second.\n\
@@ -156,7 +182,10 @@ fn each_item_is_one_line() {
     assert_eq!(text, expected);
     assert_eq!(
         losses,
-        ["1 background lines: this format has none", "1 texts begin or end with white space, which isn't kept"]
+        [
+            "1 background lines: this format has none",
+            "1 texts begin or end with white space, which isn't kept"
+        ]
     );
 }
 

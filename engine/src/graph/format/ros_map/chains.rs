@@ -13,21 +13,29 @@ const SAME_JUNCTION: usize = 3;
 
 /// Returns the lines of cells between junctions and ends.
 pub fn trace(cells: &[u32], space: &Space) -> Vec<Vec<u32>> {
-    let mut tracer = Tracer { on: vec![false; space.squares.len()], width: space.width, left: BTreeSet::new() };
+    let mut tracer =
+        Tracer { on: vec![false; space.squares.len()], width: space.width, left: BTreeSet::new() };
     for &cell in cells {
         tracer.on[cell as usize] = true;
     }
-    let nodes: BTreeSet<u32> = cells.iter().copied().filter(|&cell| tracer.neighbours(cell).count() != 2).collect();
+    let nodes: BTreeSet<u32> =
+        cells.iter().copied().filter(|&cell| tracer.neighbours(cell).count() != 2).collect();
     let mut chains = Vec::new();
     for &node in cells.iter().filter(|cell| nodes.contains(cell)) {
         let nexts: Vec<u32> = tracer.neighbours(node).collect();
-        chains.extend(nexts.into_iter().filter_map(|next| tracer.follow(node, next, |cell| nodes.contains(&cell))));
+        chains.extend(
+            nexts
+                .into_iter()
+                .filter_map(|next| tracer.follow(node, next, |cell| nodes.contains(&cell))),
+        );
     }
     // What is left are loops without a junction.
     let mut seen: BTreeSet<u32> = chains.iter().flatten().copied().collect();
     for &start in cells {
         let next = tracer.neighbours(start).next();
-        let Some(next) = next.filter(|_| !nodes.contains(&start) && !seen.contains(&start)) else { continue };
+        let Some(next) = next.filter(|_| !nodes.contains(&start) && !seen.contains(&start)) else {
+            continue;
+        };
         let chain = tracer.follow(start, next, |cell| cell == start);
         seen.extend(chain.iter().flatten());
         chains.extend(chain);
@@ -38,12 +46,14 @@ pub fn trace(cells: &[u32], space: &Space) -> Vec<Vec<u32>> {
 struct Tracer {
     on: Vec<bool>,
     width: usize,
-    /// Nodes with the first cell of a chain that leaves them and has been followed from its other end.
+    /// Nodes with the first cell of a chain that leaves them and has been followed from its other
+    /// end.
     left: BTreeSet<(u32, u32)>,
 }
 
 impl Tracer {
-    /// Returns the neighbours of a cell on the skeleton; a diagonal one only if no other connects them.
+    /// Returns the neighbours of a cell on the skeleton; a diagonal one only if no other connects
+    /// them.
     fn neighbours(&self, cell: u32) -> impl Iterator<Item = u32> {
         let (cell, width) = (cell as usize, self.width as isize);
         let at = move |[x, y]: [isize; 2]| cell.wrapping_add_signed(x + y * width);
@@ -84,7 +94,10 @@ fn ends(chain: &[u32]) -> [u32; 2] {
 
 impl Chains<'_> {
     fn length(&self, chain: &[u32]) -> f64 {
-        chain.windows(2).map(|pair| self.space.centre(pair[0]).distance(self.space.centre(pair[1]))).sum()
+        chain
+            .windows(2)
+            .map(|pair| self.space.centre(pair[0]).distance(self.space.centre(pair[1])))
+            .sum()
     }
 
     fn degrees(&self) -> BTreeMap<u32, u32> {
@@ -95,7 +108,8 @@ impl Chains<'_> {
         degrees
     }
 
-    /// Removes dead ends that are shorter than the robot is wide, or that don't leave the free space around their junction.
+    /// Removes dead ends that are shorter than the robot is wide, or that don't leave the free
+    /// space around their junction.
     pub fn prune(&mut self, robot_cells: f64) {
         for _ in 0..MAX_ROUNDS {
             let degrees = self.degrees();
@@ -109,7 +123,8 @@ impl Chains<'_> {
                 self.length(chain) < robot_cells.max(self.space.distance(junction))
             };
             let before = self.chains.len();
-            let kept: Vec<_> = self.chains.iter().filter(|chain| !is_spur(chain)).cloned().collect();
+            let kept: Vec<_> =
+                self.chains.iter().filter(|chain| !is_spur(chain)).cloned().collect();
             self.chains = kept;
             self.join_through();
             if self.chains.len() == before {
@@ -124,7 +139,8 @@ impl Chains<'_> {
         for (index, chain) in self.chains.iter().enumerate() {
             ends(chain).into_iter().for_each(|end| at.entry(end).or_default().push(index));
         }
-        let nodes: Vec<u32> = at.iter().filter(|(_, chains)| chains.len() == 2).map(|(&node, _)| node).collect();
+        let nodes: Vec<u32> =
+            at.iter().filter(|(_, chains)| chains.len() == 2).map(|(&node, _)| node).collect();
         for node in nodes {
             let [first, second] = at[&node][..] else { continue };
             if first == second {
@@ -140,7 +156,11 @@ impl Chains<'_> {
             }
             joined.extend(&rest[1..]);
             let far = ends(&rest)[1];
-            at.entry(far).or_default().iter_mut().filter(|index| **index == second).for_each(|index| *index = first);
+            at.entry(far)
+                .or_default()
+                .iter_mut()
+                .filter(|index| **index == second)
+                .for_each(|index| *index = first);
             self.chains[first] = joined;
         }
         self.chains.retain(|chain| !chain.is_empty());
@@ -153,7 +173,8 @@ impl Chains<'_> {
             let [a, b] = ends(chain);
             chain.len() <= SAME_JUNCTION && a != b && degrees[&a] > 2 && degrees[&b] > 2
         };
-        let (links, mut others): (Vec<_>, Vec<_>) = self.chains.drain(..).partition(|chain| is_link(chain));
+        let (links, mut others): (Vec<_>, Vec<_>) =
+            self.chains.drain(..).partition(|chain| is_link(chain));
         // A junction moves once at most, and not to one that moves.
         let mut moved: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
         let mut targets = BTreeSet::new();
@@ -191,7 +212,8 @@ impl Chains<'_> {
         self.chains.retain(|chain| chain.len() > 1 && chain[0] != chain[chain.len() - 1]);
     }
 
-    /// Removes connected parts below a length in cells. Returns how many these are and their total length.
+    /// Removes connected parts below a length in cells. Returns how many these are and their total
+    /// length.
     pub fn drop_short_parts(&mut self, least: f64) -> (usize, f64) {
         let numbers: BTreeMap<u32, usize> = self.degrees().into_keys().zip(0..).collect();
         let mut parents: Vec<usize> = (0..numbers.len()).collect();
@@ -200,11 +222,13 @@ impl Chains<'_> {
             parents[a] = b;
         }
         let mut lengths = vec![0.0; parents.len()];
-        let parts: Vec<usize> = self.chains.iter().map(|chain| root(&mut parents, numbers[&chain[0]])).collect();
+        let parts: Vec<usize> =
+            self.chains.iter().map(|chain| root(&mut parents, numbers[&chain[0]])).collect();
         for (chain, &part) in self.chains.iter().zip(&parts) {
             lengths[part] += self.length(chain);
         }
-        let dropped: Vec<f64> = lengths.iter().copied().filter(|&length| length > 0.0 && length < least).collect();
+        let dropped: Vec<f64> =
+            lengths.iter().copied().filter(|&length| length > 0.0 && length < least).collect();
         let mut part = parts.into_iter();
         self.chains.retain(|_| part.next().is_some_and(|part| lengths[part] >= least));
         (dropped.len(), dropped.iter().sum())

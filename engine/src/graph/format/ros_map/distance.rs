@@ -1,4 +1,5 @@
-//! The exact distance of each cell from the nearest cell that isn't free (Felzenszwalb and Huttenlocher 2012).
+//! The exact distance of each cell from the nearest cell that isn't free (Felzenszwalb and
+//! Huttenlocher 2012).
 
 use rayon::prelude::*;
 
@@ -9,11 +10,14 @@ pub fn squared_distances(grid: &Grid) -> Vec<u32> {
     let vertical = vertical_distances(grid);
     let mut squares = vec![0; grid.cells.len()];
     let rows = squares.par_chunks_mut(grid.width).zip(vertical.par_chunks(grid.width));
-    rows.for_each_init(Envelope::default, |envelope, (squares, vertical)| envelope.row(vertical, squares));
+    rows.for_each_init(Envelope::default, |envelope, (squares, vertical)| {
+        envelope.row(vertical, squares)
+    });
     squares
 }
 
-/// Returns the distance of each cell from the nearest one in its column that isn't free. The border has some in all columns.
+/// Returns the distance of each cell from the nearest one in its column that isn't free. The border
+/// has some in all columns.
 fn vertical_distances(grid: &Grid) -> Vec<u16> {
     let width = grid.width;
     let free = |cell: usize| grid.cells[cell] == Cell::Free;

@@ -35,7 +35,8 @@ pub struct MapFile {
 }
 
 /// The keys of a map that are used.
-const KEYS: [&str; 7] = ["image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode"];
+const KEYS: [&str; 7] =
+    ["image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode"];
 
 fn default_occupied() -> f64 {
     0.65
@@ -85,7 +86,10 @@ impl MapFile {
 
     fn check(&self) -> Result<(), String> {
         if !(0.001..=10.0).contains(&self.resolution) {
-            return Err(format!("`resolution` is {}: it must be 0.001 to 10 metres per cell", self.resolution));
+            return Err(format!(
+                "`resolution` is {}: it must be 0.001 to 10 metres per cell",
+                self.resolution
+            ));
         }
         let finite = self.origin.iter().all(|value| value.is_finite() && value.abs() <= 1e7);
         if !(2..=3).contains(&self.origin.len()) || !finite {
@@ -93,7 +97,10 @@ impl MapFile {
         }
         let mode = self.mode.as_deref().unwrap_or("trinary").to_ascii_lowercase();
         if !["trinary", "scale", "raw"].contains(&mode.as_str()) {
-            return Err(format!("`mode` is `{}`: it must be trinary, scale or raw", mode.escape_debug()));
+            return Err(format!(
+                "`mode` is `{}`: it must be trinary, scale or raw",
+                mode.escape_debug()
+            ));
         }
         Ok(())
     }
@@ -155,7 +162,8 @@ impl Grid {
     /// If it can't be read.
     pub fn read(map: &MapFile, folder: &Path) -> Result<Self, String> {
         let path = folder.join(&map.image);
-        let picture = read_picture(&path).map_err(|reason| format!("the picture {}: {reason}", path.display()))?;
+        let picture = read_picture(&path)
+            .map_err(|reason| format!("the picture {}: {reason}", path.display()))?;
         Ok(Self::new(map, &picture))
     }
 
@@ -188,14 +196,16 @@ impl Grid {
 
 fn read_picture(path: &Path) -> Result<DynamicImage, String> {
     let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format);
-    let mut reader = reader
-        .map_err(|error| format!("can't be read: {error}; correct `image` in the map's YAML, or add the picture"))?;
+    let mut reader = reader.map_err(|error| {
+        format!("can't be read: {error}; correct `image` in the map's YAML, or add the picture")
+    })?;
     let mut limits = Limits::default();
     limits.max_image_width = Some(MAX_SIDE);
     limits.max_image_height = Some(MAX_SIDE);
     limits.max_alloc = Some(MAX_PICTURE_BYTES);
     reader.limits(limits);
-    let picture = reader.decode().map_err(|error| format!("can't be read: {error}; PGM and PNG can"))?;
+    let picture =
+        reader.decode().map_err(|error| format!("can't be read: {error}; PGM and PNG can"))?;
     // Not every decoder observes the limits.
     if picture.width().max(picture.height()) > MAX_SIDE {
         return Err(format!("larger than {MAX_SIDE} × {MAX_SIDE} cells"));

@@ -8,8 +8,8 @@ pub const MAX_POINTS: usize = 4_000_000;
 /// The steps along the sides of cells: to the right, up, to the left, down.
 const STEPS: [[i32; 2]; 4] = [[1, 0], [0, 1], [-1, 0], [0, -1]];
 
-/// Returns closed lines around the occupied cells, through the corners of cells, with the occupied side on the left; `None`
-/// if there are too many.
+/// Returns closed lines around the occupied cells, through the corners of cells, with the occupied
+/// side on the left; `None` if there are too many.
 pub fn outlines(grid: &Grid) -> Option<Vec<Vec<[u32; 2]>>> {
     let mut sides = sides(grid);
     let (mut lines, mut points) = (Vec::new(), 0);
@@ -61,7 +61,10 @@ fn trace(sides: &mut [u8], start: usize, corners: usize) -> Vec<[u32; 2]> {
         let [x, y] = STEPS[step];
         corner = corner.wrapping_add_signed(x as isize + y as isize * corners as isize);
         // To the left first: around the same cell where two touch at a corner.
-        let next = [1, 0, 3].map(|turn| (step + turn) % 4).into_iter().find(|&next| sides[corner] & (1 << next) != 0);
+        let next = [1, 0, 3]
+            .map(|turn| (step + turn) % 4)
+            .into_iter()
+            .find(|&next| sides[corner] & (1 << next) != 0);
         match next {
             Some(next) if next == step => {}
             Some(next) => {

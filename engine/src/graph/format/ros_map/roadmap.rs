@@ -22,7 +22,8 @@ const STEP: f64 = 0.25;
 /// The least length of a connected part of the roadmap, in widths of the robot.
 const LEAST_WIDTHS: f64 = 5.0;
 
-/// Straight roads between places, in cells from the corner of the grid. Each bend is a node, where robots can turn.
+/// Straight roads between places, in cells from the corner of the grid. Each bend is a node, where
+/// robots can turn.
 #[derive(Debug, Default)]
 pub struct Roadmap {
     pub nodes: Vec<DVec2>,
@@ -38,7 +39,9 @@ impl Roadmap {
     pub fn new(grid: &Grid, robot_width: f64) -> Self {
         let squares = squared_distances(grid);
         let robot_cells = robot_width / grid.resolution;
-        let least = (robot_cells / 2.0 + FRAC_1_SQRT_2 + MARGIN).powi(2).ceil().min(f64::from(u32::MAX)) as u32;
+        let least =
+            (robot_cells / 2.0 + FRAC_1_SQRT_2 + MARGIN).powi(2).ceil().min(f64::from(u32::MAX))
+                as u32;
         let cells = skeleton(&squares, grid.width, least);
         let space = Space { squares, width: grid.width, radius: robot_cells / 2.0 };
         let mut chains = Chains { chains: trace(&cells, &space), space: &space };
@@ -47,7 +50,8 @@ impl Roadmap {
         chains.split_loops();
         let least_length = LEAST_WIDTHS * robot_cells;
         let (dropped, dropped_length) = chains.drop_short_parts(least_length);
-        let mut roadmap = Self { dropped, dropped_length: dropped_length * grid.resolution, ..Self::default() };
+        let mut roadmap =
+            Self { dropped, dropped_length: dropped_length * grid.resolution, ..Self::default() };
         roadmap.add_roads(&chains.chains, &space);
         roadmap
     }
@@ -67,7 +71,8 @@ impl Roadmap {
                 .collect();
             // Lines to junctions that were merged have their last cells in common.
             let roads = nodes.windows(2).map(|pair| [pair[0], pair[1]]);
-            self.edges.extend(roads.filter(|[from, to]| seen.insert([*from.min(to), *from.max(to)])));
+            self.edges
+                .extend(roads.filter(|[from, to]| seen.insert([*from.min(to), *from.max(to)])));
         }
     }
 }

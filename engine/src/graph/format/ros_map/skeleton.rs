@@ -1,22 +1,28 @@
-//! The skeleton of the free space: lines one cell wide in its middle, by thinning in the order of the distance.
+//! The skeleton of the free space: lines one cell wide in its middle, by thinning in the order of
+//! the distance.
 
 use rayon::prelude::*;
 
-/// Cells with a gradient of the distance below this are in the middle between two walls. It is 1 beside one wall, 0 in the
-/// middle of a corridor, and √½ on the line into the corner of a room, which is no road.
+/// Cells with a gradient of the distance below this are in the middle between two walls. It is 1
+/// beside one wall, 0 in the middle of a corridor, and √½ on the line into the corner of a room,
+/// which is no road.
 const RIDGE: f32 = 0.6;
 
 /// The largest number of passes over the cells that are left.
 const MAX_PASSES: usize = 100;
 
 /// The neighbours of a cell, counter-clockwise: columns and rows.
-pub const NEIGHBOURS: [[isize; 2]; 8] = [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1]];
+pub const NEIGHBOURS: [[isize; 2]; 8] =
+    [[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1]];
 
-/// Returns the cells of the skeleton, ascending: of the cells with at least a squared distance. The border has less.
+/// Returns the cells of the skeleton, ascending: of the cells with at least a squared distance. The
+/// border has less.
 pub fn skeleton(squares: &[u32], width: usize, least: u32) -> Vec<u32> {
     let offsets = NEIGHBOURS.map(|[x, y]| x + y * width as isize);
-    let mut thinning = Thinning { inside: squares.iter().map(|&square| square >= least).collect(), offsets };
-    let mut cells: Vec<u32> = (0..squares.len() as u32).filter(|&cell| thinning.inside[cell as usize]).collect();
+    let mut thinning =
+        Thinning { inside: squares.iter().map(|&square| square >= least).collect(), offsets };
+    let mut cells: Vec<u32> =
+        (0..squares.len() as u32).filter(|&cell| thinning.inside[cell as usize]).collect();
     cells.par_sort_unstable_by_key(|&cell| (squares[cell as usize], cell));
     // First to lines as wide as the ridges, whose ends stay; then to lines of one cell.
     thinning.thin(&mut cells, |cell, _| is_ridge(squares, width, cell));
@@ -59,12 +65,14 @@ impl Thinning {
     /// Returns a bit for each of [`NEIGHBOURS`] that is inside.
     fn neighbours(&self, cell: usize) -> u8 {
         let bits = self.offsets.iter().enumerate();
-        bits.fold(0, |bits, (bit, &offset)| bits | u8::from(self.inside[cell.wrapping_add_signed(offset)]) << bit)
+        bits.fold(0, |bits, (bit, &offset)| {
+            bits | u8::from(self.inside[cell.wrapping_add_signed(offset)]) << bit
+        })
     }
 }
 
-/// Returns whether a cell can be removed: its neighbours inside are connected without it, and one beside, above or below is
-/// outside.
+/// Returns whether a cell can be removed: its neighbours inside are connected without it, and one
+/// beside, above or below is outside.
 fn is_simple(neighbours: u8) -> bool {
     // The runs of neighbours outside that contain one beside, above or below: exactly one.
     let outside = !neighbours;

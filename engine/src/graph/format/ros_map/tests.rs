@@ -13,7 +13,10 @@ use crate::graph::read::{GraphError, Millimetres, ReadOptions, read};
 use crate::graph::{Findings, RouteGraph};
 
 fn sample() -> PathBuf {
-    PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../graphs/imported/ros-map/turtlebot3_world.yaml"))
+    PathBuf::from(concat!(
+        env!("CARGO_MANIFEST_DIR"),
+        "/../graphs/imported/ros-map/turtlebot3_world.yaml"
+    ))
 }
 
 fn roadmap(path: &Path, width: u32) -> Result<(RouteGraph, Findings), GraphError> {
@@ -26,7 +29,8 @@ fn grid(path: &Path) -> Grid {
     Grid::read(&map, path.parent().expect("a folder")).expect("a picture")
 }
 
-/// Writes a map of rows from the top: `.` free, `#` occupied, `?` unknown. Returns the path of its YAML.
+/// Writes a map of rows from the top: `.` free, `#` occupied, `?` unknown. Returns the path of its
+/// YAML.
 fn write(folder: &Path, resolution: f64, rows: &[String], extra: &str) -> PathBuf {
     let mut picture = format!("P2\n{} {}\n255\n", rows[0].len(), rows.len());
     for cell in rows.iter().flat_map(|row| row.chars()) {
@@ -45,7 +49,8 @@ fn write(folder: &Path, resolution: f64, rows: &[String], extra: &str) -> PathBu
     folder.join("map.yaml")
 }
 
-/// Returns the least distance in metres between points of the roadmap, 5 cm apart, and cells that aren't free.
+/// Returns the least distance in metres between points of the roadmap, 5 cm apart, and cells that
+/// aren't free.
 fn least_clearance(graph: &RouteGraph, grid: &Grid, reach: f64) -> f64 {
     let mut least = f64::INFINITY;
     let corner = grid.metres(DVec2::ZERO);
@@ -54,17 +59,24 @@ fn least_clearance(graph: &RouteGraph, grid: &Grid, reach: f64) -> f64 {
             let count = (cubic.length() / 0.05).ceil().max(1.0) as u32;
             for index in 0..=count {
                 let point = graph.origin() + cubic.position(f64::from(index) / f64::from(count));
-                least = least.min(clearance((point - corner) / grid.resolution, grid, reach / grid.resolution));
+                least = least.min(clearance(
+                    (point - corner) / grid.resolution,
+                    grid,
+                    reach / grid.resolution,
+                ));
             }
         }
     }
     least * grid.resolution
 }
 
-/// Returns the distance in cells of a point from the nearest square that isn't free, if that is within a distance.
+/// Returns the distance in cells of a point from the nearest square that isn't free, if that is
+/// within a distance.
 fn clearance(point: DVec2, grid: &Grid, reach: f64) -> f64 {
     let mut least = reach;
-    let range = |at: f64, count: usize| (at - reach).max(0.0) as usize..((at + reach) as usize + 1).min(count);
+    let range = |at: f64, count: usize| {
+        (at - reach).max(0.0) as usize..((at + reach) as usize + 1).min(count)
+    };
     for row in range(point.y, grid.height) {
         for column in range(point.x, grid.width) {
             if grid.cells[row * grid.width + column] != Cell::Free {
@@ -108,8 +120,20 @@ fn outlines_are_where_the_map_is_occupied() {
     let folder = tempfile::tempdir().expect("a folder");
     let rows = ["....", ".##.", ".#.#", "...."].map(str::to_owned);
     let lines = background(&write(folder.path(), 0.5, &rows, "")).expect("a map");
-    let points = |line: &[(f64, f64)]| line.iter().map(|&(x, y)| DVec2::new(x, y)).collect::<Vec<_>>();
-    assert_eq!(lines[0], points(&[(0.5, 0.5), (1.0, 0.5), (1.0, 1.0), (1.5, 1.0), (1.5, 1.5), (0.5, 1.5), (0.5, 0.5)]));
+    let points =
+        |line: &[(f64, f64)]| line.iter().map(|&(x, y)| DVec2::new(x, y)).collect::<Vec<_>>();
+    assert_eq!(
+        lines[0],
+        points(&[
+            (0.5, 0.5),
+            (1.0, 0.5),
+            (1.0, 1.0),
+            (1.5, 1.0),
+            (1.5, 1.5),
+            (0.5, 1.5),
+            (0.5, 0.5)
+        ])
+    );
     assert_eq!(lines[1], points(&[(1.5, 0.5), (2.0, 0.5), (2.0, 1.0), (1.5, 1.0), (1.5, 0.5)]));
     assert!(background(&folder.path().join("none.yaml")).is_err());
 }
@@ -123,15 +147,21 @@ fn a_corridor_with_a_branch_has_its_roads_in_the_middle() {
             || (y.abs_diff(50) <= 10 && (2..198).contains(&x))
             || (x < 30 && y > 80 && x > 10 && y < 95)
     };
-    let row = |y: usize| (0..200).map(|x| if inside(x, 99 - y) { '.' } else { '#' }).collect::<String>();
+    let row =
+        |y: usize| (0..200).map(|x| if inside(x, 99 - y) { '.' } else { '#' }).collect::<String>();
     let rows: Vec<String> = (0..100).map(row).collect();
     let path = write(folder.path(), 0.1, &rows, "made_by: hand\n");
     let (graph, findings) = roadmap(&path, 800).expect("a roadmap");
     assert_eq!((graph.nodes().len(), graph.edges().len()), (5, 8), "{:?}", graph.nodes());
-    let messages: String = findings.as_slice().iter().map(|finding| format!("{finding}\n")).collect();
+    let messages: String =
+        findings.as_slice().iter().map(|finding| format!("{finding}\n")).collect();
     assert!(messages.contains("left out") && messages.contains("key `made_by`"), "{messages}");
     let centre = DVec2::new(10.05, 5.05);
-    assert!(graph.nodes().iter().any(|node| node.position.distance(centre) < 0.3), "{:?}", graph.nodes());
+    assert!(
+        graph.nodes().iter().any(|node| node.position.distance(centre) < 0.3),
+        "{:?}",
+        graph.nodes()
+    );
     assert!(least_clearance(&graph, &grid(&path), 2.0) >= 0.4);
     let wide = roadmap(&path, 3000).expect_err("too wide").to_string();
     assert!(wide.contains("a robot of 3000 mm"), "{wide}");
@@ -142,7 +172,8 @@ fn rotated_and_negated_maps_are_understood() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = write(folder.path(), 1.0, &["#?.".to_owned()], "");
     assert_eq!(grid(&path).cells[6..9], [Cell::Occupied, Cell::Unknown, Cell::Free]);
-    let yaml = "image: map.pgm\nresolution: 1.0\norigin: [5, 6, 1.5707963267948966]\nnegate: true\n";
+    let yaml =
+        "image: map.pgm\nresolution: 1.0\norigin: [5, 6, 1.5707963267948966]\nnegate: true\n";
     std::fs::write(&path, yaml).expect("a file");
     let grid = grid(&path);
     assert_eq!(grid.cells[6..9], [Cell::Free, Cell::Occupied, Cell::Occupied]);
@@ -182,8 +213,12 @@ fn values_of_unknown_keys_are_not_read() {
     MapFile::read(&text, &mut ignored).expect("a map");
     let mut report = Report::new("map.yaml", &text);
     ignored.report(&mut report);
-    let messages: String = report.into_findings().as_slice().iter().map(|finding| format!("{finding}\n")).collect();
-    assert!(messages.contains("key `1` of the map: not used") && messages.lines().count() == 11, "{messages}");
+    let messages: String =
+        report.into_findings().as_slice().iter().map(|finding| format!("{finding}\n")).collect();
+    assert!(
+        messages.contains("key `1` of the map: not used") && messages.lines().count() == 11,
+        "{messages}"
+    );
 }
 
 proptest! {
@@ -226,7 +261,8 @@ proptest! {
     }
 }
 
-/// A map of 4000 × 4000 cells of rooms and racks takes seconds in release: `cargo test --release -- --ignored`.
+/// A map of 4000 × 4000 cells of rooms and racks takes seconds in release: `cargo test --release --
+/// --ignored`.
 #[test]
 #[ignore = "slow without optimization"]
 fn large_maps_are_read_in_seconds() {
@@ -235,8 +271,9 @@ fn large_maps_are_read_in_seconds() {
     let mut picture = format!("P5\n{side} {side}\n255\n").into_bytes();
     picture.extend((0..side * side).map(|cell| {
         let (x, y) = (cell % side, cell / side);
-        let wall =
-            x % 800 < 4 && y % 400 > 60 || y % 800 < 4 && x % 400 > 60 || x > 2000 && x % 60 < 24 && y % 200 > 50;
+        let wall = x % 800 < 4 && y % 400 > 60
+            || y % 800 < 4 && x % 400 > 60
+            || x > 2000 && x % 60 < 24 && y % 200 > 50;
         if wall { 0u8 } else { 254 }
     }));
     std::fs::write(folder.path().join("map.pgm"), picture).expect("a file");

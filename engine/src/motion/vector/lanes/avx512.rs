@@ -56,7 +56,8 @@ ops! {
         let [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p] = rows;
         let [x0, x1, x2, x3] = transpose([pair(a, i), pair(b, j), pair(c, k), pair(d, l)]);
         let [y0, y1, y2, y3] = transpose([pair(e, m), pair(f, n), pair(g, o), pair(h, p)]);
-        // Quarters of the first: x of a-d, y of a-d, x of i-l, y of i-l; of the second: e-h and m-p.
+        // Quarters of the first: x of a-d, y of a-d, x of i-l, y of i-l; of the second: e-h and
+        // m-p.
         [
             [merge_x(x0, y0), merge_x(x1, y1), merge_x(x2, y2), merge_x(x3, y3)],
             [merge_y(x0, y0), merge_y(x1, y1), merge_y(x2, y2), merge_y(x3, y3)],

@@ -1,4 +1,5 @@
-//! Four lanes in plain Rust, which the compiler vectorises: the baseline of machines with neither SSE2 nor NEON.
+//! Four lanes in plain Rust, which the compiler vectorises: the baseline of machines with neither
+//! SSE2 nor NEON.
 
 use super::ops::ops;
 use crate::graph::arc_length::Piece;

@@ -9,7 +9,8 @@ struct Temporary(PathBuf);
 
 impl Temporary {
     fn new(test: &str) -> Self {
-        let folder = std::env::temp_dir().join(format!("regatta-csv-{test}-{}", std::process::id()));
+        let folder =
+            std::env::temp_dir().join(format!("regatta-csv-{test}-{}", std::process::id()));
         fs::create_dir_all(&folder).expect("a folder");
         Self(folder.join("rows.csv"))
     }
@@ -47,11 +48,17 @@ fn a_file_with_another_header_is_refused_and_left_alone() {
     let file = Temporary::new("other");
     for text in ["a,b\n1,2\n", "tick,robots,more\n", "\n", "x"] {
         fs::write(&file.0, text).expect("written");
-        let error = CsvFile::open(&file.0, HEADER).map(drop).expect_err("another header").to_string();
-        assert!(error.contains("rows.csv") && error.contains("another file") && !error.contains('\n'), "{error}");
+        let error =
+            CsvFile::open(&file.0, HEADER).map(drop).expect_err("another header").to_string();
+        assert!(
+            error.contains("rows.csv") && error.contains("another file") && !error.contains('\n'),
+            "{error}"
+        );
         assert_eq!(file.text(), text);
     }
-    let error = CsvFile::open(Path::new("/no/such/folder/rows.csv"), HEADER).map(drop).expect_err("no folder");
+    let error = CsvFile::open(Path::new("/no/such/folder/rows.csv"), HEADER)
+        .map(drop)
+        .expect_err("no folder");
     assert!(error.to_string().contains("/no/such/folder/rows.csv"), "{error}");
 }
 
@@ -84,7 +91,10 @@ fn after_a_rotation_rows_go_to_a_new_file() {
     assert_eq!(file.text(), "tick,robots\n3,2\n");
     // Another program's file is in its place.
     fs::rename(&old, &file.0).and_then(|()| fs::write(&file.0, "a,b\n")).expect("written");
-    assert!(matches!(csv_file.append("4,2\n"), Some(CsvChange::Failed(CsvError::OtherHeader { .. }))));
+    assert!(matches!(
+        csv_file.append("4,2\n"),
+        Some(CsvChange::Failed(CsvError::OtherHeader { .. }))
+    ));
     assert_eq!(file.text(), "a,b\n");
 }
 
@@ -105,7 +115,10 @@ fn failure_and_recovery_are_reported_once_each() {
     let mut csv_file = file.open();
     fs::remove_file(&file.0).and_then(|()| fs::create_dir(&file.0)).expect("a folder in its place");
     let Some(failed) = csv_file.append("1,2\n") else { panic!("writing must fail") };
-    assert!(failed.to_string().contains("rows.csv") && failed.to_string().ends_with("until it can be written"));
+    assert!(
+        failed.to_string().contains("rows.csv")
+            && failed.to_string().ends_with("until it can be written")
+    );
     assert!(csv_file.append("2,2\n3,2\n").is_none(), "already reported");
     fs::remove_dir(&file.0).expect("removed");
     let recovered = csv_file.append("4,2\n").expect("a change").to_string();
@@ -118,7 +131,9 @@ fn failure_and_recovery_are_reported_once_each() {
 #[cfg(target_os = "linux")]
 fn a_full_disk_is_reported_and_lost_rows_are_counted() {
     let mut csv_file = CsvFile::open(Path::new("/dev/full"), HEADER).expect("it can be opened");
-    let Some(CsvChange::Failed(error)) = csv_file.append("1,2\n") else { panic!("writing must fail") };
+    let Some(CsvChange::Failed(error)) = csv_file.append("1,2\n") else {
+        panic!("writing must fail")
+    };
     assert!(error.to_string().contains("/dev/full"), "{error}");
     assert_eq!(csv_file.rows(), RowCounts { written: 0, lost: 1 });
 }

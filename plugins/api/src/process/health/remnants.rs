@@ -1,4 +1,5 @@
-//! Files of nodes that iceoryx2 leaves behind: those of processes that were killed while they joined or left.
+//! Files of nodes that iceoryx2 leaves behind: those of processes that were killed while they
+//! joined or left.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -14,20 +15,23 @@ use crate::process::domain::{SHARED_MEMORY, config};
 /// Much longer than a segment has no length while it is created.
 const CREATION: Duration = Duration::from_secs(1);
 
-/// Returns the files and folders of dead nodes, by the node's id: of those that iceoryx2 knows to be dead, and of those
-/// that it doesn't know, if they are older than a process takes to join.
+/// Returns the files and folders of dead nodes, by the node's id: of those that iceoryx2 knows to
+/// be dead, and of those that it doesn't know, if they are older than a process takes to join.
 pub(super) fn dead_nodes() -> Result<BTreeMap<u128, Vec<PathBuf>>, HealthError> {
     let folder = PathBuf::from(config()?.global.node_dir().to_string());
     let (mut dead, mut living) = (BTreeMap::new(), BTreeSet::new());
     each_node(|node| match node {
         NodeState::Dead(_) => drop(dead.insert(node.node_id().value(), Vec::new())),
-        NodeState::Alive(_) | NodeState::Inaccessible(_) => drop(living.insert(node.node_id().value())),
+        NodeState::Alive(_) | NodeState::Inaccessible(_) => {
+            drop(living.insert(node.node_id().value()))
+        }
         NodeState::Undefined(_) => {}
     })?;
     // Before any process has joined, there is no folder.
     for entry in fs::read_dir(&folder).into_iter().flatten().flatten() {
         let Some(id) = ids(&entry.file_name().to_string_lossy()).last().copied() else { continue };
-        if !dead.contains_key(&id) && !entry.metadata().is_ok_and(|metadata| is_settled(&metadata)) {
+        if !dead.contains_key(&id) && !entry.metadata().is_ok_and(|metadata| is_settled(&metadata))
+        {
             living.insert(id);
         }
         if !living.contains(&id) {
@@ -38,7 +42,8 @@ pub(super) fn dead_nodes() -> Result<BTreeMap<u128, Vec<PathBuf>>, HealthError> 
     Ok(dead)
 }
 
-/// Removes what iceoryx2 has left of dead nodes, except for nodes that some process has a file of open.
+/// Removes what iceoryx2 has left of dead nodes, except for nodes that some process has a file of
+/// open.
 pub(super) fn remove(nodes: &BTreeMap<u128, Vec<PathBuf>>) {
     if nodes.is_empty() {
         return;
@@ -52,14 +57,16 @@ pub(super) fn remove(nodes: &BTreeMap<u128, Vec<PathBuf>>) {
     }
 }
 
-/// Removes segments whose creator was killed before it gave them a length. A process of root that opens one waits for its
-/// creator for ever (a fault of iceoryx2 0.10), until it is removed.
+/// Removes segments whose creator was killed before it gave them a length. A process of root that
+/// opens one waits for its creator for ever (a fault of iceoryx2 0.10), until it is removed.
 pub(super) fn remove_unfinished() {
     let Ok(config) = config() else { return };
     let prefix = config.global.prefix.to_string();
     let is_unfinished = |entry: &fs::DirEntry| {
         entry.file_name().to_string_lossy().starts_with(&prefix)
-            && entry.metadata().is_ok_and(|metadata| metadata.len() == 0 && age(&metadata) > CREATION)
+            && entry
+                .metadata()
+                .is_ok_and(|metadata| metadata.len() == 0 && age(&metadata) > CREATION)
     };
     let entries = fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten();
     let unfinished: Vec<_> = entries.filter(is_unfinished).map(|entry| entry.path()).collect();
@@ -76,6 +83,11 @@ pub(super) fn remove_unfinished() {
 /// Returns the files that some process has open, as far as this user may see.
 fn open_files() -> BTreeSet<PathBuf> {
     let processes = fs::read_dir("/proc").into_iter().flatten().flatten();
-    let folders = processes.filter_map(|process| fs::read_dir(Path::new(&process.path()).join("fd")).ok());
-    folders.flatten().flatten().filter_map(|descriptor| fs::read_link(descriptor.path()).ok()).collect()
+    let folders =
+        processes.filter_map(|process| fs::read_dir(Path::new(&process.path()).join("fd")).ok());
+    folders
+        .flatten()
+        .flatten()
+        .filter_map(|descriptor| fs::read_link(descriptor.path()).ok())
+        .collect()
 }

@@ -46,7 +46,9 @@ pub(super) fn bytes_elsewhere() -> Result<u64, HealthError> {
     let mut bytes = 0;
     for entry in fs::read_dir(folder).map_err(io_error(folder))?.flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
-        let (true, Ok(metadata)) = (name.starts_with(SEGMENT_PREFIX), entry.metadata()) else { continue };
+        let (true, Ok(metadata)) = (name.starts_with(SEGMENT_PREFIX), entry.metadata()) else {
+            continue;
+        };
         if !name.starts_with(&ours) && is_own(&metadata) {
             bytes += allocated_bytes(&metadata);
         }
@@ -87,7 +89,8 @@ pub(super) fn age(metadata: &fs::Metadata) -> Duration {
     changed.and_then(|time| SystemTime::now().duration_since(time).ok()).unwrap_or_default()
 }
 
-/// Returns the ids in a file's name. Ids have more than twenty digits; shorter numbers are versions and counts.
+/// Returns the ids in a file's name. Ids have more than twenty digits; shorter numbers are versions
+/// and counts.
 pub(super) fn ids(name: &str) -> Vec<u128> {
     let parts = name.split(['_', '.']).filter(|part| part.len() > 20);
     parts.filter_map(|part| part.parse().ok()).collect()
@@ -104,10 +107,14 @@ pub(super) fn port_ids(node: u128) -> Vec<u128> {
 /// Returns the segments that some process has mapped, as far as this user may see.
 pub(super) fn mapped_files() -> Vec<PathBuf> {
     let Ok(processes) = fs::read_dir("/proc") else { return Vec::new() };
-    let maps = processes.flatten().filter_map(|process| fs::read_to_string(process.path().join("maps")).ok());
+    let maps = processes
+        .flatten()
+        .filter_map(|process| fs::read_to_string(process.path().join("maps")).ok());
     let mut files = Vec::new();
     for map in maps {
-        files.extend(map.lines().filter_map(|line| Some(PathBuf::from(&line[line.find(SHARED_MEMORY)?..]))));
+        files.extend(
+            map.lines().filter_map(|line| Some(PathBuf::from(&line[line.find(SHARED_MEMORY)?..]))),
+        );
     }
     files
 }

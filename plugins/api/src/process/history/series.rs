@@ -41,13 +41,15 @@ impl Default for Series {
 }
 
 impl Series {
-    /// Whether a sample of a run at a time is wanted: there is none near it. A recording may jump back and forth.
+    /// Whether a sample of a run at a time is wanted: there is none near it. A recording may jump
+    /// back and forth.
     pub fn wants(&self, run: u64, secs: f64) -> bool {
         let next = self.number_at(secs);
         let is_after = |before: &FleetSample| secs >= before.secs + self.gap;
         let is_before = |after: &FleetSample| secs + self.gap <= after.secs;
         self.run != run
-            || (self.samples[..next].last().is_none_or(is_after) && self.samples.get(next).is_none_or(is_before))
+            || (self.samples[..next].last().is_none_or(is_after)
+                && self.samples.get(next).is_none_or(is_before))
     }
 
     /// Adds a sample. Another run begins anew.

@@ -1,5 +1,5 @@
-//! Hot spots: places where robots touch, or stand and can't drive on, ranked by the time that they have cost. All of the run is
-//! kept from the first frame on that was seen.
+//! Hot spots: places where robots touch, or stand and can't drive on, ranked by the time that they
+//! have cost. All of the run is kept from the first frame on that was seen.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,13 +12,15 @@ mod losses;
 
 use cells::{CELL, Cells, Key, Moment, RECENT, USUAL};
 
-/// Cells are part of a spot up to this distance from its worst cell, in metres: a platoon of four is one spot.
+/// Cells are part of a spot up to this distance from its worst cell, in metres: a platoon of four
+/// is one spot.
 const REACH: f32 = 5.0;
 /// The distance to the outermost cell of a spot, in cells.
 const REACH_CELLS: i32 = (REACH / CELL) as i32 + 1;
 /// The most spots of a list.
 const MAX_SPOTS: usize = 200;
-/// All cells of a list of spots are among so many of the worst, as no spot takes more than the cells around its worst one.
+/// All cells of a list of spots are among so many of the worst, as no spot takes more than the
+/// cells around its worst one.
 const MAX_LISTED_CELLS: usize = MAX_SPOTS * (2 * REACH_CELLS as usize + 1).pow(2);
 /// A sample stands for at most so many simulated seconds.
 const LONGEST_GAP: f64 = 60.0;
@@ -39,8 +41,8 @@ impl Spots {
         (self.run, self.began)
     }
 
-    /// Adds a frame and the pairs of robots that touch in it. It stands for the time since the one before, unless a jump lies
-    /// between them. Another run, or a time that goes back, begins anew.
+    /// Adds a frame and the pairs of robots that touch in it. It stands for the time since the one
+    /// before, unless a jump lies between them. Another run, or a time that goes back, begins anew.
     pub fn add(&mut self, frame: &Frame<'_>, pairs: &[ContactRecord]) {
         let now = frame.sim_time().as_secs_f64();
         if self.run != frame.run_id() || self.newest.is_some_and(|(before, _)| now < before) {
@@ -53,8 +55,8 @@ impl Spots {
         }
     }
 
-    /// Returns the spots, the one that has cost the most time first: around the worst cell, then around the worst one of the
-    /// rest, and so on.
+    /// Returns the spots, the one that has cost the most time first: around the worst cell, then
+    /// around the worst one of the rest, and so on.
     pub fn list(&self) -> Vec<HotSpot> {
         let mut taken = BTreeSet::new();
         let mut spots = Vec::new();
@@ -75,10 +77,12 @@ impl Spots {
     /// The cells within reach that belong to no other spot.
     fn around(&self, [x, y]: Key, middle: [f32; 2], taken: &BTreeSet<Key>) -> Vec<Key> {
         let reach = -REACH_CELLS..=REACH_CELLS;
-        let near =
-            reach.clone().flat_map(|dx| reach.clone().map(move |dy| [x.saturating_add(dx), y.saturating_add(dy)]));
+        let near = reach.clone().flat_map(|dx| {
+            reach.clone().map(move |dy| [x.saturating_add(dx), y.saturating_add(dy)])
+        });
         let within = |key: &Key| {
-            self.cells.get(*key).is_some_and(|cell| distance(cell.middle(), middle) <= REACH) && !taken.contains(key)
+            self.cells.get(*key).is_some_and(|cell| distance(cell.middle(), middle) <= REACH)
+                && !taken.contains(key)
         };
         near.filter(within).collect()
     }
@@ -114,8 +118,8 @@ impl Spots {
     }
 }
 
-/// Compares the recent loss with the usual one, both as robots that lose time at a time. Little of `watched` seconds is usual
-/// at first.
+/// Compares the recent loss with the usual one, both as robots that lose time at a time. Little of
+/// `watched` seconds is usual at first.
 fn trend([recent, usual]: [f64; 2], watched: f64) -> Trend {
     let rate = |sum: f64, span: f64| sum / (span * (1.0 - (-watched / span).exp())).max(1e-9);
     match (rate(recent, RECENT), rate(usual, USUAL)) {

@@ -13,8 +13,8 @@ pub struct Frame<'sample> {
 }
 
 impl<'sample> Frame<'sample> {
-    /// Creates a frame from a header and its lines, wherever they come from (a recording, for example).
-    /// Returns `None` if the lines don't match the header.
+    /// Creates a frame from a header and its lines, wherever they come from (a recording, for
+    /// example). Returns `None` if the lines don't match the header.
     pub fn new(header: &'sample FrameHeader, lines: &'sample [Line]) -> Option<Self> {
         let robots = header.robots as usize;
         if header.stride_lines as usize != stride_lines(robots) {
@@ -49,8 +49,9 @@ impl<'sample> Frame<'sample> {
         self.header.tick
     }
 
-    /// The number of frames that were published between the one that this reader got before and this one: exact, by
-    /// [`FrameHeader::sequence`]. A plugin that runs at a rate of its own skips frames on purpose; those count too.
+    /// The number of frames that were published between the one that this reader got before and
+    /// this one: exact, by [`FrameHeader::sequence`]. A plugin that runs at a rate of its own skips
+    /// frames on purpose; those count too.
     pub fn missed(&self) -> u64 {
         self.missed
     }
@@ -112,7 +113,10 @@ impl<'sample> Frame<'sample> {
 
     /// The state of a robot; [`RobotState::Absent`] for an id that no robot has.
     pub fn state_of(&self, robot: usize) -> RobotState {
-        self.columns.state.get(robot).map_or(RobotState::Absent, |&state| RobotState::from_number(state))
+        self.columns
+            .state
+            .get(robot)
+            .map_or(RobotState::Absent, |&state| RobotState::from_number(state))
     }
 }
 
@@ -126,9 +130,15 @@ mod tests {
         let lines = vec![Line::default(); frame_lines(20)];
         let header = FrameHeader { robots: 20, stride_lines: 2, ..FrameHeader::default() };
         let frame = Frame::new(&header, &lines).expect("it fits");
-        assert_eq!((frame.len(), frame.state_of(19), frame.state_of(20)), (20, RobotState::Idle, RobotState::Absent));
+        assert_eq!(
+            (frame.len(), frame.state_of(19), frame.state_of(20)),
+            (20, RobotState::Idle, RobotState::Absent)
+        );
         assert!(Frame::new(&FrameHeader { robots: 40, ..header }, &lines).is_none());
-        assert!(Frame::new(&FrameHeader { robots: u32::MAX, stride_lines: 1 << 28, ..header }, &lines).is_none());
+        assert!(
+            Frame::new(&FrameHeader { robots: u32::MAX, stride_lines: 1 << 28, ..header }, &lines)
+                .is_none()
+        );
         assert!(Frame::new(&FrameHeader { stride_lines: 1, ..header }, &lines).is_none());
     }
 }

@@ -3,7 +3,8 @@
 use super::view::{World, WorldLayout};
 use super::{CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Texts};
 
-/// The content of a world, for [`ProducerPorts::publish_world`](crate::ProducerPorts::publish_world).
+/// The content of a world, for
+/// [`ProducerPorts::publish_world`](crate::ProducerPorts::publish_world).
 ///
 /// ```
 /// use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
@@ -20,7 +21,8 @@ use super::{CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Texts};
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WorldData {
-    /// Metres east and north of (0, 0) of the fleet's positions, on the map of the route graph's file.
+    /// Metres east and north of (0, 0) of the fleet's positions, on the map of the route graph's
+    /// file.
     pub origin: [f64; 2],
     /// The nodes.
     pub nodes: Vec<NodeRecord>,
@@ -35,11 +37,16 @@ pub struct WorldData {
 }
 
 impl WorldData {
-    /// Appends an edge with its curves, of which there must be at least one. Fills in `first_curve` and `curves`.
+    /// Appends an edge with its curves, of which there must be at least one. Fills in `first_curve`
+    /// and `curves`.
     pub fn add_edge(&mut self, edge: EdgeRecord, curves: impl IntoIterator<Item = CurveRecord>) {
         let first_curve = self.curves.len() as u32;
         self.curves.extend(curves);
-        self.edges.push(EdgeRecord { first_curve, curves: self.curves.len() as u32 - first_curve, ..edge });
+        self.edges.push(EdgeRecord {
+            first_curve,
+            curves: self.curves.len() as u32 - first_curve,
+            ..edge
+        });
     }
 
     /// Returns the world as its readers see it.

@@ -4,8 +4,8 @@ use std::collections::HashMap;
 
 use crate::records::text::cut;
 
-/// Texts, each stored once: UTF-8 after its length in bytes as a little-endian `u16`. Records refer to a text by the
-/// offset of its length in bytes; offset 0 is the empty text.
+/// Texts, each stored once: UTF-8 after its length in bytes as a little-endian `u16`. Records refer
+/// to a text by the offset of its length in bytes; offset 0 is the empty text.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Texts {
     bytes: Vec<u8>,
@@ -13,7 +13,8 @@ pub struct Texts {
 }
 
 impl Texts {
-    /// Adds a text unless it is there already, and returns its offset. Texts of more than 65 535 bytes are cut.
+    /// Adds a text unless it is there already, and returns its offset. Texts of more than 65 535
+    /// bytes are cut.
     pub fn add(&mut self, text: &str) -> u32 {
         let text = cut(text, usize::from(u16::MAX));
         if text.is_empty() {
@@ -26,7 +27,8 @@ impl Texts {
             self.append("");
         }
         let offset = u32::try_from(self.bytes.len()).unwrap_or(0);
-        // Beyond the range of offsets, texts are left out: 4 GB of names have no room in shared memory anyway.
+        // Beyond the range of offsets, texts are left out: 4 GB of names have no room in shared
+        // memory anyway.
         if offset == 0 || u32::try_from(self.bytes.len() + 2 + text.len()).is_err() {
             return 0;
         }
@@ -69,7 +71,10 @@ mod tests {
         assert_eq!((texts.add(""), texts.as_bytes().len()), (0, 0));
         let offsets = ["ground floor", "dock é", "ground floor", ""].map(|text| texts.add(text));
         assert_eq!(offsets, [2, 16, 2, 0]);
-        assert_eq!(offsets.map(|offset| texts.get(offset)), ["ground floor", "dock é", "ground floor", ""]);
+        assert_eq!(
+            offsets.map(|offset| texts.get(offset)),
+            ["ground floor", "dock é", "ground floor", ""]
+        );
         assert_eq!(texts.as_bytes().len(), 2 + 2 + 12 + 2 + 7);
     }
 

@@ -94,7 +94,8 @@ pub struct World<'sample> {
 }
 
 impl<'sample> World<'sample> {
-    /// Splits a block of lines into its sections. Returns `None` if it has fewer lines than the header implies.
+    /// Splits a block of lines into its sections. Returns `None` if it has fewer lines than the
+    /// header implies.
     pub(crate) fn split(header: &WorldHeader, lines: &'sample [Line]) -> Option<Self> {
         let layout = WorldLayout::of(header);
         let mut rest = lines;
@@ -124,8 +125,8 @@ impl<'sample> World<'sample> {
         self.header.revision
     }
 
-    /// Metres east and north of (0, 0) of the fleet's positions, on the map of the route graph's file: a position on that
-    /// map is `origin` + position.
+    /// Metres east and north of (0, 0) of the fleet's positions, on the map of the route graph's
+    /// file: a position on that map is `origin` + position.
     pub fn origin(&self) -> [f64; 2] {
         self.header.origin
     }
@@ -140,8 +141,8 @@ impl<'sample> World<'sample> {
         self.edges
     }
 
-    /// The curves of an edge of this world, from origin to destination; empty if the record refers to curves that the world
-    /// doesn't have.
+    /// The curves of an edge of this world, from origin to destination; empty if the record refers
+    /// to curves that the world doesn't have.
     pub fn curves(&self, edge: &EdgeRecord) -> &'sample [CurveRecord] {
         let first = edge.first_curve as usize;
         let end = first.checked_add(edge.curves as usize);
@@ -158,8 +159,8 @@ impl<'sample> World<'sample> {
         self.robot_types
     }
 
-    /// The text that a record refers to by its offset: the name, level or zone of a node or an edge. Empty for the offset 0
-    /// and for an offset at which there is no text.
+    /// The text that a record refers to by its offset: the name, level or zone of a node or an
+    /// edge. Empty for the offset 0 and for an offset at which there is no text.
     pub fn text(&self, offset: u32) -> &'sample str {
         text_at(self.texts, offset)
     }
@@ -182,14 +183,17 @@ mod tests {
         let (level, zone) = (texts.add("1st floor"), texts.add("north"));
         let mut world = WorldData {
             origin: [3.5e6, -5.25e6],
-            nodes: (0..5).map(|id| NodeRecord { id, x: id as f32, level, zone, ..NodeRecord::default() }).collect(),
+            nodes: (0..5)
+                .map(|id| NodeRecord { id, x: id as f32, level, zone, ..NodeRecord::default() })
+                .collect(),
             robot_types: vec![RobotTypeRecord::new("tug", 1.2, 0.8)],
             texts,
             ..WorldData::default()
         };
         for id in 0..3 {
             let edge = EdgeRecord { id, length: 2.0, level, ..EdgeRecord::default() };
-            let curve = |x: u32| CurveRecord::straight([x as f32, 0.0], [x as f32 + 1.0, id as f32]);
+            let curve =
+                |x: u32| CurveRecord::straight([x as f32, 0.0], [x as f32 + 1.0, id as f32]);
             world.add_edge(edge, (0..=id).map(curve));
         }
         world
@@ -205,8 +209,14 @@ mod tests {
         let world = World::split(&header, &lines).expect("enough lines");
         assert_eq!((world.nodes(), world.edges()), (&data.nodes[..], &data.edges[..]));
         assert_eq!((world.all_curves(), world.origin()), (&data.curves[..], [3.5e6, -5.25e6]));
-        assert_eq!((world.robot_types()[0].name(), world.run_id(), world.revision()), ("tug", 7, 1));
-        assert_eq!((world.text(world.nodes()[4].level), world.text(world.nodes()[4].zone)), ("1st floor", "north"));
+        assert_eq!(
+            (world.robot_types()[0].name(), world.run_id(), world.revision()),
+            ("tug", 7, 1)
+        );
+        assert_eq!(
+            (world.text(world.nodes()[4].level), world.text(world.nodes()[4].zone)),
+            ("1st floor", "north")
+        );
         assert!(World::split(&header, &lines[1..]).is_none(), "a line is missing");
     }
 
@@ -217,7 +227,10 @@ mod tests {
         let counts: Vec<_> = world.edges().iter().map(|edge| world.curves(edge).len()).collect();
         assert_eq!(counts, [1, 2, 3]);
         let last = world.curves(&world.edges()[2]);
-        assert_eq!((last[0].control_points[0], last[2].control_points[3]), ([0.0, 0.0], [3.0, 2.0]));
+        assert_eq!(
+            (last[0].control_points[0], last[2].control_points[3]),
+            ([0.0, 0.0], [3.0, 2.0])
+        );
         for (first_curve, curves) in [(5, 2), (6, 1), (u32::MAX, u32::MAX)] {
             let wrong = EdgeRecord { first_curve, curves, ..EdgeRecord::default() };
             assert!(world.curves(&wrong).is_empty(), "{first_curve} {curves}");

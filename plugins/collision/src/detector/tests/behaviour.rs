@@ -14,7 +14,8 @@ use crate::settings::Settings;
 
 fn detector(margin: f32, horizon: f32) -> Detector {
     let mut detector = Detector::new(Settings::new(margin, horizon).expect("valid settings"));
-    detector.set_world(&WorldData { robot_types: robot_types(), ..WorldData::default() }.view(1, 1));
+    detector
+        .set_world(&WorldData { robot_types: robot_types(), ..WorldData::default() }.view(1, 1));
     detector
 }
 
@@ -59,7 +60,8 @@ fn pairs_do_not_flicker_at_a_boundary() {
     let mut detector = detector(0.2, 2.0);
     let mut events = 0;
     for tick in 0..1000 {
-        // A centimetre back and forth around the margin, and around the distance that is driven within the horizon.
+        // A centimetre back and forth around the margin, and around the distance that is driven
+        // within the horizon.
         let jitter = if tick % 2 == 0 { 0.005 } else { -0.005 };
         let [first, second] = queue(0.2 + jitter);
         let third = Robot { x: -10.9 + jitter, speed: 5.0, state: 1, ..Robot::IDLE };
@@ -72,7 +74,8 @@ fn pairs_do_not_flicker_at_a_boundary() {
 #[test]
 fn a_collision_is_predicted_when_it_is_within_the_horizon() {
     let mut detector = detector(0.0, 2.0);
-    // A robot drives at 1 m/s towards one at rest: they are 2.5 m apart, and 2 m after half a second.
+    // A robot drives at 1 m/s towards one at rest: they are 2.5 m apart, and 2 m after half a
+    // second.
     let mut began = None;
     for tick in 0..100 {
         let driven = tick as f32 * 0.01;
@@ -98,18 +101,27 @@ fn held_robots_stay_put_and_reversing_ones_go_backwards() {
     assert_eq!(levels(-1.0, 3), [0.0, 0.0], "held");
 }
 
-/// Robots of 0.9 m that brake at 0.8 m/s² on a fork: edge 0 leads 10 m to the east, from there edge 1 on to the east and
-/// edge 2 to the north.
+/// Robots of 0.9 m that brake at 0.8 m/s² on a fork: edge 0 leads 10 m to the east, from there edge
+/// 1 on to the east and edge 2 to the north.
 fn fork() -> Detector {
     let edge = |origin, destination, [from, to]: [[f32; 2]; 2]| {
-        let edge = EdgeRecord { origin, destination, length: 10.0, velocity_forward: 1.5, ..EdgeRecord::default() };
+        let edge = EdgeRecord {
+            origin,
+            destination,
+            length: 10.0,
+            velocity_forward: 1.5,
+            ..EdgeRecord::default()
+        };
         (edge, CurveRecord::straight(from, to).control_points)
     };
     let limited = RobotTypeRecord { max_speed: 1.5, max_acceleration: 0.8, ..robot_types()[0] };
     let mut detector = Detector::new(Settings::new(0.0, 2.0).expect("valid settings"));
     let middle = [10.0, 0.0];
-    let edges =
-        [edge(0, 1, [[0.0, 0.0], middle]), edge(1, 2, [middle, [20.0, 0.0]]), edge(1, 3, [middle, [10.0, 10.0]])];
+    let edges = [
+        edge(0, 1, [[0.0, 0.0], middle]),
+        edge(1, 2, [middle, [20.0, 0.0]]),
+        edge(1, 3, [middle, [10.0, 10.0]]),
+    ];
     detector.set_world(&WorldData { robot_types: vec![limited], ..world(edges) }.view(1, 1));
     detector
 }
@@ -163,10 +175,26 @@ fn a_robot_whose_route_turns_away_is_clear_and_one_whose_route_turns_towards_is_
         update(&mut detector, &[driving, other], 2);
         detector.levels()[0]
     };
-    assert_eq!([in_the_east, in_the_north].map(|other| levels(Some(&[0, 2]), 2, other)), [0.0, 1.0], "to the north");
-    assert_eq!([in_the_east, in_the_north].map(|other| levels(Some(&[0, 1]), 2, other)), [1.0, 0.0], "to the east");
-    assert_eq!([in_the_east, in_the_north].map(|other| levels(None, 0, other)), [1.0, 1.0], "any way");
-    assert_eq!([in_the_east, in_the_north].map(|other| levels(Some(&[0, 1]), 1, other)), [0.0, 0.0], "not released");
+    assert_eq!(
+        [in_the_east, in_the_north].map(|other| levels(Some(&[0, 2]), 2, other)),
+        [0.0, 1.0],
+        "to the north"
+    );
+    assert_eq!(
+        [in_the_east, in_the_north].map(|other| levels(Some(&[0, 1]), 2, other)),
+        [1.0, 0.0],
+        "to the east"
+    );
+    assert_eq!(
+        [in_the_east, in_the_north].map(|other| levels(None, 0, other)),
+        [1.0, 1.0],
+        "any way"
+    );
+    assert_eq!(
+        [in_the_east, in_the_north].map(|other| levels(Some(&[0, 1]), 1, other)),
+        [0.0, 0.0],
+        "not released"
+    );
 }
 
 /// Far more robots on one spot than the limits allow, and others far from them.
@@ -177,8 +205,16 @@ fn a_pile_of_all_robots_is_capped_and_reported_so() {
     let pile = |spread: f32| -> Vec<_> {
         (0..robots)
             .map(|number| match number {
-                0..100 => Robot { x: 100.0 + (number / 2) as f32 * 2.0, y: (number % 2) as f32 * 0.5, ..Robot::IDLE },
-                _ => Robot { x: (number % 100) as f32 * spread, y: (number / 100) as f32 * spread, ..Robot::IDLE },
+                0..100 => Robot {
+                    x: 100.0 + (number / 2) as f32 * 2.0,
+                    y: (number % 2) as f32 * 0.5,
+                    ..Robot::IDLE
+                },
+                _ => Robot {
+                    x: (number % 100) as f32 * spread,
+                    y: (number / 100) as f32 * spread,
+                    ..Robot::IDLE
+                },
             })
             .collect()
     };
@@ -187,7 +223,8 @@ fn a_pile_of_all_robots_is_capped_and_reported_so() {
     assert!(detector.levels().iter().all(|level| *level == 2.0), "each robot touches another");
     let max_pairs = 8 * robots + (1 << 16);
     assert!(detector.contacts().len() <= max_pairs && detector.contacts().len() > robots / 2);
-    let far: Vec<_> = detector.contacts().iter().filter(|contact| contact.robots[0] < 100).collect();
+    let far: Vec<_> =
+        detector.contacts().iter().filter(|contact| contact.robots[0] < 100).collect();
     assert_eq!(far.len(), 50, "all pairs elsewhere are listed");
 
     let mut open = BTreeMap::new();
@@ -203,7 +240,10 @@ fn a_pile_of_all_robots_is_capped_and_reported_so() {
         assert_eq!(pairs.len(), detector.contacts().len(), "no pair is listed twice");
         assert!(pairs.len() <= max_pairs);
         let ended = detector.events().iter().filter(|event| event.change == ENDED).count();
-        assert!(spread == 3.0 || ended == 0, "pairs that still touch are kept: {ended} at {spread}");
+        assert!(
+            spread == 3.0 || ended == 0,
+            "pairs that still touch are kept: {ended} at {spread}"
+        );
     }
     assert!(!detector.is_capped(), "they have dispersed");
     assert_eq!(detector.contacts().len(), 50);
@@ -218,7 +258,11 @@ fn another_run_resets_the_detector() {
     update(&mut detector, &queue(-0.1), 6);
     assert_eq!((changes(&detector).len(), detector.contacts()[0].since_tick), (0, 5));
     update(&mut detector, &queue(-0.1), 2);
-    assert_eq!((changes(&detector).len(), detector.contacts()[0].since_tick), (2, 2), "a tick before the last one");
+    assert_eq!(
+        (changes(&detector).len(), detector.contacts()[0].since_tick),
+        (2, 2),
+        "a tick before the last one"
+    );
     assert_eq!(detector.totals().all().contacts, 1, "totals are reset, too");
 }
 
@@ -228,15 +272,21 @@ fn totals_list_the_worst_first() {
     // Robots 0 and 1 touch three times for a second each, 2 and 3 once for four seconds.
     for tick in 0..10_u64 {
         let touch = |apart: bool| if apart { 5.0 } else { -0.1 };
-        let [a, b] = queue(touch(tick % 2 == 0 || tick > 5)).map(|robot| Robot { edge: 7, ..robot });
-        let [c, d] = queue(touch(!(2..6).contains(&tick))).map(|robot| Robot { y: 50.0, edge: 9, ..robot });
+        let [a, b] =
+            queue(touch(tick % 2 == 0 || tick > 5)).map(|robot| Robot { edge: 7, ..robot });
+        let [c, d] =
+            queue(touch(!(2..6).contains(&tick))).map(|robot| Robot { y: 50.0, edge: 9, ..robot });
         update(&mut detector, &[a, b, c, d], tick);
     }
     let totals = detector.totals();
-    let scores: Vec<_> =
-        totals.worst_pairs(10).into_iter().map(|(pair, score)| (pair, score.touching_nanos, score.contacts)).collect();
+    let scores: Vec<_> = totals
+        .worst_pairs(10)
+        .into_iter()
+        .map(|(pair, score)| (pair, score.touching_nanos, score.contacts))
+        .collect();
     assert_eq!(scores, [((2, 3), 4_000_000_000, 1), ((0, 1), 3_000_000_000, 3)]);
-    let edges: Vec<_> = totals.worst_edges(1).into_iter().map(|(edge, score)| (edge, score.contacts)).collect();
+    let edges: Vec<_> =
+        totals.worst_edges(1).into_iter().map(|(edge, score)| (edge, score.contacts)).collect();
     assert_eq!(edges, [(9, 1)]);
     assert_eq!(totals.worst_robots(10).len(), 4);
     assert_eq!((totals.all().contacts, totals.all().warnings), (4, 4));

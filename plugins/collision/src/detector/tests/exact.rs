@@ -14,8 +14,8 @@ use crate::settings::Settings;
 /// Half of the sizes of the large and the small robot, in metres.
 const LARGE: [f32; 2] = [1.5, 0.5];
 const SMALL: [f32; 2] = [0.15, 0.1];
-/// The largest error of a prediction, in metres: 2 cm of the chords, 1 cm of the turn, and what the robots move between
-/// two samples.
+/// The largest error of a prediction, in metres: 2 cm of the chords, 1 cm of the turn, and what the
+/// robots move between two samples.
 const TOLERANCE: f64 = 0.04;
 const HORIZON: f32 = 2.0;
 
@@ -23,9 +23,15 @@ fn bends() -> impl Strategy<Value = [[f32; 2]; 4]> {
     // Turns by up to a quarter of a circle, either way, with radii from 1.5 m.
     (1.5_f32..6.0, 0.3_f32..1.0, any::<bool>()).prop_map(|(radius, part, left)| {
         let turn = part * std::f32::consts::FRAC_PI_2;
-        let (handle, side) = (4.0 / 3.0 * (turn / 4.0).tan() * radius, if left { 1.0 } else { -1.0 });
+        let (handle, side) =
+            (4.0 / 3.0 * (turn / 4.0).tan() * radius, if left { 1.0 } else { -1.0 });
         let end = [radius * turn.sin(), side * radius * (1.0 - turn.cos())];
-        [[0.0, 0.0], [handle, 0.0], [end[0] - handle * turn.cos(), end[1] - side * handle * turn.sin()], end]
+        [
+            [0.0, 0.0],
+            [handle, 0.0],
+            [end[0] - handle * turn.cos(), end[1] - side * handle * turn.sin()],
+            end,
+        ]
     })
 }
 
@@ -70,7 +76,8 @@ proptest! {
             Body { position: [robot.x, robot.y], heading: heading(robot.theta), half_length, half_width }
         };
         let small_size = |less: f32| [SMALL[0] - less, if is_circle { CIRCLE } else { SMALL[1] - less }];
-        // The exact distance, and the distance of footprints that are smaller by the tolerance in all.
+        // The exact distance, and the distance of footprints that are smaller by the tolerance in
+        // all.
         let less = 0.5 * TOLERANCE as f32;
         let (mut nearest, mut nearest_inside) = (f64::INFINITY, f64::INFINITY);
         for instant in 0..=400 {

@@ -21,18 +21,30 @@ pub(super) struct Robot {
 }
 
 impl Robot {
-    pub(super) const IDLE: Self =
-        Self { x: 0.0, y: 0.0, theta: 0.0, speed: 0.0, s: 0.0, edge: NO_EDGE, state: 0, robot_type: 0.0 };
+    pub(super) const IDLE: Self = Self {
+        x: 0.0,
+        y: 0.0,
+        theta: 0.0,
+        speed: 0.0,
+        s: 0.0,
+        edge: NO_EDGE,
+        state: 0,
+        robot_type: 0.0,
+    };
 }
 
-/// Returns robot types, with and without limits: usual ones, huge and tiny ones, and an invalid one.
+/// Returns robot types, with and without limits: usual ones, huge and tiny ones, and an invalid
+/// one.
 pub(super) fn robot_types() -> Vec<RobotTypeRecord> {
     let unlimited = |shape: Shape, length: f32, width: f32| RobotTypeRecord {
         shape: shape as u32,
         ..RobotTypeRecord::new("type", length, width)
     };
-    let limited =
-        |max_acceleration: f32, robot_type| RobotTypeRecord { max_speed: 1.5, max_acceleration, ..robot_type };
+    let limited = |max_acceleration: f32, robot_type| RobotTypeRecord {
+        max_speed: 1.5,
+        max_acceleration,
+        ..robot_type
+    };
     vec![
         unlimited(Shape::Rectangle, 0.9, 0.6),
         limited(0.8, unlimited(Shape::Circle, 0.5, 0.0)),
@@ -43,13 +55,22 @@ pub(super) fn robot_types() -> Vec<RobotTypeRecord> {
     ]
 }
 
-/// Returns the robot types, and edges between three nodes, of which one isn't a curve. Two leave the second node, one in
-/// reverse gear; on that one, robots drive sideways.
+/// Returns the robot types, and edges between three nodes, of which one isn't a curve. Two leave
+/// the second node, one in reverse gear; on that one, robots drive sideways.
 pub(super) fn test_world() -> WorldData {
-    let edge = |[origin, destination]: [u32; 2], [forward, backwards]: [f32; 2], control_points, length| {
+    let edge = |[origin, destination]: [u32; 2],
+                [forward, backwards]: [f32; 2],
+                control_points,
+                length| {
         let (velocity_forward, velocity_backwards) = (forward, backwards);
-        let edge =
-            EdgeRecord { origin, destination, velocity_forward, velocity_backwards, length, ..EdgeRecord::default() };
+        let edge = EdgeRecord {
+            origin,
+            destination,
+            velocity_forward,
+            velocity_backwards,
+            length,
+            ..EdgeRecord::default()
+        };
         (edge, control_points)
     };
     let mut edges = [
@@ -65,12 +86,14 @@ pub(super) fn test_world() -> WorldData {
 /// Passes a frame of these robots to a detector.
 pub(super) fn update(detector: &mut Detector, robots: &[Robot], tick: u64) {
     let column = |of: fn(&Robot) -> f32| robots.iter().map(of).collect::<Vec<_>>();
-    let [x, y, theta] = [column(|robot| robot.x), column(|robot| robot.y), column(|robot| robot.theta)];
+    let [x, y, theta] =
+        [column(|robot| robot.x), column(|robot| robot.y), column(|robot| robot.theta)];
     let [speed, s, robot_types] =
         [column(|robot| robot.speed), column(|robot| robot.s), column(|robot| robot.robot_type)];
     let edge: Vec<_> = robots.iter().map(|robot| robot.edge).collect();
     let state: Vec<_> = robots.iter().map(|robot| robot.state).collect();
-    let columns = Columns { x: &x, y: &y, theta: &theta, speed: &speed, s: &s, edge: &edge, state: &state };
+    let columns =
+        Columns { x: &x, y: &y, theta: &theta, speed: &speed, s: &s, edge: &edge, state: &state };
     detector.update(&FrameInput {
         run_id: 1,
         tick,
@@ -80,7 +103,8 @@ pub(super) fn update(detector: &mut Detector, robots: &[Robot], tick: u64) {
     });
 }
 
-/// The layout of a random frame: robots in a box, on one spot, in a row or a column, far from the origin, in a lattice.
+/// The layout of a random frame: robots in a box, on one spot, in a row or a column, far from the
+/// origin, in a lattice.
 #[derive(Clone, Copy, Debug)]
 enum Layout {
     Box(f32),
@@ -117,16 +141,40 @@ impl Layout {
 }
 
 fn robots() -> impl Strategy<Value = Robot> {
-    let axis = prop::sample::select(vec![0.0, 0.5, 1.0, -0.5]).prop_map(|turn| turn * std::f32::consts::PI);
+    let axis = prop::sample::select(vec![0.0, 0.5, 1.0, -0.5])
+        .prop_map(|turn| turn * std::f32::consts::PI);
     let theta = prop_oneof![axis, -3.2_f32..3.2];
     let speed = prop_oneof![Just(0.0_f32), -2.0_f32..2.0, Just(1.0)];
     let edge = prop::sample::select(vec![0, 1, 2, 2, 3, 77, NO_EDGE]);
     let state = prop::sample::select(vec![0_u8, 1, 1, 1, 2, 3, 4, 5, 6, 7, 8, 255]);
-    let robot_type =
-        prop::sample::select(vec![0.0_f32, 0.0, 0.0, 0.0, 1.0, 1.0, 2.0, 3.0, 3.0, 4.0, 5.0, 6.0, -1.0, f32::NAN]);
+    let robot_type = prop::sample::select(vec![
+        0.0_f32,
+        0.0,
+        0.0,
+        0.0,
+        1.0,
+        1.0,
+        2.0,
+        3.0,
+        3.0,
+        4.0,
+        5.0,
+        6.0,
+        -1.0,
+        f32::NAN,
+    ]);
     let unit = [0.0_f32..1.0, 0.0_f32..1.0];
     (unit, theta, speed, -1.0_f32..15.0, edge, state, robot_type).prop_map(
-        |([x, y], theta, speed, s, edge, state, robot_type)| Robot { x, y, theta, speed, s, edge, state, robot_type },
+        |([x, y], theta, speed, s, edge, state, robot_type)| Robot {
+            x,
+            y,
+            theta,
+            speed,
+            s,
+            edge,
+            state,
+            robot_type,
+        },
     )
 }
 
@@ -148,19 +196,22 @@ fn garbage() -> impl Strategy<Value = f32> {
 /// Returns frames of robots in a layout, of which a few have invalid values.
 pub(super) fn frames(max_robots: usize) -> impl Strategy<Value = Vec<Robot>> {
     let faults = prop::collection::vec((any::<prop::sample::Index>(), 0_usize..5, garbage()), 0..4);
-    (layouts(), prop::collection::vec(robots(), 1..max_robots), faults).prop_map(|(layout, mut robots, faults)| {
-        for (number, robot) in robots.iter_mut().enumerate() {
-            [robot.x, robot.y] = layout.position(number, [robot.x, robot.y]);
-        }
-        for (index, column, value) in faults {
-            let Robot { x, y, theta, speed, s, .. } = index.get_mut(&mut robots[..]);
-            *[x, y, theta, speed, s][column] = value;
-        }
-        robots
-    })
+    (layouts(), prop::collection::vec(robots(), 1..max_robots), faults).prop_map(
+        |(layout, mut robots, faults)| {
+            for (number, robot) in robots.iter_mut().enumerate() {
+                [robot.x, robot.y] = layout.position(number, [robot.x, robot.y]);
+            }
+            for (index, column, value) in faults {
+                let Robot { x, y, theta, speed, s, .. } = index.get_mut(&mut robots[..]);
+                *[x, y, theta, speed, s][column] = value;
+            }
+            robots
+        },
+    )
 }
 
-/// Returns the robots some time later: all have moved a bit, a few have changed their state, left, or come.
+/// Returns the robots some time later: all have moved a bit, a few have changed their state, left,
+/// or come.
 pub(super) fn later(robots: &[Robot], shift: f32) -> Vec<Robot> {
     let mut later = robots.to_vec();
     for (number, robot) in later.iter_mut().enumerate() {

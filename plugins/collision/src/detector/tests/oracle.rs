@@ -1,4 +1,5 @@
-//! The detector against a brute-force oracle that checks every two robots of each frame: pair by pair, event by event.
+//! The detector against a brute-force oracle that checks every two robots of each frame: pair by
+//! pair, event by event.
 
 use std::collections::BTreeMap;
 
@@ -49,30 +50,43 @@ impl Trial {
         let mut listed = BTreeMap::new();
         for contact in self.detector.contacts() {
             let level = ContactLevel::from_number(contact.level).expect("a level");
-            assert_eq!(listed.insert(contact.robots, (level, contact.since_tick)), None, "listed twice");
+            assert_eq!(
+                listed.insert(contact.robots, (level, contact.since_tick)),
+                None,
+                "listed twice"
+            );
             assert_eq!(contact.edge, robots[contact.robots[0] as usize].edge);
         }
         assert_eq!(listed, self.levels, "pairs of tick {}", self.tick);
-        let touching = self.detector.contacts().iter().take_while(|contact| contact.level == 2).count();
+        let touching =
+            self.detector.contacts().iter().take_while(|contact| contact.level == 2).count();
         assert_eq!(touching, self.detector.touching(), "touching pairs come first");
         let mut levels = vec![0.0_f32; robots.len()];
         for (pair, (level, _)) in &self.levels {
-            pair.iter().for_each(|&robot| levels[robot as usize] = levels[robot as usize].max(*level as u32 as f32));
+            pair.iter().for_each(|&robot| {
+                levels[robot as usize] = levels[robot as usize].max(*level as u32 as f32)
+            });
         }
         assert_eq!(self.detector.levels(), levels);
         assert!(!self.detector.is_capped());
     }
 
-    /// Applies the definition to every two robots, one pair after the other. Returns the changes as (pair, level, change).
+    /// Applies the definition to every two robots, one pair after the other. Returns the changes as
+    /// (pair, level, change).
     fn advance_oracle(&mut self, robots: &[Robot]) -> Vec<([u32; 2], u32, u32)> {
         let bodies: Vec<_> = robots.iter().map(|robot| self.body(robot)).collect();
         let mut changes = Vec::new();
-        let most = robots.len().max(self.levels.keys().map(|pair| pair[1] as usize + 1).max().unwrap_or(0));
+        let most = robots
+            .len()
+            .max(self.levels.keys().map(|pair| pair[1] as usize + 1).max().unwrap_or(0));
         for first in 0..most {
             for second in first + 1..most {
                 let pair = [first as u32, second as u32];
                 let before = self.levels.get(&pair).map(|(level, _)| *level);
-                let both = (bodies.get(first).and_then(Option::as_ref), bodies.get(second).and_then(Option::as_ref));
+                let both = (
+                    bodies.get(first).and_then(Option::as_ref),
+                    bodies.get(second).and_then(Option::as_ref),
+                );
                 let level = match both {
                     (Some(a), Some(b)) => self.criteria(a, b).level(before),
                     _ => None,
@@ -80,7 +94,8 @@ impl Trial {
                 if level == before {
                     continue;
                 }
-                for (reached, number) in [(ContactLevel::Possible, 1), (ContactLevel::Touching, 2)] {
+                for (reached, number) in [(ContactLevel::Possible, 1), (ContactLevel::Touching, 2)]
+                {
                     if before < Some(reached) && level >= Some(reached) {
                         changes.push((pair, number, ContactChange::Began as u32));
                     }
@@ -107,7 +122,12 @@ impl Trial {
         }
         let ways = ways_a.iter().flat_map(|way_a| ways_b.iter().map(move |way_b| (way_a, way_b)));
         ways.fold(now, |all, (way_a, way_b)| {
-            all.or(Criteria::predicted(closest_proximity((a, way_a), (b, way_b), ALWAYS, INFLATION)))
+            all.or(Criteria::predicted(closest_proximity(
+                (a, way_a),
+                (b, way_b),
+                ALWAYS,
+                INFLATION,
+            )))
         })
     }
 
@@ -117,15 +137,22 @@ impl Trial {
         if robot.state > 7 || !is_pose {
             return None;
         }
-        let is_index = robot.robot_type >= 0.0 && (robot.robot_type as usize) < self.robot_types.len();
+        let is_index =
+            robot.robot_type >= 0.0 && (robot.robot_type as usize) < self.robot_types.len();
         let robot_type = &self.robot_types[if is_index { robot.robot_type as usize } else { 0 }];
         if !(robot_type.length.is_finite() && robot_type.width.is_finite()) {
             return None;
         }
         let speed = if robot.speed.is_nan() { 0.0 } else { robot.speed.clamp(-50.0, 50.0) };
         let heading = heading(robot.theta);
-        let half_width = if robot_type.shape() == Shape::Circle { CIRCLE } else { 0.5 * robot_type.width };
-        let body = Body { position: [robot.x, robot.y], heading, half_length: 0.5 * robot_type.length, half_width };
+        let half_width =
+            if robot_type.shape() == Shape::Circle { CIRCLE } else { 0.5 * robot_type.width };
+        let body = Body {
+            position: [robot.x, robot.y],
+            heading,
+            half_length: 0.5 * robot_type.length,
+            half_width,
+        };
         let intent = match RobotState::from_number(robot.state) {
             RobotState::Driving => Intent::Drive,
             RobotState::Held | RobotState::Stalled | RobotState::Broken => Intent::Hold,
@@ -149,9 +176,12 @@ fn change(event: &ContactEvent) -> ([u32; 2], u32, u32) {
 }
 
 fn settings() -> impl Strategy<Value = Settings> {
-    let (margin, horizon) =
-        (prop::sample::select(vec![0.0, 0.2, 3.0]), prop::sample::select(vec![0.0, 0.5, 2.0, 20.0]));
-    (margin, horizon).prop_map(|(margin, horizon)| Settings::new(margin, horizon).expect("valid settings"))
+    let (margin, horizon) = (
+        prop::sample::select(vec![0.0, 0.2, 3.0]),
+        prop::sample::select(vec![0.0, 0.5, 2.0, 20.0]),
+    );
+    (margin, horizon)
+        .prop_map(|(margin, horizon)| Settings::new(margin, horizon).expect("valid settings"))
 }
 
 proptest! {
@@ -206,14 +236,23 @@ fn a_large_fleet_agrees_with_the_oracle() {
     assert!(trial.detector.contacts().len() > 1000 && trial.detector.touching() > 100);
 }
 
-/// A large robot at the end of its leg, across it: within the horizon it has the heading of the next leg.
+/// A large robot at the end of its leg, across it: within the horizon it has the heading of the
+/// next leg.
 #[test]
 fn a_robot_that_takes_the_heading_of_the_next_leg_is_found_where_it_turns_to() {
     let row = (0..19).map(|number| Robot { x: 0.25 * number as f32, ..Robot::IDLE });
-    let at_the_end =
-        Robot { theta: std::f32::consts::FRAC_PI_2, s: 6.0, edge: 0, state: 6, robot_type: 2.0, ..Robot::IDLE };
+    let at_the_end = Robot {
+        theta: std::f32::consts::FRAC_PI_2,
+        s: 6.0,
+        edge: 0,
+        state: 6,
+        robot_type: 2.0,
+        ..Robot::IDLE
+    };
     for speed in [0.1, 1e-40] {
         let mut trial = Trial::new(Settings::new(0.0, 0.5).expect("valid settings"));
-        trial.update(&row.clone().chain([Robot { x: 4.5, speed, ..at_the_end }]).collect::<Vec<_>>());
+        trial.update(
+            &row.clone().chain([Robot { x: 4.5, speed, ..at_the_end }]).collect::<Vec<_>>(),
+        );
     }
 }

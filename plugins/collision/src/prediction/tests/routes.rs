@@ -10,9 +10,15 @@ use super::*;
 type Edge = (EdgeRecord, [[f32; 2]; 4]);
 
 /// A straight edge from a point to another, at some speed.
-fn straight([origin, destination]: [u32; 2], from: [f32; 2], to: [f32; 2], velocity_forward: f32) -> Edge {
+fn straight(
+    [origin, destination]: [u32; 2],
+    from: [f32; 2],
+    to: [f32; 2],
+    velocity_forward: f32,
+) -> Edge {
     let length = (to[0] - from[0]).hypot(to[1] - from[1]);
-    let edge = EdgeRecord { origin, destination, length, velocity_forward, ..EdgeRecord::default() };
+    let edge =
+        EdgeRecord { origin, destination, length, velocity_forward, ..EdgeRecord::default() };
     (edge, CurveRecord::straight(from, to).control_points)
 }
 
@@ -20,7 +26,8 @@ fn leg_table<const N: usize>(edges: [Edge; N]) -> LegTable {
     LegTable::new(&world(edges).view(1, 1))
 }
 
-/// A fork 4 m to the east: edge 1 leads on to the east, edge 2 to the north. Edge 3 leads on to the east, slowly.
+/// A fork 4 m to the east: edge 1 leads on to the east, edge 2 to the north. Edge 3 leads on to the
+/// east, slowly.
 fn fork() -> LegTable {
     leg_table([
         straight([0, 1], [0.0, 0.0], [4.0, 0.0], 1.5),
@@ -51,22 +58,38 @@ const LIMITS: Limits = Limits { max_speed: 1.5, max_acceleration: 0.8 };
 #[test]
 fn without_a_route_a_robot_may_take_any_way_and_with_one_it_takes_that() {
     let motion = Motion { speed: 1.5, s: 2.0, ..FREE };
-    let ends: Vec<_> = trajectories(&robot(2.0), &motion, &fork()).iter().map(|way| end(way)).collect();
-    assert!(matches!(ends[..], [east, north] if near(east, [5.0, 0.0]) && near(north, [4.0, 1.0])), "{ends:?}");
+    let ends: Vec<_> =
+        trajectories(&robot(2.0), &motion, &fork()).iter().map(|way| end(way)).collect();
+    assert!(
+        matches!(ends[..], [east, north] if near(east, [5.0, 0.0]) && near(north, [4.0, 1.0])),
+        "{ends:?}"
+    );
     for (edge, expected) in [(1, [5.0, 0.0]), (2, [4.0, 1.0])] {
         let legs = [Leg::new(edge, false)];
-        let route = Some(RouteAhead { reverse: None, legs: &legs, end: RouteEnd::Open, limit: f32::INFINITY });
+        let route = Some(RouteAhead {
+            reverse: None,
+            legs: &legs,
+            end: RouteEnd::Open,
+            limit: f32::INFINITY,
+        });
         let way = trajectory(&robot(2.0), &Motion { route, ..motion }, &fork());
         assert!(near(end(&way), expected), "{:?}", end(&way));
     }
-    assert_eq!(trajectories(&robot(0.5), &Motion { s: 0.5, ..motion }, &fork()).len(), 1, "the fork is too far away");
+    assert_eq!(
+        trajectories(&robot(0.5), &Motion { s: 0.5, ..motion }, &fork()).len(),
+        1,
+        "the fork is too far away"
+    );
 }
 
 #[test]
 fn a_robot_too_fast_for_a_way_does_not_take_it() {
     let slow = straight([1, 3], [4.0, 0.0], [4.0, 4.0], 0.3);
-    let table =
-        leg_table([straight([0, 1], [0.0, 0.0], [4.0, 0.0], 1.5), straight([1, 2], [4.0, 0.0], [8.0, 0.0], 1.5), slow]);
+    let table = leg_table([
+        straight([0, 1], [0.0, 0.0], [4.0, 0.0], 1.5),
+        straight([1, 2], [4.0, 0.0], [8.0, 0.0], 1.5),
+        slow,
+    ]);
     let motion = Motion { speed: 1.5, s: 3.5, limits: LIMITS, ..FREE };
     let way = trajectory(&robot(3.5), &motion, &table);
     assert!(near(end(&way), [6.5, 0.0]), "{:?}", end(&way));
@@ -89,7 +112,12 @@ fn a_robot_stops_within_a_leg_where_its_base_ends() {
 #[test]
 fn a_robot_stops_at_the_end_of_its_released_base() {
     for limits in [LIMITS, Limits::NONE] {
-        let route = Some(RouteAhead { reverse: None, legs: &[], end: RouteEnd::Stop, limit: f32::INFINITY });
+        let route = Some(RouteAhead {
+            reverse: None,
+            legs: &[],
+            end: RouteEnd::Stop,
+            limit: f32::INFINITY,
+        });
         let motion = Motion { speed: 1.5, s: 2.4, limits, route, ..FREE };
         let way = trajectory(&robot(2.4), &motion, &fork());
         assert!(near(end(&way), [4.0, 0.0]), "{:?}", end(&way));
@@ -107,22 +135,44 @@ fn a_held_robot_brakes_and_stands_at_once_without_a_limit() {
 
 #[test]
 fn a_robot_in_reverse_gear_follows_its_route_into_the_other_gear() {
-    let mut edges = [straight([0, 1], [0.0, 0.0], [4.0, 0.0], 1.0), straight([0, 2], [0.0, 0.0], [0.0, 4.0], 1.0)];
+    let mut edges = [
+        straight([0, 1], [0.0, 0.0], [4.0, 0.0], 1.0),
+        straight([0, 2], [0.0, 0.0], [0.0, 4.0], 1.0),
+    ];
     edges[0].0.velocity_backwards = 0.5;
     let legs = [Leg::new(1, false)];
-    let route = Some(RouteAhead { reverse: Some(true), legs: &legs, end: RouteEnd::Stop, limit: f32::INFINITY });
+    let route = Some(RouteAhead {
+        reverse: Some(true),
+        legs: &legs,
+        end: RouteEnd::Stop,
+        limit: f32::INFINITY,
+    });
     let motion = Motion { speed: -0.5, s: 0.5, route, ..FREE };
     let way = trajectory(&robot(0.5), &motion, &leg_table(edges));
-    assert!(near(end(&way), [0.0, 1.0]), "half a metre back in a second, then a metre to the north: {:?}", end(&way));
+    assert!(
+        near(end(&way), [0.0, 1.0]),
+        "half a metre back in a second, then a metre to the north: {:?}",
+        end(&way)
+    );
 }
 
 #[test]
 fn a_robot_follows_all_curves_of_an_edge_with_the_heading_of_its_orientation() {
     let line = CurveRecord::straight;
-    for orientation in [Orientation::Tangential, Orientation::Offset(1.0), Orientation::Fixed(-2.0)] {
+    for orientation in [Orientation::Tangential, Orientation::Offset(1.0), Orientation::Fixed(-2.0)]
+    {
         let mut world = WorldData::default();
-        let edge = EdgeRecord { length: 4.0, destination: 1, velocity_forward: 1.5, ..EdgeRecord::default() };
-        let curves = [line([0.0, 0.0], [1.0, 0.0]), line([1.0, 0.0], [2.0, 0.0]), line([2.0, 0.0], [2.0, 2.0])];
+        let edge = EdgeRecord {
+            length: 4.0,
+            destination: 1,
+            velocity_forward: 1.5,
+            ..EdgeRecord::default()
+        };
+        let curves = [
+            line([0.0, 0.0], [1.0, 0.0]),
+            line([1.0, 0.0], [2.0, 0.0]),
+            line([2.0, 0.0], [2.0, 2.0]),
+        ];
         world.add_edge(edge.with_orientation(orientation), curves);
         let facing = |tangent: f32| heading(orientation.heading(tangent));
         let body = Body { heading: facing(0.0), ..robot(0.5) };
@@ -136,10 +186,16 @@ fn a_robot_follows_all_curves_of_an_edge_with_the_heading_of_its_orientation() {
 
 #[test]
 fn a_robot_takes_the_heading_of_the_next_edge() {
-    let mut edges = [straight([0, 1], [0.0, 0.0], [4.0, 0.0], 1.5), straight([1, 2], [4.0, 0.0], [8.0, 0.0], 1.5)];
+    let mut edges = [
+        straight([0, 1], [0.0, 0.0], [4.0, 0.0], 1.5),
+        straight([1, 2], [4.0, 0.0], [8.0, 0.0], 1.5),
+    ];
     edges[1].0 = edges[1].0.with_orientation(Orientation::Fixed(2.0));
     let way = trajectory(&robot(3.0), &Motion { speed: 1.5, s: 3.0, ..FREE }, &leg_table(edges));
-    assert!(near(end(&way), [6.0, 0.0]) && near(way[way.len() - 1].heading, heading(2.0)), "{way:?}");
+    assert!(
+        near(end(&way), [6.0, 0.0]) && near(way[way.len() - 1].heading, heading(2.0)),
+        "{way:?}"
+    );
 }
 
 proptest! {

@@ -54,15 +54,21 @@ impl Case {
     }
 }
 
-/// Returns how many legs a robot may go on without coming to kept tracks: as many as lead to the last stand before; `Some(None)`
-/// if it must stay, `None` if it comes to none.
-pub fn legs_outside(traffic: &Traffic<'_>, robot: u32, legs: &[Leg], kept: &[bool]) -> Option<Option<usize>> {
+/// Returns how many legs a robot may go on without coming to kept tracks: as many as lead to the
+/// last stand before; `Some(None)` if it must stay, `None` if it comes to none.
+pub fn legs_outside(
+    traffic: &Traffic<'_>,
+    robot: u32,
+    legs: &[Leg],
+    kept: &[bool],
+) -> Option<Option<usize>> {
     let roads = traffic.roads;
     let stand = Stand::of(traffic, robot)?;
     if kept[stand.leg.edge() as usize] && !stand.is_at_end(roads) {
         return Some(None);
     }
-    let is_kept = |leg: &Leg| kept[leg.edge() as usize] || kept[roads.disc(roads.start(*leg)) as usize];
+    let is_kept =
+        |leg: &Leg| kept[leg.edge() as usize] || kept[roads.disc(roads.start(*leg)) as usize];
     let first = legs.iter().position(is_kept)?;
     let last = (1..=first).rev().find(|count| ways::is_place(roads, legs[count - 1]));
     Some(Some(last.unwrap_or(0)))

@@ -1,7 +1,8 @@
 //! Executes a solution: robots drive in its order, however long each takes.
 //!
-//! Of two moves that touch the same roads, the later one is ordered only when the earlier robot has been granted all of its own.
-//! So each waits only for robots that drive already, and nothing can come to a standstill.
+//! Of two moves that touch the same roads, the later one is ordered only when the earlier robot has
+//! been granted all of its own. So each waits only for robots that drive already, and nothing can
+//! come to a standstill.
 
 use std::collections::BTreeMap;
 
@@ -49,14 +50,22 @@ pub struct Course {
 impl Course {
     /// Begins to execute hops of a region's members.
     pub fn new(traffic: &Traffic<'_>, region: &Region, hops: &[Hop]) -> Self {
-        let led = |&robot: &u32| Led { robot, moves: Vec::new(), granted: 0, extent: extent(traffic, robot) };
+        let led = |&robot: &u32| Led {
+            robot,
+            moves: Vec::new(),
+            granted: 0,
+            extent: extent(traffic, robot),
+        };
         let mut led: Vec<Led> = region.members.iter().map(led).collect();
         // By track: the moves that it is near to, and their agents.
         let mut near_moves: BTreeMap<u32, Vec<(u32, u16)>> = BTreeMap::new();
         let (mut moves, mut at) = (Vec::new(), region.starts.clone());
         for (number, hop) in (0..).zip(hops) {
             let path = &region.paths[usize::from(hop.from)][usize::from(hop.way)];
-            let from = std::mem::replace(&mut at[usize::from(hop.agent)], Stand::at_end(traffic.roads, path.to));
+            let from = std::mem::replace(
+                &mut at[usize::from(hop.agent)],
+                Stand::at_end(traffic.roads, path.to),
+            );
             let tracks = tracks(traffic.roads, from, &path.legs);
             let before = tracks.iter().filter_map(|track| near_moves.get(track)).flatten();
             let mut after: Vec<u32> =
@@ -64,9 +73,17 @@ impl Course {
             after.sort_unstable();
             after.dedup();
             let near = near(traffic.roads, &tracks);
-            near.iter().for_each(|track| near_moves.entry(*track).or_default().push((number, hop.agent)));
+            near.iter()
+                .for_each(|track| near_moves.entry(*track).or_default().push((number, hop.agent)));
             led[usize::from(hop.agent)].moves.push(number);
-            moves.push(Move { from, legs: path.legs.clone(), to: path.to, after, is_granted: false, near });
+            moves.push(Move {
+                from,
+                legs: path.legs.clone(),
+                to: path.to,
+                after,
+                is_granted: false,
+                near,
+            });
         }
         Self { moves, led, moved: traffic.now }
     }
@@ -92,11 +109,13 @@ impl Course {
         to_come.flat_map(|step| &step.near).for_each(|&track| kept[track as usize] = true);
     }
 
-    /// Takes in what robots were granted. Returns those that have come to their ends; `None` if one isn't where it should be.
+    /// Takes in what robots were granted. Returns those that have come to their ends; `None` if one
+    /// isn't where it should be.
     pub fn follow(&mut self, traffic: &Traffic<'_>) -> Option<Vec<u32>> {
         for led in &mut self.led {
             let stand = Stand::of(traffic, led.robot)?;
-            let state = traffic.robot(led.robot).filter(|state| is_movable(state) || state.is_pinned)?;
+            let state =
+                traffic.robot(led.robot).filter(|state| is_movable(state) || state.is_pinned)?;
             let extent = extent(traffic, led.robot);
             if extent != led.extent {
                 (led.extent, self.moved) = (extent, traffic.now);
@@ -104,7 +123,10 @@ impl Course {
             if let Some(&number) = led.moves.get(led.granted) {
                 let step = &mut self.moves[number as usize];
                 let is_whole = stand.leg == step.to && stand.is_at_end(traffic.roads);
-                if is_whole && (state.horizon.is_empty() || state.goal.is_none()) && stand != step.from {
+                if is_whole
+                    && (state.horizon.is_empty() || state.goal.is_none())
+                    && stand != step.from
+                {
                     step.is_granted = true;
                     led.granted += 1;
                 } else {
@@ -121,7 +143,9 @@ impl Course {
     /// Gives robots the legs of their next moves, if it is their turn.
     pub fn order(&self, traffic: &Traffic<'_>, plans: &mut Plans) {
         for led in &self.led {
-            let (Some(state), Some(stand)) = (traffic.robot(led.robot), Stand::of(traffic, led.robot)) else {
+            let (Some(state), Some(stand)) =
+                (traffic.robot(led.robot), Stand::of(traffic, led.robot))
+            else {
                 continue;
             };
             let Some(&number) = led.moves.get(led.granted) else { continue };
@@ -135,7 +159,10 @@ impl Course {
                 let last = led.moves.last().map_or(step.to, |&last| self.moves[last as usize].to);
                 plans.evicted.push((led.robot, traffic.roads.end(last)));
             }
-            if (state.goal.is_none() && is_next) || state.needs_route || !state.horizon.iter().eq(legs) {
+            if (state.goal.is_none() && is_next)
+                || state.needs_route
+                || !state.horizon.iter().eq(legs)
+            {
                 plans.route(led.robot, legs.to_vec());
             }
             match is_next {
@@ -162,14 +189,16 @@ impl Move {
 
 /// Returns the tracks that a robot is on while it moves, in ascending order.
 fn tracks(roads: &Roads, from: Stand, legs: &[Leg]) -> Vec<u32> {
-    let mut tracks: Vec<u32> = stretches(roads, from, legs).iter().map(|stretch| stretch.track).collect();
+    let mut tracks: Vec<u32> =
+        stretches(roads, from, legs).iter().map(|stretch| stretch.track).collect();
     tracks.push(from.leg.edge());
     tracks.sort_unstable();
     tracks.dedup();
     tracks
 }
 
-/// Returns the tracks on which others may be in the way on some tracks, in ascending order, and these.
+/// Returns the tracks on which others may be in the way on some tracks, in ascending order, and
+/// these.
 pub(super) fn near(roads: &Roads, tracks: &[u32]) -> Vec<u32> {
     let mut near = tracks.to_vec();
     let count = roads.footprints().len();

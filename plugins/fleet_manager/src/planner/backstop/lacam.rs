@@ -1,14 +1,17 @@
-//! LaCAM: lazy constraints addition search, for the ways of a few robots that are in each other's way.
+//! LaCAM: lazy constraints addition search, for the ways of a few robots that are in each other's
+//! way.
 //!
-//! K. Okumura: LaCAM: Search-Based Algorithm for Quick Multi-Agent Pathfinding, 2023; Improving LaCAM for Scalable Eventually
-//! Optimal Multi-Agent Pathfinding, 2023.
+//! K. Okumura: LaCAM: Search-Based Algorithm for Quick Multi-Agent Pathfinding, 2023; Improving
+//! LaCAM for Scalable Eventually Optimal Multi-Agent Pathfinding, 2023.
 //!
-//! A configuration says on which stand each robot is. The search goes from configuration to configuration, depth first. The next
-//! one comes from priority inheritance ([`step`]); each time that a configuration is visited again, another robot is bound to
-//! a choice of its own, until all that can follow has been tried. So a solution is found if there is one, given the time.
+//! A configuration says on which stand each robot is. The search goes from configuration to
+//! configuration, depth first. The next one comes from priority inheritance ([`step`]); each time
+//! that a configuration is visited again, another robot is bound to a choice of its own, until all
+//! that can follow has been tried. So a solution is found if there is one, given the time.
 //!
-//! What differs from the publication: within a step robots hop one after the other, each onto stands that are free then. So there
-//! are neither swaps nor full rotations, which claims wouldn't allow either.
+//! What differs from the publication: within a step robots hop one after the other, each onto
+//! stands that are free then. So there are neither swaps nor full rotations, which claims wouldn't
+//! allow either.
 
 mod problem;
 mod shorten;
@@ -65,7 +68,8 @@ struct Node {
 #[derive(Debug)]
 pub struct Search {
     problem: Problem,
-    /// By agent and stand: seconds to its target; infinity from where it can't be reached. Empty without a target.
+    /// By agent and stand: seconds to its target; infinity from where it can't be reached. Empty
+    /// without a target.
     secs: Vec<Vec<f32>>,
     nodes: Vec<Node>,
     known: BTreeMap<Vec<u16>, u32>,
@@ -78,9 +82,17 @@ pub struct Search {
 impl Search {
     /// Begins a search.
     pub fn new(problem: Problem) -> Self {
-        let secs: Vec<Vec<f32>> = problem.targets.iter().map(|target| problem.secs_to(target)).collect();
-        let mut search =
-            Self { secs, nodes: Vec::new(), known: BTreeMap::new(), open: Vec::new(), work: 0, steps: 0, problem };
+        let secs: Vec<Vec<f32>> =
+            problem.targets.iter().map(|target| problem.secs_to(target)).collect();
+        let mut search = Self {
+            secs,
+            nodes: Vec::new(),
+            known: BTreeMap::new(),
+            open: Vec::new(),
+            work: 0,
+            steps: 0,
+            problem,
+        };
         let starts = search.problem.starts.clone();
         if (0..starts.len()).all(|agent| search.to_go(agent, starts[agent]).is_finite()) {
             search.add(starts, None, Vec::new());
@@ -184,7 +196,8 @@ impl Search {
             })
             .collect();
         let mut order: Vec<u16> = agents.map(|agent| agent as u16).collect();
-        // Who has been away from its target for longest chooses first; at the start, who has the longest way.
+        // Who has been away from its target for longest chooses first; at the start, who has the
+        // longest way.
         order.sort_by(|&a, &b| {
             let [a, b] = [a, b].map(usize::from);
             away[b].cmp(&away[a]).then(self.to_go(b, at[b]).total_cmp(&self.to_go(a, at[a])))

@@ -37,7 +37,8 @@ pub struct Region {
     pub starts: Vec<Stand>,
     /// The ways, and where members are; without targets.
     problem: Problem,
-    /// Members and the stands of which each shall get to one: those first that were sent the longest ago.
+    /// Members and the stands of which each shall get to one: those first that were sent the
+    /// longest ago.
     targets: Vec<(usize, Vec<u16>)>,
 }
 
@@ -51,10 +52,13 @@ struct Draft<'a> {
 }
 
 impl Region {
-    /// Makes the region round some robots; `None` if it would be larger, or nobody in it could be led.
+    /// Makes the region round some robots; `None` if it would be larger, or nobody in it could be
+    /// led.
     pub fn around(traffic: &Traffic<'_>, robots: &[u32], size: Size) -> Option<Self> {
-        let mut draft = Draft { traffic, stands: Vec::new(), paths: Vec::new(), ends: BTreeMap::new() };
-        let seeds: Vec<Stand> = robots.iter().filter_map(|&robot| Stand::of(traffic, robot)).collect();
+        let mut draft =
+            Draft { traffic, stands: Vec::new(), paths: Vec::new(), ends: BTreeMap::new() };
+        let seeds: Vec<Stand> =
+            robots.iter().filter_map(|&robot| Stand::of(traffic, robot)).collect();
         draft.spread(&seeds, size);
         let (members, starts) = draft.members();
         if members.is_empty() || members.len() > size.members {
@@ -77,7 +81,8 @@ impl Region {
         self.targets.len()
     }
 
-    /// What to solve, with the targets of some members only: of those that were sent the longest ago.
+    /// What to solve, with the targets of some members only: of those that were sent the longest
+    /// ago.
     pub fn problem(&self, targets: usize) -> Problem {
         let mut problem = self.problem.clone();
         for (member, stands) in self.targets.iter().take(targets) {
@@ -94,12 +99,14 @@ impl Region {
         })
     }
 
-    /// Finds where members shall go: to their goals, or the stands nearest to these. Of several with the same target only the one
-    /// has it that was sent the longest ago.
+    /// Finds where members shall go: to their goals, or the stands nearest to these. Of several
+    /// with the same target only the one has it that was sent the longest ago.
     fn find_targets(&mut self, traffic: &Traffic<'_>, ends: &BTreeMap<Leg, u16>) {
         let roads = traffic.roads;
         let mut times = DrivingTimes::new(roads);
-        let sent = |member: &usize| traffic.robot(self.members[*member]).map_or(f64::INFINITY, |state| state.sent);
+        let sent = |member: &usize| {
+            traffic.robot(self.members[*member]).map_or(f64::INFINITY, |state| state.sent)
+        };
         let mut ranked: Vec<usize> = (0..self.members.len()).collect();
         ranked.sort_by(|a, b| sent(a).total_cmp(&sent(b)));
         let mut nodes: BTreeMap<u32, Vec<u16>> = BTreeMap::new();
@@ -133,7 +140,8 @@ impl Region {
 impl Draft<'_> {
     /// Adds the stands round some, up to a number of ways away.
     fn spread(&mut self, seeds: &[Stand], size: Size) {
-        let mut open: VecDeque<(u16, u32)> = seeds.iter().map(|seed| (self.stand(*seed), 0)).collect();
+        let mut open: VecDeque<(u16, u32)> =
+            seeds.iter().map(|seed| (self.stand(*seed), 0)).collect();
         while let Some((stand, depth)) = open.pop_front() {
             if depth == size.ways {
                 continue;
@@ -170,14 +178,17 @@ impl Draft<'_> {
     fn members(&mut self) -> (Vec<u32>, Vec<u16>) {
         let ends = &self.ends;
         let paths = self.paths.iter().flatten().filter(|path| ends.contains_key(&path.to));
-        let mut legs: Vec<Leg> = paths.flat_map(|path| path.legs.iter().copied().chain([path.to])).collect();
+        let mut legs: Vec<Leg> =
+            paths.flat_map(|path| path.legs.iter().copied().chain([path.to])).collect();
         legs.extend(self.stands.iter().map(|stand| stand.leg));
         legs.sort_unstable();
         legs.dedup();
         let mut members = (Vec::new(), Vec::new());
         for (robot, state) in self.traffic.robots().filter(|(_, state)| is_movable(state)) {
             let Some(stand) = Stand::of(self.traffic, robot) else { continue };
-            if legs.binary_search(&stand.leg).is_ok() && state.class.footprint < self.traffic.roads.footprints().len() {
+            if legs.binary_search(&stand.leg).is_ok()
+                && state.class.footprint < self.traffic.roads.footprints().len()
+            {
                 members.0.push(robot);
                 members.1.push(self.stand(stand));
             }
@@ -185,7 +196,8 @@ impl Draft<'_> {
         members
     }
 
-    /// The ways of the region: those on which nobody is in the way who can't be led, with the stands that block each.
+    /// The ways of the region: those on which nobody is in the way who can't be led, with the
+    /// stands that block each.
     fn ways(&mut self, members: &[u32]) -> Vec<Vec<Way>> {
         let Self { traffic, stands, paths, ends } = self;
         let (roads, count) = (traffic.roads, stands.len());
@@ -194,8 +206,9 @@ impl Draft<'_> {
         footprints.sort_unstable();
         footprints.dedup();
         let field = field(traffic, stands, &footprints, members);
-        let is_fixed =
-            |robot: &u32| members.binary_search(robot).is_err() && !traffic.robot(*robot).is_some_and(is_movable);
+        let is_fixed = |robot: &u32| {
+            members.binary_search(robot).is_err() && !traffic.robot(*robot).is_some_and(is_movable)
+        };
         let way = |number: u16, path: &Path| {
             let mut blocked_by: Vec<u16> = vec![*ends.get(&path.to)?];
             for stretch in stretches(roads, stands[usize::from(number)], &path.legs) {
@@ -228,7 +241,8 @@ impl Draft<'_> {
     }
 }
 
-/// Claims of a robot on each stand, for each footprint, and of all robots that aren't members, where their bases end.
+/// Claims of a robot on each stand, for each footprint, and of all robots that aren't members,
+/// where their bases end.
 fn field(traffic: &Traffic<'_>, stands: &[Stand], footprints: &[usize], members: &[u32]) -> Claims {
     let mut field = Claims::new(traffic.roads, true);
     let mut number = 0;
@@ -238,7 +252,9 @@ fn field(traffic: &Traffic<'_>, stands: &[Stand], footprints: &[usize], members:
             number += 1;
         }
     }
-    for (robot, state) in traffic.robots().filter(|(robot, _)| members.binary_search(robot).is_err()) {
+    for (robot, state) in
+        traffic.robots().filter(|(robot, _)| members.binary_search(robot).is_err())
+    {
         if let Some(stand) = Stand::of(traffic, robot) {
             field.seize(traffic.roads, number, state.class.footprint, stand.stretch());
             number += 1;

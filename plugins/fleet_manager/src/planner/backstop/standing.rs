@@ -19,7 +19,8 @@ struct Since {
     sent: f64,
 }
 
-/// The first and the last stretch of a claim. Its version says less: it changes, too, when the ring guard takes a claim back.
+/// The first and the last stretch of a claim. Its version says less: it changes, too, when the ring
+/// guard takes a claim back.
 pub type Extent = Option<(Stretch, Stretch)>;
 
 /// What a robot claims.
@@ -45,7 +46,8 @@ impl Standing {
                 continue;
             };
             let (extent, sent) = (extent(traffic, robot), state.sent);
-            let stands = state.speed == 0.0 && since.is_some_and(|since| (since.extent, since.sent) == (extent, sent));
+            let stands = state.speed == 0.0
+                && since.is_some_and(|since| (since.extent, since.sent) == (extent, sent));
             if !stands {
                 *since = Some(Since { secs: traffic.now, extent, sent });
             }
@@ -64,21 +66,27 @@ impl Standing {
         self.robots.get(robot as usize).copied().flatten().map_or(f64::INFINITY, |since| since.secs)
     }
 
-    /// Finds the robots that have stood for some seconds, and wait for each other: in groups that don't.
+    /// Finds the robots that have stood for some seconds, and wait for each other: in groups that
+    /// don't.
     pub fn groups(&self, traffic: &Traffic<'_>, secs: f64) -> Vec<Vec<u32>> {
         let standing = |robot: &u32| traffic.now - self.since(*robot) >= secs;
         let robots = || traffic.robots().filter(|(robot, _)| standing(robot));
         // Who is in nobody's way any more, or stays where it is, ends a chain.
         let ends: BTreeSet<u32> =
             robots().filter(|(_, state)| is_movable(state) && is_idle(state)).map(by_id).collect();
-        let waiting = robots().filter(|(robot, state)| is_under_way(traffic, *robot, state)).map(by_id);
-        let mut waits: Vec<(u32, Vec<u32>)> = waiting.map(|robot| (robot, blockers(traffic, robot))).collect();
+        let waiting =
+            robots().filter(|(robot, state)| is_under_way(traffic, *robot, state)).map(by_id);
+        let mut waits: Vec<(u32, Vec<u32>)> =
+            waiting.map(|robot| (robot, blockers(traffic, robot))).collect();
         loop {
-            let stuck: BTreeSet<u32> = waits.iter().map(|(robot, _)| *robot).chain(ends.iter().copied()).collect();
+            let stuck: BTreeSet<u32> =
+                waits.iter().map(|(robot, _)| *robot).chain(ends.iter().copied()).collect();
             let before = waits.len();
             waits.retain(|(_, blockers)| blockers.iter().any(|blocker| stuck.contains(blocker)));
             if waits.len() == before {
-                waits.iter_mut().for_each(|(_, blockers)| blockers.retain(|blocker| stuck.contains(blocker)));
+                waits
+                    .iter_mut()
+                    .for_each(|(_, blockers)| blockers.retain(|blocker| stuck.contains(blocker)));
                 return joined(&waits);
             }
         }
@@ -105,14 +113,20 @@ fn is_under_way(traffic: &Traffic<'_>, robot: u32, state: &Robot) -> bool {
     is_movable(state) && !is_idle(state) && !state.is_held && (!is_there || state.blocker.is_some())
 }
 
-/// The robots that are in the way of a robot: the one that steering has found, or those that its planner may have it wait for.
+/// The robots that are in the way of a robot: the one that steering has found, or those that its
+/// planner may have it wait for.
 fn blockers(traffic: &Traffic<'_>, robot: u32) -> Vec<u32> {
-    let (Some(state), Some(stand)) = (traffic.robot(robot), Stand::of(traffic, robot)) else { return Vec::new() };
+    let (Some(state), Some(stand)) = (traffic.robot(robot), Stand::of(traffic, robot)) else {
+        return Vec::new();
+    };
     if let Some(blocker) = state.blocker.filter(|_| state.waiting_since.is_finite()) {
         return vec![blocker];
     }
-    let in_way = |stretch: &Stretch| traffic.claims.in_way(traffic.roads, state.class.footprint, stretch);
-    let near = paths(traffic, stand).into_iter().flat_map(|path| stretches(traffic.roads, stand, &path.legs));
+    let in_way =
+        |stretch: &Stretch| traffic.claims.in_way(traffic.roads, state.class.footprint, stretch);
+    let near = paths(traffic, stand)
+        .into_iter()
+        .flat_map(|path| stretches(traffic.roads, stand, &path.legs));
     let mut robots: Vec<u32> = near.flat_map(|stretch| in_way(&stretch)).collect();
     // The ring guard looks farther ahead.
     let route: Vec<Leg> = state.horizon.iter().copied().take(LEGS_AHEAD).collect();
@@ -139,7 +153,8 @@ fn joined(waits: &[(u32, Vec<u32>)]) -> Vec<Vec<u32>> {
         });
         groups.push(joined);
     }
-    let mut groups: Vec<Vec<u32>> = groups.into_iter().map(|group| group.into_iter().collect()).collect();
+    let mut groups: Vec<Vec<u32>> =
+        groups.into_iter().map(|group| group.into_iter().collect()).collect();
     groups.sort_unstable();
     groups
 }

@@ -25,7 +25,8 @@ fn tea_with_backstop(roads: &Roads) -> Box<dyn Planner> {
 #[test]
 fn opposing_traffic_on_a_track_goes_on() {
     for robots in [2, 4, 6] {
-        let model = drive("track", &worlds::single_track(7), (robots, 1), 3_600, lanes_with_backstop);
+        let model =
+            drive("track", &worlds::single_track(7), (robots, 1), 3_600, lanes_with_backstop);
         assert!(model.arrivals.iter().all(|&goals| goals >= 10), "{:?}", model.arrivals);
         assert!(model.longest_secs() < 1_200.0, "{} s without a goal", model.longest_secs());
     }
@@ -53,11 +54,13 @@ fn impatient(roads: &Roads) -> Box<dyn Planner> {
     Box::new(Backstop::new(lanes(roads), settings))
 }
 
-/// Robots that turn on the spot or drive in reverse gear, stall at random, and of which some break down.
+/// Robots that turn on the spot or drive in reverse gear, stall at random, and of which some break
+/// down.
 #[test]
 fn robots_that_are_led_never_touch_however_late_they_are() {
     let [turns, jumps] = [true, false].map(|turns| worlds::streets(4, 3.0, turns));
-    let runs = [(&worlds::cells(6), 16, 2), (&turns, 6, 0), (&jumps, 6, 0), (&worlds::porto(), 25, 0)];
+    let runs =
+        [(&worlds::cells(6), 16, 2), (&turns, 6, 0), (&jumps, 6, 0), (&worlds::porto(), 25, 0)];
     for (world, robots, broken) in runs {
         let solved: Vec<u64> = (1..4)
             .map(|seed| {
@@ -76,7 +79,8 @@ fn robots_that_are_led_never_touch_however_late_they_are() {
 #[test]
 fn robots_go_on_beside_broken_ones() {
     let world = worlds::cells(6);
-    let mut model = Model::new(&world, &places(&world, 14, 1), 1, Settings::default(), lanes_with_backstop);
+    let mut model =
+        Model::new(&world, &places(&world, 14, 1), 1, Settings::default(), lanes_with_backstop);
     model.broken = 2;
     model.run(18_000);
     println!("{:?}; {:?}", model.arrivals, model.counts());
@@ -85,10 +89,16 @@ fn robots_go_on_beside_broken_ones() {
 
 #[test]
 fn a_run_repeats() {
-    let [a, b] = [1, 2].map(|_| drive("grid", &worlds::cells(8), (24, 1), 900, lanes_with_backstop));
+    let [a, b] =
+        [1, 2].map(|_| drive("grid", &worlds::cells(8), (24, 1), 900, lanes_with_backstop));
     assert!(count(&a, "regions solved") > 0);
-    let ends = |model: &Model| (0..24).map(|robot| model.steering.claims().end(robot).copied()).collect::<Vec<_>>();
-    assert_eq!((a.arrivals.clone(), a.counts(), ends(&a)), (b.arrivals.clone(), b.counts(), ends(&b)));
+    let ends = |model: &Model| {
+        (0..24).map(|robot| model.steering.claims().end(robot).copied()).collect::<Vec<_>>()
+    };
+    assert_eq!(
+        (a.arrivals.clone(), a.counts(), ends(&a)),
+        (b.arrivals.clone(), b.counts(), ends(&b))
+    );
 }
 
 #[test]
@@ -96,12 +106,17 @@ fn plans_stay_as_they_are_while_nothing_stands() {
     let world = worlds::streets(4, 3.0, false);
     let planners: [Maker; 2] = [lanes, lanes_with_backstop];
     let starts = places(&world, 6, 1);
-    let [mut without, mut with] = planners.map(|planner| Model::new(&world, &starts, 1, Settings::default(), planner));
+    let [mut without, mut with] =
+        planners.map(|planner| Model::new(&world, &starts, 1, Settings::default(), planner));
     for tick in 0..6_000 {
         without.run(1);
         with.run(1);
         for robot in 0..6 {
-            assert_eq!(without.steering.claims().of(robot), with.steering.claims().of(robot), "tick {tick}");
+            assert_eq!(
+                without.steering.claims().of(robot),
+                with.steering.claims().of(robot),
+                "tick {tick}"
+            );
         }
     }
     assert_eq!((without.arrivals.clone(), 0), (with.arrivals.clone(), count(&with, "regions")));
@@ -154,7 +169,13 @@ fn figures() {
     for robots in [2, 4, 6] {
         drive("track, lanes", &worlds::single_track(7), (robots, 1), 3_600, lanes);
         drive("track, tea", &worlds::single_track(7), (robots, 1), 3_600, tea);
-        drive("track, tea, backstop", &worlds::single_track(7), (robots, 1), 3_600, tea_with_backstop);
+        drive(
+            "track, tea, backstop",
+            &worlds::single_track(7),
+            (robots, 1),
+            3_600,
+            tea_with_backstop,
+        );
     }
     for robots in [20, 30] {
         drive("grid, lanes", &worlds::cells(8), (robots, 1), 3_600, lanes);

@@ -10,14 +10,16 @@ const MOST_LEGS: usize = 6;
 const MOST_WAYS: usize = 12;
 /// The most ways that are looked at for a stand.
 const MOST_TRIES: usize = 200;
-/// What a change of gear costs, what a turn on the spot, and what a corner that the robot can't drive; in seconds.
+/// What a change of gear costs, what a turn on the spot, and what a corner that the robot can't
+/// drive; in seconds.
 const GEAR_CHANGE_SECS: f32 = 2.0;
 const TURN_SECS: f32 = 4.0;
 const JUMP_SECS: f32 = 60.0;
 /// How near to the end of a leg a base counts as whole, in metres.
 const AT_END: f32 = 1e-3;
 
-/// A place on a leg where a robot is for a while: usually the end of a leg where it is only in the way of edges that meet there.
+/// A place on a leg where a robot is for a while: usually the end of a leg where it is only in the
+/// way of edges that meet there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stand {
     /// The leg by which it got there.
@@ -82,7 +84,8 @@ pub fn paths(traffic: &Traffic<'_>, stand: Stand) -> Vec<Path> {
     let roads = traffic.roads;
     let mut paths: Vec<Path> = Vec::new();
     let rest = roads.edge(stand.leg.edge()).length - stand.to;
-    let mut open = vec![Path { legs: Vec::new(), to: stand.leg, secs: driving_secs(roads, stand.leg, rest) }];
+    let mut open =
+        vec![Path { legs: Vec::new(), to: stand.leg, secs: driving_secs(roads, stand.leg, rest) }];
     if !stand.is_at_end(roads) && is_place(roads, stand.leg) {
         return open;
     }
@@ -92,7 +95,8 @@ pub fn paths(traffic: &Traffic<'_>, stand: Stand) -> Vec<Path> {
             if !may_follow(traffic, stand, &path, next) {
                 continue;
             }
-            let more = join_secs(roads, path.to, next) + driving_secs(roads, next, roads.edge(next.edge()).length);
+            let more = join_secs(roads, path.to, next)
+                + driving_secs(roads, next, roads.edge(next.edge()).length);
             let mut legs = path.legs.clone();
             legs.push(next);
             let path = Path { legs, to: next, secs: path.secs + more };
@@ -113,7 +117,8 @@ pub fn paths(traffic: &Traffic<'_>, stand: Stand) -> Vec<Path> {
     paths
 }
 
-/// Whether a leg may follow on a path. Robots change gear only where they may stand, and drive no edge twice.
+/// Whether a leg may follow on a path. Robots change gear only where they may stand, and drive no
+/// edge twice.
 fn may_follow(traffic: &Traffic<'_>, stand: Stand, path: &Path, next: Leg) -> bool {
     let roads = traffic.roads;
     let starts = path.legs.is_empty() && stand.is_at_end(roads);
@@ -138,7 +143,12 @@ fn join_secs(roads: &Roads, from: Leg, to: Leg) -> f32 {
 
 /// Returns what a robot claims on a way, beyond where it stands.
 pub fn stretches(roads: &Roads, stand: Stand, legs: &[Leg]) -> Vec<Stretch> {
-    let whole = |leg: Leg| Stretch { track: leg.edge(), leg: Some(leg), from: 0.0, to: roads.edge(leg.edge()).length };
+    let whole = |leg: Leg| Stretch {
+        track: leg.edge(),
+        leg: Some(leg),
+        from: 0.0,
+        to: roads.edge(leg.edge()).length,
+    };
     let mut stretches = Vec::new();
     if !stand.is_at_end(roads) {
         stretches.push(Stretch { from: stand.to, ..whole(stand.leg) });
@@ -146,7 +156,12 @@ pub fn stretches(roads: &Roads, stand: Stand, legs: &[Leg]) -> Vec<Stretch> {
     let mut last = stand.leg;
     for &leg in legs {
         if are_turning(roads) && roads.is_turn(last, leg) {
-            stretches.push(Stretch { track: roads.disc(roads.end(last)), leg: None, from: 0.0, to: 0.0 });
+            stretches.push(Stretch {
+                track: roads.disc(roads.end(last)),
+                leg: None,
+                from: 0.0,
+                to: 0.0,
+            });
         }
         stretches.push(whole(leg));
         last = leg;

@@ -24,7 +24,8 @@ pub struct Survey {
 }
 
 impl Survey {
-    /// Begins with roads on which each edge takes at least so many seconds beyond the driving time on empty roads.
+    /// Begins with roads on which each edge takes at least so many seconds beyond the driving time
+    /// on empty roads.
     pub fn new(roads: &Roads, delay: &[f32]) -> Self {
         let unit = SHORTEST_UNIT;
         let ways = [Ways::new(roads, true), Ways::new(roads, false)];
@@ -40,13 +41,15 @@ impl Survey {
             let road = roads.edge(edge);
             road.length / road.speeds[0].min(fastest) + delay[edge as usize]
         };
-        let is_long = |tree: &Vec<u16>| tree.iter().any(|time| (LONGEST / 8 * 7..LONGEST).contains(time));
+        let is_long =
+            |tree: &Vec<u16>| tree.iter().any(|time| (LONGEST / 8 * 7..LONGEST).contains(time));
         if self.trees.iter().any(is_long) {
             self.unit *= 2.0;
         }
         self.trees.clear();
         let unit = self.unit;
-        // Rounded down leg by leg, and not way by way: so the bound falls by no more than a leg's time along it.
+        // Rounded down leg by leg, and not way by way: so the bound falls by no more than a leg's
+        // time along it.
         self.ways.iter_mut().for_each(|ways| ways.weigh(|edge| (secs(edge) / unit) as u32));
     }
 
@@ -60,10 +63,12 @@ impl Survey {
         } else {
             self.trees.extend(std::thread::scope(|scope| {
                 let parts = numbers.chunks(numbers.len().div_ceil(threads));
-                let work: Vec<_> =
-                    parts.map(|part| scope.spawn(move || part.iter().map(tree).collect::<Vec<_>>())).collect();
-                let trees =
-                    work.into_iter().flat_map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic)));
+                let work: Vec<_> = parts
+                    .map(|part| scope.spawn(move || part.iter().map(tree).collect::<Vec<_>>()))
+                    .collect();
+                let trees = work
+                    .into_iter()
+                    .flat_map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic)));
                 trees.collect::<Vec<_>>()
             }));
         }
@@ -74,13 +79,17 @@ impl Survey {
     pub fn landmarks(&self) -> Landmarks {
         let mut times = vec![[[0; LANDMARKS]; 2]; self.ways[0].starts.len() - 1];
         for (number, tree) in self.trees.iter().enumerate() {
-            times.iter_mut().zip(tree).for_each(|(times, &time)| times[number % 2][number / 2] = time);
+            times
+                .iter_mut()
+                .zip(tree)
+                .for_each(|(times, &time)| times[number % 2][number / 2] = time);
         }
         Landmarks { times, unit: self.unit }
     }
 }
 
-/// Returns the landmarks: in each of as many sectors round the middle, the node that is farthest out.
+/// Returns the landmarks: in each of as many sectors round the middle, the node that is farthest
+/// out.
 fn choose(roads: &Roads) -> Vec<u32> {
     let is_passed = |node: &u32| !roads.exits(*node).is_empty() && roads.arrival(*node).is_some();
     let bounds = [0, 1].map(|axis| {
@@ -126,7 +135,9 @@ impl Ways {
             .collect();
         ways.sort_unstable();
         Self {
-            starts: (0..=roads.nodes()).map(|node| ways.partition_point(|way| way[0] < node) as u32).collect(),
+            starts: (0..=roads.nodes())
+                .map(|node| ways.partition_point(|way| way[0] < node) as u32)
+                .collect(),
             ways: ways.iter().map(|way| (way[2], 0)).collect(),
             edges: ways.iter().map(|way| way[1]).collect(),
         }

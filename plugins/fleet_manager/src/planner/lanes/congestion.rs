@@ -47,7 +47,8 @@ impl Congestion {
         self.lost.iter_mut().for_each(|lost| *lost *= decay);
     }
 
-    /// Records that a robot lost a time on its way to an edge, in seconds. It counts from [`settle`](Self::settle) on.
+    /// Records that a robot lost a time on its way to an edge, in seconds. It counts from
+    /// [`settle`](Self::settle) on.
     pub fn lose(&mut self, edge: u32, seconds: f32) {
         self.lost[edge as usize] += seconds;
     }
@@ -91,7 +92,8 @@ impl Congestion {
         (0..self.lost.len()).map(|edge| self.observed(edge)).collect()
     }
 
-    /// Sets the least delays by edge, in seconds: from [`settle`](Self::settle) on, no less is expected.
+    /// Sets the least delays by edge, in seconds: from [`settle`](Self::settle) on, no less is
+    /// expected.
     pub fn set_floor(&mut self, floor: Vec<f32>) {
         self.floor = floor;
     }

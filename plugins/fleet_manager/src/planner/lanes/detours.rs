@@ -36,10 +36,13 @@ impl Lanes {
     fn take_apart(&mut self, first: u32, traffic: &Traffic<'_>, plans: &mut Plans) {
         let next_of = |robot: u32| traffic.waits_for(robot, PATIENCE_SECS);
         let mut ring = vec![first];
-        while let Some(next) = ring.last().and_then(|&robot| next_of(robot)).filter(|&next| next != first) {
+        while let Some(next) =
+            ring.last().and_then(|&robot| next_of(robot)).filter(|&next| next != first)
+        {
             ring.push(next);
         }
-        let since = |robot: u32| traffic.robot(robot).map_or(f64::INFINITY, |state| state.waiting_since);
+        let since =
+            |robot: u32| traffic.robot(robot).map_or(f64::INFINITY, |state| state.waiting_since);
         ring.sort_unstable_by(|&a, &b| since(a).total_cmp(&since(b)).then(a.cmp(&b)));
         let detour = ring.into_iter().find_map(|robot| Some((robot, self.detour(robot, traffic)?)));
         if let Some((robot, legs)) = detour {
@@ -56,20 +59,32 @@ impl Lanes {
         let is_open = |leg: Leg| leg != avoid && !traffic.claims.holds(robot, leg.edge());
         let elsewhere = self.way(robot, traffic, last, goal, is_open);
         let can_drive = |legs: &Vec<Leg>| traffic.can_drive(robot, legs);
-        elsewhere.filter(can_drive).or_else(|| self.round_trip(robot, traffic, [last, avoid]).filter(can_drive))
+        elsewhere
+            .filter(can_drive)
+            .or_else(|| self.round_trip(robot, traffic, [last, avoid]).filter(can_drive))
     }
 
-    /// Returns a way on which a robot leaves the node before a stub, and comes back: who comes out of the stub needs the node.
-    fn round_trip(&mut self, robot: u32, traffic: &Traffic<'_>, [last, avoid]: [Leg; 2]) -> Option<Vec<Leg>> {
+    /// Returns a way on which a robot leaves the node before a stub, and comes back: who comes out
+    /// of the stub needs the node.
+    fn round_trip(
+        &mut self,
+        robot: u32,
+        traffic: &Traffic<'_>,
+        [last, avoid]: [Leg; 2],
+    ) -> Option<Vec<Leg>> {
         let (roads, goal) = (traffic.roads, traffic.robot(robot)?.goal?);
         let is_stub = |leg: Leg| roads.stubs().of(leg.edge()).is_some();
-        let exits = roads.exits(roads.end(last)).iter().filter(|_| is_stub(avoid) && !is_stub(last));
-        exits.copied().filter(|&exit| exit != avoid && !exit.is_reverse() && !is_stub(exit)).find_map(|exit| {
-            let mut legs = vec![exit];
-            // What it holds it will have given back when it comes there again.
-            legs.extend(self.way(robot, traffic, exit, goal, |leg| leg != exit)?);
-            Some(legs)
-        })
+        let exits =
+            roads.exits(roads.end(last)).iter().filter(|_| is_stub(avoid) && !is_stub(last));
+        exits
+            .copied()
+            .filter(|&exit| exit != avoid && !exit.is_reverse() && !is_stub(exit))
+            .find_map(|exit| {
+                let mut legs = vec![exit];
+                // What it holds it will have given back when it comes there again.
+                legs.extend(self.way(robot, traffic, exit, goal, |leg| leg != exit)?);
+                Some(legs)
+            })
     }
 
     /// Returns the fastest way to a node from the end of a leg, on open legs.
@@ -84,7 +99,8 @@ impl Lanes {
         let state = traffic.robot(robot)?;
         let (start, congestion) = (traffic.roads.end(last), &self.congestion);
         let landmarks = self.guide.as_ref().map(Guide::landmarks);
-        let search = Search { last: Some(last), start, goal, reverse: false, landmarks, slack: SLACK[0] };
+        let search =
+            Search { last: Some(last), start, goal, reverse: false, landmarks, slack: SLACK[0] };
         self.routers[0].route(traffic.roads, &state.class, search, |leg| {
             (is_open(leg) && !traffic.is_closed(leg)).then(|| congestion.delay(leg.edge()))
         })

@@ -1,8 +1,9 @@
 //! Landmarks that follow the delays.
 //!
-//! Landmarks of empty roads say little where robots lose most of their time to each other. So they are worked out anew all the
-//! time, a few trees of fastest ways in each cycle, for the delays as they were when that began. Until the next ones are there,
-//! no smaller delays are expected: so landmarks stay lower bounds, and searches find the fastest ways.
+//! Landmarks of empty roads say little where robots lose most of their time to each other. So they
+//! are worked out anew all the time, a few trees of fastest ways in each cycle, for the delays as
+//! they were when that began. Until the next ones are there, no smaller delays are expected: so
+//! landmarks stay lower bounds, and searches find the fastest ways.
 
 use super::congestion::Congestion;
 use crate::planner::Landmarks;
@@ -31,9 +32,15 @@ impl Guide {
         &self.landmarks
     }
 
-    /// Works so many more trees of the next landmarks out, on some threads. When they are complete, they are used, and delays
-    /// don't fall below those that they count on.
-    pub fn go_on(&mut self, roads: &Roads, congestion: &mut Congestion, trees: usize, threads: usize) {
+    /// Works so many more trees of the next landmarks out, on some threads. When they are complete,
+    /// they are used, and delays don't fall below those that they count on.
+    pub fn go_on(
+        &mut self,
+        roads: &Roads,
+        congestion: &mut Congestion,
+        trees: usize,
+        threads: usize,
+    ) {
         if self.next.go_on(trees, threads) {
             self.landmarks = self.next.landmarks();
             congestion.set_floor(std::mem::replace(&mut self.delays, congestion.delays()));

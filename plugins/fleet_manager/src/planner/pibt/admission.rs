@@ -1,4 +1,5 @@
-//! Which robots go for their goals: while too many of them wait for each other, the others stay where they are, and give way.
+//! Which robots go for their goals: while too many of them wait for each other, the others stay
+//! where they are, and give way.
 
 use std::collections::BTreeMap;
 
@@ -8,14 +9,16 @@ use crate::traffic::Traffic;
 
 /// The places for each robot that always goes for its goal.
 const PLACES_PER_ROBOT: f64 = 20.0;
-/// So many robots always go for their goals if there are four places for each: so few take their jams apart themselves.
+/// So many robots always go for their goals if there are four places for each: so few take their
+/// jams apart themselves.
 const FEW: f64 = 20.0;
 
 /// Which robots go for their goals.
 #[derive(Debug)]
 pub(super) struct Admission {
     density: Density,
-    /// By admitted robot: when it was sent to its goal, in simulated seconds. Another goal needs another admission.
+    /// By admitted robot: when it was sent to its goal, in simulated seconds. Another goal needs
+    /// another admission.
     sent: BTreeMap<u32, f64>,
     last: f64,
 }
@@ -23,15 +26,20 @@ pub(super) struct Admission {
 impl Admission {
     pub(super) fn new(roads: &Roads, settings: DensitySettings) -> Self {
         let places = f64::from(roads.nodes());
-        let density = Density::new(settings, (places / PLACES_PER_ROBOT).max(FEW.min(places / 4.0)));
+        let density =
+            Density::new(settings, (places / PLACES_PER_ROBOT).max(FEW.min(places / 4.0)));
         Self { density, sent: BTreeMap::new(), last: 0.0 }
     }
 
     /// Admits robots, those first that come first in `ranks`.
     pub(super) fn admit(&mut self, traffic: &Traffic<'_>, ranks: &[u32]) {
-        let sent = |robot: u32| traffic.robot(robot).filter(|state| state.goal.is_some()).map(|state| state.sent);
+        let sent = |robot: u32| {
+            traffic.robot(robot).filter(|state| state.goal.is_some()).map(|state| state.sent)
+        };
         self.sent.retain(|robot, since| sent(*robot) == Some(*since));
-        let waits = |robot: &&u32| traffic.robot(**robot).is_some_and(|state| state.waiting_since.is_finite());
+        let waits = |robot: &&u32| {
+            traffic.robot(**robot).is_some_and(|state| state.waiting_since.is_finite())
+        };
         let waiting = self.sent.keys().filter(waits).count();
         self.density.adapt(self.sent.len(), waiting, (traffic.now - self.last) as f32);
         self.last = traffic.now;

@@ -47,12 +47,25 @@ impl<'a> Push<'a> {
         stands: &'a BTreeMap<u32, Stand>,
     ) -> Self {
         let (chosen, wanted, chain) = (BTreeMap::new(), BTreeMap::new(), Vec::new());
-        Self { traffic, hops, times, taken, stands, chosen, wanted, chain, pushes: 0, backtracks: 0 }
+        Self {
+            traffic,
+            hops,
+            times,
+            taken,
+            stands,
+            chosen,
+            wanted,
+            chain,
+            pushes: 0,
+            backtracks: 0,
+        }
     }
 
     /// Lets a robot choose, in its turn. Returns `false` if it can't reach its goal.
     pub(super) fn start(&mut self, robot: u32) -> bool {
-        let (Some(&stand), Some(goal)) = (self.stands.get(&robot), self.goal(robot)) else { return true };
+        let (Some(&stand), Some(goal)) = (self.stands.get(&robot), self.goal(robot)) else {
+            return true;
+        };
         let (Stand::Ready(place) | Stand::Bound(place) | Stand::Behind(place)) = stand;
         if self.times.between(self.traffic.roads, place, goal).is_none() {
             return false;
@@ -81,7 +94,8 @@ impl<'a> Push<'a> {
         self.traffic.robot(robot)?.goal
     }
 
-    /// Chooses the next place of a robot. One that is pushed can't stay, and had better not go where the other goes on to.
+    /// Chooses the next place of a robot. One that is pushed can't stay, and had better not go
+    /// where the other goes on to.
     fn choose(&mut self, robot: u32, place: u32, pushed_to: Option<u32>) -> Outcome {
         let is_pushed = pushed_to.is_some();
         self.chain.push(place);
@@ -97,7 +111,8 @@ impl<'a> Push<'a> {
                 continue;
             }
             self.wanted.insert(hop.place, robot);
-            let after = other.map(|other| self.make_way(other, hop.place, self.next(robot, hop.place)));
+            let after =
+                other.map(|other| self.make_way(other, hop.place, self.next(robot, hop.place)));
             match after {
                 None | Some(Outcome::Leaves) => {
                     self.chosen.insert(robot, Some(hop));
@@ -129,7 +144,8 @@ impl<'a> Push<'a> {
         if state.is_pinned || state.is_adopted || self.chain.len() > LONGEST_CHAIN {
             return Outcome::Stuck;
         }
-        // Idle robots are sent away when somebody waits for them; who has just reached its goal gets another one first.
+        // Idle robots are sent away when somebody waits for them; who has just reached its goal
+        // gets another one first.
         if state.goal.is_none() {
             return Outcome::Leaves;
         }
@@ -146,22 +162,29 @@ impl<'a> Push<'a> {
     /// Where a robot would go on to from a place.
     fn next(&self, robot: u32, place: u32) -> Option<u32> {
         let goal = self.goal(robot).filter(|goal| *goal != place)?;
-        let secs = |hop: &Hop| self.times.between(self.traffic.roads, hop.place, goal).map(|secs| secs + hop.secs);
+        let secs = |hop: &Hop| {
+            self.times.between(self.traffic.roads, hop.place, goal).map(|secs| secs + hop.secs)
+        };
         let hops = self.hops.from(place).iter().filter_map(|hop| Some((secs(hop)?, hop.place)));
         hops.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, place)| place)
     }
 
-    /// The places that a robot may choose, with who is there, best first; no hop stands for staying.
-    fn options(&self, robot: u32, place: u32, pushed_to: Option<u32>) -> Vec<(Option<Hop>, Option<u32>)> {
+    /// The places that a robot may choose, with who is there, best first; no hop stands for
+    /// staying.
+    fn options(
+        &self,
+        robot: u32,
+        place: u32,
+        pushed_to: Option<u32>,
+    ) -> Vec<(Option<Hop>, Option<u32>)> {
         let Some(goal) = self.goal(robot) else { return Vec::new() };
         let between = |node: u32| self.times.between(self.traffic.roads, node, goal);
         let mut options: Vec<(bool, f64, bool, Option<&Hop>)> = Vec::new();
         options.extend(between(place).map(|secs| (false, secs, false, None)));
         for hop in self.hops.from(place) {
-            let is_open = hop
-                .legs
-                .iter()
-                .all(|&leg| !self.traffic.is_closed(leg) && !self.traffic.claims.holds(robot, leg.edge()));
+            let is_open = hop.legs.iter().all(|&leg| {
+                !self.traffic.is_closed(leg) && !self.traffic.claims.holds(robot, leg.edge())
+            });
             if let Some(secs) = between(hop.place).filter(|_| is_open) {
                 let is_free = self.taken[hop.place as usize].is_none();
                 options.push((pushed_to == Some(hop.place), secs + hop.secs, !is_free, Some(hop)));
@@ -169,9 +192,14 @@ impl<'a> Push<'a> {
         }
         // Who isn't pushed only leaves for a place that is nearer to the goal.
         let stay = between(place).unwrap_or(f64::INFINITY);
-        options.retain(|option| pushed_to.is_some() || option.3.is_none_or(|hop| option.1 - hop.secs < stay));
+        options.retain(|option| {
+            pushed_to.is_some() || option.3.is_none_or(|hop| option.1 - hop.secs < stay)
+        });
         options.sort_by(|a, b| {
-            a.0.cmp(&b.0).then((a.3.is_none()).cmp(&b.3.is_none())).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2))
+            a.0.cmp(&b.0)
+                .then((a.3.is_none()).cmp(&b.3.is_none()))
+                .then(a.1.total_cmp(&b.1))
+                .then(a.2.cmp(&b.2))
         });
         let who = |hop: &Hop| self.taken[hop.place as usize].filter(|other| *other != robot);
         options.into_iter().map(|option| (option.3.cloned(), option.3.and_then(who))).collect()

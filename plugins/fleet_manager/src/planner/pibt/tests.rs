@@ -1,4 +1,5 @@
-//! PIBT where opposing traffic shares tracks, against the model of a fleet; and the planner `lanes` on the same roads.
+//! PIBT where opposing traffic shares tracks, against the model of a fleet; and the planner `lanes`
+//! on the same roads.
 
 use super::{Pibt, PibtSettings};
 use crate::model::{Maker, drive, worlds};
@@ -32,7 +33,8 @@ fn robots_on_a_grid_push_each_other() {
 #[test]
 #[ignore = "figures for the documentation"]
 fn figures() {
-    let backed: [Maker; 2] = [|roads| with_backstop(pibt(roads)), |roads| with_backstop(lanes(roads))];
+    let backed: [Maker; 2] =
+        [|roads| with_backstop(pibt(roads)), |roads| with_backstop(lanes(roads))];
     for robots in [1, 2, 4, 6] {
         drive("track, pibt", &worlds::single_track(7), (robots, 1), 600, pibt);
         drive("track, lanes", &worlds::single_track(7), (robots, 1), 600, lanes);

@@ -1,24 +1,40 @@
 //! Routes with landmarks cost the same as those without.
 
 use proptest::prelude::*;
-use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, Orientation, RobotTypeRecord, WorldData};
+use regatta_plugin::world::{
+    CurveRecord, EdgeRecord, NodeRecord, Orientation, RobotTypeRecord, WorldData,
+};
 
 use super::*;
 use crate::model::worlds;
 
-/// Nodes anywhere, edges between them with any speeds, a fast and a slow type of robot, one of which turns on the spot.
+/// Nodes anywhere, edges between them with any speeds, a fast and a slow type of robot, one of
+/// which turns on the spot.
 fn world() -> impl Strategy<Value = WorldData> {
-    let edge = (0_u32..25, 0_u32..25, 0.2_f32..2.0, prop_oneof![2 => Just(0.0_f32), 1 => 0.2_f32..0.6]);
+    let edge =
+        (0_u32..25, 0_u32..25, 0.2_f32..2.0, prop_oneof![2 => Just(0.0_f32), 1 => 0.2_f32..0.6]);
     let nodes = proptest::collection::vec([0.0_f32..60.0, 0.0_f32..20.0], 25);
     (nodes, proptest::collection::vec(edge, 40..90)).prop_map(|(nodes, edges)| {
-        let slow = RobotTypeRecord { max_speed: 0.8, max_rotation_speed: 0.0, ..RobotTypeRecord::new("", 0.2, 0.2) };
+        let slow = RobotTypeRecord {
+            max_speed: 0.8,
+            max_rotation_speed: 0.0,
+            ..RobotTypeRecord::new("", 0.2, 0.2)
+        };
         let fast = RobotTypeRecord { max_speed: 1.5, ..RobotTypeRecord::new("", 0.2, 0.2) };
         let mut world = WorldData { robot_types: vec![fast, slow], ..WorldData::default() };
-        world.nodes = (0..).zip(&nodes).map(|(id, &[x, y])| NodeRecord { id, x, y, ..NodeRecord::default() }).collect();
+        world.nodes = (0..)
+            .zip(&nodes)
+            .map(|(id, &[x, y])| NodeRecord { id, x, y, ..NodeRecord::default() })
+            .collect();
         for (origin, destination, velocity_forward, velocity_backwards) in edges {
             if origin != destination {
-                let record =
-                    EdgeRecord { origin, destination, velocity_forward, velocity_backwards, ..EdgeRecord::default() };
+                let record = EdgeRecord {
+                    origin,
+                    destination,
+                    velocity_forward,
+                    velocity_backwards,
+                    ..EdgeRecord::default()
+                };
                 let ends = [origin, destination].map(|node| nodes[node as usize]);
                 // Headings don't matter to most corners: a fixed one makes none.
                 let record = record.with_orientation(Orientation::Offset((origin % 3) as f32));
@@ -31,7 +47,9 @@ fn world() -> impl Strategy<Value = WorldData> {
 
 /// What a route takes, in seconds.
 fn secs(roads: &Roads, class: &RobotClass, legs: &[Leg], delay: &[f32]) -> f32 {
-    let driving = |leg: &Leg| roads.edge(leg.edge()).length / roads.speed(class, *leg) + delay[leg.edge() as usize];
+    let driving = |leg: &Leg| {
+        roads.edge(leg.edge()).length / roads.speed(class, *leg) + delay[leg.edge() as usize]
+    };
     let joins = legs.windows(2).map(|pair| join_secs(roads, class, pair[0], pair[1]));
     legs.iter().map(driving).sum::<f32>() + joins.sum::<f32>()
 }
@@ -39,7 +57,8 @@ fn secs(roads: &Roads, class: &RobotClass, legs: &[Leg], delay: &[f32]) -> f32 {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(128))]
 
-    /// With delays, closures, classes that are slower than the edges, and landmarks that know of a part of the delays.
+    /// With delays, closures, classes that are slower than the edges, and landmarks that know of a
+    /// part of the delays.
     #[test]
     fn landmarks_change_no_cost(
         data in world(),
@@ -75,17 +94,25 @@ proptest! {
 fn landmarks_that_know_the_delays_save_most_of_the_search() {
     let roads = Roads::new(&worlds::streets(24, 5.0, true).view(1, 1));
     let delay: Vec<f32> = (0..roads.edges().len()).map(|edge| (edge * 7 % 11) as f32).collect();
-    let landmarks = [Landmarks::new(&roads, &vec![0.0; delay.len()]), Landmarks::new(&roads, &delay)];
+    let landmarks =
+        [Landmarks::new(&roads, &vec![0.0; delay.len()]), Landmarks::new(&roads, &delay)];
     let mut router = Router::new(&roads);
     let mut looked_at = |landmarks: Option<&Landmarks>| {
-        let pairs = (0..200).map(|pair| (pair * 37 % 576, pair * 101 % 576)).filter(|(start, goal)| start != goal);
+        let pairs = (0..200)
+            .map(|pair| (pair * 37 % 576, pair * 101 % 576))
+            .filter(|(start, goal)| start != goal);
         let search = |(start, goal)| {
             let search = Search { last: None, start, goal, reverse: false, landmarks, slack: 0.0 };
-            router.route(&roads, &roads.classes()[0], search, |leg| Some(delay[leg.edge() as usize]));
+            router
+                .route(&roads, &roads.classes()[0], search, |leg| Some(delay[leg.edge() as usize]));
             router.looked_at()
         };
         pairs.map(search).sum::<usize>()
     };
-    let (none, empty, delayed) = (looked_at(None), looked_at(Some(&landmarks[0])), looked_at(Some(&landmarks[1])));
-    assert!(empty < none && 3 * delayed < none, "{none} legs without, {empty} of empty roads, {delayed} with delays");
+    let (none, empty, delayed) =
+        (looked_at(None), looked_at(Some(&landmarks[0])), looked_at(Some(&landmarks[1])));
+    assert!(
+        empty < none && 3 * delayed < none,
+        "{none} legs without, {empty} of empty roads, {delayed} with delays"
+    );
 }

@@ -17,7 +17,8 @@ pub(super) struct Layers {
     widths: [usize; 3],
 }
 
-/// How many layers a robot is taken to stay at least at its target, beyond the one in which it arrives.
+/// How many layers a robot is taken to stay at least at its target, beyond the one in which it
+/// arrives.
 const STOP_LAYERS: u16 = 1;
 
 /// Whether a path is stored or taken out.
@@ -43,7 +44,8 @@ impl Layers {
         self.spots[usize::from(layer) * self.widths[0] + spot.0] == 0
     }
 
-    /// Whether a robot may drive along a passage, to be through in a layer; passing robots that have `long_arrived` or not.
+    /// Whether a robot may drive along a passage, to be through in a layer; passing robots that
+    /// have `long_arrived` or not.
     pub(super) fn is_passable(&self, passage: Passage, layer: u16, long_arrived: bool) -> bool {
         let at = |layer: u16| {
             let index = usize::from(layer) * self.widths[1] + passage.0;
@@ -59,21 +61,32 @@ impl Layers {
 
     /// Whether a robot that reaches the end of a leg in a layer may stay there for a moment.
     pub(super) fn may_stop(&self, space: &Space, leg: Leg, layer: u16) -> bool {
-        (layer..=layer + STOP_LAYERS).all(|layer| layer >= self.count || self.is_free(space.end(leg), layer))
+        (layer..=layer + STOP_LAYERS)
+            .all(|layer| layer >= self.count || self.is_free(space.end(leg), layer))
     }
 
-    /// Returns the first layer from which on a robot may stay at the end of a leg; `None` if it can't.
+    /// Returns the first layer from which on a robot may stay at the end of a leg; `None` if it
+    /// can't.
     pub(super) fn free_from(&self, space: &Space, leg: Leg, node: Option<u32>) -> Option<u16> {
-        let is_free =
-            |layer: u16| self.is_free(space.end(leg), layer) && node.is_none_or(|node| self.is_apart(node, layer));
+        let is_free = |layer: u16| {
+            self.is_free(space.end(leg), layer)
+                && node.is_none_or(|node| self.is_apart(node, layer))
+        };
         let blocked = (0..self.count).rev().find(|layer| !is_free(*layer));
         let first = blocked.map_or(0, |layer| layer + 1);
         (first < self.count).then_some(first)
     }
 
-    /// Stores what a robot blocks that is at the end of a leg or inside it, from a layer up to another one.
+    /// Stores what a robot blocks that is at the end of a leg or inside it, from a layer up to
+    /// another one.
     fn stay(&mut self, space: &Space, spot: Spot, [from, to]: [u16; 2], change: Change) {
-        stay(&mut self.passages, self.widths[1], space.blocked_by(spot), [from, to.min(self.count - 1)], change);
+        stay(
+            &mut self.passages,
+            self.widths[1],
+            space.blocked_by(spot),
+            [from, to.min(self.count - 1)],
+            change,
+        );
     }
 
     fn drive(&mut self, space: &Space, passage: Passage, layer: u16, change: Change) {
@@ -92,15 +105,25 @@ impl Layers {
         }
     }
 
-    /// Stores a place where a robot is from the first layer up to another one, with or without the neighbours of its node.
-    pub(super) fn hold(&mut self, roads: &Roads, space: &Space, path: &Path, until: u16, apart: bool, change: Change) {
+    /// Stores a place where a robot is from the first layer up to another one, with or without the
+    /// neighbours of its node.
+    pub(super) fn hold(
+        &mut self,
+        roads: &Roads,
+        space: &Space,
+        path: &Path,
+        until: u16,
+        apart: bool,
+        change: Change,
+    ) {
         let leg = path.steps[0].leg;
         self.stay(space, path.first_spot(space), [0, until], change);
         let own = [roads.end(leg)];
         self.mark(if apart { space.neighbours(own[0]) } else { &own }, [0, until], change);
     }
 
-    /// Stores a path, or takes it out: its spots and those on the way between them, from the first layer to the last.
+    /// Stores a path, or takes it out: its spots and those on the way between them, from the first
+    /// layer to the last.
     pub(super) fn alter(&mut self, roads: &Roads, space: &Space, path: &Path, change: Change) {
         if path.starts_inside {
             self.stay(space, space.inside(path.steps[0].leg), [0, path.steps[0].layer - 1], change);
@@ -111,7 +134,13 @@ impl Layers {
                 let tail = step.layer.saturating_add(STOP_LAYERS);
                 self.stay(space, space.end(step.leg), [step.layer, tail], change);
                 let blocked = space.blocked_by(space.end(step.leg));
-                stay(&mut self.tails, self.widths[1], blocked, [tail.saturating_add(1), until], change);
+                stay(
+                    &mut self.tails,
+                    self.widths[1],
+                    blocked,
+                    [tail.saturating_add(1), until],
+                    change,
+                );
             } else {
                 self.stay(space, space.end(step.leg), [step.layer, until], change);
             }
@@ -126,10 +155,18 @@ impl Layers {
     pub(super) fn is_clear(&self, roads: &Roads, space: &Space, path: &Path) -> bool {
         let stays = path.steps.iter().enumerate().all(|(index, step)| {
             let until = path.steps.get(index + 1).map_or(self.count - 1, |next| next.layer - 1);
-            let until = if index + 1 == path.steps.len() { step.layer.saturating_add(STOP_LAYERS) } else { until };
-            (step.layer..=until.min(self.count - 1)).all(|layer| self.is_free(space.end(step.leg), layer))
+            let until = if index + 1 == path.steps.len() {
+                step.layer.saturating_add(STOP_LAYERS)
+            } else {
+                until
+            };
+            (step.layer..=until.min(self.count - 1))
+                .all(|layer| self.is_free(space.end(step.leg), layer))
         });
-        stays && path.passages(roads, space).all(|(passage, layer)| self.is_passable(passage, layer, true))
+        stays
+            && path
+                .passages(roads, space)
+                .all(|(passage, layer)| self.is_passable(passage, layer, true))
     }
 }
 
@@ -141,12 +178,20 @@ impl Path {
     }
 
     /// The passages that the robot drives along, each with the layer in which it is through.
-    fn passages<'a>(&'a self, roads: &'a Roads, space: &'a Space) -> impl Iterator<Item = (Passage, u16)> + 'a {
+    fn passages<'a>(
+        &'a self,
+        roads: &'a Roads,
+        space: &'a Space,
+    ) -> impl Iterator<Item = (Passage, u16)> + 'a {
         let first = self.steps[0];
         let rest = self.starts_inside.then(|| (space.rest(first.leg), first.layer));
         let legs = self.steps.windows(2).flat_map(move |pair| {
-            let turn = roads.is_turn(pair[0].leg, pair[1].leg).then(|| space.turn(roads.start(pair[1].leg)));
-            turn.into_iter().chain([space.whole(pair[1].leg)]).map(|passage| (passage, pair[1].layer))
+            let turn = roads
+                .is_turn(pair[0].leg, pair[1].leg)
+                .then(|| space.turn(roads.start(pair[1].leg)));
+            turn.into_iter()
+                .chain([space.whole(pair[1].leg)])
+                .map(|passage| (passage, pair[1].layer))
         });
         rest.into_iter().chain(legs)
     }

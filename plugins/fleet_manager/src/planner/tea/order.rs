@@ -1,4 +1,5 @@
-//! Keeps robots in the planned order: nobody gets a leg before all have got theirs that come earlier where it leads.
+//! Keeps robots in the planned order: nobody gets a leg before all have got theirs that come
+//! earlier where it leads.
 
 use std::collections::BTreeMap;
 
@@ -10,7 +11,8 @@ use crate::traffic::Traffic;
 /// The legs beyond a base that are looked at.
 const MOST_LEGS: usize = 8;
 
-/// How long a robot has to wait for another one that is in its way before nobody is held back for it, in seconds.
+/// How long a robot has to wait for another one that is in its way before nobody is held back for
+/// it, in seconds.
 const STUCK_SECS: f64 = 4.0;
 
 /// When a robot gets a leg, by the plan: the layer, and its rank among those of the same layer.
@@ -25,8 +27,9 @@ pub(super) fn keep(
     plans: &mut Plans,
 ) {
     let mut turns: Vec<Vec<(Turn, u32)>> = vec![Vec::new(); traffic.roads.edges().len()];
-    let is_stuck =
-        |robot: u32| traffic.robot(robot).is_none_or(|state| traffic.now - state.waiting_since >= STUCK_SECS);
+    let is_stuck = |robot: u32| {
+        traffic.robot(robot).is_none_or(|state| traffic.now - state.waiting_since >= STUCK_SECS)
+    };
     for (rank, robot) in ranks.iter().enumerate().filter(|(_, robot)| !is_stuck(**robot)) {
         for step in paths.get(robot).into_iter().flat_map(|path| &path.steps[path.done + 1..]) {
             turns[step.leg.edge() as usize].push(((step.layer, rank), *robot));
@@ -39,7 +42,10 @@ pub(super) fn keep(
             let others = space.near(edge).iter().flat_map(|&near| &turns[near as usize]);
             others.into_iter().any(|(other, who)| who != robot && *other < turn)
         };
-        let legs = ahead.iter().take(MOST_LEGS).position(|step| is_early(step.leg.edge(), (step.layer, rank)));
+        let legs = ahead
+            .iter()
+            .take(MOST_LEGS)
+            .position(|step| is_early(step.leg.edge(), (step.layer, rank)));
         if let Some(legs) = legs {
             plans.hold(*robot, legs);
         }

@@ -46,7 +46,8 @@ impl<'a> Round<'a> {
         Self { traffic, space, layers, finder, settings, counts, robots, order }
     }
 
-    /// Plans all paths; returns them by robot, and the robots with goals in descending order of their priorities.
+    /// Plans all paths; returns them by robot, and the robots with goals in descending order of
+    /// their priorities.
     pub(super) fn run(mut self) -> (BTreeMap<u32, Path>, Vec<u32>) {
         let all: Vec<u32> = self.robots.keys().copied().collect();
         all.iter().for_each(|&robot| self.hold(robot, Change::Store));
@@ -59,7 +60,10 @@ impl<'a> Round<'a> {
         for &robot in &all {
             self.hold(robot, Change::Remove);
         }
-        let paths = self.robots.into_iter().map(|(robot, planned)| (robot, planned.path.unwrap_or(planned.start)));
+        let paths = self
+            .robots
+            .into_iter()
+            .map(|(robot, planned)| (robot, planned.path.unwrap_or(planned.start)));
         (paths.collect(), self.order)
     }
 
@@ -90,7 +94,9 @@ impl<'a> Round<'a> {
     /// Whether a robot may swap its priority with the next higher one.
     fn may_swap(&self, index: usize) -> bool {
         let planned = &self.robots[&self.order[index]];
-        index > 0 && planned.swaps < self.settings.most_swaps && planned.ahead != Some(self.order[index - 1])
+        index > 0
+            && planned.swaps < self.settings.most_swaps
+            && planned.ahead != Some(self.order[index - 1])
     }
 
     fn swap(&mut self, index: usize) {
@@ -113,7 +119,8 @@ impl<'a> Round<'a> {
             let robot = self.order[index];
             self.hold(robot, Change::Remove);
             let path = self.robots[&robot].path.as_ref();
-            let is_clear = path.is_none_or(|path| self.layers.is_clear(self.traffic.roads, self.space, path));
+            let is_clear =
+                path.is_none_or(|path| self.layers.is_clear(self.traffic.roads, self.space, path));
             let other = if is_clear { None } else { self.find(robot, false) };
             if let (Some(planned), Some(path)) = (self.robots.get_mut(&robot), other) {
                 planned.path = Some(path);
@@ -122,13 +129,16 @@ impl<'a> Round<'a> {
         }
     }
 
-    /// Stores what a robot blocks: its path, or as long as it has none its start in the first two layers.
+    /// Stores what a robot blocks: its path, or as long as it has none its start in the first two
+    /// layers.
     fn hold(&mut self, robot: u32, change: Change) {
         let (roads, planned) = (self.traffic.roads, &self.robots[&robot]);
         let until = self.layers.count() - 1;
         match (&planned.path, self.traffic.robot(robot)) {
             (Some(path), _) => self.layers.alter(roads, self.space, path, change),
-            (None, Some(state)) if stays(state, roads.end(planned.start.steps[0].leg), &planned.start) => {
+            (None, Some(state))
+                if stays(state, roads.end(planned.start.steps[0].leg), &planned.start) =>
+            {
                 self.layers.hold(roads, self.space, &planned.start, until, false, change);
             }
             (None, state) => {
@@ -142,8 +152,13 @@ impl<'a> Round<'a> {
     fn find(&mut self, robot: u32, strict: bool) -> Option<Path> {
         let planned = &self.robots[&robot];
         let goal = self.traffic.robot(robot)?.goal?;
-        let arrival =
-            |ahead: &Planned| ahead.path.as_ref().filter(|_| ahead.start.starts_inside).map(|path| path.steps[0].layer);
+        let arrival = |ahead: &Planned| {
+            ahead
+                .path
+                .as_ref()
+                .filter(|_| ahead.start.starts_inside)
+                .map(|path| path.steps[0].layer)
+        };
         let ahead = planned.ahead.and_then(|ahead| self.robots.get(&ahead)).and_then(arrival);
         let query = Query {
             roads: self.traffic.roads,
@@ -156,17 +171,21 @@ impl<'a> Round<'a> {
             most_states: self.settings.states_per_path,
         };
         let (traffic, base) = (self.traffic, self.traffic.claims.of(robot));
-        let is_open = |leg: Leg| !traffic.is_closed(leg) && base.iter().all(|stretch| stretch.leg != Some(leg));
+        let is_open = |leg: Leg| {
+            !traffic.is_closed(leg) && base.iter().all(|stretch| stretch.leg != Some(leg))
+        };
         self.finder.find(query, is_open)
     }
 }
 
-/// Whether a robot stays where its base ends until something else happens. Idle ones don't: they are sent out of others' way.
+/// Whether a robot stays where its base ends until something else happens. Idle ones don't: they
+/// are sent out of others' way.
 fn stays(state: &Robot, node: u32, start: &Path) -> bool {
     state.is_pinned || state.is_adopted || (state.goal == Some(node) && !start.starts_inside)
 }
 
-/// Returns where robots start: at the end of the leg on which their base ends; those behind others there, inside of it.
+/// Returns where robots start: at the end of the leg on which their base ends; those behind others
+/// there, inside of it.
 fn starts(traffic: &Traffic<'_>) -> BTreeMap<u32, Planned> {
     let mut bases: Vec<(Leg, f32, u32)> = traffic
         .robots()
@@ -194,7 +213,8 @@ fn starts(traffic: &Traffic<'_>) -> BTreeMap<u32, Planned> {
     robots
 }
 
-/// Returns the robots with goals: those first that were sent the longest ago, but each behind those that are ahead of it.
+/// Returns the robots with goals: those first that were sent the longest ago, but each behind those
+/// that are ahead of it.
 fn order(traffic: &Traffic<'_>, robots: &BTreeMap<u32, Planned>) -> Vec<u32> {
     let is_planned = |robot: u32| {
         let Some(state) = traffic.robot(robot) else { return false };
@@ -207,7 +227,8 @@ fn order(traffic: &Traffic<'_>, robots: &BTreeMap<u32, Planned>) -> Vec<u32> {
     let mut order: Vec<u32> = Vec::new();
     for robot in sorted {
         let chain = std::iter::successors(Some(robot), |robot| robots[robot].ahead);
-        let mut queue: Vec<u32> = chain.filter(|&robot| is_planned(robot) && !order.contains(&robot)).collect();
+        let mut queue: Vec<u32> =
+            chain.filter(|&robot| is_planned(robot) && !order.contains(&robot)).collect();
         queue.reverse();
         order.append(&mut queue);
     }

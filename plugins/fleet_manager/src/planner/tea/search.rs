@@ -27,21 +27,22 @@ pub(super) struct Query<'a> {
     pub earliest: u16,
     /// Where the robot is to go.
     pub goal: u32,
-    /// As published: whether the robot keeps away from the neighbours of others' nodes and from their reached targets, and
-    /// stays at its own up to the last layer.
+    /// As published: whether the robot keeps away from the neighbours of others' nodes and from
+    /// their reached targets, and stays at its own up to the last layer.
     pub strict: bool,
     /// The most states to look at.
     pub most_states: u64,
 }
 
-/// A state that is open: the least cost of a path over it, its layer, and its index. Each layer costs 0.5: counted in halves,
-/// the cost so far is the layer.
+/// A state that is open: the least cost of a path over it, its layer, and its index. Each layer
+/// costs 0.5: counted in halves, the cost so far is the layer.
 type Open = (Reverse<u16>, u16, Reverse<u32>);
 
 /// Searches paths, one after the other. It keeps its memory in between.
 #[derive(Debug)]
 pub(super) struct Finder {
-    /// States in a layer: the ends of all legs, and the inside of the leg on which the robot starts.
+    /// States in a layer: the ends of all legs, and the inside of the leg on which the robot
+    /// starts.
     width: usize,
     /// By layer and state: the number of the search that reached it, and the state before.
     reached: Vec<Vec<(u32, u32)>>,
@@ -71,7 +72,8 @@ impl Finder {
         }
     }
 
-    /// Returns the path that arrives first, on legs that are open; `None` if there is none within the layers.
+    /// Returns the path that arrives first, on legs that are open; `None` if there is none within
+    /// the layers.
     pub(super) fn find(&mut self, query: Query<'_>, is_open: impl Fn(Leg) -> bool) -> Option<Path> {
         let Query { roads, space, layers, start, .. } = query;
         let first = start.steps[0].leg;
@@ -83,7 +85,12 @@ impl Finder {
         let most = self.looked_at + query.most_states;
         self.search += 1;
         self.open.clear();
-        self.reach(query, &hops, (0, if start.starts_inside { self.width - 1 } else { first.index() }), u32::MAX);
+        self.reach(
+            query,
+            &hops,
+            (0, if start.starts_inside { self.width - 1 } else { first.index() }),
+            u32::MAX,
+        );
         let mut found = None;
         while let Some((_, layer, Reverse(state))) = self.open.pop() {
             self.looked_at += 1;
@@ -107,8 +114,13 @@ impl Finder {
             if may_stay {
                 self.reach(query, &hops, (layer + 1, index), state);
             }
-            for &next in roads.exits(node).iter().filter(|next| is_open(**next) && (reverse || !next.is_reverse())) {
-                let turns = angle_between(roads.headings(leg)[1], roads.headings(next)[0]) >= LARGE_TURN;
+            for &next in roads
+                .exits(node)
+                .iter()
+                .filter(|next| is_open(**next) && (reverse || !next.is_reverse()))
+            {
+                let turns =
+                    angle_between(roads.headings(leg)[1], roads.headings(next)[0]) >= LARGE_TURN;
                 let arrival = layer + if turns { 2 } else { 1 };
                 let turn = roads.is_turn(leg, next).then(|| space.turn(node));
                 if arrival < layers.count()
@@ -151,11 +163,19 @@ impl Finder {
         if row[index].0 == self.search {
             return;
         }
-        let leg = if index == self.width - 1 { query.start.steps[0].leg } else { Leg::from_index(index as u32) };
+        let leg = if index == self.width - 1 {
+            query.start.steps[0].leg
+        } else {
+            Leg::from_index(index as u32)
+        };
         let least = layer.saturating_add(hops[query.roads.end(leg) as usize]);
         if least < query.layers.count() {
             row[index] = (self.search, before);
-            self.open.push((Reverse(least), layer, Reverse((usize::from(layer) * self.width + index) as u32)));
+            self.open.push((
+                Reverse(least),
+                layer,
+                Reverse((usize::from(layer) * self.width + index) as u32),
+            ));
         }
     }
 
@@ -180,7 +200,9 @@ impl Finder {
         let mut states: Vec<u32> = std::iter::successors(Some(state), before).collect();
         states.reverse();
         let mut steps: Vec<Step> = Vec::new();
-        for (layer, index) in states.into_iter().map(place).filter(|(_, index)| *index != self.width - 1) {
+        for (layer, index) in
+            states.into_iter().map(place).filter(|(_, index)| *index != self.width - 1)
+        {
             let leg = Leg::from_index(index as u32);
             if steps.last().is_none_or(|last| last.leg != leg) {
                 steps.push(Step { leg, layer: layer as u16 });
@@ -189,7 +211,8 @@ impl Finder {
         Path { steps, is_planned: true, ..start.clone() }
     }
 
-    /// The fewest legs from each node to a goal, on empty roads; in reverse gear only if nothing else leads there from `start`.
+    /// The fewest legs from each node to a goal, on empty roads; in reverse gear only if nothing
+    /// else leads there from `start`.
     fn hops_from(&mut self, roads: &Roads, goal: u32, start: u32) -> (Vec<u16>, bool) {
         let forward = self.hops_to(roads, goal, false);
         if forward[start as usize] != FAR {
@@ -207,7 +230,8 @@ impl Finder {
         let mut open = VecDeque::from([goal]);
         hops[goal as usize] = 0;
         while let Some(node) = open.pop_front() {
-            let arrivals = self.arrivals[node as usize].iter().filter(|leg| reverse || !leg.is_reverse());
+            let arrivals =
+                self.arrivals[node as usize].iter().filter(|leg| reverse || !leg.is_reverse());
             for start in arrivals.map(|&leg| roads.start(leg)) {
                 if hops[start as usize] == FAR {
                     hops[start as usize] = hops[node as usize].saturating_add(1);

@@ -6,7 +6,8 @@ use crate::roads::{Leg, Relation, Roads};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Spot(pub usize);
 
-/// What a robot drives along: a leg; the rest of one on which it is; or it turns on the spot at a node.
+/// What a robot drives along: a leg; the rest of one on which it is; or it turns on the spot at a
+/// node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Passage(pub usize);
 

@@ -16,7 +16,10 @@ fn roads_from_a_file_are_those_that_were_kept() {
             let (kept, written) = Roads::kept(&world, folder.path());
             written.unwrap();
             assert_eq!(bytes(&kept), bytes(&roads));
-            assert_eq!((kept.edges(), kept.conflicts().len()), (roads.edges(), roads.conflicts().len()));
+            assert_eq!(
+                (kept.edges(), kept.conflicts().len()),
+                (roads.edges(), roads.conflicts().len())
+            );
             assert_eq!(format!("{kept:?}"), format!("{roads:?}"));
         }
     }
@@ -71,7 +74,8 @@ fn a_file_with_impossible_numbers_is_not_used() {
         let tracks = 0..roads.conflicts().tracks() as u32;
         let pairs: usize = tracks.map(|track| roads.conflicts().of(0, 0, track).count()).sum();
         assert_eq!(pairs, roads.conflicts().len());
-        (0..roads.edges().len() as u32).for_each(|edge| assert!(!roads.stops(0).closed_length(edge).is_nan()));
+        (0..roads.edges().len() as u32)
+            .for_each(|edge| assert!(!roads.stops(0).closed_length(edge).is_nan()));
     }
     assert!(refused > roads.conflicts().len(), "{refused}: each pair names a track");
 }
@@ -105,7 +109,9 @@ fn a_folder_that_cannot_be_written_is_an_error_beside_the_roads() {
     assert_eq!(bytes(&roads), bytes(&Roads::new(&data.view(1, 1))));
     let text = kept.unwrap_err().to_string();
     assert!(
-        text.starts_with("can't keep the roads in ") && text.ends_with("use --no-cache") && !text.contains('\n'),
+        text.starts_with("can't keep the roads in ")
+            && text.ends_with("use --no-cache")
+            && !text.contains('\n'),
         "{text}"
     );
 }

@@ -35,7 +35,11 @@ impl<'a> Reader<'a> {
         let (length, rest) = self.0.split_first_chunk::<4>()?;
         let (list, rest) = rest.split_at_checked(4 * u32::from_le_bytes(*length) as usize)?;
         self.0 = rest;
-        Some(list.chunks_exact(4).map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]])).collect())
+        Some(
+            list.chunks_exact(4)
+                .map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]]))
+                .collect(),
+        )
     }
 
     /// Reads a list of so many numbers.
@@ -48,7 +52,8 @@ impl<'a> Reader<'a> {
         Some(self.list_of(length)?.into_iter().map(f32::from_bits).collect())
     }
 
-    /// Reads where the parts of a list start, of which there are so many, and where the last one ends.
+    /// Reads where the parts of a list start, of which there are so many, and where the last one
+    /// ends.
     pub fn starts(&mut self, parts: usize) -> Option<Vec<u32>> {
         self.list_of(parts + 1).filter(|starts| starts[0] == 0 && starts.is_sorted())
     }

@@ -56,7 +56,8 @@ const AHEAD: f32 = 2.5;
 struct Found {
     tracks: [u32; 2],
     touching: Touching,
-    /// Whether the first leads into the second (and the metres in between), or the second into the first.
+    /// Whether the first leads into the second (and the metres in between), or the second into the
+    /// first.
     leads: [Option<f32>; 2],
 }
 
@@ -64,23 +65,34 @@ struct Found {
 struct Touching {
     own: [f32; 2],
     other: [f32; 2],
-    /// The largest distance between robots that touch, in metres along both tracks, if the first leads into the second;
-    /// and if the second leads into the first.
+    /// The largest distance between robots that touch, in metres along both tracks, if the first
+    /// leads into the second; and if the second leads into the first.
     apart: [f32; 2],
     /// The largest difference of their places, if both tracks are the same.
     farthest: f32,
 }
 
 /// Makes the tables of all pairs of footprints.
-pub fn tables(roads: &Roads, sweeps: &[Sweep], discs: &[u32], lengths: &[f32]) -> Vec<ConflictTable> {
+pub fn tables(
+    roads: &Roads,
+    sweeps: &[Sweep],
+    discs: &[u32],
+    lengths: &[f32],
+) -> Vec<ConflictTable> {
     let mut places = vec![None; roads.nodes() as usize];
-    discs.iter().for_each(|&node| places[node as usize] = Some(SweptBox::disc(roads.position(node))));
+    discs
+        .iter()
+        .for_each(|&node| places[node as usize] = Some(SweptBox::disc(roads.position(node))));
     let boxes = sweeps.iter().map(Sweep::boxes).chain(places.iter().map(|place| place.as_slice()));
     let boxes: Vec<&[SweptBox]> = boxes.collect();
-    let sweep = |footprint: &Footprint| cores::map(boxes.len(), |track| Swept::new(boxes[track], footprint));
+    let sweep = |footprint: &Footprint| {
+        cores::map(boxes.len(), |track| Swept::new(boxes[track], footprint))
+    };
     let swept: Vec<Vec<Swept<'_>>> = roads.footprints().iter().map(sweep).collect();
-    let longest = roads.footprints().iter().map(|footprint| 2.0 * footprint.half[0]).fold(0.0, f32::max);
-    let ahead = cores::map(sweeps.len(), |edge| edges_ahead(roads, sweeps, edge as u32, AHEAD * longest));
+    let longest =
+        roads.footprints().iter().map(|footprint| 2.0 * footprint.half[0]).fold(0.0, f32::max);
+    let ahead =
+        cores::map(sweeps.len(), |edge| edges_ahead(roads, sweeps, edge as u32, AHEAD * longest));
     let finder = Finder { roads, sweeps, lengths, ahead, swept };
     let count = roads.footprints().len();
     (0..count * count).map(|pair| finder.table(pair / count, pair % count)).collect()
@@ -102,13 +114,16 @@ impl Finder<'_> {
     /// Makes the table of robots with footprint `own` and robots with footprint `other`.
     fn table(&self, own: usize, other: usize) -> ConflictTable {
         let tracks = self.swept[other].len();
-        let swept: Vec<&[Rectangle]> = self.swept[other].iter().map(|swept| swept.rectangles.as_slice()).collect();
-        let radius = self.swept[own].iter().flat_map(|swept| &swept.rectangles).map(Rectangle::radius);
+        let swept: Vec<&[Rectangle]> =
+            self.swept[other].iter().map(|swept| swept.rectangles.as_slice()).collect();
+        let radius =
+            self.swept[own].iter().flat_map(|swept| &swept.rectangles).map(Rectangle::radius);
         let grid = Grid::new(&swept, 2.0 * radius.fold(0.5, f32::max));
         let found = cores::map(tracks, |track| self.find(own, other, &grid, track as u32));
         let found: Vec<Found> = found.into_iter().flatten().collect();
         let separations = self.separations([own, other], tracks, &found);
-        let pairs = found.iter().flat_map(|found| self.pairs(own == other, found, &separations)).collect();
+        let pairs =
+            found.iter().flat_map(|found| self.pairs(own == other, found, &separations)).collect();
         ConflictTable::new(pairs, separations)
     }
 
@@ -122,13 +137,22 @@ impl Finder<'_> {
                 continue;
             }
             let Some(touching) = touching(swept, &self.swept[other][b as usize]) else { continue };
-            found.push(Found { tracks: [a, b], leads: self.leads([own, other], [a, b], &touching), touching });
+            found.push(Found {
+                tracks: [a, b],
+                leads: self.leads([own, other], [a, b], &touching),
+                touching,
+            });
         }
         found
     }
 
     /// Whether one of two tracks leads into the other, so that robots on them follow each other.
-    fn leads(&self, footprints: [usize; 2], [a, b]: [u32; 2], touching: &Touching) -> [Option<f32>; 2] {
+    fn leads(
+        &self,
+        footprints: [usize; 2],
+        [a, b]: [u32; 2],
+        touching: &Touching,
+    ) -> [Option<f32>; 2] {
         let ahead = |from: u32, to: u32, apart: f32| {
             let between = self.ahead.get(from as usize)?.iter().find(|(edge, _)| *edge == to)?.1;
             // Where the road turns back beside itself, robots far apart on it may touch.
@@ -141,13 +165,15 @@ impl Finder<'_> {
         }
     }
 
-    /// Returns the distances at which robots follow each other, in metres: by the track of the one behind. A robot that
-    /// keeps it is never in the way of the one ahead, whichever way that goes on.
+    /// Returns the distances at which robots follow each other, in metres: by the track of the one
+    /// behind. A robot that keeps it is never in the way of the one ahead, whichever way that goes
+    /// on.
     fn separations(&self, footprints: [usize; 2], tracks: usize, found: &[Found]) -> Vec<f32> {
         let [own, other] = footprints;
         let mut separations = cores::map(tracks, |track| self.separation(own, other, track as u32));
         for Found { tracks: [a, b], touching, leads } in found {
-            let behind = [(*a, *b, leads[0], touching.apart[0]), (*b, *a, leads[1], touching.apart[1])];
+            let behind =
+                [(*a, *b, leads[0], touching.apart[0]), (*b, *a, leads[1], touching.apart[1])];
             for (behind, ahead, between, apart) in behind {
                 let Some(between) = between else { continue };
                 let apart = self.straight_on(footprints, behind, ahead).unwrap_or(between + apart);
@@ -160,7 +186,12 @@ impl Finder<'_> {
     }
 
     /// Returns the entries of a pair; with one footprint it is seen from both sides.
-    fn pairs(&self, both: bool, found: &Found, separations: &[f32]) -> impl Iterator<Item = (u32, Pair)> + use<> {
+    fn pairs(
+        &self,
+        both: bool,
+        found: &Found,
+        separations: &[f32],
+    ) -> impl Iterator<Item = (u32, Pair)> + use<> {
         let [a, b] = found.tracks;
         let relation = match found.leads {
             [Some(between), _] => Relation::Into((separations[a as usize] - between).max(0.0)),
@@ -173,21 +204,26 @@ impl Finder<'_> {
         std::iter::once(pair).chain(both.then_some(seen_from_other))
     }
 
-    /// Returns the distance between robots that touch where a straight edge leads straight on into another one.
+    /// Returns the distance between robots that touch where a straight edge leads straight on into
+    /// another one.
     fn straight_on(&self, [own, other]: [usize; 2], front: u32, back: u32) -> Option<f32> {
         let (first, second) = (&self.sweeps[front as usize], &self.sweeps[back as usize]);
         let turn = super::super::angle_between(first.headings()[1], second.headings()[0]);
         let goes_on = first.is_straight() && second.is_straight() && turn < 1e-4;
         let roads = self.roads;
-        goes_on.then(|| first.straight_separation(&roads.footprints()[own], &roads.footprints()[other])).flatten()
+        goes_on
+            .then(|| {
+                first.straight_separation(&roads.footprints()[own], &roads.footprints()[other])
+            })
+            .flatten()
     }
 
     /// Returns how far apart two robots on a track have to be, in metres.
     fn separation(&self, own: usize, other: usize, track: u32) -> f32 {
         let footprints = self.roads.footprints();
         let straight = self.sweeps.get(track as usize).filter(|sweep| sweep.is_straight());
-        if let Some(separation) =
-            straight.and_then(|sweep| sweep.straight_separation(&footprints[own], &footprints[other]))
+        if let Some(separation) = straight
+            .and_then(|sweep| sweep.straight_separation(&footprints[own], &footprints[other]))
         {
             return separation;
         }
@@ -204,24 +240,33 @@ fn seen_from_other(relation: Relation) -> Relation {
     }
 }
 
-/// The largest turn between edges that are driven both ways on which robots follow each other, in radians. Beyond a sharper one
-/// a robot is out of the way of those behind it sooner than the distance along the road says.
+/// The largest turn between edges that are driven both ways on which robots follow each other, in
+/// radians. Beyond a sharper one a robot is out of the way of those behind it sooner than the
+/// distance along the road says.
 const SHARP: f32 = core::f32::consts::FRAC_PI_4;
 
-/// Returns the edges that an edge leads into within some metres of its end, forward, with the metres in between.
+/// Returns the edges that an edge leads into within some metres of its end, forward, with the
+/// metres in between.
 fn edges_ahead(roads: &Roads, sweeps: &[Sweep], edge: u32, metres: f32) -> Vec<(u32, f32)> {
     let is_two_way = |edge: u32| {
         let road = roads.edge(edge);
-        roads.exits(road.destination).iter().any(|&back| back.edge() != edge && roads.end(back) == road.origin)
+        roads
+            .exits(road.destination)
+            .iter()
+            .any(|&back| back.edge() != edge && roads.end(back) == road.origin)
     };
     let turn = |from: u32, to: u32| {
-        super::super::angle_between(sweeps[from as usize].headings()[1], sweeps[to as usize].headings()[0])
+        super::super::angle_between(
+            sweeps[from as usize].headings()[1],
+            sweeps[to as usize].headings()[0],
+        )
     };
     let mut ahead: Vec<(u32, f32)> = Vec::new();
     let mut open = vec![(edge, 0.0)];
     while let Some((last, between)) = open.pop() {
         let is_followed = |leg: &&Leg| {
-            let is_sharp = turn(last, leg.edge()) > SHARP && is_two_way(last) && is_two_way(leg.edge());
+            let is_sharp =
+                turn(last, leg.edge()) > SHARP && is_two_way(last) && is_two_way(leg.edge());
             !leg.is_reverse() && !is_sharp
         };
         for leg in roads.exits(roads.edge(last).destination).iter().filter(is_followed) {
@@ -262,7 +307,9 @@ fn touching_groups([a, b]: [&Swept<'_>; 2], groups: [usize; 2], all: &mut Touchi
         for (other_part, other) in b.boxes.iter().zip(&b.rectangles).skip(of_b).take(GROUP) {
             let offset = [0, 1].map(|axis| other.centre[axis] - rectangle.centre[axis]);
             let reach = radius + other.radius();
-            if offset[0] * offset[0] + offset[1] * offset[1] <= reach * reach && rectangle.touches(other) {
+            if offset[0] * offset[0] + offset[1] * offset[1] <= reach * reach
+                && rectangle.touches(other)
+            {
                 all.add(part.s, other_part.s, lengths);
             }
         }

@@ -30,9 +30,12 @@ impl Grid {
             }
         }
         let size = [0, 1].map(|axis| (high[axis] - low[axis]).max(1.0));
-        let cell = cell.max((size[0] * size[1] / MOST_CELLS).sqrt()).max(size[0].max(size[1]) / MOST_CELLS);
+        let cell = cell
+            .max((size[0] * size[1] / MOST_CELLS).sqrt())
+            .max(size[0].max(size[1]) / MOST_CELLS);
         let [columns, rows] = size.map(|metres| (metres / cell) as u32 + 1);
-        let mut grid = Self { origin: low, cell, columns, rows, starts: Vec::new(), tracks: Vec::new() };
+        let mut grid =
+            Self { origin: low, cell, columns, rows, starts: Vec::new(), tracks: Vec::new() };
         let cells = cores::map(tracks.len(), |track| grid.cells_of(tracks[track]));
         let mut ends = vec![0; columns as usize * rows as usize + 1];
         cells.iter().flatten().for_each(|cell| ends[*cell as usize + 1] += 1);
@@ -50,9 +53,12 @@ impl Grid {
 
     /// Returns the tracks that share a cell with these rectangles, in ascending order.
     pub fn near(&self, rectangles: &[Rectangle]) -> Vec<u32> {
-        let tracks =
-            |cell: u32| &self.tracks[self.starts[cell as usize] as usize..self.starts[cell as usize + 1] as usize];
-        let mut near: Vec<u32> = self.cells_of(rectangles).into_iter().flat_map(tracks).copied().collect();
+        let tracks = |cell: u32| {
+            &self.tracks
+                [self.starts[cell as usize] as usize..self.starts[cell as usize + 1] as usize]
+        };
+        let mut near: Vec<u32> =
+            self.cells_of(rectangles).into_iter().flat_map(tracks).copied().collect();
         near.sort_unstable();
         near.dedup();
         near
@@ -64,7 +70,8 @@ impl Grid {
         for rectangle in rectangles {
             let radius = rectangle.radius();
             let at = |axis: usize, offset: f32, count: u32| {
-                (((rectangle.centre[axis] + offset - self.origin[axis]) / self.cell) as u32).min(count - 1)
+                (((rectangle.centre[axis] + offset - self.origin[axis]) / self.cell) as u32)
+                    .min(count - 1)
             };
             for row in at(1, -radius, self.rows)..=at(1, radius, self.rows) {
                 let (first, last) = (at(0, -radius, self.columns), at(0, radius, self.columns));

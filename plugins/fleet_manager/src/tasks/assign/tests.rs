@@ -17,7 +17,8 @@ fn robots(count: u32) -> Vec<Candidate> {
     (0..count).map(|robot| Candidate { robot, position: [robot as f32, 0.0] }).collect()
 }
 
-/// Returns the number of possible pairs and their cost in milliseconds, of the best choice there is for the orders from `at` on.
+/// Returns the number of possible pairs and their cost in milliseconds, of the best choice there is
+/// for the orders from `at` on.
 fn best(costs: &[Vec<Option<i64>>], at: usize, busy: &mut Vec<bool>) -> (i64, i64) {
     if at == costs.len() {
         return (0, 0);
@@ -73,9 +74,14 @@ fn an_order_changes_its_robot_only_if_that_is_worth_it() {
     let robots = robots(2);
     for (other_secs, robot) in [(25.0, 0), (15.0, 1)] {
         let secs = |robot: u32, _| Some(if robot == 0 { 30.0 } else { other_secs });
-        let problem = Problem { now_secs: 0.0, tasks: &tasks, robots: &robots, driving_secs: &secs };
+        let problem =
+            Problem { now_secs: 0.0, tasks: &tasks, robots: &robots, driving_secs: &secs };
         for mut assigner in [Nearest::default(), Nearest { exact_up_to: 0, ..Nearest::default() }] {
-            assert_eq!(assigner.assign(&problem), [(TaskId(1), robot)], "{other_secs} {assigner:?}");
+            assert_eq!(
+                assigner.assign(&problem),
+                [(TaskId(1), robot)],
+                "{other_secs} {assigner:?}"
+            );
         }
     }
 }
@@ -91,8 +97,10 @@ fn the_oldest_orders_are_first_when_there_are_too_many() {
 #[test]
 fn wrong_pairs_of_an_assigner_are_ignored() {
     let (tasks, robots) = (tasks(&[0.0, 0.0]), robots(2));
-    let problem = Problem { now_secs: 0.0, tasks: &tasks, robots: &robots, driving_secs: &|_, _| Some(1.0) };
-    let pairs = vec![(TaskId(1), 7), (TaskId(9), 0), (TaskId(1), 1), (TaskId(1), 0), (TaskId(2), 1)];
+    let problem =
+        Problem { now_secs: 0.0, tasks: &tasks, robots: &robots, driving_secs: &|_, _| Some(1.0) };
+    let pairs =
+        vec![(TaskId(1), 7), (TaskId(9), 0), (TaskId(1), 1), (TaskId(1), 0), (TaskId(2), 1)];
     assert_eq!(allowed(&problem, pairs), BTreeMap::from([(TaskId(1), 1)]));
 }
 
@@ -102,7 +110,8 @@ fn robots_keep_their_orders_in_a_problem_that_is_too_large_to_be_solved_at_once(
     let mut tasks = tasks(&vec![0.0; count as usize]);
     tasks.iter_mut().zip(0..).skip(1).for_each(|(task, robot)| task.robot = Some(robot));
     let secs = |robot: u32, node: u32| Some(f64::from(robot.abs_diff(node)));
-    let problem = Problem { now_secs: 0.0, tasks: &tasks, robots: &robots(count), driving_secs: &secs };
+    let problem =
+        Problem { now_secs: 0.0, tasks: &tasks, robots: &robots(count), driving_secs: &secs };
     let pairs = allowed(&problem, Nearest::default().assign(&problem));
     assert!(pairs.iter().all(|(task, robot)| task.0 == u64::from(*robot) + 1), "{pairs:?}");
     assert_eq!(pairs.len(), count as usize);
@@ -113,7 +122,8 @@ fn in_turn_nobody_loses_an_order_and_the_waiting_ones_are_given_by_number() {
     let mut tasks = tasks(&[0.0; 3]);
     tasks[1].robot = Some(0);
     let driving_secs = |_: u32, _: u32| None;
-    let problem = Problem { now_secs: 0.0, tasks: &tasks, robots: &robots(3), driving_secs: &driving_secs };
+    let problem =
+        Problem { now_secs: 0.0, tasks: &tasks, robots: &robots(3), driving_secs: &driving_secs };
     let pairs = InTurn.assign(&problem);
     assert_eq!(pairs, [(TaskId(2), 0), (TaskId(1), 1), (TaskId(3), 2)]);
 }

@@ -10,9 +10,11 @@ pub struct Urgency {
     pub priority_secs: f64,
     /// Of each second that an order waits.
     pub age: f64,
-    /// An order is more urgent from so many seconds before its deadline on, by a second each second.
+    /// An order is more urgent from so many seconds before its deadline on, by a second each
+    /// second.
     pub before_deadline_secs: f64,
-    /// The simulated seconds after which orders that have a robot, but that it hasn't begun, may get another one.
+    /// The simulated seconds after which orders that have a robot, but that it hasn't begun, may
+    /// get another one.
     pub reassignment_secs: f64,
 }
 
@@ -37,15 +39,16 @@ impl TaskBook {
         self.urgency = urgency;
     }
 
-    /// Whether the next [`assign`](Self::assign) also assigns orders anew that have a robot, but that it hasn't begun. If not,
-    /// only robots without an order can get one.
+    /// Whether the next [`assign`](Self::assign) also assigns orders anew that have a robot, but
+    /// that it hasn't begun. If not, only robots without an order can get one.
     pub fn is_reassignment_due(&self, now_secs: f64) -> bool {
         now_secs >= self.next_reassignment_secs
     }
 
-    /// Assigns waiting orders to robots. `available` are the robots that may get an order or another one; those that are
-    /// at a stop, or have begun their order, are ignored. Every few seconds orders that aren't begun are assigned anew.
-    /// `driving_secs` returns how long a robot drives to a node, in seconds; `None` if it can't.
+    /// Assigns waiting orders to robots. `available` are the robots that may get an order or
+    /// another one; those that are at a stop, or have begun their order, are ignored. Every few
+    /// seconds orders that aren't begun are assigned anew. `driving_secs` returns how long a robot
+    /// drives to a node, in seconds; `None` if it can't.
     pub fn assign(
         &mut self,
         now_secs: f64,
@@ -70,11 +73,18 @@ impl TaskBook {
 
     /// Returns the robots without an order, and those that may get another one, by id.
     fn candidates(&self, available: &[Candidate], is_reassignment: bool) -> Vec<Candidate> {
-        let may_get = |candidate: &&Candidate| match self.task_of(candidate.robot).and_then(|task| self.order(task)) {
+        let may_get = |candidate: &&Candidate| match self
+            .task_of(candidate.robot)
+            .and_then(|task| self.order(task))
+        {
             None => true,
             // What only this robot may do stays with it.
             Some(order) if order.content.intended_robot.is_some() => false,
-            Some(order) => is_reassignment && !order.is_bound() && order.state == State::Travelling(candidate.robot),
+            Some(order) => {
+                is_reassignment
+                    && !order.is_bound()
+                    && order.state == State::Travelling(candidate.robot)
+            }
         };
         let mut robots: Vec<_> = available.iter().filter(may_get).copied().collect();
         robots.sort_by_key(|candidate| candidate.robot);
@@ -95,7 +105,8 @@ impl TaskBook {
     fn open_task(&self, order: &Order, now_secs: f64) -> OpenTask {
         let node = order.content.stops[0].node;
         let urgency = &self.urgency;
-        let nearness = |deadline: f64| (urgency.before_deadline_secs - (deadline - now_secs)).max(0.0);
+        let nearness =
+            |deadline: f64| (urgency.before_deadline_secs - (deadline - now_secs)).max(0.0);
         let urgency_secs = f64::from(order.content.priority) * urgency.priority_secs
             + (now_secs - order.ready_secs()).max(0.0) * urgency.age
             + order.content.deadline_secs.map_or(0.0, nearness);

@@ -1,10 +1,14 @@
-//! Orders that only one robot may get: those that say so, and those by which a robot is sent somewhere on request.
+//! Orders that only one robot may get: those that say so, and those by which a robot is sent
+//! somewhere on request.
 
-use super::{Assignments, Candidate, Change, NewOrder, Order, OrderName, State, Stop, TaskBook, TaskId};
+use super::{
+    Assignments, Candidate, Change, NewOrder, Order, OrderName, State, Stop, TaskBook, TaskId,
+};
 use crate::tasks::order::Action;
 
 impl TaskBook {
-    /// Gives robots the waiting orders that only they may get, the most urgent first. These robots are candidates no longer.
+    /// Gives robots the waiting orders that only they may get, the most urgent first. These robots
+    /// are candidates no longer.
     pub(super) fn assign_intended(
         &mut self,
         robots: &mut Vec<Candidate>,
@@ -26,18 +30,26 @@ impl TaskBook {
         changes
     }
 
-    /// Returns the waiting order for a robot only that comes next: of the highest priority, then the oldest.
-    fn next_intended(&self, robot: u32, driving_secs: &dyn Fn(u32, u32) -> Option<f64>) -> Option<TaskId> {
+    /// Returns the waiting order for a robot only that comes next: of the highest priority, then
+    /// the oldest.
+    fn next_intended(
+        &self,
+        robot: u32,
+        driving_secs: &dyn Fn(u32, u32) -> Option<f64>,
+    ) -> Option<TaskId> {
         let theirs = self.intended.range((robot, TaskId(0))..=(robot, TaskId(u64::MAX)));
         let waiting = theirs.map(|(_, task)| *task).filter(|task| self.waiting.contains(task));
         let orders = waiting.filter_map(|task| self.open.get(&task));
-        let possible = orders.filter(|order| driving_secs(robot, order.content.stops[0].node).is_some());
-        possible.max_by_key(|order| (order.content.priority, std::cmp::Reverse(order.id))).map(Order::id)
+        let possible =
+            orders.filter(|order| driving_secs(robot, order.content.stops[0].node).is_some());
+        possible
+            .max_by_key(|order| (order.content.priority, std::cmp::Reverse(order.id)))
+            .map(Order::id)
     }
 
-    /// Sends a robot to a node, in place of what it was sent for before. An order that it hasn't begun is taken from it; one
-    /// that it has begun is finished first. `run_id` is that of the world. Returns the new order, and whether the robot is
-    /// free for it now.
+    /// Sends a robot to a node, in place of what it was sent for before. An order that it hasn't
+    /// begun is taken from it; one that it has begun is finished first. `run_id` is that of the
+    /// world. Returns the new order, and whether the robot is free for it now.
     pub fn send(&mut self, robot: u32, node: u32, run_id: u64, now_secs: f64) -> (TaskId, bool) {
         self.recall(robot, now_secs);
         let name = OrderName::of_request(robot, self.next_id, run_id);
@@ -59,9 +71,11 @@ impl TaskBook {
     /// Takes back what a robot was sent for. Returns whether it was sent anywhere.
     pub fn recall(&mut self, robot: u32, now_secs: f64) -> bool {
         let is_sent = |(other, task): &&(u32, TaskId)| {
-            *other == robot && self.open.get(task).is_some_and(|order| order.content.name.is_of_request())
+            *other == robot
+                && self.open.get(task).is_some_and(|order| order.content.name.is_of_request())
         };
-        let sent: Vec<TaskId> = self.intended.iter().filter(is_sent).map(|(_, task)| *task).collect();
+        let sent: Vec<TaskId> =
+            self.intended.iter().filter(is_sent).map(|(_, task)| *task).collect();
         for task in &sent {
             let holder = self.open.get(task).and_then(|order| order.state.robot());
             let change = Change::Cancelled { robot: holder, reason: "recalled".to_owned() };

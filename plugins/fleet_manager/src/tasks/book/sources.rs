@@ -27,11 +27,16 @@ impl TaskBook {
     }
 
     /// Adds the orders of a file that the store doesn't know.
-    pub(in crate::tasks) fn add_new_orders(&mut self, orders: &[TimedDraft], known: &Known) -> Result<(), InputError> {
+    pub(in crate::tasks) fn add_new_orders(
+        &mut self,
+        orders: &[TimedDraft],
+        known: &Known,
+    ) -> Result<(), InputError> {
         let mut names = std::collections::BTreeSet::new();
         for TimedDraft { line, secs, draft } in orders {
             let error = |reason: String| InputError { line: *line, reason };
-            let order = self.file_order(*line, draft).map_err(|reason| error(reason.to_string()))?;
+            let order =
+                self.file_order(*line, draft).map_err(|reason| error(reason.to_string()))?;
             if !names.insert(order.name.clone()) {
                 return Err(error(format!("there are two orders `{}`", order.name)));
             }
@@ -45,7 +50,11 @@ impl TaskBook {
         Ok(())
     }
 
-    fn file_order(&self, line: usize, draft: &crate::tasks::OrderDraft) -> Result<NewOrder, DraftError> {
+    fn file_order(
+        &self,
+        line: usize,
+        draft: &crate::tasks::OrderDraft,
+    ) -> Result<NewOrder, DraftError> {
         let mut draft = draft.clone();
         let name = draft.name.take().unwrap_or_else(|| format!("line-{line}"));
         let name = OrderName::parse(&name).map_err(|error: NameError| DraftError::Name(error))?;
@@ -68,8 +77,8 @@ impl TaskBook {
         }
     }
 
-    /// Makes all orders whose time has come. `robots` is the number of robots that may get orders: endless loads have as
-    /// many open ones.
+    /// Makes all orders whose time has come. `robots` is the number of robots that may get orders:
+    /// endless loads have as many open ones.
     pub fn generate_until(&mut self, now_secs: f64, robots: usize) {
         self.opened_secs.get_or_insert(now_secs);
         let mut arrivals = Vec::new();
@@ -77,8 +86,11 @@ impl TaskBook {
             arrivals.extend(self.timetable.pop().map(|(secs, order)| (secs, None, order)));
         }
         for (index, generator) in self.generators.iter_mut().enumerate() {
-            // Orders that can't be carried out now don't keep robots busy; but they must not become ever more.
-            let is_lost = |task| self.open.get(task).is_some_and(|order: &Order| order.state == State::Unroutable);
+            // Orders that can't be carried out now don't keep robots busy; but they must not become
+            // ever more.
+            let is_lost = |task| {
+                self.open.get(task).is_some_and(|order: &Order| order.state == State::Unroutable)
+            };
             let made = || self.made_by.iter().filter(|(_, maker)| **maker == index);
             let lost = made().filter(|(task, _)| is_lost(*task)).count();
             let mut open = made().count() - lost.min(MOST_LOST * robots);
@@ -97,7 +109,9 @@ impl TaskBook {
 
     /// Lets orders wait for a robot whose earliest start has come.
     fn start_early(&mut self, now_secs: f64) {
-        while let Some(&(bits, task)) = self.early.first().filter(|(bits, _)| f64::from_bits(*bits) <= now_secs) {
+        while let Some(&(bits, task)) =
+            self.early.first().filter(|(bits, _)| f64::from_bits(*bits) <= now_secs)
+        {
             self.early.remove(&(bits, task));
             if let Some(order) = self.open.get_mut(&task) {
                 order.state = State::Waiting;
@@ -108,13 +122,19 @@ impl TaskBook {
     }
 
     /// Opens a new order. Returns `None` if there is an open one with its name.
-    pub(super) fn create(&mut self, created_secs: f64, now_secs: f64, content: NewOrder) -> Option<TaskId> {
+    pub(super) fn create(
+        &mut self,
+        created_secs: f64,
+        now_secs: f64,
+        content: NewOrder,
+    ) -> Option<TaskId> {
         if self.names.contains_key(&content.name) {
             return None;
         }
         let task = TaskId(self.next_id);
         self.next_id += 1;
-        let created = Change::Created { priority: content.priority, stops: content.stops.len() as u32 };
+        let created =
+            Change::Created { priority: content.priority, stops: content.stops.len() as u32 };
         let stops = content.stops.clone();
         let order = Order {
             id: task,
@@ -130,7 +150,12 @@ impl TaskBook {
         self.events.extend(stops.iter().zip(0..).map(|(stop, index)| super::TaskEvent {
             secs: now_secs,
             task,
-            change: Change::Stop { stop: index, node: stop.node, action: stop.action, dwell_secs: stop.dwell_secs },
+            change: Change::Stop {
+                stop: index,
+                node: stop.node,
+                action: stop.action,
+                dwell_secs: stop.dwell_secs,
+            },
         }));
         Some(task)
     }
@@ -150,12 +175,17 @@ impl TaskBook {
         self.open.insert(task, order);
     }
 
-    /// Continues with the open orders of a store: those that a robot has begun stay with it, and all others wait.
+    /// Continues with the open orders of a store: those that a robot has begun stay with it, and
+    /// all others wait.
     pub(in crate::tasks) fn restore(&mut self, orders: Vec<Order>, next_id: u64, now_secs: f64) {
         self.next_id = self.next_id.max(next_id);
         for mut order in orders {
             let task = order.id;
-            match order.state.robot().filter(|robot| order.is_bound() && !self.by_robot.contains_key(robot)) {
+            match order
+                .state
+                .robot()
+                .filter(|robot| order.is_bound() && !self.by_robot.contains_key(robot))
+            {
                 Some(robot) => {
                     order.state = State::Travelling(robot);
                     self.by_robot.insert(robot, task);

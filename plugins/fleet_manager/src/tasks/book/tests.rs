@@ -43,7 +43,10 @@ fn an_order_goes_from_stop_to_stop() {
     assert_eq!((figures.waiting.mean_secs, figures.service.mean_secs), (10.0, 61.0));
     let events: Vec<_> = book.events().map(|event| event.change).collect();
     assert_eq!(events.len(), 9, "{events:?}");
-    assert_eq!(events[3..5], [Change::Assigned { robot: 2 }, Change::Arrived { robot: 2, stop: 0 }]);
+    assert_eq!(
+        events[3..5],
+        [Change::Assigned { robot: 2 }, Change::Arrived { robot: 2, stop: 0 }]
+    );
 }
 
 #[test]
@@ -61,7 +64,11 @@ fn orders_wait_for_their_time() {
 fn a_nearer_robot_takes_over_until_the_pick() {
     let mut book = book("- {stops: [5]}");
     assert_eq!(book.assign(0.0, &candidates(&[0]), &driving).assigned, [(TaskId(1), 0)]);
-    assert_eq!(book.assign(1.0, &candidates(&[0, 4]), &driving), Assignments::default(), "not every tick");
+    assert_eq!(
+        book.assign(1.0, &candidates(&[0, 4]), &driving),
+        Assignments::default(),
+        "not every tick"
+    );
     let changes = book.assign(5.0, &candidates(&[0, 4]), &driving);
     assert_eq!((changes.withdrawn, changes.assigned), (vec![(TaskId(1), 0)], vec![(TaskId(1), 4)]));
     assert!(book.arrived(4, 6.0));
@@ -80,7 +87,9 @@ fn priority_and_age_are_worth_a_way() {
 #[test]
 fn unroutable_orders_come_back() {
     let mut book = book("- {name: a, stops: [1]}");
-    assert!(book.unroutable(TaskId(1), 1.0, "closed") && !book.unroutable(TaskId(1), 1.0, "closed"));
+    assert!(
+        book.unroutable(TaskId(1), 1.0, "closed") && !book.unroutable(TaskId(1), 1.0, "closed")
+    );
     assert_eq!(book.assign(2.0, &candidates(&[0]), &driving), Assignments::default());
     assert_eq!(book.order(TaskId(1)).map(Order::reason), Some("closed"));
     assert!(book.reopen(TaskId(1), 3.0) && !book.reopen(TaskId(1), 3.0));
@@ -120,11 +129,16 @@ fn perform(book: &mut TaskBook, step: &Step, now: f64) {
         Step::Generate => book.generate_until(now, 6),
         Step::Assign(robots) => drop(book.assign(now, &candidates(robots), &driving)),
         Step::Arrive(robot) => assert!(!(book.arrived(*robot, now) && book.arrived(*robot, now))),
-        Step::Handle(robot) => assert!(book.handled(*robot, now).is_none() || book.handled(*robot, now).is_none()),
+        Step::Handle(robot) => {
+            assert!(book.handled(*robot, now).is_none() || book.handled(*robot, now).is_none())
+        }
         Step::Fail(robot) => assert_eq!(book.task_of(*robot), book.failed(*robot, now, "broken")),
         Step::Withdraw(robot) => {
             let withdrawn = book.withdraw(*robot, now);
-            assert_eq!(withdrawn.is_err(), book.task_of(*robot).is_some() || withdrawn == Err(WithdrawError::Unknown));
+            assert_eq!(
+                withdrawn.is_err(),
+                book.task_of(*robot).is_some() || withdrawn == Err(WithdrawError::Unknown)
+            );
         }
         Step::Cancel(number, immediate) => {
             let Some(order) = book.order(TaskId(*number)).cloned() else { return };
@@ -132,9 +146,14 @@ fn perform(book: &mut TaskBook, step: &Step, now: f64) {
             assert_eq!(is_cancelled, *immediate || !order.is_bound());
         }
         Step::Unroutable(number) => {
-            assert!(!book.unroutable(TaskId(*number), now, "closed") || !book.waiting.contains(&TaskId(*number)))
+            assert!(
+                !book.unroutable(TaskId(*number), now, "closed")
+                    || !book.waiting.contains(&TaskId(*number))
+            )
         }
-        Step::Reopen(number) => assert!(!book.reopen(TaskId(*number), now) || book.waiting.contains(&TaskId(*number))),
+        Step::Reopen(number) => {
+            assert!(!book.reopen(TaskId(*number), now) || book.waiting.contains(&TaskId(*number)))
+        }
     }
 }
 
@@ -155,7 +174,11 @@ impl Model {
             Change::Created { stops, .. } => assert_eq!(self.stops.insert(task, *stops), None),
             Change::Assigned { robot } => {
                 assert_eq!(self.robots.insert(*robot, task), None, "one robot, one order");
-                assert_eq!(self.robots.values().filter(|other| **other == task).count(), 1, "one order, one robot");
+                assert_eq!(
+                    self.robots.values().filter(|other| **other == task).count(),
+                    1,
+                    "one order, one robot"
+                );
             }
             Change::Withdrawn { robot } => {
                 assert_eq!(self.robots.remove(robot), Some(task));
@@ -163,13 +186,22 @@ impl Model {
             }
             Change::Handled { robot, stop } => {
                 assert_eq!(self.robots.get(robot), Some(&task));
-                assert_eq!(self.handled.insert(task, *stop).map_or(0, |last| last + 1), *stop, "each stop once");
+                assert_eq!(
+                    self.handled.insert(task, *stop).map_or(0, |last| last + 1),
+                    *stop,
+                    "each stop once"
+                );
             }
             Change::Finished { robot } => {
-                assert_eq!(self.handled.get(&task).map(|last| last + 1), self.stops.get(&task).copied());
+                assert_eq!(
+                    self.handled.get(&task).map(|last| last + 1),
+                    self.stops.get(&task).copied()
+                );
                 self.end(task, Some(*robot));
             }
-            Change::Failed { robot, .. } | Change::Cancelled { robot, .. } => self.end(task, *robot),
+            Change::Failed { robot, .. } | Change::Cancelled { robot, .. } => {
+                self.end(task, *robot)
+            }
             _ => {}
         }
     }
@@ -186,8 +218,14 @@ fn check(book: &TaskBook, model: &Model) {
     assert_eq!(book.by_robot, model.robots);
     assert_eq!(book.open.len() + model.over.len(), model.stops.len(), "no order is lost");
     for order in book.open.values() {
-        let holds = order.state().robot().is_none_or(|robot| book.by_robot.get(&robot) == Some(&order.id()));
-        assert!(holds && !order.state().is_final() && order.next_stop < order.content.stops.len(), "{order:?}");
+        let holds = order
+            .state()
+            .robot()
+            .is_none_or(|robot| book.by_robot.get(&robot) == Some(&order.id()));
+        assert!(
+            holds && !order.state().is_final() && order.next_stop < order.content.stops.len(),
+            "{order:?}"
+        );
         assert_eq!(order.state() == State::Waiting, book.waiting.contains(&order.id()));
         assert_eq!(book.names.get(&order.content.name), Some(&order.id()));
     }
@@ -249,7 +287,11 @@ fn an_endless_load_replaces_orders_that_cannot_be_carried_out() {
 fn what_is_for_one_robot_goes_to_no_other() {
     let mut book = book("- {name: a, robot: 8, stops: [3]}\n- {name: b, stops: [7]}");
     let nearest = book.assign(0.0, &candidates(&[2, 6]), &driving);
-    assert_eq!(nearest.assigned, [(TaskId(2), 6)], "robot 2 is the nearest to order a, which is for robot 8");
+    assert_eq!(
+        nearest.assigned,
+        [(TaskId(2), 6)],
+        "robot 2 is the nearest to order a, which is for robot 8"
+    );
     assert_eq!(book.assign(1.0, &candidates(&[2, 8]), &driving).assigned, [(TaskId(1), 8)]);
     let anew = book.assign(60.0, &candidates(&[2, 6, 8]), &driving);
     assert!(!anew.withdrawn.contains(&(TaskId(1), 8)), "nor is it given to another one: {anew:?}");
@@ -261,7 +303,10 @@ fn a_robot_is_sent_at_once_or_after_the_order_that_it_has_begun() {
     book.assign(0.0, &candidates(&[2]), &driving);
     let (sent, is_free) = book.send(2, 9, 0xAB, 1.0);
     assert!(is_free && book.task_of(2).is_none(), "order a was not begun");
-    assert_eq!(book.assign(1.0, &candidates(&[2, 5]), &driving).assigned, [(sent, 2), (TaskId(1), 5)]);
+    assert_eq!(
+        book.assign(1.0, &candidates(&[2, 5]), &driving).assigned,
+        [(sent, 2), (TaskId(1), 5)]
+    );
     assert!(book.recall(2, 2.0) && !book.recall(2, 2.0) && book.task_of(2).is_none());
     assert!(book.arrived(5, 3.0) && book.handled(5, 3.0).is_some());
     let (later, is_free) = book.send(5, 9, 0xAB, 4.0);
@@ -269,6 +314,9 @@ fn a_robot_is_sent_at_once_or_after_the_order_that_it_has_begun() {
     assert!(book.assign(60.0, &candidates(&[5]), &driving).assigned.is_empty());
     assert!(book.arrived(5, 61.0) && book.handled(5, 61.0) == Some(Next::Done));
     let (replaced, is_free) = book.send(5, 1, 0xAB, 61.0);
-    assert!(is_free && replaced != later && book.order(later).is_none(), "a request replaces the one before");
+    assert!(
+        is_free && replaced != later && book.order(later).is_none(),
+        "a request replaces the one before"
+    );
     assert_eq!(book.assign(61.0, &candidates(&[5]), &driving).assigned, [(replaced, 5)]);
 }

@@ -6,7 +6,8 @@ use regatta_plugin::world::NodeRole;
 fn places() -> Places {
     let roles = [NodeRole::Pick, NodeRole::Pick, NodeRole::Drop, NodeRole::None];
     let zone = |id| if id < 2 { "south" } else { "north" }.to_owned();
-    let place = |(id, role)| Place { id, role, zone: zone(id), name: format!("N{id}"), ..Place::default() };
+    let place =
+        |(id, role)| Place { id, role, zone: zone(id), name: format!("N{id}"), ..Place::default() };
     Places::new((0..).zip(roles).map(place).collect())
 }
 
@@ -36,8 +37,14 @@ fn orders_do_not_depend_on_how_often_a_generator_is_asked() {
     assert_ne!(often, orders(generators(&text.replace('3', "4"))[0].clone(), 7200.0, 0.1));
     for (secs, order) in &often {
         let [pick, drop] = order.stops() else { panic!("two stops") };
-        assert!(pick.node < 2 && drop.node == 2 && (2.0..=4.0).contains(&pick.dwell_secs), "{order:?}");
-        assert_eq!((pick.action, drop.action, order.deadline_secs()), (Action::Pick, Action::Drop, Some(secs + 60.0)));
+        assert!(
+            pick.node < 2 && drop.node == 2 && (2.0..=4.0).contains(&pick.dwell_secs),
+            "{order:?}"
+        );
+        assert_eq!(
+            (pick.action, drop.action, order.deadline_secs()),
+            (Action::Pick, Action::Drop, Some(secs + 60.0))
+        );
     }
 }
 
@@ -56,11 +63,13 @@ const GOLDEN_BITS: u64 = 8_558_232_785_599_392_625;
 #[test]
 fn the_rate_and_the_spread_are_those_of_poisson() {
     let hours = 200;
-    let made = orders(generators("load: {per_hour: 100}")[0].clone(), f64::from(hours) * 3600.0, 3600.0);
+    let made =
+        orders(generators("load: {per_hour: 100}")[0].clone(), f64::from(hours) * 3600.0, 3600.0);
     let mut counts = vec![0.0; hours as usize];
     made.iter().for_each(|(secs, _)| counts[(secs / 3600.0) as usize] += 1.0);
     let mean = counts.iter().sum::<f64>() / f64::from(hours);
-    let variance = counts.iter().map(|count| (count - mean).powi(2)).sum::<f64>() / f64::from(hours);
+    let variance =
+        counts.iter().map(|count| (count - mean).powi(2)).sum::<f64>() / f64::from(hours);
     // Four standard deviations of the mean and of the variance.
     assert!((mean - 100.0).abs() < 4.0 * (100.0 / f64::from(hours)).sqrt(), "{mean}");
     assert!((variance - 100.0).abs() < 40.0, "{variance}");
@@ -68,13 +77,15 @@ fn the_rate_and_the_spread_are_those_of_poisson() {
 
 #[test]
 fn a_profile_begins_anew_after_its_end() {
-    let text =
-        "load: {shifts: [{until: 1000, per_hour: 0}, {until: 2000, per_hour: 7200}, {until: 3000, per_hour: 720}]}";
+    let text = "load: {shifts: [{until: 1000, per_hour: 0}, {until: 2000, per_hour: 7200}, {until: 3000, per_hour: 720}]}";
     let made = orders(generators(text)[0].clone(), 30_000.0, 50.0);
     let mut counts = [0; 3];
     made.iter().for_each(|(secs, _)| counts[(secs / 1000.0) as usize % 3] += 1);
     assert_eq!(counts[0], 0);
-    assert!((19_400..20_600).contains(&counts[1]) && (1_800..2_200).contains(&counts[2]), "{counts:?}");
+    assert!(
+        (19_400..20_600).contains(&counts[1]) && (1_800..2_200).contains(&counts[2]),
+        "{counts:?}"
+    );
     assert!(orders(generators("load: {per_hour: 0}")[0].clone(), 1e6, 1e6).is_empty());
 }
 
@@ -86,7 +97,10 @@ fn endless_generators_fill_up() {
     let order = generator.next(2.0, 3, 1).expect("an order").1;
     assert_eq!((order.name().as_str(), order.stops().len()), ("load:1-4", 1));
     assert_eq!(generator.number_of(order.name().as_str()), Some(4));
-    assert_eq!(generators("load: {name: 11, per_hour: 1}")[0].number_of(order.name().as_str()), None);
+    assert_eq!(
+        generators("load: {name: 11, per_hour: 1}")[0].number_of(order.name().as_str()),
+        None
+    );
 }
 
 #[test]
@@ -130,6 +144,9 @@ fn what_is_wrong_in_a_load_is_refused() {
         let error = Load::parse(text, &places()).expect_err(text).to_string();
         assert!(error.contains(message), "{text}: {error}");
     }
-    let load = Load::parse("seed: 1\ngroups: {a: {zone: north, role: drop}}\nper_hour: 1\nto: a", &places());
+    let load = Load::parse(
+        "seed: 1\ngroups: {a: {zone: north, role: drop}}\nper_hour: 1\nto: a",
+        &places(),
+    );
     assert!(load.is_ok(), "{load:?}");
 }

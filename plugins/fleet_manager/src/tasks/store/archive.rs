@@ -1,5 +1,5 @@
-//! Orders that only the store has: those that are over and forgotten by the book, of this run or an earlier one. They are
-//! read on demand.
+//! Orders that only the store has: those that are over and forgotten by the book, of this run or an
+//! earlier one. They are read on demand.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -14,8 +14,7 @@ use crate::tasks::order::OrderName;
 use crate::tasks::places::Places;
 
 /// What the columns of a row are, in the order in which they are read.
-const COLUMNS: &str =
-    "name, state, reason, robot, priority, created, earliest, deadline, handled_stops, stops, history, intended_robot";
+const COLUMNS: &str = "name, state, reason, robot, priority, created, earliest, deadline, handled_stops, stops, history, intended_robot";
 /// The states of orders that aren't over, as the index `open_order` has them.
 const IS_OPEN: &str = "state NOT IN ('finished', 'failed', 'cancelled')";
 
@@ -52,9 +51,9 @@ impl Archive {
     pub(in crate::tasks) fn order(&self, name: &OrderName) -> Result<Option<Value>, StoreError> {
         let connection = self.connection.lock();
         let query = format!("SELECT {COLUMNS} FROM transport_order WHERE name = ?");
-        let order = connection
-            .prepare_cached(&query)
-            .and_then(|mut statement| optional(statement.query_row([name.as_str()], |row| self.json(row))));
+        let order = connection.prepare_cached(&query).and_then(|mut statement| {
+            optional(statement.query_row([name.as_str()], |row| self.json(row)))
+        });
         order.map_err(|error| sqlite_error(&self.path, &error))
     }
 
@@ -93,18 +92,23 @@ impl Archive {
         read().map_err(|error| sqlite_error(&self.path, &error))
     }
 
-    /// Returns the largest number N of an order `order-N`. Longer numbers than one ever comes to are names of users.
+    /// Returns the largest number N of an order `order-N`. Longer numbers than one ever comes to
+    /// are names of users.
     pub(in crate::tasks) fn last_number(&self) -> Result<u64, StoreError> {
         let query = "SELECT ifnull(max(CAST(substr(name, 7) AS INTEGER)), 0) FROM transport_order
                      WHERE name > 'order-' AND name < 'order.' AND length(name) <= 18";
         let number = self.connection.lock().query_row(query, [], |row| row.get(0));
-        number.map(|number: i64| number.unsigned_abs()).map_err(|error| sqlite_error(&self.path, &error))
+        number
+            .map(|number: i64| number.unsigned_abs())
+            .map_err(|error| sqlite_error(&self.path, &error))
     }
 
-    /// Returns a row as [`json::order`](crate::tasks::web) returns an order. Its nodes may not be in this world.
+    /// Returns a row as [`json::order`](crate::tasks::web) returns an order. Its nodes may not be
+    /// in this world.
     fn json(&self, row: &Row) -> rusqlite::Result<Value> {
         let handled: usize = row.get(8)?;
-        let stops: Vec<StopRow> = serde_json::from_str(&row.get::<_, String>(9)?).unwrap_or_default();
+        let stops: Vec<StopRow> =
+            serde_json::from_str(&row.get::<_, String>(9)?).unwrap_or_default();
         let destination = |(index, stop): (usize, &StopRow)| {
             let label = self.places.with_id(stop.node).map(|node| self.places.label(node));
             json!({

@@ -27,7 +27,11 @@ fn order(name: &str) -> NewOrder {
 fn insert(writer: &Writer, orders: Vec<NewOrder>) -> Result<(), InsertError> {
     let (sender, receiver) = channel();
     let done = Box::new(move |result| sender.send(result).expect("a receiver"));
-    writer.sender().expect("running").send(Job::Insert { orders, created_secs: 3.5, done }).expect("running");
+    writer
+        .sender()
+        .expect("running")
+        .send(Job::Insert { orders, created_secs: 3.5, done })
+        .expect("running");
     receiver.recv().expect("an answer")
 }
 
@@ -47,7 +51,11 @@ fn orders_come_back_in_their_order() {
     let writer = Writer::start(open(&path).expect("a store")).expect("a thread");
     assert_eq!(insert(&writer, vec![order("z"), order("a")]), Ok(()));
     let duplicate = InsertError::Duplicate(OrderName::parse("a").expect("a name"));
-    assert_eq!(insert(&writer, vec![order("b"), order("a")]), Err(duplicate), "and b isn't kept either");
+    assert_eq!(
+        insert(&writer, vec![order("b"), order("a")]),
+        Err(duplicate),
+        "and b isn't kept either"
+    );
     drop(writer);
     let orders = restored(&path, 1).orders;
     let contents: Vec<_> = orders.iter().map(|order| order.content().clone()).collect();
@@ -71,7 +79,8 @@ fn what_a_robot_has_begun_stays_with_it_in_the_same_run() {
         let order = book.open_orders().find(|order| order.content().name().as_str() == name);
         order.and_then(|order| order.state().robot())
     };
-    let (begun, over) = (robot_of(&book, "begun").expect("assigned"), robot_of(&book, "over").expect("assigned"));
+    let (begun, over) =
+        (robot_of(&book, "begun").expect("assigned"), robot_of(&book, "over").expect("assigned"));
     assert!(book.arrived(begun, 1.0) && book.handled(begun, 2.0).is_some());
     assert!(book.arrived(over, 1.0) && book.handled(over, 2.0).is_some());
     book.publish(2.0);
@@ -79,15 +88,25 @@ fn what_a_robot_has_begun_stays_with_it_in_the_same_run() {
 
     let book = reopen(1);
     assert_eq!((robot_of(&book, "begun"), robot_of(&book, "assigned")), (Some(begun), None));
-    let assigned = book.open_orders().find(|order| order.content().name().as_str() == "assigned").expect("open");
+    let assigned = book
+        .open_orders()
+        .find(|order| order.content().name().as_str() == "assigned")
+        .expect("open");
     let times: Vec<_> = assigned.history().iter().map(|entry| entry.secs).collect();
     assert_eq!(times, [0.0, 0.0, 100.0], "it was withdrawn when the book was opened");
     assert_eq!(book.current_stop(begun).map(|stop| stop.node), Some(2));
     assert_eq!(book.open_orders().count(), 2, "one is over");
     drop(book);
     let book = reopen(2);
-    assert_eq!((robot_of(&book, "begun"), book.open_orders().count()), (None, 2), "another run has other robots");
-    assert!(book.open_orders().all(|order| order.created_secs() == 100.0 && order.history()[0].secs == 100.0));
+    assert_eq!(
+        (robot_of(&book, "begun"), book.open_orders().count()),
+        (None, 2),
+        "another run has other robots"
+    );
+    assert!(
+        book.open_orders()
+            .all(|order| order.created_secs() == 100.0 && order.history()[0].secs == 100.0)
+    );
 }
 
 #[test]
@@ -97,7 +116,8 @@ fn files_and_loads_continue_where_they_were() {
     std::fs::write(&load, "load: {per_hour: 3600}").expect("written");
     std::fs::write(&orders, "name,time,stops\na,1,10\nb,500,11\n").expect("written");
     let store = Some(folder.path().join("orders.db"));
-    let settings = TaskSettings { load: Some(load), orders: Some(orders), store, ..TaskSettings::default() };
+    let settings =
+        TaskSettings { load: Some(load), orders: Some(orders), store, ..TaskSettings::default() };
     let mut names = Vec::new();
     let mut run = |run_id, until: f64| {
         let mut book = TaskBook::open(&settings, places(), run_id, 0.0).expect("a book");
@@ -111,7 +131,8 @@ fn files_and_loads_continue_where_they_were() {
     assert!(second > first + 200, "{first} {second}");
     let whole = {
         let mut book =
-            TaskBook::open(&TaskSettings { store: None, ..settings.clone() }, places(), 1, 0.0).expect("a book");
+            TaskBook::open(&TaskSettings { store: None, ..settings.clone() }, places(), 1, 0.0)
+                .expect("a book");
         book.generate_until(600.0, 0);
         book.open_orders().count()
     };
@@ -126,7 +147,10 @@ fn a_store_belongs_to_one_process() {
     let path = folder.path().join("orders.db");
     let first = open(&path).expect("a store");
     let error = open(&path).expect_err("in use").to_string();
-    assert!(error.contains("another process keeps its orders in") && !error.contains('\n'), "{error}");
+    assert!(
+        error.contains("another process keeps its orders in") && !error.contains('\n'),
+        "{error}"
+    );
     drop(first);
     assert!(open(&path).is_ok());
 }
@@ -137,15 +161,20 @@ fn other_files_are_refused_and_left_as_they_are() {
     let path = folder.path().join("other");
     let database = |setup: &str| {
         let path = folder.path().join(format!("{}.db", setup.len()));
-        Connection::open(&path).and_then(|connection| connection.execute_batch(setup)).expect("a database");
+        Connection::open(&path)
+            .and_then(|connection| connection.execute_batch(setup))
+            .expect("a database");
         path
     };
     std::fs::write(&path, "name,stops\n").expect("written");
     assert!(matches!(open(&path), Err(StoreError::Foreign(_))));
     let foreign = database("CREATE TABLE songs (title TEXT)");
-    let newer =
-        database(&format!("PRAGMA application_id = {APPLICATION_ID}; PRAGMA user_version = 99; CREATE TABLE a (b)"));
-    for (path, expected) in [(&path, "not a store"), (&foreign, "not a store"), (&newer, "tables 99, not 2")] {
+    let newer = database(&format!(
+        "PRAGMA application_id = {APPLICATION_ID}; PRAGMA user_version = 99; CREATE TABLE a (b)"
+    ));
+    for (path, expected) in
+        [(&path, "not a store"), (&foreign, "not a store"), (&newer, "tables 99, not 2")]
+    {
         let before = std::fs::read(path).expect("readable");
         let error = open(path).expect_err("refused").to_string();
         assert!(error.contains(expected), "{error}");
@@ -164,7 +193,9 @@ fn a_store_of_the_first_version_is_continued() {
          INSERT INTO transport_order (name, state, priority, created, earliest, handled_stops, reason, stops, history)
          VALUES ('a', 'created', 3, 1.0, 0.0, 0, '', '[{{\"node\": 10, \"action\": \"pick\", \"dwell\": 0}}]', '[]')"
     );
-    Connection::open(&path).and_then(|connection| connection.execute_batch(&setup)).expect("a database");
+    Connection::open(&path)
+        .and_then(|connection| connection.execute_batch(&setup))
+        .expect("a database");
     let restored = open(&path).and_then(|mut store| store.restore(1, 0.0)).expect("a store");
     let [order] = &restored.orders[..] else { panic!("{restored:?}") };
     assert_eq!((order.content.priority, order.content.intended_robot), (3, None));
@@ -175,11 +206,15 @@ fn a_store_of_the_first_version_is_continued() {
 fn where_a_robot_was_sent_ends_with_its_run() {
     let folder = folder();
     let path = folder.path().join("orders.db");
-    let open_in = |run_id| open(&path).and_then(|mut store| store.restore(run_id, 0.0)).expect("a store").orders;
+    let open_in = |run_id| {
+        open(&path).and_then(|mut store| store.restore(run_id, 0.0)).expect("a store").orders
+    };
     assert!(open_in(1).is_empty());
     let setup = "INSERT INTO transport_order (name, state, priority, created, earliest, handled_stops, reason, stops, history)
          VALUES ('sent:3-7-00000001', 'waiting', 255, 1.0, 0.0, 0, '', '[{\"node\": 10, \"action\": \"none\", \"dwell\": 0}]', '[]')";
-    Connection::open(&path).and_then(|connection| connection.execute_batch(setup)).expect("a database");
+    Connection::open(&path)
+        .and_then(|connection| connection.execute_batch(setup))
+        .expect("a database");
     assert_eq!(open_in(1).len(), 1, "in the same run it goes on");
     assert!(open_in(2).is_empty());
 }
@@ -189,7 +224,8 @@ fn a_damaged_store_is_refused() {
     let folder = folder();
     let path = folder.path().join("orders.db");
     let writer = Writer::start(open(&path).expect("a store")).expect("a thread");
-    insert(&writer, (0..2_000).map(|number| order(&format!("order-{number}"))).collect()).expect("kept");
+    insert(&writer, (0..2_000).map(|number| order(&format!("order-{number}"))).collect())
+        .expect("kept");
     drop(writer);
     let mut bytes = std::fs::read(&path).expect("readable");
     let middle = bytes.len() / 2;

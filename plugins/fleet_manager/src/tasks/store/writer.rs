@@ -65,7 +65,9 @@ impl Writer {
             has_failed: false,
             _lock: lock,
         };
-        let thread = std::thread::Builder::new().name("order-store".to_owned()).spawn(move || thread.run(&receiver))?;
+        let thread = std::thread::Builder::new()
+            .name("order-store".to_owned())
+            .spawn(move || thread.run(&receiver))?;
         Ok(Self { jobs: Some(jobs), unsaved, thread: Some(thread) })
     }
 
@@ -136,9 +138,13 @@ impl Thread {
         let mut insertions = Vec::new();
         for job in batch {
             match job {
-                Job::Insert { orders, created_secs, done } => insertions.push((orders, created_secs, done)),
+                Job::Insert { orders, created_secs, done } => {
+                    insertions.push((orders, created_secs, done))
+                }
                 Job::Update { orders, done } => {
-                    self.pending.extend(orders.into_iter().map(|order| (order.content.name.clone(), order)));
+                    self.pending.extend(
+                        orders.into_iter().map(|order| (order.content.name.clone(), order)),
+                    );
                     self.replies.extend(done);
                     self.taken += 1;
                 }
@@ -158,7 +164,10 @@ impl Thread {
     }
 
     /// Writes everything in one transaction. Returns the result of each insertion.
-    fn commit(&mut self, insertions: &[Insertion]) -> rusqlite::Result<Vec<Result<(), InsertError>>> {
+    fn commit(
+        &mut self,
+        insertions: &[Insertion],
+    ) -> rusqlite::Result<Vec<Result<(), InsertError>>> {
         let mut transaction = self.connection.transaction()?;
         let mut results = Vec::with_capacity(insertions.len());
         for (orders, created_secs, _) in insertions {
@@ -188,7 +197,9 @@ impl Thread {
 
 fn answer(insertions: Vec<Insertion>, result: rusqlite::Result<Vec<Result<(), InsertError>>>) {
     match result {
-        Ok(results) => insertions.into_iter().zip(results).for_each(|((_, _, done), result)| done(result)),
+        Ok(results) => {
+            insertions.into_iter().zip(results).for_each(|((_, _, done), result)| done(result))
+        }
         Err(error) => {
             let error = InsertError::Write(cause(&error));
             insertions.into_iter().for_each(|(_, _, done)| done(Err(error.clone())));

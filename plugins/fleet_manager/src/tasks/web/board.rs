@@ -50,7 +50,8 @@ pub(super) enum Refusal {
 impl Board {
     /// Makes a board of the open orders, at a simulated time in seconds.
     pub(in crate::tasks) fn new(places: Arc<Places>, open: Vec<Arc<Order>>, now_secs: f64) -> Self {
-        let orders = open.into_iter().map(|order| (order.content().name().clone(), order)).collect();
+        let orders =
+            open.into_iter().map(|order| (order.content().name().clone(), order)).collect();
         let content = Mutex::new(Content { orders, now_secs, ..Content::default() });
         Self { places, content, events: broadcast::Sender::new(MAX_BEHIND) }
     }
@@ -65,8 +66,12 @@ impl Board {
     fn apply(&self, update: Update) {
         let changed = self.content.lock().show_vehicles(update.vehicles);
         if self.events.receiver_count() > 0 {
-            let orders = update.orders.iter().map(|order| ("transportOrder", json::order(order, &self.places)));
-            let vehicles = changed.iter().map(|vehicle| ("vehicle", json::vehicle(vehicle, &self.places)));
+            let orders = update
+                .orders
+                .iter()
+                .map(|order| ("transportOrder", json::order(order, &self.places)));
+            let vehicles =
+                changed.iter().map(|vehicle| ("vehicle", json::vehicle(vehicle, &self.places)));
             for (event, data) in orders.chain(vehicles) {
                 // It fails only if the last reader has gone.
                 let _ = self.events.send(Bytes::from(format!("event: {event}\ndata: {data}\n\n")));
@@ -112,7 +117,9 @@ impl Board {
         let mut names: Vec<_> = orders.iter().map(NewOrder::name).collect();
         names.sort();
         let twice = names.windows(2).find(|pair| pair[0] == pair[1]).map(|pair| pair[0]);
-        if let Some(name) = twice.or_else(|| names.into_iter().find(|name| content.orders.contains_key(name))) {
+        if let Some(name) =
+            twice.or_else(|| names.into_iter().find(|name| content.orders.contains_key(name)))
+        {
             return Err(Refusal::Duplicate(name.clone()));
         }
         if content.orders.len() - content.closed.len() + orders.len() > MAX_OPEN {
@@ -120,7 +127,9 @@ impl Board {
         }
         let now_secs = content.now_secs;
         let shown: Vec<_> = orders.iter().map(|order| Arc::new(posted(order, now_secs))).collect();
-        content.orders.extend(shown.iter().map(|order| (order.content().name().clone(), order.clone())));
+        content
+            .orders
+            .extend(shown.iter().map(|order| (order.content().name().clone(), order.clone())));
         Ok(shown)
     }
 
@@ -148,7 +157,9 @@ impl Board {
             let orders = content.orders.range((start, Unbounded)).map(|(_, order)| order);
             orders.filter(is_asked_for).take(page.limit).cloned().collect()
         };
-        let show = |order: &Arc<Order>| (order.content().name().to_string(), json::order(order, &self.places));
+        let show = |order: &Arc<Order>| {
+            (order.content().name().to_string(), json::order(order, &self.places))
+        };
         orders.iter().map(show).collect()
     }
 
@@ -157,7 +168,12 @@ impl Board {
     }
 
     pub(super) fn vehicles(&self) -> Vec<Value> {
-        self.content.lock().vehicles.values().map(|vehicle| json::vehicle(vehicle, &self.places)).collect()
+        self.content
+            .lock()
+            .vehicles
+            .values()
+            .map(|vehicle| json::vehicle(vehicle, &self.places))
+            .collect()
     }
 
     pub(super) fn status(&self) -> Value {
@@ -177,7 +193,8 @@ impl Content {
                 ABSENT => self.vehicles.remove(&vehicle.robot),
                 _ => self.vehicles.insert(vehicle.robot, vehicle.clone()),
             };
-            let has_moved_on = |old: Vehicle| Vehicle { position: vehicle.position, ..old } == vehicle;
+            let has_moved_on =
+                |old: Vehicle| Vehicle { position: vehicle.position, ..old } == vehicle;
             if !old.is_some_and(has_moved_on) {
                 changed.push(vehicle);
             }

@@ -14,7 +14,8 @@ const HEARTBEAT: Duration = Duration::from_secs(15);
 /// The largest number of events that are on their way to a reader.
 const ON_THE_WAY: usize = 64;
 
-/// Returns a body that passes events on until the reader goes. A reader that is too slow misses some, and is told how many.
+/// Returns a body that passes events on until the reader goes. A reader that is too slow misses
+/// some, and is told how many.
 pub(super) fn body(events: Receiver<Bytes>, permit: OwnedSemaphorePermit) -> Body {
     let (sender, receiver) = mpsc::channel(ON_THE_WAY);
     tokio::spawn(pass_on(events, sender));
@@ -26,7 +27,9 @@ async fn pass_on(mut events: Receiver<Bytes>, sender: mpsc::Sender<Bytes>) {
     while sender.send(next).await.is_ok() {
         next = match tokio::time::timeout(HEARTBEAT, events.recv()).await {
             Ok(Ok(event)) => event,
-            Ok(Err(RecvError::Lagged(count))) => Bytes::from(format!("event: missed\ndata: {count}\n\n")),
+            Ok(Err(RecvError::Lagged(count))) => {
+                Bytes::from(format!("event: missed\ndata: {count}\n\n"))
+            }
             Ok(Err(RecvError::Closed)) => return,
             Err(_) => Bytes::from_static(b": still here\n\n"),
         };
@@ -34,7 +37,10 @@ async fn pass_on(mut events: Receiver<Bytes>, sender: mpsc::Sender<Bytes>) {
 }
 
 /// It holds the permit as long as the reader is there.
-struct EventBody(mpsc::Receiver<Bytes>, #[expect(dead_code, reason = "given back when dropped")] OwnedSemaphorePermit);
+struct EventBody(
+    mpsc::Receiver<Bytes>,
+    #[expect(dead_code, reason = "given back when dropped")] OwnedSemaphorePermit,
+);
 
 impl hyper::body::Body for EventBody {
     type Data = Bytes;

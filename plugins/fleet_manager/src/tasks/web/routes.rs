@@ -56,7 +56,14 @@ impl Desk {
         token: Option<String>,
     ) -> Arc<Self> {
         let archive = archive.map(Arc::new);
-        Arc::new(Self { board, archive, jobs, requests, token, readers: Arc::new(Semaphore::new(MAX_READERS)) })
+        Arc::new(Self {
+            board,
+            archive,
+            jobs,
+            requests,
+            token,
+            readers: Arc::new(Semaphore::new(MAX_READERS)),
+        })
     }
 }
 
@@ -69,7 +76,8 @@ impl Desk {
         let (board, archive) = (self.board.clone(), self.archive.clone());
         let done = tokio::task::spawn_blocking(move || work(&board, archive.as_deref())).await;
         let error = |reason: String| Failure(StatusCode::INTERNAL_SERVER_ERROR, reason);
-        done.map_err(|reason| error(reason.to_string()))?.map_err(|reason| error(reason.to_string()))
+        done.map_err(|reason| error(reason.to_string()))?
+            .map_err(|reason| error(reason.to_string()))
     }
 }
 
@@ -97,24 +105,34 @@ pub(super) fn router(desk: Arc<Desk>) -> Router {
         .route("/v1/vehicles/{name}", get(vehicle))
         .route("/v1/status", get(status))
         .route("/v1/sse", get(sse))
-        .fallback(|| async { Failure(StatusCode::NOT_FOUND, "there is no such path; see /openapi.json".to_owned()) })
+        .fallback(|| async {
+            Failure(StatusCode::NOT_FOUND, "there is no such path; see /openapi.json".to_owned())
+        })
         .method_not_allowed_fallback(|| async {
-            Failure(StatusCode::METHOD_NOT_ALLOWED, "this path has other methods; see /openapi.json".to_owned())
+            Failure(
+                StatusCode::METHOD_NOT_ALLOWED,
+                "this path has other methods; see /openapi.json".to_owned(),
+            )
         })
         .layer(from_fn_with_state(desk.clone(), guard));
     let openapi = || async { ([(CONTENT_TYPE, "application/json")], include_str!("openapi.json")) };
-    let page = || async { ([(CONTENT_TYPE, "text/html; charset=utf-8")], include_str!("page.html")) };
+    let page =
+        || async { ([(CONTENT_TYPE, "text/html; charset=utf-8")], include_str!("page.html")) };
     api.route("/openapi.json", get(openapi)).route("/", get(page)).with_state(desk)
 }
 
-/// Lets requests pass that have the token. Without one, it refuses those that a web page of another site made a browser send.
+/// Lets requests pass that have the token. Without one, it refuses those that a web page of another
+/// site made a browser send.
 async fn guard(State(desk): State<Arc<Desk>>, request: HttpRequest, next: Next) -> Response {
     let headers = request.headers();
     let refusal = match &desk.token {
-        Some(token) if !has_token(headers, token) => {
-            Some((StatusCode::UNAUTHORIZED, "the header `Authorization: Bearer TOKEN` is missing or wrong"))
+        Some(token) if !has_token(headers, token) => Some((
+            StatusCode::UNAUTHORIZED,
+            "the header `Authorization: Bearer TOKEN` is missing or wrong",
+        )),
+        None if is_foreign(headers) => {
+            Some((StatusCode::FORBIDDEN, "pages of other sites may not send requests"))
         }
-        None if is_foreign(headers) => Some((StatusCode::FORBIDDEN, "pages of other sites may not send requests")),
         _ => None,
     };
     match refusal {
@@ -124,9 +142,13 @@ async fn guard(State(desk): State<Arc<Desk>>, request: HttpRequest, next: Next) 
 }
 
 fn has_token(headers: &HeaderMap, token: &str) -> bool {
-    let given = headers.get(AUTHORIZATION).and_then(|value| value.as_bytes().strip_prefix(b"Bearer ")).unwrap_or(b"");
+    let given = headers
+        .get(AUTHORIZATION)
+        .and_then(|value| value.as_bytes().strip_prefix(b"Bearer "))
+        .unwrap_or(b"");
     // The time must not tell how much of it is right.
-    let difference = given.iter().zip(token.bytes()).fold(0, |difference, (a, b)| difference | (a ^ b));
+    let difference =
+        given.iter().zip(token.bytes()).fold(0, |difference, (a, b)| difference | (a ^ b));
     given.len() == token.len() && difference == 0
 }
 
@@ -134,8 +156,12 @@ fn is_foreign(headers: &HeaderMap) -> bool {
     let text = |name| headers.get(name).and_then(|value| value.to_str().ok());
     let host = text(HOST).unwrap_or("localhost");
     let name = host.rsplit_once(':').map_or(host, |(name, _)| name);
-    let is_local = name == "localhost" || name.trim_matches(['[', ']']).parse::<std::net::IpAddr>().is_ok();
-    !is_local || headers.get(ORIGIN).is_some_and(|origin| origin.as_bytes() != format!("http://{host}").as_bytes())
+    let is_local =
+        name == "localhost" || name.trim_matches(['[', ']']).parse::<std::net::IpAddr>().is_ok();
+    !is_local
+        || headers
+            .get(ORIGIN)
+            .is_some_and(|origin| origin.as_bytes() != format!("http://{host}").as_bytes())
 }
 
 /// Returns the name in a path.
@@ -148,7 +174,8 @@ async fn orders(State(desk): State<Arc<Desk>>, RawQuery(query): RawQuery) -> Ans
     // Answers may be large, and so they are made beside the server's thread.
     let text = desk.beside(move |board, archive| {
         // The store first: an order that is forgotten in between is in one of both.
-        let stored = archive.map_or(Ok(Vec::new()), |archive| archive.page(&page, |name| board.has(name)))?;
+        let stored = archive
+            .map_or(Ok(Vec::new()), |archive| archive.page(&page, |name| board.has(name)))?;
         let shown: BTreeMap<_, _> = stored.into_iter().chain(board.orders(&page)).collect();
         Ok(Value::Array(shown.into_values().take(page.limit).collect()).to_string())
     });
@@ -167,7 +194,10 @@ async fn find(desk: &Desk, text: &str) -> Result<Value, Failure> {
     let shown = desk.board.order(&name);
     let found = match shown {
         Some(order) => Some(order),
-        None => desk.beside(move |_, archive| archive.map_or(Ok(None), |archive| archive.order(&name))).await?,
+        None => {
+            desk.beside(move |_, archive| archive.map_or(Ok(None), |archive| archive.order(&name)))
+                .await?
+        }
     };
     found.ok_or_else(|| unknown_order(text))
 }
@@ -176,14 +206,22 @@ fn unknown_order(name: &str) -> Failure {
     Failure(StatusCode::NOT_FOUND, format!("there is no order `{}`", name.escape_debug()))
 }
 
-async fn post_order(State(desk): State<Arc<Desk>>, name: Result<Path<String>, PathRejection>, body: Body) -> Answer {
+async fn post_order(
+    State(desk): State<Arc<Desk>>,
+    name: Result<Path<String>, PathRejection>,
+    body: Body,
+) -> Answer {
     let name = name_of(name)?;
     let mut draft: OrderDraft = read(body, MAX_ORDER_BYTES).await?;
     if draft.name.as_ref().is_some_and(|given| *given != name) {
-        return Err(Failure(StatusCode::BAD_REQUEST, "the body has another name than the path".to_owned()));
+        return Err(Failure(
+            StatusCode::BAD_REQUEST,
+            "the body has another name than the path".to_owned(),
+        ));
     }
     draft.name = Some(name);
-    let orders = keep(&desk, vec![check(&desk, &draft).map_err(|error| refused(&error, None))?]).await?;
+    let orders =
+        keep(&desk, vec![check(&desk, &draft).map_err(|error| refused(&error, None))?]).await?;
     Ok(json_response(StatusCode::CREATED, orders.first().unwrap_or(&Value::Null)))
 }
 
@@ -195,26 +233,33 @@ struct Orders(Value);
 async fn post_orders(State(desk): State<Arc<Desk>>, body: Body) -> Answer {
     let Orders(value) = read(body, MAX_ORDERS_BYTES).await?;
     let is_list = value.is_array();
-    let drafts: Vec<OrderDraft> = serde_json::from_value(if is_list { value } else { Value::Array(vec![value]) })
-        .map_err(|error| malformed(&error))?;
-    let checked = drafts
-        .iter()
-        .enumerate()
-        .map(|(index, draft)| check(&desk, draft).map_err(|error| refused(&error, is_list.then_some(index))));
+    let drafts: Vec<OrderDraft> =
+        serde_json::from_value(if is_list { value } else { Value::Array(vec![value]) })
+            .map_err(|error| malformed(&error))?;
+    let checked = drafts.iter().enumerate().map(|(index, draft)| {
+        check(&desk, draft).map_err(|error| refused(&error, is_list.then_some(index)))
+    });
     let orders = keep(&desk, checked.collect::<Result<_, _>>()?).await?;
-    let answer = if is_list { Value::Array(orders) } else { orders.into_iter().next().unwrap_or_default() };
+    let answer =
+        if is_list { Value::Array(orders) } else { orders.into_iter().next().unwrap_or_default() };
     Ok(json_response(StatusCode::CREATED, &answer))
 }
 
 async fn read<T: DeserializeOwned>(body: Body, limit: usize) -> Result<T, Failure> {
-    let too_large = || Failure(StatusCode::PAYLOAD_TOO_LARGE, format!("the body has more than {limit} bytes"));
+    let too_large =
+        || Failure(StatusCode::PAYLOAD_TOO_LARGE, format!("the body has more than {limit} bytes"));
     let slow = |_| Failure(StatusCode::REQUEST_TIMEOUT, "the body took too long".to_owned());
     let body: Bytes = match timeout(BODY_TIMEOUT, to_bytes(body, limit)).await.map_err(slow)? {
         Ok(body) => body,
-        Err(error) if std::error::Error::source(&error).is_some_and(|source| source.to_string().contains("limit")) => {
+        Err(error)
+            if std::error::Error::source(&error)
+                .is_some_and(|source| source.to_string().contains("limit")) =>
+        {
             return Err(too_large());
         }
-        Err(error) => return Err(Failure(StatusCode::BAD_REQUEST, format!("the body broke off ({error})"))),
+        Err(error) => {
+            return Err(Failure(StatusCode::BAD_REQUEST, format!("the body broke off ({error})")));
+        }
     };
     serde_json::from_slice(&body).map_err(|error| malformed(&error))
 }
@@ -237,7 +282,9 @@ async fn keep(desk: &Desk, orders: Vec<NewOrder>) -> Result<Vec<Value>, Failure>
     let duplicate = |name: &OrderName| InsertError::Duplicate(name.clone()).to_string();
     let shown = desk.board.reserve(&orders).map_err(|refusal| match refusal {
         Refusal::Duplicate(name) => Failure(StatusCode::CONFLICT, duplicate(&name)),
-        Refusal::Full => Failure(StatusCode::SERVICE_UNAVAILABLE, "there are too many open orders".to_owned()),
+        Refusal::Full => {
+            Failure(StatusCode::SERVICE_UNAVAILABLE, "there are too many open orders".to_owned())
+        }
     })?;
     let created_secs = shown.first().map_or(0.0, |order| order.created_secs());
     let (sender, receiver) = oneshot::channel();
@@ -261,8 +308,12 @@ async fn keep(desk: &Desk, orders: Vec<NewOrder>) -> Result<Vec<Value>, Failure>
         }
     }
     match receiver.await {
-        Ok(Ok(())) => Ok(shown.iter().map(|order| super::json::order(order, &desk.board.places)).collect()),
-        Ok(Err(error @ InsertError::Duplicate(_))) => Err(Failure(StatusCode::CONFLICT, error.to_string())),
+        Ok(Ok(())) => {
+            Ok(shown.iter().map(|order| super::json::order(order, &desk.board.places)).collect())
+        }
+        Ok(Err(error @ InsertError::Duplicate(_))) => {
+            Err(Failure(StatusCode::CONFLICT, error.to_string()))
+        }
         Ok(Err(error)) => Err(Failure(StatusCode::INSUFFICIENT_STORAGE, error.to_string())),
         Err(_) => Err(Failure(StatusCode::SERVICE_UNAVAILABLE, "the manager ends".to_owned())),
     }
@@ -285,10 +336,14 @@ async fn withdraw(
     let ended = || Failure(StatusCode::SERVICE_UNAVAILABLE, "the manager ends".to_owned());
     desk.requests.send(Request::Withdraw { name, immediate, reply }).map_err(|_| ended())?;
     match timeout(TICK_TIMEOUT, receiver).await {
-        Err(_) => Ok(json_response(StatusCode::ACCEPTED, &json!({"state": "at the manager's next tick"}))),
+        Err(_) => {
+            Ok(json_response(StatusCode::ACCEPTED, &json!({"state": "at the manager's next tick"})))
+        }
         Ok(Err(_)) => Err(ended()),
         Ok(Ok(Ok(()))) => Ok(json_response(StatusCode::OK, &json!({"state": "cancelled"}))),
-        Ok(Ok(Err(WithdrawError::Unknown))) => Err(Failure(StatusCode::CONFLICT, WithdrawError::Over.to_string())),
+        Ok(Ok(Err(WithdrawError::Unknown))) => {
+            Err(Failure(StatusCode::CONFLICT, WithdrawError::Over.to_string()))
+        }
         Ok(Ok(Err(error))) => Err(Failure(StatusCode::CONFLICT, error.to_string())),
     }
 }
@@ -297,10 +352,14 @@ async fn vehicles(State(desk): State<Arc<Desk>>) -> Response {
     json_response(StatusCode::OK, &Value::Array(desk.board.vehicles()))
 }
 
-async fn vehicle(State(desk): State<Arc<Desk>>, name: Result<Path<String>, PathRejection>) -> Answer {
+async fn vehicle(
+    State(desk): State<Arc<Desk>>,
+    name: Result<Path<String>, PathRejection>,
+) -> Answer {
     let name = name_of(name)?;
     let vehicle = name.parse().ok().and_then(|robot| desk.board.vehicle(robot));
-    let unknown = || Failure(StatusCode::NOT_FOUND, format!("there is no vehicle `{}`", name.escape_debug()));
+    let unknown =
+        || Failure(StatusCode::NOT_FOUND, format!("there is no vehicle `{}`", name.escape_debug()));
     Ok(json_response(StatusCode::OK, &vehicle.ok_or_else(unknown)?))
 }
 
@@ -310,8 +369,9 @@ async fn status(State(desk): State<Arc<Desk>>) -> Response {
 
 async fn sse(State(desk): State<Arc<Desk>>) -> Answer {
     let permit = desk.readers.clone().try_acquire_owned();
-    let permit =
-        permit.map_err(|_| Failure(StatusCode::SERVICE_UNAVAILABLE, "there are too many readers".to_owned()))?;
+    let permit = permit.map_err(|_| {
+        Failure(StatusCode::SERVICE_UNAVAILABLE, "there are too many readers".to_owned())
+    })?;
     let headers = [(CONTENT_TYPE, "text/event-stream"), (CACHE_CONTROL, "no-cache")];
     Ok((headers, events::body(desk.board.subscribe(), permit)).into_response())
 }

@@ -1,7 +1,7 @@
 //! The web server: a thread with a runtime of its own.
 //!
-//! Clients can't hold it up: one that sends no request is closed after [`REQUEST_TIMEOUT`]. With [`max_connections`] open,
-//! further ones wait.
+//! Clients can't hold it up: one that sends no request is closed after [`REQUEST_TIMEOUT`]. With
+//! [`max_connections`] open, further ones wait.
 
 use std::io;
 use std::net::SocketAddr;
@@ -18,7 +18,8 @@ use tokio::sync::watch;
 use tokio::task::JoinSet;
 use tokio::time::{sleep, timeout};
 
-/// The longest time for a client to send the head of a request, from its connection or its last response on.
+/// The longest time for a client to send the head of a request, from its connection or its last
+/// response on.
 const REQUEST_TIMEOUT: Duration = Duration::from_secs(10);
 /// The longest time for responses that are under way when the process ends.
 const GRACE: Duration = Duration::from_millis(500);
@@ -26,7 +27,8 @@ const GRACE: Duration = Duration::from_millis(500);
 const MAX_CONNECTIONS: usize = 1_024;
 /// The largest head of a request, in bytes.
 const MAX_HEAD: usize = 16 << 10;
-/// The delay after a connection could not be accepted, for example because there are too many open files.
+/// The delay after a connection could not be accepted, for example because there are too many open
+/// files.
 const ACCEPT_RETRY_DELAY: Duration = Duration::from_millis(100);
 
 /// A running server. Dropping it ends it, after the responses that are under way.
@@ -74,8 +76,8 @@ impl Drop for Server {
     }
 }
 
-/// Returns the largest number of concurrent connections: at most a quarter of the files that the process may open, because
-/// shared memory needs some.
+/// Returns the largest number of concurrent connections: at most a quarter of the files that the
+/// process may open, because shared memory needs some.
 fn max_connections() -> usize {
     #[cfg(unix)]
     let files = rustix::process::getrlimit(rustix::process::Resource::Nofile).current;
@@ -103,7 +105,9 @@ async fn serve(listener: TcpListener, router: Router, mut end: watch::Receiver<(
             _ = end.changed() => break,
         };
         match accepted {
-            Ok((stream, _)) => drop(connections.spawn(converse(stream, router.clone(), end.clone()))),
+            Ok((stream, _)) => {
+                drop(connections.spawn(converse(stream, router.clone(), end.clone())))
+            }
             Err(_) => sleep(ACCEPT_RETRY_DELAY).await,
         }
     }
@@ -119,7 +123,8 @@ async fn converse(stream: TcpStream, router: Router, mut end: watch::Receiver<()
         .max_buf_size(MAX_HEAD)
         .serve_connection(TokioIo::new(stream), TowerToHyperService::new(router));
     let mut connection = pin!(connection);
-    // Any error of a connection is the client's: it has disconnected, or its request was invalid and has been answered.
+    // Any error of a connection is the client's: it has disconnected, or its request was invalid
+    // and has been answered.
     tokio::select! {
         _ = connection.as_mut() => return,
         _ = end.changed() => {}

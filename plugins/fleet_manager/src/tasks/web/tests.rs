@@ -4,11 +4,14 @@ use std::net::TcpStream;
 use serde_json::{Value, json};
 
 use crate::tasks::places::Place;
-use crate::tasks::{Candidate, Client, Places, TaskBook, TaskSettings, TasksError, Vehicle, WebError};
+use crate::tasks::{
+    Candidate, Client, Places, TaskBook, TaskSettings, TasksError, Vehicle, WebError,
+};
 use std::net::SocketAddr;
 use std::sync::Arc;
 
-const LOOPBACK: SocketAddr = SocketAddr::new(std::net::IpAddr::V4(std::net::Ipv4Addr::LOCALHOST), 0);
+const LOOPBACK: SocketAddr =
+    SocketAddr::new(std::net::IpAddr::V4(std::net::Ipv4Addr::LOCALHOST), 0);
 
 fn places() -> Arc<Places> {
     let place = |id| Place { id, name: format!("N{id}"), ..Place::default() };
@@ -41,7 +44,9 @@ fn raw(address: SocketAddr, request: &[u8]) -> (u16, String) {
 
 fn send(address: SocketAddr, method: &str, path: &str, headers: &str, body: &str) -> (u16, Value) {
     let length = body.len();
-    let head = format!("{method} {path} HTTP/1.0\r\nHost: {address}\r\nContent-Length: {length}\r\n{headers}\r\n");
+    let head = format!(
+        "{method} {path} HTTP/1.0\r\nHost: {address}\r\nContent-Length: {length}\r\n{headers}\r\n"
+    );
     let (status, body) = raw(address, (head + body).as_bytes());
     (status, serde_json::from_str(&body).unwrap_or(Value::String(body)))
 }
@@ -77,26 +82,39 @@ fn eventually(address: SocketAddr, path: &str, is_expected: impl Fn(&Value) -> b
     }
 }
 
-const ORDER: &str =
-    r#"{"destinations": [{"locationName": "N1", "operation": "pick", "dwell": 2}, {"locationName": 2}]}"#;
+const ORDER: &str = r#"{"destinations": [{"locationName": "N1", "operation": "pick", "dwell": 2}, {"locationName": 2}]}"#;
 
 #[test]
 fn an_order_is_posted_and_followed() {
     let mut book = book();
     let address = address(&book);
     let (status, order) = post(address, "/v1/transportOrders/my%20order", ORDER);
-    assert_eq!((status, &order["name"], &order["state"]), (201, &json!("my order"), &json!("created")));
+    assert_eq!(
+        (status, &order["name"], &order["state"]),
+        (201, &json!("my order"), &json!("created"))
+    );
     assert_eq!(get(address, "/v1/transportOrders/my%20order").1["priority"], json!(0));
     book.take_requests(3.0);
     book.assign(3.0, &[Candidate { robot: 5, position: [0.0; 2] }], &|_, _| Some(1.0));
     book.arrived(5, 4.0);
     let (state, position) = ("handling", [1.0, 2.5]);
-    let vehicle =
-        Vehicle { robot: 5, state, activity: state, node: Some(1), edge: Some(7), position, ..Vehicle::default() };
+    let vehicle = Vehicle {
+        robot: 5,
+        state,
+        activity: state,
+        node: Some(1),
+        edge: Some(7),
+        position,
+        ..Vehicle::default()
+    };
     book.show_vehicle(Vehicle { energy_level: Some(80), ..vehicle });
     book.publish(4.0);
-    let order = eventually(address, "/v1/transportOrders/my%20order", |order| order["state"] == "handling");
-    assert_eq!((&order["processingVehicle"], &order["destinations"][0]["state"]), (&json!("5"), &json!("handling")));
+    let order =
+        eventually(address, "/v1/transportOrders/my%20order", |order| order["state"] == "handling");
+    assert_eq!(
+        (&order["processingVehicle"], &order["destinations"][0]["state"]),
+        (&json!("5"), &json!("handling"))
+    );
     assert_eq!(order["history"][1], json!({"time": 3.0, "event": "assigned", "robot": 5}));
     let vehicle = json!({"name": "5", "state": "handling", "activity": "handling", "currentPosition": "N1", "edge": 7,
         "position": [1.0, 2.5], "energyLevel": 80, "transportOrder": "my order"});
@@ -132,13 +150,18 @@ fn each_error_has_its_status_and_its_reason() {
         ("/v2", "", 404, "no such path"),
     ] {
         let (found, answer) = post(address, path, body);
-        let text = answer["error"].as_str().unwrap_or_else(|| panic!("{path} {body:.60}: {answer}"));
+        let text =
+            answer["error"].as_str().unwrap_or_else(|| panic!("{path} {body:.60}: {answer}"));
         assert_eq!((found, text.contains(reason)), (status, true), "{path} {body:.60}: {answer}");
     }
     assert_eq!(get(address, "/v1/transportOrders/b").0, 404);
     assert_eq!(get(address, "/v1/vehicles/x").0, 404);
     assert_eq!(get(address, "/v1/transportOrders?state=lost").0, 400);
-    assert_eq!(get(address, "/v1/transportOrders").1.as_array().map(Vec::len), Some(1), "no other order is kept");
+    assert_eq!(
+        get(address, "/v1/transportOrders").1.as_array().map(Vec::len),
+        Some(1),
+        "no other order is kept"
+    );
     let chunked = format!(
         "POST /v1/transportOrders/b HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\nTransfer-Encoding: chunked\r\n\r\n20000\r\n{}\r\n0\r\n\r\n",
         "x".repeat(0x20000)
@@ -151,7 +174,10 @@ fn each_error_has_its_status_and_its_reason() {
 fn pages_of_other_sites_are_refused() {
     let book = book();
     let address = address(&book);
-    assert_eq!(send(address, "POST", "/v1/transportOrders/a", "Origin: http://evil.example\r\n", ORDER).0, 403);
+    assert_eq!(
+        send(address, "POST", "/v1/transportOrders/a", "Origin: http://evil.example\r\n", ORDER).0,
+        403
+    );
     let own = format!("Origin: http://{address}\r\n");
     assert_eq!(send(address, "POST", "/v1/transportOrders/a", &own, ORDER).0, 201);
     assert_eq!(raw(address, b"GET /v1/status HTTP/1.0\r\nHost: evil.example\r\n\r\n").0, 403);
@@ -172,15 +198,21 @@ fn withdrawals_are_answered_by_the_book() {
     book.assign(1.0, &[Candidate { robot: 0, position: [0.0; 2] }], &|_, _| Some(1.0));
     assert!(book.arrived(0, 1.0) && book.handled(0, 1.0).is_some());
     assert_eq!(ticking(&mut book, withdraw("/v1/transportOrders/b/withdrawal")).0, 409);
-    assert_eq!(ticking(&mut book, withdraw("/v1/transportOrders/b/withdrawal?immediate=true")).0, 200);
+    assert_eq!(
+        ticking(&mut book, withdraw("/v1/transportOrders/b/withdrawal?immediate=true")).0,
+        200
+    );
     assert_eq!(book.task_of(0), None);
 }
 
 #[test]
 fn ten_thousand_orders_at_once_are_all_kept() {
     let folder = tempfile::tempdir().expect("a folder");
-    let settings =
-        TaskSettings { http: Some(LOOPBACK), store: Some(folder.path().join("orders.db")), ..TaskSettings::default() };
+    let settings = TaskSettings {
+        http: Some(LOOPBACK),
+        store: Some(folder.path().join("orders.db")),
+        ..TaskSettings::default()
+    };
     let mut book = open(&settings).expect("a book");
     let address = address(&book);
     let client = |client: usize| {
@@ -204,11 +236,16 @@ fn ten_thousand_orders_at_once_are_all_kept() {
         }
         sender.join().expect("sent");
     };
-    std::thread::scope(|scope| (0..20).for_each(|number| drop(scope.spawn(move || client(number)))));
+    std::thread::scope(|scope| {
+        (0..20).for_each(|number| drop(scope.spawn(move || client(number))))
+    });
     book.take_requests(1.0);
     assert_eq!(book.open_orders().count(), 10_000);
     drop(book);
-    assert_eq!(open(&TaskSettings { http: None, ..settings }).expect("a book").open_orders().count(), 10_000);
+    assert_eq!(
+        open(&TaskSettings { http: None, ..settings }).expect("a book").open_orders().count(),
+        10_000
+    );
 }
 
 #[test]
@@ -225,7 +262,10 @@ fn names_of_earlier_runs_are_taken() {
     let mut book = open(&settings).expect("a book");
     let second = address(&book);
     assert_eq!(post(second, "/v1/transportOrders/a", ORDER).0, 409);
-    assert_eq!(ticking(&mut book, || post(second, "/v1/transportOrders/order-1/withdrawal", "")).0, 200);
+    assert_eq!(
+        ticking(&mut book, || post(second, "/v1/transportOrders/order-1/withdrawal", "")).0,
+        200
+    );
     drop(book);
     let book = open(&settings).expect("a book");
     assert_eq!(
@@ -238,8 +278,11 @@ fn names_of_earlier_runs_are_taken() {
 #[test]
 fn orders_that_are_over_are_found_after_a_restart() {
     let folder = tempfile::tempdir().expect("a folder");
-    let settings =
-        TaskSettings { http: Some(LOOPBACK), store: Some(folder.path().join("orders.db")), ..TaskSettings::default() };
+    let settings = TaskSettings {
+        http: Some(LOOPBACK),
+        store: Some(folder.path().join("orders.db")),
+        ..TaskSettings::default()
+    };
     let mut book = open(&settings).expect("a book");
     let first = address(&book);
     for name in ["a", "b", "c d", "e"] {
@@ -249,7 +292,8 @@ fn orders_that_are_over_are_found_after_a_restart() {
         let path = format!("{}/withdrawal", Client::order_path(name));
         assert_eq!(ticking(&mut book, || post(first, &path, "")).0, 200);
     }
-    let before = eventually(first, "/v1/transportOrders?state=cancelled", |orders| orders[1].is_object());
+    let before =
+        eventually(first, "/v1/transportOrders?state=cancelled", |orders| orders[1].is_object());
     drop(book);
     let mut book = open(&settings).expect("a book");
     let second = address(&book);
@@ -258,7 +302,12 @@ fn orders_that_are_over_are_found_after_a_restart() {
     let names = |query: &str| {
         let (status, orders) = get(second, &format!("/v1/transportOrders?{query}"));
         assert_eq!(status, 200, "{query}: {orders}");
-        orders.as_array().expect("orders").iter().map(|order| order["name"].clone()).collect::<Vec<_>>()
+        orders
+            .as_array()
+            .expect("orders")
+            .iter()
+            .map(|order| order["name"].clone())
+            .collect::<Vec<_>>()
     };
     assert_eq!(names(""), ["a", "b", "c d", "e"]);
     assert_eq!(names("state=open"), ["b", "e"]);
@@ -268,7 +317,8 @@ fn orders_that_are_over_are_found_after_a_restart() {
         (names("limit=3"), names("limit=3&after=c%20d")),
         (vec![json!("a"), json!("b"), json!("c d")], vec![json!("e")])
     );
-    let (status, answer) = ticking(&mut book, || post(second, "/v1/transportOrders/a/withdrawal", ""));
+    let (status, answer) =
+        ticking(&mut book, || post(second, "/v1/transportOrders/a/withdrawal", ""));
     assert_eq!((status, &answer["error"]), (409, &json!("the order is over")));
     assert_eq!(get(second, "/v1/transportOrders?limit=0").0, 400);
 }
@@ -276,8 +326,11 @@ fn orders_that_are_over_are_found_after_a_restart() {
 #[test]
 fn the_time_of_creation_is_the_same_everywhere() {
     let folder = tempfile::tempdir().expect("a folder");
-    let settings =
-        TaskSettings { http: Some(LOOPBACK), store: Some(folder.path().join("orders.db")), ..TaskSettings::default() };
+    let settings = TaskSettings {
+        http: Some(LOOPBACK),
+        store: Some(folder.path().join("orders.db")),
+        ..TaskSettings::default()
+    };
     let mut book = TaskBook::open(&settings, places(), 1, 2.8).expect("a book");
     let first = address(&book);
     let answer = post(first, "/v1/transportOrders/a", ORDER).1;
@@ -298,7 +351,9 @@ fn vehicles_that_only_move_on_are_no_events_and_those_that_leave_are_gone() {
     let mut book = book();
     let address = address(&book);
     let mut stream = TcpStream::connect(address).expect("connected");
-    stream.write_all(format!("GET /v1/sse HTTP/1.0\r\nHost: {address}\r\n\r\n").as_bytes()).expect("sent");
+    stream
+        .write_all(format!("GET /v1/sse HTTP/1.0\r\nHost: {address}\r\n\r\n").as_bytes())
+        .expect("sent");
     let mut text = String::new();
     let mut read_until = |end: &str| {
         let mut buffer = [0; 4096];
@@ -329,7 +384,9 @@ fn changes_come_as_server_sent_events() {
     let mut book = book();
     let address = address(&book);
     let mut stream = TcpStream::connect(address).expect("connected");
-    stream.write_all(format!("GET /v1/sse HTTP/1.1\r\nHost: {address}\r\n\r\n").as_bytes()).expect("sent");
+    stream
+        .write_all(format!("GET /v1/sse HTTP/1.1\r\nHost: {address}\r\n\r\n").as_bytes())
+        .expect("sent");
     let mut text = String::new();
     let mut read_until = |end: &str| {
         let mut buffer = [0; 4096];
@@ -345,8 +402,13 @@ fn changes_come_as_server_sent_events() {
     book.take_requests(1.0);
     book.show_vehicle(Vehicle { robot: 3, state: "idle", ..Vehicle::default() });
     book.publish(1.0);
-    let text = read_until("event: vehicle\ndata: {\"activity\":\"\",\"currentPosition\":null,\"edge\":null");
-    assert!(text.contains("event: transportOrder\ndata: {") && text.contains("\"state\":\"waiting\""), "{text}");
+    let text = read_until(
+        "event: vehicle\ndata: {\"activity\":\"\",\"currentPosition\":null,\"edge\":null",
+    );
+    assert!(
+        text.contains("event: transportOrder\ndata: {") && text.contains("\"state\":\"waiting\""),
+        "{text}"
+    );
 }
 
 #[test]
@@ -396,7 +458,10 @@ fn the_client_gets_values_and_reasons() {
     assert_eq!(client.post(&path, &order).expect("kept")["name"], json!("Größe 1%"));
     assert_eq!(client.get(&path).expect("there")["state"], json!("created"));
     let error = client.post(&path, &order).expect_err("twice");
-    assert!(matches!(&error, ClientError::Refused { status: 409, reason } if reason.contains("already")), "{error}");
+    assert!(
+        matches!(&error, ClientError::Refused { status: 409, reason } if reason.contains("already")),
+        "{error}"
+    );
     drop(book);
     assert!(matches!(client.get(&path), Err(ClientError::Connect { .. })));
     for url in ["", "http://here", "https://127.0.0.1:1", "127.0.0.1:1\r\n", "127.0.0.1:99999"] {

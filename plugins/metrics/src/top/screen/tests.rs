@@ -18,7 +18,8 @@ fn view(snapshot: Snapshot) -> View {
     let mut view = View::new(&snapshot.fleet);
     for k in 0..200 {
         let cost = 50e-6 * (1.0 + (f64::from(k) * 0.3).sin());
-        let interval = IntervalStats { tick_cost: stats(cost), jitter: stats(2e-3), frame_age: stats(70e-6) };
+        let interval =
+            IntervalStats { tick_cost: stats(cost), jitter: stats(2e-3), frame_age: stats(70e-6) };
         view.history.add(&interval, &snapshot);
     }
     view.snapshot = snapshot;
@@ -43,18 +44,51 @@ fn shows(screen: &str, wanted: &[&str]) {
 #[test]
 fn everything_is_visible_at_80_by_24() {
     let screen = drawn(&mut view(testing::snapshot()), 80, 24);
-    shows(&screen, &["running", "×1", "t 20:34.56", "tick 123,456", "tick cost", "real time", "frame age", "█"]);
     shows(
         &screen,
-        &["0.998 of ×1", "70 µs", "robots", "1,000", "driving", "812", "idle", "waiting", "held", "faulted"],
+        &[
+            "running",
+            "×1",
+            "t 20:34.56",
+            "tick 123,456",
+            "tick cost",
+            "real time",
+            "frame age",
+            "█",
+        ],
+    );
+    shows(
+        &screen,
+        &[
+            "0.998 of ×1",
+            "70 µs",
+            "robots",
+            "1,000",
+            "driving",
+            "812",
+            "idle",
+            "waiting",
+            "held",
+            "faulted",
+        ],
     );
     shows(&screen, &["late ticks", "2.00 ms", "mean speed", "1.23 m/s", "98.77 km", "12,345"]);
-    shows(&screen, &["12 touching, 30 possible", "touching", "0 10000", "0.0, -1.5", "0.8", "4.6 s"]);
     shows(
         &screen,
-        &["tasks", "58 open, 4,321 finished, 450 an hour", "614 carrying  201 to pick  30 handling  90 waiting"],
+        &["12 touching, 30 possible", "touching", "0 10000", "0.0, -1.5", "0.8", "4.6 s"],
     );
-    shows(&screen, &["service 61 55 120 300 s", "waiting 8.4 6.0 40 96 s", "(mean, p50, p99, longest)"]);
+    shows(
+        &screen,
+        &[
+            "tasks",
+            "58 open, 4,321 finished, 450 an hour",
+            "614 carrying  201 to pick  30 handling  90 waiting",
+        ],
+    );
+    shows(
+        &screen,
+        &["service 61 55 120 300 s", "waiting 8.4 6.0 40 96 s", "(mean, p50, p99, longest)"],
+    );
     shows(&screen, &["processes", "engine", "4000000", "12 %", "34 MB", "metrics"]);
     shows(&screen, &["space pause", "q quit"]);
 }
@@ -79,7 +113,10 @@ fn the_list_of_collisions_scrolls_only_to_its_end() {
 #[test]
 fn missing_parts_are_reported_with_advice() {
     let mut lonely = view(testing::without_engine());
-    shows(&drawn(&mut lonely, 80, 24), &["No engine runs the fleet 'default'", "regatta run ", "engine"]);
+    shows(
+        &drawn(&mut lonely, 80, 24),
+        &["No engine runs the fleet 'default'", "regatta run ", "engine"],
+    );
     lonely.process_error = Some("can't list processes".to_owned());
     shows(&drawn(&mut lonely, 80, 24), &["can't list processes"]);
     let mut unchecked = view(testing::snapshot());
@@ -124,7 +161,10 @@ fn edges_with_jams_replace_the_collisions() {
     let mut view = view(testing::snapshot());
     view.shows_jams = true;
     let screen = drawn(&mut view, 80, 26);
-    shows(&screen, &["edges with jams", "robots/h", "567", "456.0 s", "1,234", "2.5", "25 %", "8 dock 3"]);
+    shows(
+        &screen,
+        &["edges with jams", "robots/h", "567", "456.0 s", "1,234", "2.5", "25 %", "8 dock 3"],
+    );
     view.snapshot.jams = Some([].into());
     shows(&drawn(&mut view, 80, 24), &["No robot has waited."]);
     view.snapshot.jams = None;

@@ -12,8 +12,12 @@ use crate::robot_ids::RobotIds;
 use crate::table::{Snapshot, Span, for_each_snapshot};
 
 /// Returns the columns of plugins to export: the requested ones, or all recorded ones.
-pub(super) fn plugins(recording: &Recording, requested: Option<&[ColumnName]>) -> Result<Vec<ColumnName>, ExportError> {
-    let recorded: Vec<_> = recording.topics().into_iter().filter_map(|topic| topic.column().cloned()).collect();
+pub(super) fn plugins(
+    recording: &Recording,
+    requested: Option<&[ColumnName]>,
+) -> Result<Vec<ColumnName>, ExportError> {
+    let recorded: Vec<_> =
+        recording.topics().into_iter().filter_map(|topic| topic.column().cloned()).collect();
     let Some(requested) = requested else { return Ok(recorded) };
     match requested.iter().find(|column| !recorded.contains(column)) {
         None => Ok(requested.to_vec()),
@@ -24,7 +28,8 @@ pub(super) fn plugins(recording: &Recording, requested: Option<&[ColumnName]>) -
     }
 }
 
-/// Returns all columns. A plugin's column keeps its name, or gets the prefix `column_` if another column has the name.
+/// Returns all columns. A plugin's column keeps its name, or gets the prefix `column_` if another
+/// column has the name.
 pub(super) fn columns(plugins: &[ColumnName]) -> Vec<Column> {
     let common = [
         Column::new("time_s", Kind::F64),
@@ -40,16 +45,22 @@ pub(super) fn columns(plugins: &[ColumnName]) -> Vec<Column> {
         Column::optional("edge", Kind::U32),
         Column::new("state", Kind::Text),
     ];
-    let title = |name: &ColumnName| match common.iter().any(|column| column.title == name.as_str()) {
+    let title = |name: &ColumnName| match common.iter().any(|column| column.title == name.as_str())
+    {
         true => format!("column_{name}"),
         false => name.to_string(),
     };
-    let plugins: Vec<_> = plugins.iter().map(|name| Column::optional(&title(name), Kind::F32)).collect();
+    let plugins: Vec<_> =
+        plugins.iter().map(|name| Column::optional(&title(name), Kind::F32)).collect();
     common.into_iter().chain(plugins).collect()
 }
 
 /// Calls `take` with the rows of all requested robots, and returns their number.
-pub(super) fn for_each(recording: &Recording, args: &ExportArgs, take: &mut Take<'_>) -> Result<u64, ExportError> {
+pub(super) fn for_each(
+    recording: &Recording,
+    args: &ExportArgs,
+    take: &mut Take<'_>,
+) -> Result<u64, ExportError> {
     let plugins = plugins(recording, args.columns.as_deref())?;
     let robots = args.robots.clone().unwrap_or_else(RobotIds::all);
     let span = Span::of(recording, args.from, args.to);

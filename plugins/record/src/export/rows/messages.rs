@@ -62,7 +62,9 @@ pub(super) fn columns(table: Table) -> Vec<Column> {
             let since = [column("since_tick", U64), column("since_s", F64)];
             pair().into_iter().chain(since).chain(place()).collect()
         }
-        Table::ContactEvents => pair().into_iter().chain([column("change", Text)]).chain(place()).collect(),
+        Table::ContactEvents => {
+            pair().into_iter().chain([column("change", Text)]).chain(place()).collect()
+        }
     };
     common.into_iter().chain(own).collect()
 }
@@ -108,7 +110,8 @@ pub(super) fn for_each<'a>(
         take,
     };
     if let Some((time, world)) = recording.state_before(&Topic::World, span.from)? {
-        rows.take_world(&world).map_err(|reason| recording.malformed(&Topic::World, time, reason))?;
+        rows.take_world(&world)
+            .map_err(|reason| recording.malformed(&Topic::World, time, reason))?;
     }
     let topics = [Topic::World].into_iter().chain(topics(table)).collect();
     let mut reader = recording.read(&Selection { from: span.from, to: span.to, topics })?;
@@ -122,7 +125,11 @@ pub(super) fn for_each<'a>(
 
 impl Rows<'_> {
     /// Takes a message. The outer error is one of decoding it, the inner one of writing its rows.
-    fn take_entry(&mut self, entry: &Entry<'_>, done: f64) -> Result<Result<(), ExportError>, MessageError> {
+    fn take_entry(
+        &mut self,
+        entry: &Entry<'_>,
+        done: f64,
+    ) -> Result<Result<(), ExportError>, MessageError> {
         let time = Duration::from_nanos(entry.log_time);
         let moment = |run_id, tick| Moment { done, time, run_id, tick };
         match entry.topic {
@@ -146,7 +153,8 @@ impl Rows<'_> {
             topic => {
                 let is_new = self.contacts.decode(topic, entry.message)?;
                 let list = self.contacts.list().filter(|_| is_new);
-                if let Some((header, pairs)) = list.map(|(header, pairs)| (*header, pairs.to_vec())) {
+                if let Some((header, pairs)) = list.map(|(header, pairs)| (*header, pairs.to_vec()))
+                {
                     let ContactHeader { run_id, tick, .. } = header;
                     return Ok(self.rows(moment(run_id, tick), &pairs, Self::contact));
                 }
@@ -182,7 +190,11 @@ impl Rows<'_> {
         for record in records {
             let mut row = std::mem::take(&mut self.row);
             row.clear();
-            row.extend([Value::F64(moment.time.as_secs_f64()), Value::U32(run), Value::U64(moment.tick)]);
+            row.extend([
+                Value::F64(moment.time.as_secs_f64()),
+                Value::U32(run),
+                Value::U64(moment.tick),
+            ]);
             let robots = fill(self, record, &mut row);
             if robots.iter().flatten().any(|robot| self.robots.contains(*robot)) {
                 debug_assert_eq!(row.len(), columns(self.table).len(), "a value per column");
@@ -242,14 +254,25 @@ impl Rows<'_> {
         let [robot, other] = pair.robots;
         let since = pair.since_nanos as f64 * 1e-9;
         let level = name(&LEVELS, pair.level);
-        row.extend([Value::U32(robot), Value::U32(other), level, Value::U64(pair.since_tick), Value::F64(since)]);
+        row.extend([
+            Value::U32(robot),
+            Value::U32(other),
+            level,
+            Value::U64(pair.since_tick),
+            Value::F64(since),
+        ]);
         row.extend(self.place(pair.edge, [pair.x, pair.y, pair.relative_speed]));
         [Some(robot), Some(other)]
     }
 
     fn contact_event(&self, event: &ContactEvent, row: &mut Vec<Value>) -> [Option<u32>; 2] {
         let [robot, other] = event.robots;
-        row.extend([Value::U32(robot), Value::U32(other), name(&LEVELS, event.level), name(&CHANGES, event.change)]);
+        row.extend([
+            Value::U32(robot),
+            Value::U32(other),
+            name(&LEVELS, event.level),
+            name(&CHANGES, event.change),
+        ]);
         row.extend(self.place(event.edge, [event.x, event.y, event.relative_speed]));
         [Some(robot), Some(other)]
     }

@@ -60,8 +60,18 @@ pub(super) const ORDERS: [&str; 14] = [
 ];
 
 /// The names of what happened to a task, by number.
-pub(super) const TASKS: [&str; 10] =
-    ["unknown", "created", "stop", "assigned", "withdrawn", "arrived", "handled", "finished", "failed", "cancelled"];
+pub(super) const TASKS: [&str; 10] = [
+    "unknown",
+    "created",
+    "stop",
+    "assigned",
+    "withdrawn",
+    "arrived",
+    "handled",
+    "finished",
+    "failed",
+    "cancelled",
+];
 
 /// The names of the actions at stops, by number.
 pub(super) const ACTIONS: [&str; 5] = ["none", "pick", "drop", "charge", "park"];
@@ -84,7 +94,10 @@ mod tests {
 
     /// The names that `proto/regatta.proto` has for the numbers 0, 1, ...
     fn recorded<T: TryFrom<i32>>(name: fn(&T) -> &'static str) -> Vec<String> {
-        (0..).map_while(|number| T::try_from(number).ok()).map(|value| name(&value).to_lowercase()).collect()
+        (0..)
+            .map_while(|number| T::try_from(number).ok())
+            .map(|value| name(&value).to_lowercase())
+            .collect()
     }
 
     #[test]
@@ -101,8 +114,14 @@ mod tests {
         assert_eq!(recorded(regatta::EventKind::as_str_name), events);
         assert_eq!(recorded(regatta::Refusal::as_str_name), REFUSALS);
         assert_eq!(recorded(regatta::OrderKind::as_str_name), ORDERS);
-        assert_eq!(recorded(regatta::TaskKind::as_str_name), TASKS.map(|name| format!("task_{name}")));
-        assert_eq!(recorded(regatta::StopAction::as_str_name), ACTIONS.map(|name| format!("action_{name}")));
+        assert_eq!(
+            recorded(regatta::TaskKind::as_str_name),
+            TASKS.map(|name| format!("task_{name}"))
+        );
+        assert_eq!(
+            recorded(regatta::StopAction::as_str_name),
+            ACTIONS.map(|name| format!("action_{name}"))
+        );
         assert_eq!(recorded(regatta::ContactLevel::as_str_name), LEVELS);
         assert_eq!(recorded(regatta::ContactChange::as_str_name)[1..], CHANGES[1..]);
     }

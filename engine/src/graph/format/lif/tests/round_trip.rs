@@ -11,7 +11,9 @@ use super::super::{Header, write, write_with};
 use super::{FOLDER, edge, file, layout, messages, node, options, read, sample, two_levels};
 use crate::graph::bezier::CubicBezier;
 use crate::graph::path::Path;
-use crate::graph::{Edge, Gear, Node, NodeIndex, Orientation, Role, RouteGraph, Station, Tags, parse};
+use crate::graph::{
+    Edge, Gear, Node, NodeIndex, Orientation, Role, RouteGraph, Station, Tags, parse,
+};
 
 /// Asserts that a text is valid LIF.
 fn assert_valid(text: &str) {
@@ -31,15 +33,19 @@ fn assert_valid(text: &str) {
     }
 }
 
-/// Asserts that two graphs have the same curves, speeds and headings. What was written as an edge in reverse gear is at the
-/// end of `read`.
+/// Asserts that two graphs have the same curves, speeds and headings. What was written as an edge
+/// in reverse gear is at the end of `read`.
 fn assert_same(graph: &RouteGraph, read: &RouteGraph) {
     assert_eq!(graph.nodes().len(), read.nodes().len());
     for (node, other) in graph.nodes().iter().zip(read.nodes()) {
         assert!((graph.origin() + node.position).distance(read.origin() + other.position) < 1e-9);
         assert_eq!(node.has_heading, other.has_heading);
-        // A heading that isn't given is that of an edge, which may have been connected to the node since.
-        assert!(!node.has_heading || (node.theta - other.theta).abs() < 1e-12, "{node:?} {other:?}");
+        // A heading that isn't given is that of an edge, which may have been connected to the node
+        // since.
+        assert!(
+            !node.has_heading || (node.theta - other.theta).abs() < 1e-12,
+            "{node:?} {other:?}"
+        );
         assert_eq!(node.role, other.role);
     }
     for (edge, other) in graph.edges().iter().zip(read.edges()) {
@@ -50,10 +56,17 @@ fn assert_same(graph: &RouteGraph, read: &RouteGraph) {
     let mut others = read.edges()[graph.edges().len()..].iter();
     for edge in reverse {
         let other = others.next().expect("an edge for the reverse gear");
-        assert_eq!((edge.velocity_backwards, other.velocity_backwards), (Some(other.velocity_forward), None));
+        assert_eq!(
+            (edge.velocity_backwards, other.velocity_backwards),
+            (Some(other.velocity_forward), None)
+        );
         assert_eq!((edge.origin, edge.destination), (other.destination, other.origin));
         // Seen from the destination, the same curve and the same headings.
-        let back = Edge { path: other.path.reversed(), orientation: opposite(other.orientation), ..other.clone() };
+        let back = Edge {
+            path: other.path.reversed(),
+            orientation: opposite(other.orientation),
+            ..other.clone()
+        };
         assert_same_path(graph, (&edge.path, edge.orientation), read, &back);
     }
     assert!(others.next().is_none());
@@ -67,7 +80,12 @@ fn opposite(orientation: Orientation) -> Orientation {
     }
 }
 
-fn assert_same_path(graph: &RouteGraph, (path, orientation): (&Path, Orientation), read: &RouteGraph, other: &Edge) {
+fn assert_same_path(
+    graph: &RouteGraph,
+    (path, orientation): (&Path, Orientation),
+    read: &RouteGraph,
+    other: &Edge,
+) {
     assert_eq!(path.cubic_count(), other.path.cubic_count());
     for step in 0..=50u32 {
         let fraction = f64::from(step) / 50.0;
@@ -75,10 +93,14 @@ fn assert_same_path(graph: &RouteGraph, (path, orientation): (&Path, Orientation
         let (other_point, other_tangent) = other.path.at(fraction);
         let distance = (graph.origin() + point).distance(read.origin() + other_point);
         assert!(distance < 1e-6, "{distance}");
-        let difference = orientation.heading(tangent.to_angle()) - other.orientation.heading(other_tangent.to_angle());
+        let difference = orientation.heading(tangent.to_angle())
+            - other.orientation.heading(other_tangent.to_angle());
         // At a joint, a fraction can be on either side.
         let is_joint = (fraction * path.cubic_count() as f64).fract().min(1.0) < 1e-9;
-        assert!(is_joint || difference.sin().abs() < 1e-6 && difference.cos() > 0.0, "{difference}");
+        assert!(
+            is_joint || difference.sin().abs() < 1e-6 && difference.cos() > 0.0,
+            "{difference}"
+        );
     }
 }
 
@@ -98,11 +120,8 @@ fn examples_are_written_as_valid_files_and_read_again() {
             assert_eq!(edge.tags, other.tags);
         }
         let heights = graph.stations().iter().zip(again.stations());
-        assert!(
-            heights
-                .clone()
-                .all(|(one, other)| (&one.name, one.role, &one.nodes) == (&other.name, other.role, &other.nodes))
-        );
+        assert!(heights.clone().all(|(one, other)| (&one.name, one.role, &one.nodes)
+            == (&other.name, other.role, &other.nodes)));
         assert!(!messages(&findings).contains("gap"), "{name}: {}", messages(&findings));
     }
 }
@@ -110,12 +129,15 @@ fn examples_are_written_as_valid_files_and_read_again() {
 #[test]
 fn nodes_without_a_heading_stay_without() {
     let nodes = [node("1", 0.0, 0.0, ""), node("2", 10.0, 0.0, ", \"theta\": 1.5")];
-    let (mut graph, _) = read(&file(&[layout("\"layoutId\": \"L\"", &nodes, &[edge("1", ["1", "2"], "")])]));
+    let (mut graph, _) =
+        read(&file(&[layout("\"layoutId\": \"L\"", &nodes, &[edge("1", ["1", "2"], "")])]));
     assert!(graph.nodes().iter().any(|node| !node.has_heading));
     for _ in 0..2 {
         let written = write(&graph);
         assert_valid(&written.text);
-        let given = |graph: &RouteGraph| graph.nodes().iter().map(|node| node.has_heading).collect::<Vec<_>>();
+        let given = |graph: &RouteGraph| {
+            graph.nodes().iter().map(|node| node.has_heading).collect::<Vec<_>>()
+        };
         let (again, _) = read(&written.text);
         assert_eq!(given(&again), given(&graph));
         assert_same(&graph, &again);
@@ -152,13 +174,23 @@ fn what_is_lost_is_listed() {
     tags.set("maxHeight", "2.5");
     tags.set("rotationAtEndNodeAllowed", "sometimes");
     edge.tags = tags.boxed();
-    let station = Station { name: "S".to_owned(), role: Role::Pick, nodes: vec![NodeIndex(1)], ..Station::default() };
+    let station = Station {
+        name: "S".to_owned(),
+        role: Role::Pick,
+        nodes: vec![NodeIndex(1)],
+        ..Station::default()
+    };
     let empty = Station { name: "T".to_owned(), ..Station::default() };
     let graph = RouteGraph::from_valid_parts(nodes, vec![edge])
         .with_surroundings(vec![station, empty], vec![vec![DVec2::ZERO, DVec2::X]]);
-    let written = write_with(&graph, &Header { timestamp: "2024-05-06T07:08:09.00Z", ..Header::default() });
+    let written =
+        write_with(&graph, &Header { timestamp: "2024-05-06T07:08:09.00Z", ..Header::default() });
     assert_valid(&written.text);
-    assert!(written.text.contains("\"exportTimestamp\":\"2024-05-06T07:08:09.00Z\""), "{}", written.text);
+    assert!(
+        written.text.contains("\"exportTimestamp\":\"2024-05-06T07:08:09.00Z\""),
+        "{}",
+        written.text
+    );
     let expected = [
         "1 edges can be driven in reverse gear: written as further edges, which are read as such",
         "1 edges have a property `colour` that isn't valid in LIF",
@@ -180,15 +212,25 @@ fn what_is_lost_is_listed() {
 
 #[test]
 fn names_are_ids_if_all_have_one() {
-    let node =
-        |id: u32, name: &str| Node { tags: Tags::named(name).boxed(), ..Node::new(id, DVec2::X * f64::from(id), 0.0) };
+    let node = |id: u32, name: &str| Node {
+        tags: Tags::named(name).boxed(),
+        ..Node::new(id, DVec2::X * f64::from(id), 0.0)
+    };
     let ends = [NodeIndex(0), NodeIndex(1)];
-    let edge = |id: u32| Edge::new(id, ends, CubicBezier::straight(DVec2::X * 5.0, DVec2::X * 6.0), (1.0, None));
+    let edge = |id: u32| {
+        Edge::new(id, ends, CubicBezier::straight(DVec2::X * 5.0, DVec2::X * 6.0), (1.0, None))
+    };
     let named = |id: u32, name: &str| Edge { tags: Tags::named(name).boxed(), ..edge(id) };
-    let graph = RouteGraph::from_valid_parts(vec![node(5, "a"), node(6, "b")], vec![edge(1), named(2, "second")]);
+    let graph = RouteGraph::from_valid_parts(
+        vec![node(5, "a"), node(6, "b")],
+        vec![edge(1), named(2, "second")],
+    );
     let written = write(&graph);
     assert_eq!(written.losses, ["2 numbers of nodes: their names are their ids"]);
-    assert!(written.text.contains("\"nodeId\":\"a\"") && written.text.contains("\"edgeName\":\"second\""));
+    assert!(
+        written.text.contains("\"nodeId\":\"a\"")
+            && written.text.contains("\"edgeName\":\"second\"")
+    );
     let (again, _) = read(&written.text);
     assert_eq!((again.nodes()[0].id, again.nodes()[0].name()), (1, Some("a")));
     assert_eq!((again.edges()[1].id, again.edges()[1].name()), (2, Some("second")));
@@ -205,8 +247,10 @@ fn the_number_of_vehicle_types_is_bounded() {
     let mut nodes = vec![Node::new(1, DVec2::ZERO, 0.0), Node::new(2, DVec2::X, 0.0)];
     nodes[0].tags = tags.boxed();
     let path = CubicBezier::straight(DVec2::ZERO, DVec2::X);
-    let graph =
-        RouteGraph::from_valid_parts(nodes, vec![Edge::new(1, [NodeIndex(0), NodeIndex(1)], path, (1.0, None))]);
+    let graph = RouteGraph::from_valid_parts(
+        nodes,
+        vec![Edge::new(1, [NodeIndex(0), NodeIndex(1)], path, (1.0, None))],
+    );
     let written = write(&graph);
     assert_eq!(written.text.matches("\"type").count(), 100);
     assert_eq!(written.losses, ["1 nodes have a property `vehicleTypeId` that isn't valid in LIF"]);
@@ -217,7 +261,8 @@ fn reverse_gears_are_numbered_after_the_last_edge() {
     let nodes = vec![Node::new(1, DVec2::ZERO, 0.0), Node::new(2, DVec2::X, 0.0)];
     let path = CubicBezier::straight(DVec2::ZERO, DVec2::X);
     let edge = |id| Edge::new(id, [NodeIndex(0), NodeIndex(1)], path, (1.0, Some(1.0)));
-    let (again, _) = read(&write(&RouteGraph::from_valid_parts(nodes, [9, 4].map(edge).into())).text);
+    let (again, _) =
+        read(&write(&RouteGraph::from_valid_parts(nodes, [9, 4].map(edge).into())).text);
     assert_eq!(again.edges().iter().map(|edge| edge.id).collect::<Vec<_>>(), [9, 4, 10, 11]);
 }
 
@@ -233,7 +278,12 @@ fn graphs() -> impl Strategy<Value = RouteGraph> {
         _ => Orientation::Fixed(angle),
     });
     let speeds = (0.1..5.0f64, prop::option::of(0.1..5.0f64));
-    let edge = (any::<[prop::sample::Index; 2]>(), prop::collection::vec(point(), 0..12), orientation, speeds);
+    let edge = (
+        any::<[prop::sample::Index; 2]>(),
+        prop::collection::vec(point(), 0..12),
+        orientation,
+        speeds,
+    );
     let edges = prop::collection::vec(edge, 1..10);
     let origin = prop_oneof![Just(DVec2::ZERO), Just(DVec2::new(400_000.0, 5_000_000.0))];
     (nodes, edges, origin).prop_map(|(nodes, edges, origin)| {

@@ -138,7 +138,8 @@ fn rotation_name(rotation: Rotation) -> Option<&'static str> {
     }
 }
 
-/// Returns the orientation at which a robot has the same heading, although the tangent is the opposite.
+/// Returns the orientation at which a robot has the same heading, although the tangent is the
+/// opposite.
 fn reversed(orientation: Orientation) -> Orientation {
     match orientation {
         Orientation::Tangential => Orientation::Offset(PI),
@@ -147,7 +148,8 @@ fn reversed(orientation: Orientation) -> Orientation {
     }
 }
 
-/// Returns a NURBS curve of degree 3 with an inner knot of multiplicity 3 at each joint; of degree 1 for a straight segment.
+/// Returns a NURBS curve of degree 3 with an inner knot of multiplicity 3 at each joint; of degree
+/// 1 for a straight segment.
 fn trajectory(path: &Path, origin: DVec2) -> Value {
     if path.single().is_some_and(is_straight) {
         let points = [path.start(), path.end()].map(|position| point(origin + position));

@@ -22,7 +22,8 @@ pub(super) struct List {
 }
 
 impl Names {
-    /// Names nodes by their names if each has one of its own: those are the ids of the file that it was read from.
+    /// Names nodes by their names if each has one of its own: those are the ids of the file that it
+    /// was read from.
     pub fn new(graph: &RouteGraph) -> Self {
         let nodes = List::new(graph.nodes().iter().map(|node| (node.id, node.name())));
         let edges = List::new(graph.edges().iter().map(|edge| (edge.id, edge.name())));
@@ -51,7 +52,9 @@ impl Names {
 impl List {
     fn new<'n>(items: impl Iterator<Item = (u32, Option<&'n str>)> + Clone) -> Self {
         let mut used = BTreeSet::new();
-        let are_names = items.clone().all(|(_, name)| name.is_some_and(|name| !name.is_empty() && used.insert(name)));
+        let are_names = items
+            .clone()
+            .all(|(_, name)| name.is_some_and(|name| !name.is_empty() && used.insert(name)));
         let id = |(number, name): (u32, Option<&str>)| match name {
             Some(name) if are_names => name.to_owned(),
             _ => number.to_string(),

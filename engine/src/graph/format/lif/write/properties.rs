@@ -1,4 +1,5 @@
-//! Properties that were read from a LIF file, or that are called as its keys, on their way into another.
+//! Properties that were read from a LIF file, or that are called as its keys, on their way into
+//! another.
 
 use std::collections::BTreeMap;
 
@@ -79,7 +80,8 @@ struct LoadRestriction {
 
 impl<'a> Properties<'a> {
     pub fn new(tags: Option<&'a Tags>) -> Self {
-        let mut properties = tags.map_or(Self { rest: BTreeMap::new(), zone: None }, |tags| Self::of(&tags.properties));
+        let mut properties = tags
+            .map_or(Self { rest: BTreeMap::new(), zone: None }, |tags| Self::of(&tags.properties));
         properties.zone = tags.and_then(|tags| tags.zone.as_deref());
         properties
     }
@@ -94,7 +96,8 @@ impl<'a> Properties<'a> {
 
     /// Takes the vehicle types out; at least one.
     pub fn vehicle_types(&mut self) -> Vec<&'a str> {
-        let mut types: Vec<&str> = self.get("vehicleTypeId").into_iter().flat_map(|types| types.split(", ")).collect();
+        let mut types: Vec<&str> =
+            self.get("vehicleTypeId").into_iter().flat_map(|types| types.split(", ")).collect();
         types.sort_unstable();
         types.dedup();
         // Else it counts as lost.

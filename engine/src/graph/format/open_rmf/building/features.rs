@@ -28,7 +28,12 @@ pub(super) fn add(points: &Points<'_, '_>, level: &mut Level, report: &mut Repor
     };
     let floor = |tree: &Tree<'_>| -> Option<Vec<DVec2>> {
         let corners = tree.get("vertices")?.items();
-        corners.iter().chain(corners.first()).map(at).collect::<Option<_>>().filter(|line: &Vec<_>| line.len() > 2)
+        corners
+            .iter()
+            .chain(corners.first())
+            .map(at)
+            .collect::<Option<_>>()
+            .filter(|line: &Vec<_>| line.len() > 2)
     };
     let lines: [Vec<Option<Vec<DVec2>>>; 3] = [
         points.items("walls").iter().map(line).collect(),
@@ -45,11 +50,13 @@ pub(super) fn add(points: &Points<'_, '_>, level: &mut Level, report: &mut Repor
         );
         report.warning(level.at, Subject::File, message);
     }
-    level.lines = lines.into_iter().filter(|line| line.iter().all(|point| point.is_finite())).collect();
+    level.lines =
+        lines.into_iter().filter(|line| line.iter().all(|point| point.is_finite())).collect();
     add_doors(points, level, report);
 }
 
-/// Sets the doors of lanes that cross them, in the coordinates of the file as the generator does: the last one wins.
+/// Sets the doors of lanes that cross them, in the coordinates of the file as the generator does:
+/// the last one wins.
 fn add_doors(points: &Points<'_, '_>, level: &mut Level, report: &mut Report<'_>) {
     let vertices = points.items("vertices");
     let segment = |ends: [usize; 2]| -> Option<[DVec2; 2]> {
@@ -66,7 +73,10 @@ fn add_doors(points: &Points<'_, '_>, level: &mut Level, report: &mut Report<'_>
     };
     let doors: Vec<_> = points.items("doors").iter().filter_map(door).collect();
     if doors.len().saturating_mul(level.lanes.len()) > MAX_COMPARISONS {
-        let message = format!("level `{}` has too many lanes and doors: doors aren't assigned to lanes", level.name);
+        let message = format!(
+            "level `{}` has too many lanes and doors: doors aren't assigned to lanes",
+            level.name
+        );
         report.warning(level.at, Subject::File, message);
         return;
     }
@@ -79,7 +89,10 @@ fn add_doors(points: &Points<'_, '_>, level: &mut Level, report: &mut Report<'_>
 }
 
 fn warn_of_long_name(tree: &Tree<'_>, what: &str, name: &str, report: &mut Report<'_>) {
-    let message = format!("the name of the {what} `{}` is longer than {MAX_NAME} bytes: not used", shorten(name));
+    let message = format!(
+        "the name of the {what} `{}` is longer than {MAX_NAME} bytes: not used",
+        shorten(name)
+    );
     report.warning(tree.at, Subject::File, message);
 }
 
@@ -95,7 +108,8 @@ fn intersect([a, b]: [DVec2; 2], [c, d]: [DVec2; 2]) -> bool {
     (0.0..=1.0).contains(&t) && (0.0..=1.0).contains(&u)
 }
 
-/// Sets the lifts of vertices that are in their shafts, and draws these on the levels that they serve.
+/// Sets the lifts of vertices that are in their shafts, and draws these on the levels that they
+/// serve.
 pub(super) fn add_lifts(
     root: &Tree<'_>,
     trees: &[(&str, &Tree<'_>)],
@@ -105,22 +119,34 @@ pub(super) fn add_lifts(
 ) {
     let lifts = root.get("lifts").map(Tree::entries).unwrap_or_default();
     let index_of = |name: &str| trees.iter().position(|(level, _)| *level == name);
-    let elevation = |index: usize| trees.get(index).and_then(|(_, level)| level.number_of("elevation")).unwrap_or(0.0);
-    let reference = root.get("reference_level_name").and_then(Tree::text).and_then(|name| index_of(&name)).unwrap_or(0);
+    let elevation = |index: usize| {
+        trees.get(index).and_then(|(_, level)| level.number_of("elevation")).unwrap_or(0.0)
+    };
+    let reference = root
+        .get("reference_level_name")
+        .and_then(Tree::text)
+        .and_then(|name| index_of(&name))
+        .unwrap_or(0);
     let vertices: usize = levels.iter().map(|level| level.vertices.len()).sum();
     let shafts = lifts.len().saturating_mul(trees.len());
     if shafts > MAX_SHAFTS || lifts.len().saturating_mul(vertices) > MAX_COMPARISONS {
-        report.warning(0, Subject::File, "it has too many lifts and vertices: vertices aren't assigned to lifts");
+        report.warning(
+            0,
+            Subject::File,
+            "it has too many lifts and vertices: vertices aren't assigned to lifts",
+        );
         return;
     }
     for (name, lift) in lifts {
         let floor = |key: &str| lift.get(key).and_then(Tree::text).and_then(|name| index_of(&name));
-        let [lowest, highest] = ["lowest_floor", "highest_floor"].map(|key| floor(key).map(elevation));
+        let [lowest, highest] =
+            ["lowest_floor", "highest_floor"].map(|key| floor(key).map(elevation));
         let range = lowest.unwrap_or(f64::NEG_INFINITY)..=highest.unwrap_or(f64::INFINITY);
         let has_doors = lift.get("level_doors").is_some_and(|doors| !doors.entries().is_empty());
         let home = floor("reference_floor_name").unwrap_or(reference);
         let Some(shaft) = shaft(lift, home, transforms) else {
-            let message = format!("lift `{}` has no x, y, width and depth: not used", shorten(name));
+            let message =
+                format!("lift `{}` has no x, y, width and depth: not used", shorten(name));
             report.warning(lift.at, Subject::File, message);
             continue;
         };
@@ -131,7 +157,8 @@ pub(super) fn add_lifts(
             warn_of_long_name(lift, "lift", name, report);
             continue;
         }
-        let served = levels.iter_mut().enumerate().filter(|(index, _)| range.contains(&elevation(*index)));
+        let served =
+            levels.iter_mut().enumerate().filter(|(index, _)| range.contains(&elevation(*index)));
         for (_, level) in served {
             shaft.add_to(level, name);
         }

@@ -1,4 +1,5 @@
-//! From degrees on the globe to metres on a plane: transverse Mercator projections of the ellipsoid of WGS 84.
+//! From degrees on the globe to metres on a plane: transverse Mercator projections of the ellipsoid
+//! of WGS 84.
 
 use glam::DVec2;
 
@@ -54,8 +55,8 @@ impl Projection {
     }
 }
 
-/// Krüger's series to the fourth power of the third flattening: its error is below a millimetre within thousands of
-/// kilometres of the meridian.
+/// Krüger's series to the fourth power of the third flattening: its error is below a millimetre
+/// within thousands of kilometres of the meridian.
 fn krueger(longitude: f64, latitude: f64) -> DVec2 {
     let (lambda, phi) = (longitude.to_radians(), latitude.to_radians());
     let n = FLATTENING / (2.0 - FLATTENING);
@@ -70,10 +71,9 @@ fn krueger(longitude: f64, latitude: f64) -> DVec2 {
         61.0 / 240.0 * n.powi(3) - 103.0 / 140.0 * n.powi(4),
         49561.0 / 161_280.0 * n.powi(4),
     ];
-    let series = alpha
-        .iter()
-        .zip([2.0, 4.0, 6.0, 8.0])
-        .map(|(alpha, k)| DVec2::new((k * xi).cos() * (k * eta).sinh(), (k * xi).sin() * (k * eta).cosh()) * *alpha);
+    let series = alpha.iter().zip([2.0, 4.0, 6.0, 8.0]).map(|(alpha, k)| {
+        DVec2::new((k * xi).cos() * (k * eta).sinh(), (k * xi).sin() * (k * eta).cosh()) * *alpha
+    });
     (DVec2::new(eta, xi) + series.sum::<DVec2>()) * radius
 }
 
@@ -84,7 +84,8 @@ mod tests {
     #[test]
     fn utm_agrees_with_published_coordinates() {
         // The CN Tower: 43°38′33.24″ N, 79°23′13.7″ W is 17T 630084 4833438 (rounded to metres).
-        let tower = DVec2::new(-(79.0 + 23.0 / 60.0 + 13.7 / 3600.0), 43.0 + 38.0 / 60.0 + 33.24 / 3600.0);
+        let tower =
+            DVec2::new(-(79.0 + 23.0 / 60.0 + 13.7 / 3600.0), 43.0 + 38.0 / 60.0 + 33.24 / 3600.0);
         let projection = Projection::by_name("EPSG:32617").expect("a zone");
         assert!(projection.apply(tower).distance(DVec2::new(630_084.0, 4_833_438.0)) < 1.5);
         assert_eq!(Projection::by_name("EPSG:3857"), None);

@@ -26,7 +26,11 @@ pub(super) enum CoordinateSystem {
 }
 
 impl CoordinateSystem {
-    pub fn of(root: &Tree<'_>, levels: &[(&str, &Tree<'_>)], report: &mut Report<'_>) -> Result<Self, SyntaxError> {
+    pub fn of(
+        root: &Tree<'_>,
+        levels: &[(&str, &Tree<'_>)],
+        report: &mut Report<'_>,
+    ) -> Result<Self, SyntaxError> {
         let name = root.get("coordinate_system").and_then(Tree::text).unwrap_or_default();
         match name.as_str() {
             "" | "reference_image" => Ok(Self::ReferenceImage),
@@ -46,13 +50,20 @@ impl CoordinateSystem {
 }
 
 /// Returns the projection that the map names, or one around its first vertex.
-fn projection(root: &Tree<'_>, levels: &[(&str, &Tree<'_>)], report: &mut Report<'_>) -> Projection {
+fn projection(
+    root: &Tree<'_>,
+    levels: &[(&str, &Tree<'_>)],
+    report: &mut Report<'_>,
+) -> Projection {
     let name = parameter(root, "generate_crs").unwrap_or_default();
     if let Some(projection) = Projection::by_name(&name) {
         return projection;
     }
-    let mut vertices = levels.iter().flat_map(|(_, level)| level.get("vertices").map(Tree::items).unwrap_or_default());
-    let centre = vertices.find_map(|vertex| super::super::point(vertex.items())).unwrap_or_default();
+    let mut vertices = levels
+        .iter()
+        .flat_map(|(_, level)| level.get("vertices").map(Tree::items).unwrap_or_default());
+    let centre =
+        vertices.find_map(|vertex| super::super::point(vertex.items())).unwrap_or_default();
     let message = format!(
         "the map projection `{}` isn't known (EPSG:3414 and UTM, EPSG:326NN and EPSG:327NN, are): positions are in metres \
          from the first vertex",
@@ -79,8 +90,9 @@ impl Similarity {
         self.rotation.rotate(point) * self.scale + self.translation
     }
 
-    /// Returns the transform that takes the second point of each pair to about `reference_scale` times the first: mean
-    /// bearing, mean scale, mean translation. `None` for fewer than two different pairs.
+    /// Returns the transform that takes the second point of each pair to about `reference_scale`
+    /// times the first: mean bearing, mean scale, mean translation. `None` for fewer than two
+    /// different pairs.
     fn from_pairs(pairs: &[[DVec2; 2]], reference_scale: f64) -> Option<Self> {
         let (mut turn, mut relative, mut count) = (DVec2::ZERO, 0.0, 0.0);
         for (index, one) in pairs.iter().enumerate() {
@@ -98,7 +110,8 @@ impl Similarity {
         let rotation = turn.try_normalize()?;
         let relative = relative / count;
         let offset = |pair: &[DVec2; 2]| pair[0] - rotation.rotate(pair[1] / relative);
-        let translation = pairs.iter().map(offset).sum::<DVec2>() * (reference_scale / pairs.len() as f64);
+        let translation =
+            pairs.iter().map(offset).sum::<DVec2>() * (reference_scale / pairs.len() as f64);
         Some(Self { rotation, scale: reference_scale / relative, translation })
     }
 }
@@ -127,15 +140,22 @@ impl Transforms {
         let name = root.get("reference_level_name").and_then(Tree::text);
         let named = name.and_then(|name| levels.iter().position(|(level, _)| *level == name));
         let reference = named.unwrap_or_default();
-        let Some((name, tree)) = levels.get(reference) else { return Self { system, levels: Vec::new() } };
+        let Some((name, tree)) = levels.get(reference) else {
+            return Self { system, levels: Vec::new() };
+        };
         let scale = measured_scale(name, tree, report).unwrap_or_else(|| {
-            let message = format!("level `{name}` has no measurements: one pixel is taken for one metre");
+            let message =
+                format!("level `{name}` has no measurements: one pixel is taken for one metre");
             report.warning(tree.at, Subject::File, message);
             1.0
         });
         let fiducials = fiducials(tree);
         let others = levels.iter().enumerate().map(|(index, (name, level))| {
-            if index == reference { Similarity::scale(scale) } else { aligned(name, level, &fiducials, scale, report) }
+            if index == reference {
+                Similarity::scale(scale)
+            } else {
+                aligned(name, level, &fiducials, scale, report)
+            }
         });
         Self { system, levels: others.collect() }
     }
@@ -162,11 +182,14 @@ fn aligned(
     report: &mut Report<'_>,
 ) -> Similarity {
     let own = fiducials(level);
-    let pairs: Vec<[DVec2; 2]> = reference.iter().filter_map(|(name, at)| Some([*at, *own.get(name)?])).collect();
+    let pairs: Vec<[DVec2; 2]> =
+        reference.iter().filter_map(|(name, at)| Some([*at, *own.get(name)?])).collect();
     let has_lanes = level.get("lanes").is_some_and(|lanes| !lanes.items().is_empty());
     let measured = measured_scale(name, level, report);
     if let Some(transform) = Similarity::from_pairs(&pairs, scale) {
-        if let Some(measured) = measured.filter(|measured| (measured / transform.scale - 1.0).abs() > SPREAD) {
+        if let Some(measured) =
+            measured.filter(|measured| (measured / transform.scale - 1.0).abs() > SPREAD)
+        {
             let message = format!(
                 "level `{name}` is {:.5} m per pixel by its fiducials, which are used, but {measured:.5} by its measurements",
                 transform.scale
@@ -207,13 +230,16 @@ fn measured_scale(name: &str, level: &Tree<'_>, report: &mut Report<'_>) -> Opti
     let measurements = level.get("measurements").map(Tree::items).unwrap_or_default();
     let scales: Vec<f64> = measurements.iter().filter_map(scale).collect();
     if scales.len() < measurements.len() {
-        let message =
-            format!("{} measurements of level `{name}` have no length: not used", measurements.len() - scales.len());
+        let message = format!(
+            "{} measurements of level `{name}` have no length: not used",
+            measurements.len() - scales.len()
+        );
         report.warning(level.at, Subject::File, message);
     }
     let mean = scales.iter().sum::<f64>() / scales.len() as f64;
-    let (least, most) =
-        scales.iter().fold((f64::INFINITY, 0.0_f64), |(least, most), scale| (least.min(*scale), most.max(*scale)));
+    let (least, most) = scales.iter().fold((f64::INFINITY, 0.0_f64), |(least, most), scale| {
+        (least.min(*scale), most.max(*scale))
+    });
     if most > least * (1.0 + SPREAD) {
         let message = format!(
             "the measurements of level `{name}` disagree: {least:.5} to {most:.5} m per pixel; the mean is used, {mean:.5}"

@@ -1,4 +1,5 @@
-//! What a building map says that routes don't need, such as pictures and the simulation of physics: counted by kind.
+//! What a building map says that routes don't need, such as pictures and the simulation of physics:
+//! counted by kind.
 
 use std::collections::BTreeSet;
 
@@ -9,15 +10,34 @@ use super::super::tree::Tree;
 use super::{Ignored, ignore_unknown};
 
 /// Keys of the file that are used.
-const FILE_KEYS: [&str; 5] = ["levels", "lifts", "coordinate_system", "parameters", "reference_level_name"];
+const FILE_KEYS: [&str; 5] =
+    ["levels", "lifts", "coordinate_system", "parameters", "reference_level_name"];
 
 /// Keys of a level that are used, or whose values are looked at one by one.
-const LEVEL_KEYS: [&str; 9] =
-    ["vertices", "lanes", "walls", "doors", "floors", "measurements", "fiducials", "models", "elevation"];
+const LEVEL_KEYS: [&str; 9] = [
+    "vertices",
+    "lanes",
+    "walls",
+    "doors",
+    "floors",
+    "measurements",
+    "fiducials",
+    "models",
+    "elevation",
+];
 
 /// Keys of a lift that are used.
-const LIFT_KEYS: [&str; 9] =
-    ["x", "y", "yaw", "width", "depth", "lowest_floor", "highest_floor", "level_doors", "reference_floor_name"];
+const LIFT_KEYS: [&str; 9] = [
+    "x",
+    "y",
+    "yaw",
+    "width",
+    "depth",
+    "lowest_floor",
+    "highest_floor",
+    "level_doors",
+    "reference_floor_name",
+];
 
 /// Keys of vertices that name dispensers and ingestors.
 const PLACE_KEYS: [&str; 2] = ["pickup_dispenser", "dropoff_ingestor"];
@@ -53,7 +73,9 @@ fn of_level(tree: &Tree<'_>, ignored: &mut Ignored) {
         ignored.add(elevation.at, "key `elevation` of a level, except to find the levels of lifts");
     }
     let tuples = [("walls", "a wall", None), ("doors", "a door", Some("name"))];
-    for (key, owner, known) in tuples.into_iter().chain([("measurements", "a measurement", Some("distance"))]) {
+    for (key, owner, known) in
+        tuples.into_iter().chain([("measurements", "a measurement", Some("distance"))])
+    {
         for map in items(tree, key).iter().filter_map(|tuple| tuple.items().get(2)) {
             ignore_unknown(map, known.as_slice(), owner, ignored);
         }
@@ -78,7 +100,8 @@ fn of_models(tree: &Tree<'_>, places: &BTreeSet<&str>, ignored: &mut Ignored) {
 /// Counts heights, and the names and properties of vertices that don't become nodes.
 fn of_vertices(tree: &Tree<'_>, level: &Level, ignored: &mut Ignored) {
     let ends: BTreeSet<usize> = level.lanes.iter().flat_map(|lane| lane.ends).collect();
-    for (index, (tuple, vertex)) in items(tree, "vertices").iter().zip(&level.vertices).enumerate() {
+    for (index, (tuple, vertex)) in items(tree, "vertices").iter().zip(&level.vertices).enumerate()
+    {
         if tuple.items().get(2).and_then(Tree::number).is_some_and(|height| height != 0.0) {
             ignored.add(tuple.at, "third coordinate of a vertex");
         }

@@ -12,7 +12,8 @@ const SCALES: [u32; 6] = [50, 25, 10, 5, 2, 1];
 /// The largest distance in metres of control points that counts as none.
 const SAME_POINT: f64 = 1e-6;
 
-/// The distance in metres between a curve of several cubics and the line with corners that is drawn instead.
+/// The distance in metres between a curve of several cubics and the line with corners that is drawn
+/// instead.
 const TOLERANCE: f64 = 0.005;
 
 /// The largest number of straight segments for one cubic.
@@ -59,8 +60,11 @@ pub(super) fn is_straight(cubic: &CubicBezier) -> bool {
 fn corners(cubic: &CubicBezier) -> impl Iterator<Item = DVec2> + use<> {
     let bend = cubic.second_derivative(0.0).length().max(cubic.second_derivative(1.0).length());
     // The distance of a chord of a parameter interval h is at most h² |p''| / 8.
-    let segments =
-        if is_straight(cubic) { 1.0 } else { (bend / 8.0 / TOLERANCE).sqrt().ceil().clamp(1.0, MAX_SEGMENTS) };
+    let segments = if is_straight(cubic) {
+        1.0
+    } else {
+        (bend / 8.0 / TOLERANCE).sqrt().ceil().clamp(1.0, MAX_SEGMENTS)
+    };
     let cubic = *cubic;
     (1..=segments as u32).map(move |index| cubic.position(f64::from(index) / segments))
 }
@@ -70,7 +74,8 @@ fn corners(cubic: &CubicBezier) -> impl Iterator<Item = DVec2> + use<> {
 pub(super) struct Scale(u32);
 
 impl Scale {
-    /// Returns the coarsest scale that moves no control point by more than 0.5 mm, or else the finest.
+    /// Returns the coarsest scale that moves no control point by more than 0.5 mm, or else the
+    /// finest.
     pub fn of(graph: &RouteGraph) -> Self {
         let points: Vec<DVec2> = graph
             .edges()
@@ -81,7 +86,9 @@ impl Scale {
             .collect();
         let fits = |scale: &u32| {
             let scale = f64::from(*scale);
-            points.iter().all(|point| (*point - (*point / scale).round() * scale).abs().max_element() <= 0.5)
+            points
+                .iter()
+                .all(|point| (*point - (*point / scale).round() * scale).abs().max_element() <= 0.5)
         };
         Self(SCALES.into_iter().find(fits).unwrap_or(1))
     }

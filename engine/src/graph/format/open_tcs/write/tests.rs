@@ -5,7 +5,8 @@ use super::*;
 use crate::graph::bezier::CubicBezier;
 use crate::graph::route_graph::Node;
 
-/// The largest distance of a point that is moved to whole millimetres: half the diagonal of a square millimetre.
+/// The largest distance of a point that is moved to whole millimetres: half the diagonal of a
+/// square millimetre.
 const MILLIMETRE: f64 = 0.001;
 
 fn text(path: &Path) -> Vec<[f64; 2]> {
@@ -22,7 +23,10 @@ fn assert_near(written: &RouteGraph, read: &RouteGraph) {
         assert_eq!((a.id, a.role, &a.tags), (b.id, b.role, &b.tags));
     }
     for (a, b) in written.edges().iter().zip(read.edges()) {
-        assert_eq!((a.id, a.origin, a.destination, a.name()), (b.id, b.origin, b.destination, b.name()));
+        assert_eq!(
+            (a.id, a.origin, a.destination, a.name()),
+            (b.id, b.origin, b.destination, b.name())
+        );
         assert_eq!(a.orientation, b.orientation);
         assert!((a.velocity_forward - b.velocity_forward).abs() <= 0.000_500_1);
         assert_eq!(a.velocity_backwards.is_some(), b.velocity_backwards.is_some());
@@ -56,8 +60,14 @@ fn the_structure_is_that_of_the_schema() {
     let points = [(1, 0.0), (2, 10.0)].map(|(id, x)| Node::new(id, DVec2::new(x, 0.25), 0.0));
     let path = CubicBezier::straight(points[0].position, points[1].position);
     let edge = Edge::new(1, [NodeIndex(0), NodeIndex(1)], path, (1.0, Some(0.3)));
-    let station = Station { name: "<S>".into(), role: Role::Charge, nodes: vec![NodeIndex(1)], ..Station::default() };
-    let graph = RouteGraph::from_valid_parts(points.into(), vec![edge]).with_surroundings(vec![station], vec![vec![]]);
+    let station = Station {
+        name: "<S>".into(),
+        role: Role::Charge,
+        nodes: vec![NodeIndex(1)],
+        ..Station::default()
+    };
+    let graph = RouteGraph::from_valid_parts(points.into(), vec![edge])
+        .with_surroundings(vec![station], vec![vec![]]);
     let Written { text, losses } = write(&graph);
     let expected = r##"<?xml version="1.0" encoding="UTF-8" standalone="yes"?>
 <model version="7.0.0" name="Regatta">
@@ -93,7 +103,10 @@ fn the_structure_is_that_of_the_schema() {
     assert_eq!(text, expected);
     assert_eq!(
         losses,
-        ["1 stations have no position: they are drawn at their first node", "1 background lines: this format has none"]
+        [
+            "1 stations have no position: they are drawn at their first node",
+            "1 background lines: this format has none"
+        ]
     );
 }
 
@@ -102,8 +115,11 @@ fn what_the_format_cannot_say_is_listed() {
     let [a, b] = [DVec2::ZERO, DVec2::new(6.0, 0.0004)];
     let mut nodes = vec![Node::new(1, a, 0.0), Node::new(2, b, 0.0)];
     nodes[0].role = Role::Drop;
-    nodes[0].tags = Tags { level: Some("L1".into()), zone: Some("Z".into()), ..Tags::default() }.boxed();
-    let wave = |x: f64| [(x, 0.0), (x + 1.0, 1.0), (x + 1.0, -1.0), (x + 2.0, 0.0)].map(|(x, y)| DVec2::new(x, y));
+    nodes[0].tags =
+        Tags { level: Some("L1".into()), zone: Some("Z".into()), ..Tags::default() }.boxed();
+    let wave = |x: f64| {
+        [(x, 0.0), (x + 1.0, 1.0), (x + 1.0, -1.0), (x + 2.0, 0.0)].map(|(x, y)| DVec2::new(x, y))
+    };
     let mut cubics = [0.0, 2.0, 4.0].map(|x| CubicBezier { control_points: wave(x) });
     cubics[2].control_points[3] = b;
     let path = Path::from_cubics(&cubics).expect("cubics");
@@ -128,7 +144,8 @@ fn what_the_format_cannot_say_is_listed() {
     for index in 0..=300 {
         let (point, _) = path.at(f64::from(index) / 300.0);
         let distance = line.cubics().map(|cubic| {
-            let (from, along) = (cubic.control_points[0], cubic.control_points[3] - cubic.control_points[0]);
+            let (from, along) =
+                (cubic.control_points[0], cubic.control_points[3] - cubic.control_points[0]);
             let share = ((point - from).dot(along) / along.length_squared()).clamp(0.0, 1.0);
             point.distance(from + along * share)
         });
@@ -152,13 +169,18 @@ fn point() -> impl Strategy<Value = DVec2> {
 }
 
 fn name() -> impl Strategy<Value = Option<Box<Tags>>> {
-    prop::option::of("[A-Z<&\"'\n ]{1,3}").prop_map(|name| name.map(|name| Box::new(Tags::named(&name))))
+    prop::option::of("[A-Z<&\"'\n ]{1,3}")
+        .prop_map(|name| name.map(|name| Box::new(Tags::named(&name))))
 }
 
 /// The inner points of cubics, speeds, whether it is driven tail first, and the name.
 type EdgeParts = (Vec<DVec2>, f64, Option<f64>, bool, Option<Box<Tags>>);
 
-fn edge(id: u32, nodes: &[Node], (inner, forward, backwards, is_tail_first, tags): EdgeParts) -> Edge {
+fn edge(
+    id: u32,
+    nodes: &[Node],
+    (inner, forward, backwards, is_tail_first, tags): EdgeParts,
+) -> Edge {
     let (from, to) = (nodes[id as usize].position, nodes[id as usize + 1].position);
     let cubics = match inner[..] {
         [a, b, middle, c, d, ..] => {
@@ -174,21 +196,38 @@ fn edge(id: u32, nodes: &[Node], (inner, forward, backwards, is_tail_first, tags
     let path = Path::from_cubics(&cubics).expect("cubics");
     let backwards = backwards.filter(|_| !is_tail_first);
     let orientation = if is_tail_first { Orientation::Offset(PI) } else { Orientation::Tangential };
-    Edge { orientation, tags, ..Edge::new(id + 7, [NodeIndex(id), NodeIndex(id + 1)], path, (forward, backwards)) }
+    Edge {
+        orientation,
+        tags,
+        ..Edge::new(id + 7, [NodeIndex(id), NodeIndex(id + 1)], path, (forward, backwards))
+    }
 }
 
 fn graphs() -> impl Strategy<Value = RouteGraph> {
     let role = prop::sample::select(Role::ALL.to_vec());
     let node = (point(), -3.1..3.1, role.clone(), name());
     let speed = || 0.001..50.0;
-    let edge_parts = (prop::collection::vec(point(), 0..6), speed(), prop::option::of(speed()), any::<bool>(), name());
+    let edge_parts = (
+        prop::collection::vec(point(), 0..6),
+        speed(),
+        prop::option::of(speed()),
+        any::<bool>(),
+        name(),
+    );
     let station = (role, 0u32..4, point());
-    let parts =
-        (prop::collection::vec(node, 4), prop::collection::vec(edge_parts, 3), prop::collection::vec(station, 0..3));
+    let parts = (
+        prop::collection::vec(node, 4),
+        prop::collection::vec(edge_parts, 3),
+        prop::collection::vec(station, 0..3),
+    );
     parts.prop_map(|(nodes, edges, stations)| {
         let nodes: Vec<_> = (0..)
             .zip(nodes)
-            .map(|(id, (position, theta, role, tags))| Node { role, tags, ..Node::new(id * 3, position, theta) })
+            .map(|(id, (position, theta, role, tags))| Node {
+                role,
+                tags,
+                ..Node::new(id * 3, position, theta)
+            })
             .collect();
         let edges = (0..).zip(edges).map(|(id, parts)| edge(id, &nodes, parts)).collect();
         let stations = (0..).zip(stations).map(|(id, (role, node, position))| Station {
@@ -208,8 +247,10 @@ fn a_length_that_is_a_cost_is_kept() {
     assert!(text.contains("length=\"60001\""));
     let (model, _) = graph(&text);
     let kept = |graph: &RouteGraph| {
-        let lengths =
-            graph.edges().iter().filter_map(|edge| edge.tags.as_ref()?.properties.get("opentcs:length").cloned());
+        let lengths = graph
+            .edges()
+            .iter()
+            .filter_map(|edge| edge.tags.as_ref()?.properties.get("opentcs:length").cloned());
         lengths.filter(|length| **length == *"60001").count()
     };
     let written = write(&model);
@@ -222,7 +263,8 @@ fn a_length_that_is_a_cost_is_kept() {
 fn a_length_of_another_format_stays_a_property() {
     let text = "Vertices:\n- {Id: 1, X: 0, Y: 0, Theta: 0}\n- {Id: 2, X: 5, Y: 0, Theta: 0}\nEdges:\n\
                 - {Id: 7, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: 1, Properties: {length: 7}}\n";
-    let (ours, _) = crate::graph::parse(text, "g", &crate::graph::ReadOptions::default()).expect("a graph");
+    let (ours, _) =
+        crate::graph::parse(text, "g", &crate::graph::ReadOptions::default()).expect("a graph");
     let written = write(&ours).text;
     assert!(written.contains("length=\"5000\""), "{written}");
     let (back, _) = graph(&written);
@@ -231,13 +273,18 @@ fn a_length_of_another_format_stays_a_property() {
 
 #[test]
 fn points_without_an_angle_stay_without() {
-    let text = sample("Demo-01.xml").replacen("vehicleOrientationAngle=\"NaN\"", "vehicleOrientationAngle=\"30.0\"", 1);
+    let text = sample("Demo-01.xml").replacen(
+        "vehicleOrientationAngle=\"NaN\"",
+        "vehicleOrientationAngle=\"30.0\"",
+        1,
+    );
     let (model, _) = graph(&text);
     let written = write(&model).text;
     let count = |text: &str| text.matches("vehicleOrientationAngle=\"NaN\"").count();
     assert!(count(&text) > 0);
     assert_eq!(count(&written), count(&text));
-    let given = |graph: &RouteGraph| graph.nodes().iter().map(|node| node.has_heading).collect::<Vec<_>>();
+    let given =
+        |graph: &RouteGraph| graph.nodes().iter().map(|node| node.has_heading).collect::<Vec<_>>();
     assert_eq!(given(&graph(&written).0), given(&model));
 }
 
@@ -252,7 +299,8 @@ fn without_lengths(graph: RouteGraph) -> RouteGraph {
         edge
     };
     let edges = graph.edges().iter().map(without).collect();
-    RouteGraph::from_valid_parts(graph.nodes().to_vec(), edges).with_surroundings(graph.stations().to_vec(), Vec::new())
+    RouteGraph::from_valid_parts(graph.nodes().to_vec(), edges)
+        .with_surroundings(graph.stations().to_vec(), Vec::new())
 }
 
 proptest! {

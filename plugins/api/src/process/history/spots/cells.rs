@@ -64,7 +64,10 @@ impl Cell {
         }
         self.fading.iter_mut().for_each(|sum| *sum += secs);
         self.secs[usize::from(!loss.is_contact)] += secs;
-        self.places.iter_mut().zip(loss.place).for_each(|(sum, part)| *sum += f64::from(part) * secs);
+        self.places
+            .iter_mut()
+            .zip(loss.place)
+            .for_each(|(sum, part)| *sum += f64::from(part) * secs);
         let slot = self.edges.iter_mut().find(|(edge, _)| *edge == loss.edge || *edge == NO_EDGE);
         if let Some(slot) = slot.filter(|_| loss.edge != NO_EDGE) {
             *slot = (loss.edge, slot.1 + secs);
@@ -83,7 +86,8 @@ pub struct Moment {
     now: f64,
     before: f64,
     secs: f64,
-    /// What is left of a loss in the frame before. Most cells that lose time in a frame did so in that one.
+    /// What is left of a loss in the frame before. Most cells that lose time in a frame did so in
+    /// that one.
     fade: [f64; 2],
 }
 
@@ -100,7 +104,8 @@ pub struct Cells {
     cells: Vec<Cell>,
     /// The place of each cell in `cells`.
     numbers: BTreeMap<Key, u32>,
-    /// By robot: the cell where it lost time last. A robot that stands stays in its cell, so that it needs no search.
+    /// By robot: the cell where it lost time last. A robot that stands stays in its cell, so that
+    /// it needs no search.
     last: Vec<u32>,
 }
 
@@ -145,7 +150,8 @@ impl Cells {
         self.numbers.get(&key).map(|number| &self.cells[*number as usize])
     }
 
-    /// The cells with the most lost time, so many at most, the worst first; of equal ones, by place.
+    /// The cells with the most lost time, so many at most, the worst first; of equal ones, by
+    /// place.
     pub fn worst(&self, most: usize) -> Vec<(Key, &Cell)> {
         let mut all: Vec<_> = self.cells.iter().map(|cell| (cell.lost(), cell)).collect();
         let order = |(a_lost, a): &(f64, &Cell), (b_lost, b): &(f64, &Cell)| {

@@ -18,8 +18,8 @@ pub struct Loss {
     pub is_contact: bool,
 }
 
-/// Returns the robots that touch others, each where its footprint overlaps another one, and those that stand and can't drive
-/// on. No robot is counted twice.
+/// Returns the robots that touch others, each where its footprint overlaps another one, and those
+/// that stand and can't drive on. No robot is counted twice.
 pub fn losses(frame: &Frame<'_>, pairs: &[ContactRecord]) -> Vec<Loss> {
     let mut all = touching(frame, pairs);
     let contacts = all.len();
@@ -31,13 +31,19 @@ pub fn losses(frame: &Frame<'_>, pairs: &[ContactRecord]) -> Vec<Loss> {
         }
         if in_contact == contacts || all[in_contact].robot as usize != robot {
             let place = [frame.x()[robot], frame.y()[robot]];
-            all.push(Loss { robot: robot as u32, place, edge: frame.edge()[robot], is_contact: false });
+            all.push(Loss {
+                robot: robot as u32,
+                place,
+                edge: frame.edge()[robot],
+                is_contact: false,
+            });
         }
     }
     all
 }
 
-/// The robots of the frame that touch others, by their numbers: each at the place of its first pair.
+/// The robots of the frame that touch others, by their numbers: each at the place of its first
+/// pair.
 fn touching(frame: &Frame<'_>, pairs: &[ContactRecord]) -> Vec<Loss> {
     let touching = pairs.iter().filter(|pair| pair.level == ContactLevel::Touching as u32);
     let mut all: Vec<Loss> = touching
@@ -56,7 +62,8 @@ fn touching(frame: &Frame<'_>, pairs: &[ContactRecord]) -> Vec<Loss> {
 fn stopped(states: &[u8]) -> impl Iterator<Item = usize> {
     let blocks = states.chunks(BLOCK).enumerate();
     // Without a branch per state, so that the compiler compares many at once.
-    let with_stops = blocks.filter(|(_, block)| block.iter().fold(0, |any, state| any | u8::from(stops(*state))) != 0);
+    let with_stops = blocks
+        .filter(|(_, block)| block.iter().fold(0, |any, state| any | u8::from(stops(*state))) != 0);
     with_stops.flat_map(|(number, block)| {
         let robots = block.iter().enumerate().filter(|(_, state)| stops(**state));
         robots.map(move |(row, _)| number * BLOCK + row)
@@ -66,5 +73,8 @@ fn stopped(states: &[u8]) -> impl Iterator<Item = usize> {
 /// Whether a robot in a state wants to drive on but can't.
 fn stops(state: u8) -> bool {
     let is = |stop: RobotState| state == stop as u8;
-    is(RobotState::Waiting) | is(RobotState::Faulted) | is(RobotState::Stalled) | is(RobotState::Broken)
+    is(RobotState::Waiting)
+        | is(RobotState::Faulted)
+        | is(RobotState::Stalled)
+        | is(RobotState::Broken)
 }

@@ -8,7 +8,8 @@ use std::collections::BinaryHeap;
 pub struct Way {
     /// Where it leads.
     pub to: u16,
-    /// Stands on which a robot would be in the way, in ascending order: its end, and those that it passes too near.
+    /// Stands on which a robot would be in the way, in ascending order: its end, and those that it
+    /// passes too near.
     pub blocked_by: Vec<u16>,
     /// Driving time, in seconds.
     pub secs: f32,
@@ -49,13 +50,16 @@ impl Problem {
         &self.ways[usize::from(hop.from)][usize::from(hop.way)]
     }
 
-    /// Follows hops from the starts. Returns where agents are then; `None` if a hop doesn't start where its agent is, or another
-    /// one is in its way.
+    /// Follows hops from the starts. Returns where agents are then; `None` if a hop doesn't start
+    /// where its agent is, or another one is in its way.
     pub fn follow(&self, hops: &[Hop]) -> Option<Vec<u16>> {
         let mut at = self.starts.clone();
         for &hop in hops {
             let (agent, way) = (usize::from(hop.agent), self.way(hop));
-            let is_free = !at.iter().enumerate().any(|(other, &stand)| other != agent && way.is_blocked_by(stand));
+            let is_free = !at
+                .iter()
+                .enumerate()
+                .any(|(other, &stand)| other != agent && way.is_blocked_by(stand));
             if at[agent] != hop.from || !is_free {
                 return None;
             }
@@ -64,7 +68,8 @@ impl Problem {
         Some(at)
     }
 
-    /// Returns the seconds from each stand to the nearest of some targets, if nobody else were there; nothing without targets.
+    /// Returns the seconds from each stand to the nearest of some targets, if nobody else were
+    /// there; nothing without targets.
     pub fn secs_to(&self, targets: &[u16]) -> Vec<f32> {
         if targets.is_empty() {
             return Vec::new();
@@ -75,7 +80,8 @@ impl Problem {
         }
         let mut secs = vec![f32::INFINITY; self.ways.len()];
         // Seconds aren't negative: their bits are in their order.
-        let mut open: BinaryHeap<Reverse<(u32, u16)>> = targets.iter().map(|&target| Reverse((0, target))).collect();
+        let mut open: BinaryHeap<Reverse<(u32, u16)>> =
+            targets.iter().map(|&target| Reverse((0, target))).collect();
         targets.iter().for_each(|&target| secs[usize::from(target)] = 0.0);
         while let Some(Reverse((bits, stand))) = open.pop() {
             let so_far = f32::from_bits(bits);

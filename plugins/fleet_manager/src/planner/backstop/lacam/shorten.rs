@@ -5,8 +5,8 @@ use super::problem::{Hop, Problem};
 /// The most hops of shorter solutions that are followed, times the number of agents.
 const MOST_WORK: usize = 1_000_000;
 
-/// Leaves out ways there and back that make room for nobody: where an agent comes back to a stand, and may as well have stayed.
-/// Returns hops that lead to the same end.
+/// Leaves out ways there and back that make room for nobody: where an agent comes back to a stand,
+/// and may as well have stayed. Returns hops that lead to the same end.
 pub fn shorten(problem: &Problem, mut hops: Vec<Hop>) -> Vec<Hop> {
     let mut work = 0;
     for agent in 0..problem.starts.len() as u16 {
@@ -21,7 +21,8 @@ pub fn shorten(problem: &Problem, mut hops: Vec<Hop>) -> Vec<Hop> {
     hops
 }
 
-/// Leaves out the longest loop of an agent from its `first` hop on; `Some(None)` if there is none, `None` beyond its last hop.
+/// Leaves out the longest loop of an agent from its `first` hop on; `Some(None)` if there is none,
+/// `None` beyond its last hop.
 fn without_loop(
     problem: &Problem,
     hops: &[Hop],
@@ -38,8 +39,10 @@ fn without_loop(
             return None;
         }
         let left_out = &own[first..=last];
-        let rest: Vec<Hop> =
-            (0..hops.len()).filter(|index| left_out.binary_search(index).is_err()).map(|index| hops[index]).collect();
+        let rest: Vec<Hop> = (0..hops.len())
+            .filter(|index| left_out.binary_search(index).is_err())
+            .map(|index| hops[index])
+            .collect();
         if problem.follow(&rest).is_some() {
             return Some(Some(rest));
         }

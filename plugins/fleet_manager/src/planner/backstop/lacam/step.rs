@@ -1,7 +1,9 @@
 //! From a configuration to the next one: priority inheritance with backtracking.
 //!
-//! K. Okumura, M. Machida, X. Défago, Y. Tamura: Priority Inheritance with Backtracking for Iterative Multi-agent Path Finding,
-//! 2022. An agent whose way others block has them go first; who has gone doesn't come back within the step.
+//! K. Okumura, M. Machida, X. Défago, Y. Tamura: Priority Inheritance with Backtracking for
+//! Iterative Multi-agent Path Finding,
+//! 2022. An agent whose way others block has them go first; who has gone doesn't come back within
+//!       the step.
 
 use super::problem::{Hop, Problem};
 
@@ -58,8 +60,12 @@ impl<'a> Step<'a> {
     /// Lets agents choose in their order. Returns `false` if one can't do what it is bound to.
     pub(super) fn run(&mut self, order: &[u16]) -> bool {
         let is_bound = |step: &Self, agent: u16| step.bound[usize::from(agent)].is_some();
-        let bound: Vec<u16> = order.iter().copied().filter(|&agent| is_bound(self, agent)).collect();
-        if !bound.into_iter().all(|agent| self.is_decided[usize::from(agent)] || self.decide(agent, false)) {
+        let bound: Vec<u16> =
+            order.iter().copied().filter(|&agent| is_bound(self, agent)).collect();
+        if !bound
+            .into_iter()
+            .all(|agent| self.is_decided[usize::from(agent)] || self.decide(agent, false))
+        {
             return false;
         }
         for &agent in order {
@@ -69,10 +75,14 @@ impl<'a> Step<'a> {
         }
         // Who couldn't get out of another one's way has stayed, whatever it was bound to.
         let has_gone = |agent: usize| self.hops.iter().any(|hop| usize::from(hop.agent) == agent);
-        self.bound.iter().enumerate().all(|(agent, bound)| !matches!(bound, Some(Some(_))) || has_gone(agent))
+        self.bound
+            .iter()
+            .enumerate()
+            .all(|(agent, bound)| !matches!(bound, Some(Some(_))) || has_gone(agent))
     }
 
-    /// Lets an agent choose; one that is in another one's way can't stay. Returns whether it does what is asked of it.
+    /// Lets an agent choose; one that is in another one's way can't stay. Returns whether it does
+    /// what is asked of it.
     fn decide(&mut self, agent: u16, is_in_way: bool) -> bool {
         self.is_decided[usize::from(agent)] = true;
         let from = self.at[usize::from(agent)];
@@ -97,19 +107,24 @@ impl<'a> Step<'a> {
     fn clear(&mut self, agent: u16, from: u16, way: u16) -> bool {
         let problem = self.problem;
         let wanted = &problem.ways[usize::from(from)][usize::from(way)];
-        let ends_in_way =
-            |&(from, way): &(u16, u16)| problem.ways[usize::from(from)][usize::from(way)].is_blocked_by(wanted.to);
+        let ends_in_way = |&(from, way): &(u16, u16)| {
+            problem.ways[usize::from(from)][usize::from(way)].is_blocked_by(wanted.to)
+        };
         if self.pending.iter().any(ends_in_way) {
             return false;
         }
         self.pending.push((from, way));
         let is_free = wanted.blocked_by.iter().all(|&stand| {
             let other = self.who[usize::from(stand)];
-            other == NOBODY || other == agent || (!self.is_decided[usize::from(other)] && self.decide(other, true))
+            other == NOBODY
+                || other == agent
+                || (!self.is_decided[usize::from(other)] && self.decide(other, true))
         });
         self.pending.pop();
-        let is_left =
-            |stand: &u16| matches!(self.who[usize::from(*stand)], NOBODY) || self.who[usize::from(*stand)] == agent;
+        let is_left = |stand: &u16| {
+            matches!(self.who[usize::from(*stand)], NOBODY)
+                || self.who[usize::from(*stand)] == agent
+        };
         is_free && wanted.blocked_by.iter().all(is_left)
     }
 
@@ -129,10 +144,15 @@ impl<'a> Step<'a> {
             choices.push((Wish { class: 1, ..Wish::default() }, None));
         }
         for (index, way) in (0..).zip(&self.problem.ways[usize::from(from)]) {
-            let others = way.blocked_by.iter().filter(|&&stand| self.who[usize::from(stand)] != NOBODY).count();
+            let others = way
+                .blocked_by
+                .iter()
+                .filter(|&&stand| self.who[usize::from(stand)] != NOBODY)
+                .count();
             let tie = mix(self.salt ^ u64::from(agent) << 32 ^ u64::from(way.to) << 16);
             // Without a target, it goes where it pushes the fewest.
-            let class = if is_free { 2 + others } else { 2 * usize::from(to_go(way.to) >= to_go(from)) };
+            let class =
+                if is_free { 2 + others } else { 2 * usize::from(to_go(way.to) >= to_go(from)) };
             let secs = way.secs + to_go(way.to);
             if secs.is_finite() {
                 choices.push((Wish { class, secs, others, tie }, Some(index)));

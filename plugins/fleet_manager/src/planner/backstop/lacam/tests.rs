@@ -9,7 +9,9 @@ use super::{Hop, Outcome, Problem, Search, Way, shorten};
 /// Whether all agents can get to their targets, one hop after the other.
 fn is_solvable(problem: &Problem) -> bool {
     let is_goal = |at: &[u16]| {
-        at.iter().zip(&problem.targets).all(|(stand, targets)| targets.is_empty() || targets.contains(stand))
+        at.iter()
+            .zip(&problem.targets)
+            .all(|(stand, targets)| targets.is_empty() || targets.contains(stand))
     };
     let mut known = BTreeSet::from([problem.starts.clone()]);
     let mut open = VecDeque::from([problem.starts.clone()]);
@@ -34,20 +36,25 @@ fn is_solvable(problem: &Problem) -> bool {
 
 /// A problem on a few stands: ways from some to others, some of which pass near a third one.
 fn problem() -> impl Strategy<Value = Problem> {
-    let ways = prop::collection::vec((0_u16..7, 0_u16..7, prop::option::weighted(0.3, 0_u16..7), 1_u8..5), 4..18);
+    let ways = prop::collection::vec(
+        (0_u16..7, 0_u16..7, prop::option::weighted(0.3, 0_u16..7), 1_u8..5),
+        4..18,
+    );
     let agents = Just((0_u16..7).collect::<Vec<u16>>()).prop_shuffle();
     let targets = prop::collection::vec(prop::option::weighted(0.8, 0_u16..7), 4);
     (ways, 2_usize..5, agents, targets).prop_map(|(list, count, starts, targets)| {
         let mut ways = vec![Vec::new(); 7];
         for (from, to, near, secs) in list {
-            let mut blocked_by: Vec<u16> = near.into_iter().filter(|near| *near != from).chain([to]).collect();
+            let mut blocked_by: Vec<u16> =
+                near.into_iter().filter(|near| *near != from).chain([to]).collect();
             blocked_by.sort_unstable();
             blocked_by.dedup();
             if from != to {
                 ways[usize::from(from)].push(Way { to, blocked_by, secs: f32::from(secs) });
             }
         }
-        let targets = targets.into_iter().take(count).map(|target| target.into_iter().collect()).collect();
+        let targets =
+            targets.into_iter().take(count).map(|target| target.into_iter().collect()).collect();
         Problem { ways, starts: starts[..count].to_vec(), targets }
     })
 }
@@ -64,7 +71,9 @@ fn solve(problem: &Problem) -> (Outcome, u64) {
 
 fn is_solution(problem: &Problem, hops: &[Hop]) -> bool {
     let Some(at) = problem.follow(hops) else { return false };
-    at.iter().zip(&problem.targets).all(|(stand, targets)| targets.is_empty() || targets.contains(stand))
+    at.iter()
+        .zip(&problem.targets)
+        .all(|(stand, targets)| targets.is_empty() || targets.contains(stand))
 }
 
 proptest! {
@@ -106,14 +115,19 @@ fn forty_robots_on_a_grid_of_64_cells_all_get_to_the_opposite_side() {
     let (outcome, work) = solve(&problem);
     let Outcome::Found(hops) = outcome else { panic!("{work} choices: {outcome:?}") };
     assert!(is_solution(&problem, &hops));
-    println!("{} hops, {} in short; {work} choices", hops.len(), shorten(&problem, hops.clone()).len());
+    println!(
+        "{} hops, {} in short; {work} choices",
+        hops.len(),
+        shorten(&problem, hops.clone()).len()
+    );
 }
 
 #[test]
 fn a_loop_that_nobody_needs_is_left_out() {
     let problem = Problem { ways: grid(3), starts: vec![0, 8], targets: vec![vec![0], vec![7]] };
     let hop = |agent: u16, from: u16, to: u16| {
-        let way = problem.ways[usize::from(from)].iter().position(|way| way.to == to).expect("a way");
+        let way =
+            problem.ways[usize::from(from)].iter().position(|way| way.to == to).expect("a way");
         Hop { agent, from, way: way as u16 }
     };
     let hops = vec![hop(0, 0, 1), hop(1, 8, 7), hop(0, 1, 4), hop(0, 4, 1), hop(0, 1, 0)];

@@ -1,15 +1,17 @@
-//! Stands that differ only by the leg that leads there are one for the search: it would else look at each of them.
+//! Stands that differ only by the leg that leads there are one for the search: it would else look
+//! at each of them.
 
 use super::super::lacam::{Problem, Way};
 use super::super::ways::{Path, Stand, stretches};
 use crate::claims::Stretch;
 use crate::roads::{Leg, Roads};
 
-/// What is the same on stands that are alike: the node, the ways that leave it, and the ways past it on which a robot there is in
-/// the way.
+/// What is the same on stands that are alike: the node, the ways that leave it, and the ways past
+/// it on which a robot there is in the way.
 type Kind = (u32, Vec<(Vec<Stretch>, Leg)>, Vec<(u16, u16)>);
 
-/// Returns for each stand the first one that is like it: it makes no difference by which leg a robot got there.
+/// Returns for each stand the first one that is like it: it makes no difference by which leg a
+/// robot got there.
 pub fn alike(roads: &Roads, stands: &[Stand], paths: &[Vec<Path>], ways: &[Vec<Way>]) -> Vec<u16> {
     let node = |stand: u16| roads.end(stands[usize::from(stand)].leg);
     let mut past: Vec<Vec<(u16, u16)>> = vec![Vec::new(); stands.len()];
@@ -25,9 +27,13 @@ pub fn alike(roads: &Roads, stands: &[Stand], paths: &[Vec<Path>], ways: &[Vec<W
     let mut alike = Vec::new();
     for (number, past) in (0..).zip(past) {
         let (stand, paths) = (stands[usize::from(number)], &paths[usize::from(number)]);
-        let leaving = paths.iter().map(|path| (stretches(roads, stand, &path.legs), path.to)).collect();
+        let leaving =
+            paths.iter().map(|path| (stretches(roads, stand, &path.legs), path.to)).collect();
         let kind = (node(number), leaving, past);
-        let known = kinds.iter().find(|(known, _)| stand.is_at_end(roads) && *known == kind).map(|(_, first)| *first);
+        let known = kinds
+            .iter()
+            .find(|(known, _)| stand.is_at_end(roads) && *known == kind)
+            .map(|(_, first)| *first);
         alike.push(known.unwrap_or(number));
         if known.is_none() && stand.is_at_end(roads) {
             kinds.push((kind, number));
