@@ -7,9 +7,9 @@ use std::sync::LazyLock;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
-use regatta_engine::scenario::RobotCount;
 use regatta_plugin::producer::Speed;
 use regatta_plugin::usage_line;
+use regatta_scenario::RobotCount;
 
 use crate::arguments::Time;
 use crate::control::Target;

@@ -274,8 +274,5 @@ fn send_a_frame() -> Result<Duration, Failure> {
 
 fn processor() -> CheckResult {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    Passed(format!(
-        "processor: {cores} cores, motion kernel for {}",
-        regatta_engine::motion::Isa::detect()
-    ))
+    Passed(format!("processor: {cores} cores, motion kernel for {}", regatta_motion::Isa::detect()))
 }

@@ -5,10 +5,10 @@ use std::process::ExitCode;
 
 use clap::Args;
 use regatta_engine::engine::{Engine, Options};
-use regatta_engine::motion::Isa;
-use regatta_engine::scenario::{Overrides, RobotCount};
+use regatta_motion::Isa;
 use regatta_plugin::producer::{LockstepOptions, Speed};
 use regatta_plugin::{FleetName, SchedulingOptions, Termination};
+use regatta_scenario::{Overrides, RobotCount};
 
 use crate::arguments::{LayoutArgs, isa_parser};
 use crate::failure::{Failure, plugin_failure};

@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
-use regatta_engine::graph::generate::{Grid, Warehouse};
-use regatta_engine::graph::info::Info;
-use regatta_engine::graph::{self, Format, GraphError, ReadOptions, RouteGraph, draw};
-use regatta_engine::scenario::is_scenario;
+use regatta_layout::generate::{Grid, Warehouse};
+use regatta_layout::model::info::Info;
+use regatta_layout::{Format, GraphError, ReadOptions, RouteGraph, draw};
+use regatta_scenario::is_scenario;
 
 use crate::arguments::{LayoutArgs, format_parser};
 use crate::failure::Failure;
@@ -220,8 +220,8 @@ fn draw(file: &FileArgs, output: &Destination, force: Force) -> Result<(), Failu
 /// Compares two layouts, each read with the options that its format has.
 fn diff(first: &Path, second: &Path, layout: &LayoutArgs) -> Result<ExitCode, Failure> {
     let _progress = Progress::start("comparing", 0);
-    let read = |path: &Path| Ok::<_, Failure>(graph::read(path, &layout.options())?.0);
-    let differences = graph::diff::diff(&read(first)?, &read(second)?);
+    let read = |path: &Path| Ok::<_, Failure>(regatta_layout::read(path, &layout.options())?.0);
+    let differences = regatta_layout::check::diff::diff(&read(first)?, &read(second)?);
     differences.iter().for_each(|difference| println!("{difference}"));
     Ok(if differences.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
@@ -246,14 +246,14 @@ impl FileArgs {
 
     fn text(&self) -> Result<String, GraphError> {
         if self.is_standard_input() {
-            return graph::read_stream(std::io::stdin().lock(), &self.name());
+            return regatta_layout::read_stream(std::io::stdin().lock(), &self.name());
         }
-        graph::read_file(&self.file)
+        regatta_layout::read_file(&self.file)
     }
 
     fn read(&self) -> Result<RouteGraph, Failure> {
         let text = self.text()?;
-        match graph::parse(&text, &self.name(), &self.options()) {
+        match regatta_layout::parse(&text, &self.name(), &self.options()) {
             Ok((graph, _)) => Ok(graph),
             Err(_) if is_scenario(&text) => Err(format!(
                 "{}: this is a scenario; give the route graph that it names",

@@ -5,8 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use regatta_engine::graph::{self, RouteGraph};
-use regatta_engine::scenario::made_up_scenario;
+use regatta_layout::RouteGraph;
+use regatta_scenario::made_up_scenario;
 
 use crate::arguments::LayoutArgs;
 use crate::failure::Failure;
@@ -32,7 +32,7 @@ pub struct NewArgs {
 /// Returns an error if the layout can't be read or has errors, or if the folder has such files
 /// already.
 pub fn run(args: &NewArgs) -> Result<(), Failure> {
-    let (graph, findings) = graph::read(&args.plant, &args.layout.options())?;
+    let (graph, findings) = regatta_layout::read(&args.plant, &args.layout.options())?;
     // In the folder, the background lies beside the layout.
     let background = args.layout.background.as_deref().and_then(Path::file_name).map(PathBuf::from);
     let layout = LayoutArgs { background, ..args.layout.clone() };
@@ -49,7 +49,7 @@ pub fn run(args: &NewArgs) -> Result<(), Failure> {
         ("README.md", readme(&name, &layout, &graph).into_bytes()),
     ];
     let with_companions =
-        |path: &Path| std::iter::once(path.to_owned()).chain(graph::format::companions(path));
+        |path: &Path| std::iter::once(path.to_owned()).chain(regatta_layout::companions(path));
     let copies = std::iter::once(&args.plant)
         .chain(&args.layout.background)
         .flat_map(|path| with_companions(path));

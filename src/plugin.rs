@@ -3,7 +3,7 @@
 use std::process::ExitCode;
 
 use clap::{Args, Command, CommandFactory};
-use regatta_engine::scenario::closest;
+use regatta_scenario::closest;
 
 use crate::failure::{Failure, plugin_failure};
 use crate::version;

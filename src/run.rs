@@ -7,8 +7,8 @@ use std::process::{Command, ExitCode};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use regatta_engine::scenario::{CameraEntry, LightEntry, PluginCommand, Scenario, Viewer};
 use regatta_plugin::{AFTER_VARIABLE, Control, FleetName, LOAD_VARIABLE, Termination};
+use regatta_scenario::{CameraEntry, LightEntry, PluginCommand, Scenario, Viewer};
 use tempfile::NamedTempFile;
 
 use crate::arguments::Time;
@@ -313,7 +313,7 @@ fn plugin_command(plugin: &PluginCommand, fleet: &FleetName) -> Result<Command, 
 #[cfg(all(test, feature = "viewer"))]
 mod tests {
     use clap::{Args, FromArgMatches};
-    use regatta_engine::scenario::Overrides;
+    use regatta_scenario::Overrides;
     use regatta_viewer::options::CameraOption;
 
     use super::*;

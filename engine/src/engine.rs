@@ -2,7 +2,6 @@
 
 mod disturbances;
 mod footprint;
-mod logarithm;
 mod options;
 mod population;
 mod producer;
@@ -15,14 +14,15 @@ use regatta_plugin::order::{OrderHeader, OrderRecord};
 use regatta_plugin::producer::Session;
 use regatta_plugin::{FrameLoan, Participant, ProducerPorts, RouteServer, Termination, services};
 
+use crate::arc_length;
 use crate::digest::Digest;
 use crate::fleet::{EventBuffer, Fleet, FleetConfig, check_size};
-use crate::graph::arc_length::Tracks;
-use crate::motion::Isa;
-use crate::scenario::{MAX_ROBOTS, Scenario};
 use disturbances::Schedule;
 pub use options::{EngineError, Options, Summary};
 use population::NoRoom;
+use regatta_motion::Isa;
+use regatta_motion::Tracks;
+use regatta_scenario::{MAX_ROBOTS, Scenario};
 
 /// The largest number of events that one tick publishes; the rest is counted.
 const MAX_EVENTS: usize = 1 << 18;
@@ -75,7 +75,7 @@ impl Engine {
         let participant = Participant::join(&options.fleet, "engine")?;
         let ports = ProducerPorts::create_on(participant, robots as usize)?;
         check_size(&scenario.graph)?;
-        let tracks = Arc::new(Tracks::compile(&scenario.graph));
+        let tracks = Arc::new(arc_length::compile(&scenario.graph));
         let config = FleetConfig {
             types: scenario.robot_types.clone(),
             tick_period: scenario.tick_period,
@@ -105,7 +105,7 @@ impl Engine {
             fleet,
             routes,
         };
-        // The first frame shows these robots. EventBuffer of them would reach only readers that
+        // The first frame shows these robots. Events of them would reach only readers that
         // happen to be there by now.
         simulation.events.set_wanted(false);
         simulation

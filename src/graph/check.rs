@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use std::path::Path;
 use std::process::ExitCode;
 
-use regatta_engine::graph::{self, Finding, Findings, GraphError};
-use regatta_engine::scenario::{Overrides, Scenario, ScenarioError, is_scenario};
+use regatta_layout::{Finding, Findings, GraphError};
+use regatta_scenario::{Overrides, Scenario, ScenarioError, is_scenario};
 use serde_json::{Value, json};
 
 use super::FileArgs;
@@ -29,7 +29,7 @@ struct Checked {
 pub fn run(file: &FileArgs, json: bool) -> Result<ExitCode, Failure> {
     let progress = Progress::start(format!("checking {}", file.name()), 0);
     let text = file.text()?;
-    let checked = match graph::parse(&text, &file.name(), &file.options()) {
+    let checked = match regatta_layout::parse(&text, &file.name(), &file.options()) {
         Ok((graph, findings)) => {
             let content = format!(
                 "{}, {}",

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
-use regatta_engine::graph::Format;
-use regatta_engine::graph::format::write;
-use regatta_engine::graph::parse_fixed;
+use regatta_layout::Format;
+use regatta_layout::parse_fixed;
+use regatta_layout::write;
 
 use super::FileArgs;
 use crate::failure::Failure;

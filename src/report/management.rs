@@ -12,7 +12,7 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::Args;
-use regatta_engine::scenario::RobotCount;
+use regatta_scenario::RobotCount;
 use serde_json::{Value, json};
 
 use self::measurement::{Measured, Setup, Site};

@@ -82,7 +82,7 @@ pub fn environment() -> (String, serde_json::Value) {
         cpu_info.lines().find_map(|line| line.strip_prefix("model name")?.split(": ").nth(1));
     let cpu = model.unwrap_or(std::env::consts::ARCH).trim().to_owned();
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    let isa = regatta_engine::motion::Isa::detect();
+    let isa = regatta_motion::Isa::detect();
     let now = humantime::format_rfc3339_seconds(std::time::SystemTime::now()).to_string();
     let date = &now[..10];
     let version = version::short();

@@ -7,9 +7,9 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant, SystemTime};
 
 use clap::Args;
-use regatta_engine::graph::generate::Warehouse;
-use regatta_engine::scenario::RobotCount;
+use regatta_layout::generate::Warehouse;
 use regatta_plugin::producer::Speed;
+use regatta_scenario::RobotCount;
 
 use super::experiment::{Experiment, all_idle, folder_with_porto, temporary_folder};
 use super::output::{Output, Report, environment, write};

@@ -8,8 +8,8 @@ use std::process::{Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use regatta_engine::graph::generate::Warehouse;
-use regatta_engine::scenario::RobotCount;
+use regatta_layout::generate::Warehouse;
+use regatta_scenario::RobotCount;
 use serde_json::{Value, json};
 
 use super::experiment::{Experiment, check_interrupt, temporary_folder, wait};

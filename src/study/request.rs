@@ -4,9 +4,9 @@ use std::fs;
 use std::path::Path;
 
 use clap::ValueEnum;
-use regatta_engine::graph::ReadOptions;
-use regatta_engine::scenario::document;
 use regatta_fleet_manager::PlannerKind;
+use regatta_layout::ReadOptions;
+use regatta_scenario::document;
 use regatta_study::plan::{Axis, Plan, Precision, Robots, Setting, StudyFile, Variant, is_study};
 use serde_json::Value;
 

@@ -12,8 +12,8 @@ pub use robots::{ParseRobotsError, Robots, robots_in_words};
 pub use setting::{Axis, ParseAxisError, Setting};
 pub use variant::Variant;
 
-use regatta_engine::graph::{ChangeError, GraphError};
-use regatta_engine::scenario::ScenarioError;
+use regatta_layout::{ChangeError, GraphError};
+use regatta_scenario::ScenarioError;
 
 /// A study.
 #[derive(Clone, Debug)]

@@ -15,9 +15,9 @@ use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 use regatta_engine::engine::{Engine, Options};
-use regatta_engine::scenario::{Overrides, Scenario};
 use regatta_plugin::producer::{LockstepOptions, Speed};
 use regatta_plugin::{ContactEventReader, Error, FleetName, Participant, Result, Termination};
+use regatta_scenario::{Overrides, Scenario};
 
 use intervals::Pairs;
 

@@ -7,8 +7,8 @@
 use std::sync::Arc;
 
 use bevy_ecs::prelude::{Component, Query, Res, Resource, Schedule, World};
-use regatta_engine::graph::arc_length::Tracks;
-use regatta_engine::graph::{EdgeIndex, Gear, Leg, RouteGraph};
+use regatta_layout::{EdgeIndex, Gear, Leg, RouteGraph};
+use regatta_motion::Tracks;
 
 #[derive(Component)]
 struct Location {
@@ -50,7 +50,7 @@ impl EcsSimulation {
     /// Creates `robots` robots, spread over all edges.
     pub fn new(bench: &regatta_bench::World, robots: usize) -> Self {
         let (graph, tracks) = (bench.graph.clone(), bench.tracks.clone());
-        let exits = |edge: &regatta_engine::graph::Edge| {
+        let exits = |edge: &regatta_layout::Edge| {
             let forward =
                 graph.departures(edge.destination).iter().filter(|leg| leg.gear == Gear::Forward);
             forward.map(|leg| leg.edge.0).collect()

@@ -6,8 +6,8 @@ use regatta_plugin::producer::{LockstepOptions, Speed};
 use regatta_plugin::{FleetName, LockstepError, OpenError, PublishError, ReadError, services};
 
 use crate::fleet::FleetError;
-use crate::motion::Isa;
-use crate::scenario::MAX_ROBOTS;
+use regatta_motion::Isa;
+use regatta_scenario::MAX_ROBOTS;
 
 /// Options of a run.
 #[derive(Clone, Debug)]

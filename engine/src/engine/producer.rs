@@ -6,7 +6,7 @@ use regatta_plugin::frame::RobotState;
 use regatta_plugin::producer::{Moment, Producer, RefusalReason, Session};
 
 use super::{EngineError, NoRoom, Simulation};
-use crate::scenario::MAX_ROBOTS;
+use regatta_scenario::MAX_ROBOTS;
 
 impl Producer for Simulation {
     type Error = EngineError;

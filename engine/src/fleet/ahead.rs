@@ -3,8 +3,8 @@
 use regatta_plugin::frame::RobotState;
 
 use super::{Fleet, Route};
-use crate::graph::Leg;
-use crate::motion::{RouteCursor, leg_of};
+use regatta_layout::Leg;
+use regatta_motion::{RouteCursor, leg_of};
 
 /// The legs that a robot has still to drive.
 #[derive(Clone, Copy, Debug, PartialEq)]

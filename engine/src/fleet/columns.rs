@@ -3,7 +3,7 @@
 use regatta_plugin::frame::{NO_EDGE, RobotState};
 
 use super::Route;
-use crate::motion::{
+use regatta_motion::{
     AlignedVec, HeadingRows, HeadingRule, LimitRows, PieceColumn, ROW_GROUP, Rows, UNLIMITED,
 };
 

@@ -6,8 +6,8 @@ use regatta_plugin::order::{OrderKind, OrderRecord};
 
 use super::spawn::check_connected;
 use super::{EventBuffer, Fleet, Placement, Plans, Route, RouteSource};
-use crate::graph::{EdgeIndex, Gear, Leg, NodeIndex};
-use crate::motion::leg_of;
+use regatta_layout::{EdgeIndex, Gear, Leg, NodeIndex};
+use regatta_motion::leg_of;
 
 /// A checked order, ready to be carried out.
 pub(super) enum Action {
@@ -132,9 +132,8 @@ impl Fleet {
         if records.is_empty() || records[released..].iter().any(|record| record.released != 0) {
             return Err(about_robot(Refusal::MalformedRoute));
         }
-        let mut node = base
-            .last()
-            .map_or_else(|| self.node_ahead(row), |&leg| self.motion.legs.graph().leg_end(leg));
+        let mut node =
+            base.last().map_or_else(|| self.node_ahead(row), |&leg| self.graph.leg_end(leg));
         let limit = match (released, base.is_empty()) {
             (0, true) => self.limit_on_leg(row),
             (0, false) => self.motion.plans.limit(self.columns.route[row]),
@@ -145,7 +144,7 @@ impl Fleet {
         for record in records {
             let leg =
                 self.leg(record, node).map_err(|reason| Rejection { reason, id: record.id })?;
-            node = self.motion.legs.graph().leg_end(leg);
+            node = self.graph.leg_end(leg);
             legs.push(leg);
         }
         Ok(Action::Drive { row, legs, released, limit })
@@ -153,7 +152,7 @@ impl Fleet {
 
     /// Returns the leg of a record, which must leave a node.
     fn leg(&self, record: &OrderRecord, node: NodeIndex) -> Result<Leg, Refusal> {
-        let graph = self.motion.legs.graph();
+        let graph = &self.graph;
         let gear = if record.reverse == 0 { Gear::Forward } else { Gear::Reverse };
         let leg = Leg { edge: graph.edge_by_id(record.id).ok_or(Refusal::UnknownEdge)?, gear };
         check_connected(graph, node, &[leg])?;
@@ -161,15 +160,11 @@ impl Fleet {
     }
 
     fn edge(&self, id: u32) -> Result<EdgeIndex, Rejection> {
-        self.motion
-            .legs
-            .graph()
-            .edge_by_id(id)
-            .ok_or(Rejection { reason: Refusal::UnknownEdge, id })
+        self.graph.edge_by_id(id).ok_or(Rejection { reason: Refusal::UnknownEdge, id })
     }
 
     fn prepare_spawn(&self, order: &OrderRecord) -> Result<Action, Rejection> {
-        let graph = self.motion.legs.graph();
+        let graph = &self.graph;
         let about = |id| move |reason| Rejection { reason, id };
         let placement = if order.kind == OrderKind::SpawnAtNode as u32 {
             graph.node_by_id(order.id).map(Placement::Node).ok_or(Refusal::UnknownNode)
@@ -268,14 +263,14 @@ impl Fleet {
     fn resume(&mut self, row: usize, events: &mut EventBuffer) {
         if let Some(impairment) = self.impairments.get_mut(&(row as u32)) {
             if std::mem::replace(&mut impairment.is_held, false) {
-                events.push(EventKind::Resumed, row as u32, 0);
+                events.push_kind(EventKind::Resumed, row as u32, 0);
             }
             return;
         }
         if !self.is(row, RobotState::Held) {
             return;
         }
-        events.push(EventKind::Resumed, row as u32, 0);
+        events.push_kind(EventKind::Resumed, row as u32, 0);
         self.go_on(row, events);
     }
 

@@ -6,9 +6,9 @@ use regatta_plugin::order::OrderRecord;
 
 use super::orders::{Action, Rejection};
 use super::{EventBuffer, Fleet, Route};
-use crate::graph::arc_length::Distance;
-use crate::graph::{Gear, Leg};
-use crate::motion::leg_of;
+use regatta_layout::{Gear, Leg};
+use regatta_motion::Distance;
+use regatta_motion::leg_of;
 
 impl Fleet {
     /// Prepares the release of the metres `s` of the order's leg: the first such leg at or after
@@ -19,7 +19,7 @@ impl Fleet {
         row: usize,
     ) -> Result<Action, Rejection> {
         let about_edge = |reason| Rejection { reason, id: order.id };
-        let graph = self.motion.legs.graph();
+        let graph = &self.graph;
         let edge = graph.edge_by_id(order.id).ok_or_else(|| about_edge(Refusal::UnknownEdge))?;
         let leg =
             Leg { edge, gear: if order.reverse == 0 { Gear::Forward } else { Gear::Reverse } };

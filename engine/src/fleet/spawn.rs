@@ -5,10 +5,11 @@ use std::sync::Arc;
 use regatta_plugin::event::{EventKind, EventRecord, Refusal};
 use regatta_plugin::frame::RobotState;
 
-use super::{EventBuffer, Fleet, Repeat, Route};
-use crate::graph::arc_length::Distance;
-use crate::graph::{EdgeIndex, Gear, Leg, NodeIndex, RouteGraph};
-use crate::motion::PieceIndex;
+use super::{EventBuffer, Fleet, Route};
+use regatta_layout::{EdgeIndex, Gear, Leg, NodeIndex, RouteGraph};
+use regatta_motion::Distance;
+use regatta_motion::PieceIndex;
+use regatta_scenario::Repeat;
 
 /// The source of a robot's route.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -53,7 +54,7 @@ impl Fleet {
     ) -> Result<u32, Refusal> {
         let start = self.check_spawn(placement, robot_type)?;
         if let RouteSource::Listed(legs, repeat) = &source {
-            check_list(self.motion.legs.graph(), start.ahead, legs, *repeat)?;
+            check_list(&self.graph, start.ahead, legs, *repeat)?;
         }
         let robot = self.allocate_row()?;
         let row = robot as usize;
@@ -142,13 +143,15 @@ impl Fleet {
     fn route(&mut self, source: RouteSource) -> Route {
         match source {
             RouteSource::None => Route::PARKED,
-            RouteSource::Listed(legs, repeat) => self.motion.plans.list(legs, repeat),
+            RouteSource::Listed(legs, repeat) => {
+                self.motion.plans.list(legs, repeat == Repeat::Loop)
+            }
             RouteSource::Random => Route::WALK,
         }
     }
 
     fn spawn_point(&self, placement: Placement) -> Result<SpawnPoint, Refusal> {
-        let graph = self.motion.legs.graph();
+        let graph = &self.graph;
         match placement {
             Placement::Node(node) => {
                 graph.nodes().get(node.0 as usize).ok_or(Refusal::UnknownNode)?;

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use regatta_engine::graph::generate::Warehouse;
+use regatta_layout::generate::Warehouse;
 use serde_json::{Value, json};
 
 use super::super::experiment::{check_interrupt, temporary_folder};

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use regatta_engine::graph::{EdgeChange, NodeIndex, RouteGraph};
+use regatta_layout::{EdgeChange, NodeIndex, RouteGraph};
 use serde::Serialize;
 
 use super::comparison::Difference;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use regatta_engine::graph::{Edge, RouteGraph};
+use regatta_layout::{Edge, RouteGraph};
 
 use crate::answer::Bottleneck;
 use crate::outcome::EdgeOutcome;
@@ -152,7 +152,7 @@ impl Plan {
 
 #[cfg(test)]
 mod tests {
-    use regatta_engine::graph::{ReadOptions, parse};
+    use regatta_layout::{ReadOptions, parse};
 
     use super::*;
 

@@ -16,7 +16,7 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use regatta_engine::scenario::document;
+use regatta_scenario::document;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use serde_json::Value;

@@ -6,9 +6,9 @@ mod settings;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use regatta_engine::graph::format::write;
-use regatta_engine::graph::{Format, ReadOptions, RouteGraph};
-use regatta_engine::scenario::{Overrides, Scenario, document, made_up_scenario};
+use regatta_layout::write;
+use regatta_layout::{Format, ReadOptions, RouteGraph};
+use regatta_scenario::{Overrides, Scenario, document, made_up_scenario};
 use serde_json::{Map, Value, json};
 
 use super::PlanError;
@@ -175,7 +175,7 @@ fn types(scenario: &Map<String, Value>) -> Vec<(Option<String>, f64)> {
         // Numbers such as 10k are texts; one is what a group has by default.
         let count = group["count"]
             .as_str()
-            .and_then(|count| count.parse::<regatta_engine::scenario::RobotCount>().ok());
+            .and_then(|count| count.parse::<regatta_scenario::RobotCount>().ok());
         let count = count
             .map_or_else(|| group["count"].as_f64().unwrap_or(1.0), |count| f64::from(count.0));
         match types.iter_mut().find(|(known, _)| *known == name) {

@@ -7,10 +7,9 @@ use regatta_plugin::frame::RobotState;
 use regatta_plugin::order::{OrderKind, OrderRecord};
 
 use super::support::*;
-use crate::fleet::{
-    Battery, EventBuffer, Fleet, FleetConfig, Placement, Repeat, RobotType, RouteSource,
-};
-use crate::graph::{NodeIndex, Role, RouteGraph};
+use crate::fleet::{EventBuffer, Fleet, FleetConfig, Placement, RouteSource};
+use regatta_layout::{NodeIndex, Role, RouteGraph};
+use regatta_scenario::{Battery, Repeat, RobotType};
 
 /// 1 Wh: 3600 J last a minute of driving.
 const BATTERY: Battery = Battery {

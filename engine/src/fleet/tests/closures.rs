@@ -7,7 +7,7 @@ use regatta_plugin::task::NO_ROBOT;
 
 use super::support::*;
 use crate::fleet::{Fleet, Placement, RouteSource};
-use crate::graph::{EdgeIndex, NodeIndex};
+use regatta_layout::{EdgeIndex, NodeIndex};
 
 /// Applies an order about an edge, by its index, and returns its events: kind, robot and id.
 fn order(fleet: &mut Fleet, kind: OrderKind, edge: u32) -> Vec<(u32, u32, u32)> {

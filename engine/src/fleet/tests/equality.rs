@@ -7,9 +7,10 @@ use regatta_plugin::frame::{ColumnsMut, Line};
 use regatta_plugin::order::{OrderKind, OrderRecord};
 
 use super::support::*;
-use crate::fleet::{EventBuffer, Fleet, FleetConfig, Placement, Repeat, RouteSource};
-use crate::graph::{EdgeIndex, Gear, NodeIndex, RouteGraph};
-use crate::motion::Isa;
+use crate::fleet::{EventBuffer, Fleet, FleetConfig, Placement, RouteSource};
+use regatta_layout::{EdgeIndex, Gear, NodeIndex, RouteGraph};
+use regatta_motion::Isa;
+use regatta_scenario::Repeat;
 
 /// Returns a fleet of robots with every kind of route: walks, loops in both gears, orders, limits,
 /// parked and removed robots.

@@ -8,8 +8,9 @@ use regatta_plugin::frame::RobotState;
 use regatta_plugin::order::{OrderKind, OrderRecord};
 
 use super::support::*;
-use crate::fleet::{Fleet, FleetConfig, Placement, Repeat, RouteSource};
-use crate::graph::NodeIndex;
+use crate::fleet::{Fleet, FleetConfig, Placement, RouteSource};
+use regatta_layout::NodeIndex;
+use regatta_scenario::Repeat;
 
 /// The first robot after a tick.
 #[derive(Clone, Copy, Debug)]

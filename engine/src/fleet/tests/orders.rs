@@ -7,8 +7,9 @@ use regatta_plugin::frame::RobotState;
 use regatta_plugin::order::{OrderKind, OrderRecord};
 
 use super::support::*;
-use crate::fleet::{Fleet, FleetConfig, Placement, Repeat, RouteSource};
-use crate::graph::{EdgeIndex, Leg, NodeIndex};
+use crate::fleet::{Fleet, FleetConfig, Placement, RouteSource};
+use regatta_layout::{EdgeIndex, Leg, NodeIndex};
+use regatta_scenario::Repeat;
 
 const TOKEN: u64 = 77;
 

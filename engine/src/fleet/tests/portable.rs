@@ -2,8 +2,8 @@
 
 use super::support::*;
 use crate::fleet::{Fleet, Placement, RouteSource};
-use crate::graph::NodeIndex;
-use crate::motion::{Isa, SupportedIsa};
+use regatta_layout::NodeIndex;
+use regatta_motion::{Isa, SupportedIsa};
 
 #[test]
 fn portable_lanes_give_the_bits_of_the_reference() {

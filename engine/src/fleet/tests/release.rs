@@ -7,7 +7,7 @@ use regatta_plugin::order::{OrderKind, OrderRecord};
 
 use super::support::*;
 use crate::fleet::{Fleet, Placement, RouteSource};
-use crate::graph::{EdgeIndex, Gear, Leg, NodeIndex, RouteGraph};
+use regatta_layout::{EdgeIndex, Gear, Leg, NodeIndex, RouteGraph};
 
 fn order(kind: OrderKind) -> OrderRecord {
     OrderRecord { kind: kind as u32, ..OrderRecord::default() }
@@ -341,7 +341,7 @@ proptest! {
         spacing in 1.0f64..20.0,
     ) {
         let graph = town(3, spacing);
-        let tracks = crate::graph::arc_length::Tracks::compile(&graph);
+        let tracks = crate::arc_length::compile(&graph);
         let edges = 0..graph.edges().len() as u32;
         let lengths: Vec<_> = edges.map(|edge| tracks.edge_length(EdgeIndex(edge)) as f32).collect();
         let other = robot_type(f32::INFINITY, if other_is_limited { 1.0 } else { f32::INFINITY });

@@ -11,11 +11,12 @@ use regatta_plugin::frame::RobotState;
 use regatta_plugin::order::{OrderKind, OrderRecord};
 
 use super::support::*;
-use crate::fleet::{Fleet, FleetConfig, Placement, Repeat, RobotType, RouteSource};
-use crate::graph::{
+use crate::fleet::{Fleet, FleetConfig, Placement, RouteSource};
+use regatta_layout::{
     CubicBezier, Edge, Leg, Node, NodeIndex, Orientation, ReadOptions, Rotation, RouteGraph, parse,
 };
-use crate::motion::Isa;
+use regatta_motion::Isa;
+use regatta_scenario::{Repeat, RobotType};
 
 /// Returns straight edges between corners, each driven both ways, in the order of the corners.
 fn polyline(corners: &[(f64, f64)], orientation: Orientation) -> Arc<RouteGraph> {

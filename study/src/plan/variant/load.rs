@@ -1,7 +1,7 @@
 //! The load of a variant: where orders go.
 
-use regatta_engine::graph::components::Components;
-use regatta_engine::graph::{NodeIndex, Role};
+use regatta_layout::model::components::Components;
+use regatta_layout::{NodeIndex, Role};
 use serde_json::{Value, json};
 
 use super::{IN_TURN, Variant};

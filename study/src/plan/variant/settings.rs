@@ -3,8 +3,8 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use regatta_engine::graph::{EdgeChange, ReadOptions};
-use regatta_engine::scenario::{Overrides, Scenario};
+use regatta_layout::{EdgeChange, ReadOptions};
+use regatta_scenario::{Overrides, Scenario};
 use serde_json::{Value, json};
 
 use super::{FLEET_MANAGER, IN_TURN, PLANNER, Variant};
