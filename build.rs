@@ -15,7 +15,10 @@ fn main() {
         .map(|entry| entry.path().join("src"));
     let sources =
         ["Cargo.toml", "Cargo.lock", "build.rs", "src", "engine/src", "viewer/src"].map(Into::into);
-    for path in sources.into_iter().chain(plugins).filter(|path| path.exists()) {
+    let rooms = ["base", "layout", "motion", "scenario"];
+    let rooms = rooms.map(|name| Path::new("engine").join(name).join("src"));
+    let sources = sources.into_iter().chain(rooms).chain(plugins);
+    for path in sources.filter(|path| path.exists()) {
         println!("cargo::rerun-if-changed={}", path.display());
     }
     println!("cargo::rustc-env=REGATTA_COMMIT={}", commit().unwrap_or_default());

@@ -7,8 +7,7 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use regatta_plugin::frame::CONTRACT_VERSION;
 use regatta_plugin::health::{self, Cleaned, Occupant};
-use regatta_plugin::{FleetName, Subscriber};
-use regatta_plugin::{ProducerPorts, RUNTIME_DIR_VARIABLE};
+use regatta_plugin::{FleetName, ProducerPorts, RUNTIME_DIR_VARIABLE, Subscriber};
 
 use crate::failure::Failure;
 

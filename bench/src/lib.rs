@@ -8,8 +8,7 @@ use regatta_engine::arc_length;
 use regatta_engine::fleet::{EventBuffer, Fleet, FleetConfig, Placement, RouteSource};
 use regatta_layout::generate::Warehouse;
 use regatta_layout::{EdgeIndex, ReadOptions, RouteGraph, parse};
-use regatta_motion::Isa;
-use regatta_motion::Tracks;
+use regatta_motion::{Isa, Tracks};
 use regatta_plugin::frame::{ColumnsMut, Line, frame_lines};
 use regatta_scenario::{RobotType, Shape};
 

@@ -13,10 +13,10 @@ mod tests;
 
 use glam::DVec2;
 use rayon::prelude::*;
-
-use curve_span::CurveSpan;
 use regatta_layout::{Edge, Node, RouteGraph};
 use regatta_motion::{Piece, Tracks};
+
+use curve_span::CurveSpan;
 
 /// The largest difference, in radians, between the end tangent of a curve and the heading of its
 /// node that is attributed to rounding. The curve then gets the node's heading.

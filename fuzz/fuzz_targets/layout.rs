@@ -2,9 +2,8 @@
 //! every accepted graph can be compiled and written.
 
 use regatta_engine::arc_length;
+use regatta_layout::{Format, Millimetres, ReadOptions, parse, write};
 use regatta_motion::Tracks;
-use regatta_layout::write;
-use regatta_layout::{Format, Millimetres, ReadOptions, parse};
 
 /// Reads a text as a layout of a format.
 pub fn read(text: &str, format: Format) {

@@ -2,9 +2,7 @@
 
 use std::path::Path;
 
-use regatta_layout::Format;
-use regatta_layout::parse_fixed;
-use regatta_layout::write;
+use regatta_layout::{Format, parse_fixed, write};
 
 use super::FileArgs;
 use crate::failure::Failure;

@@ -5,13 +5,13 @@ mod labels;
 use std::fmt::{self, Write};
 
 use glam::DVec2;
+use regatta_base::bezier::CubicBezier;
 
 use crate::model::info::BoundingBox;
 use crate::model::path::Path;
 use crate::model::route_graph::{Edge, Node, RouteGraph};
 use crate::model::spline::unit;
 use crate::model::tags::{Role, Station};
-use regatta_base::bezier::CubicBezier;
 
 /// The longer side of the map in pixels, margins included.
 const LONGER_SIDE: f64 = 1600.0;

@@ -3,8 +3,9 @@
 use std::marker::PhantomData;
 use std::ops::{Deref, DerefMut};
 
-use crate::frame::Line;
 use bytemuck::Pod;
+
+use crate::frame::Line;
 
 /// Rows by which a column grows, so that every column is a whole number of cache lines.
 pub const ROW_GROUP: usize = 64;

@@ -1,7 +1,7 @@
 //! Hand-over: moves the few robots that reach the end of their piece in a tick to the next one, and
 //! puts robots on legs.
 
-use crate::frame::{NO_EDGE, RobotState};
+use regatta_base::graph::{EdgeIndex, Leg, NodeIndex};
 
 use super::Motion;
 use super::block::RowList;
@@ -9,7 +9,7 @@ use super::frame::{Event, EventSink};
 use super::pieces::PieceIndex;
 use super::routes::{BaseEnd, RouteCursor};
 use super::rows::Rows;
-use regatta_base::graph::{EdgeIndex, Leg, NodeIndex};
+use crate::frame::{NO_EDGE, RobotState};
 
 impl Motion {
     /// Moves robots to the next piece of their leg, without a branch: that is all that most of them

@@ -9,12 +9,13 @@
 
 use std::f32::consts::{PI, TAU};
 
+use regatta_base::graph::{EdgeIndex, Gear, Leg, Rotation, SMOOTH_TURN};
+
 use super::atan2::{BELOW_PI, atan2};
 use super::leg_table::LegTable;
 use super::pieces::PieceIndex;
 use super::scalar::direction;
 use crate::piece::Distance;
-use regatta_base::graph::{EdgeIndex, Gear, Leg, Rotation, SMOOTH_TURN};
 
 /// The largest difference in radians between the headings of consecutive legs that robots drive
 /// through without a turn: 5°, from which `regatta graph check` warns.

@@ -4,11 +4,12 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
+use regatta_base::graph::{EdgeIndex, Gear, Leg, NodeIndex};
+
 use super::piece::{Piece, PieceInfo};
 use super::pieces::{MAX_PIECES, PieceIndex};
 use super::routes::BaseEnd;
 use super::tracks::Tracks;
-use regatta_base::graph::{EdgeIndex, Gear, Leg, NodeIndex};
 
 /// An edge of the graph, without its shape.
 #[derive(Clone, Copy, Debug, PartialEq)]

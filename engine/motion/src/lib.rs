@@ -24,6 +24,43 @@
 //! [`PieceColumn`] holds only indices of the table's pieces, a [`SupportedIsa`] exists only for
 //! instruction sets that were detected, and memory that is stored past the cache stays borrowed
 //! until a [`StreamFence`] has run.
+//!
+//! ```
+//! use std::sync::Arc;
+//!
+//! use regatta_base::graph::{Gear, NodeIndex};
+//! use regatta_motion::{
+//!     Distance, Edge, HeadingRule, Isa, KinematicLimits, LegTable, Motion, Piece, PieceInfo, Plans,
+//!     SpeedVariation, SupportedIsa, TimeStep, Tracks,
+//! };
+//!
+//! // One edge from (0, 0) to (4, 0): a single piece. A piece counts the distance from its end.
+//! let along_x = |x: f32| Piece { x: [x, 1.0, 0.0, 0.0], y: [0.0; 4] };
+//! let info = PieceInfo { length: Distance::from_metres(4.0), s_end: 4.0 };
+//! let mut tracks = Tracks::default();
+//! tracks.push_edge([(along_x(4.0), info)], None::<[(Piece, PieceInfo); 1]>);
+//! tracks.push_nodes([along_x(0.0), along_x(4.0)]);
+//! let (origin, destination) = (NodeIndex(0), NodeIndex(1));
+//! let edge = Edge { origin, destination, speed: 1.5, reverse_speed: None };
+//! let motion = Motion {
+//!     legs: LegTable::new(vec![1, 2], &[edge], Arc::new(tracks)).expect("few pieces"),
+//!     plans: Plans::new(0),
+//!     headings: None,
+//!     limits: vec![KinematicLimits {
+//!         max_speed: f32::INFINITY,
+//!         max_acceleration: f32::INFINITY,
+//!         max_rotation_speed: 0.0,
+//!         max_rotation_acceleration: f32::INFINITY,
+//!     }],
+//!     variation: SpeedVariation::default(),
+//!     time_step: TimeStep::new(0.02),
+//!     isa: SupportedIsa::detect(Isa::detect()).expect("it was detected"),
+//! };
+//! // A robot one metre before the end of the piece.
+//! let piece = motion.legs.piece(0, Gear::Forward);
+//! let pose = motion.pose(piece, Distance::from_metres(-1.0).0, HeadingRule::TANGENT);
+//! assert_eq!(pose, [3.0, 0.0, 0.0]);
+//! ```
 
 mod aligned_vec;
 mod atan2;

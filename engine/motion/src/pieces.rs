@@ -10,9 +10,10 @@
     reason = "reads of pieces without a bounds check; this module upholds their invariant"
 )]
 
+use regatta_base::graph::Gear;
+
 use super::aligned_vec::AlignedVec;
 use crate::piece::Piece;
-use regatta_base::graph::Gear;
 
 /// Bit of a [`PieceIndex`] that is set in reverse gear. It is also the sign bit of an `f32`, which
 /// the kernel makes use of.

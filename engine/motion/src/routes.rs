@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
-
-use super::leg_table::LegTable;
 use regatta_base::graph::{Gear, Leg, NodeIndex};
 use regatta_base::random::mix;
+
+use super::leg_table::LegTable;
 
 /// A robot's position in its [`Plan`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]

@@ -1,10 +1,10 @@
 //! Consecutive rows of the fleet's columns, as the stages of a tick read and write them.
 
-use crate::frame::{NO_EDGE, RobotState};
+use regatta_base::graph::{EdgeIndex, Leg};
 
 use super::pieces::{PieceIndex, PieceRows};
 use super::routes::Route;
-use regatta_base::graph::{EdgeIndex, Leg};
+use crate::frame::{NO_EDGE, RobotState};
 
 /// The columns from row `first` on. All have the same length, a multiple of 64; rows that hold no
 /// robot are inert.

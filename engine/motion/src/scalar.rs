@@ -1,13 +1,12 @@
 //! The stages of a tick, row by row: the reference that the vector code has to match bit by bit.
 
-use crate::frame::PoseColumns;
-
 use super::atan2::atan2;
 use super::block::{BlockLists, RowList};
 use super::headings::HeadingRule;
 use super::profile::brake_speed;
 use super::rows::Rows;
 use super::time_step::TimeStep;
+use crate::frame::PoseColumns;
 use crate::piece::{Distance, Piece};
 
 /// Metres in one unit of [`Distance`](crate::piece::Distance); a power of two, so

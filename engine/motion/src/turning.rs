@@ -6,7 +6,7 @@
 //! whole ticks. Its rate follows the same velocity profile as driving, with angles in place of
 //! distances.
 
-use crate::frame::RobotState;
+use regatta_base::graph::{EdgeIndex, Leg, Rotation};
 
 use super::block::RowList;
 use super::frame::EventSink;
@@ -15,8 +15,8 @@ use super::pieces::PieceIndex;
 use super::profile::brake_speed;
 use super::rows::Rows;
 use super::{KinematicLimits, Motion};
+use crate::frame::RobotState;
 use crate::piece::Distance;
-use regatta_base::graph::{EdgeIndex, Leg, Rotation};
 
 impl Motion {
     /// Returns the rows that turn at the start of a tick.

@@ -124,9 +124,10 @@ fn quoted(text: &str) -> String {
 mod tests {
     use std::path::Path;
 
+    use regatta_layout::{LengthUnit, Millimetres, parse};
+
     use super::*;
     use crate::{Overrides, Scenario};
-    use regatta_layout::{LengthUnit, Millimetres, parse};
 
     const GRAPH: &str = include_str!("../../../graphs/square.yaml");
 

@@ -4,19 +4,18 @@ use std::collections::BTreeMap;
 use std::io::Read;
 use std::path::Path;
 
+use regatta_layout::read::moving_ai;
+use regatta_layout::{
+    self as layout, Findings, Format, GraphError, LengthUnit, Millimetres, ReadOptions, RouteGraph,
+    TURNS_IF,
+};
 use serde::de::{DeserializeOwned, IgnoredAny};
 
-use super::explain::SCENARIO_KEYS;
-use super::explain::{GRAPH_KEYS, explain};
+use super::explain::{GRAPH_KEYS, SCENARIO_KEYS, explain};
 use super::made_up::made_up_scenario;
 use super::suggest::closest;
 use super::yaml::{LayoutEntry, ScenarioFile};
 use super::{MAX_FILE_BYTES, Overrides, Scenario, ScenarioError, resolve};
-use regatta_layout::TURNS_IF;
-use regatta_layout::read::moving_ai;
-use regatta_layout::{
-    self as layout, Findings, Format, GraphError, LengthUnit, Millimetres, ReadOptions, RouteGraph,
-};
 
 impl Scenario {
     /// Reads a scenario and its graph.

@@ -6,6 +6,8 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
+use regatta_layout::{Gear, Leg, Node, NodeIndex, Role, RouteGraph};
+
 use super::battery::battery;
 use super::suggest::did_you_mean;
 use super::yaml::{
@@ -16,7 +18,6 @@ use super::{
     MAX_LIGHTS, MAX_ROBOTS, Overrides, Repeat, RobotCount, RobotGroup, RobotType, Scenario,
     ScenarioError, Shape, Start,
 };
-use regatta_layout::{Gear, Leg, Node, NodeIndex, Role, RouteGraph};
 
 /// The range of ticks per simulated second.
 const RATES: RangeInclusive<f64> = 1.0..=20_000.0;

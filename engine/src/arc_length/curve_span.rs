@@ -1,7 +1,6 @@
 //! Spans of a curve, each of which becomes one piece in either gear.
 
 use glam::DVec2;
-
 use regatta_motion::{Distance, Piece, PieceInfo};
 
 /// A point of the curve where a span starts or ends.

@@ -10,12 +10,12 @@
 //! wherever the radius of curvature is 30 µm or more.
 
 use glam::DVec2;
-
-use super::SAME_HEADING;
-use super::curve_span::{CurveSpan, Knot, Polynomial};
 use regatta_base::bezier::{CubicBezier, Side, Velocity};
 use regatta_layout::Path;
 use regatta_motion::Distance;
+
+use super::SAME_HEADING;
+use super::curve_span::{CurveSpan, Knot, Polynomial};
 
 /// The longest piece in metres: with one step of the same length added, `w` still fits
 /// [`Distance`].

@@ -7,12 +7,12 @@ use std::ops::Range;
 
 use glam::DVec2;
 use proptest::prelude::*;
-
-use super::*;
-use exact_curve::{ExactPoint, sample};
 use regatta_base::bezier::CubicBezier;
 use regatta_base::graph::{EdgeIndex, Gear, Leg, NodeIndex};
 use regatta_motion::{Distance, Track};
+
+use super::*;
+use exact_curve::{ExactPoint, sample};
 
 /// The smallest radius of curvature, in metres, for which the bounds hold. There one unit of
 /// distance changes the heading by 0.014°.

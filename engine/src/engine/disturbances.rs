@@ -7,10 +7,11 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::time::Duration;
 
-use crate::fleet::{EventBuffer, Fleet};
 use regatta_base::ln;
 use regatta_base::random::{mix, unit};
 use regatta_scenario::{Breakdowns, Disturbances, Stalls};
+
+use crate::fleet::{EventBuffer, Fleet};
 
 /// Something that happens to a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

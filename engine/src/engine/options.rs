@@ -2,12 +2,12 @@
 
 use std::time::Duration;
 
+use regatta_motion::Isa;
 use regatta_plugin::producer::{LockstepOptions, Speed};
 use regatta_plugin::{FleetName, LockstepError, OpenError, PublishError, ReadError, services};
+use regatta_scenario::MAX_ROBOTS;
 
 use crate::fleet::FleetError;
-use regatta_motion::Isa;
-use regatta_scenario::MAX_ROBOTS;
 
 /// Options of a run.
 #[derive(Clone, Debug)]

@@ -2,17 +2,17 @@
 
 use glam::DVec2;
 use regatta_base::random::mix;
+use regatta_layout::{CubicBezier, Edge, EdgeIndex, Node, Orientation, RouteGraph, Tags};
 use regatta_plugin::PublishError;
 use regatta_plugin::producer::Session;
 use regatta_plugin::world::{
     self, CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Texts, WorldData,
 };
+use regatta_scenario::{RobotType, Shape, Start};
 
 use super::standing::StandingPlaces;
 use super::{EngineError, Scenario, Simulation};
 use crate::fleet::{Placement, RouteSource};
-use regatta_layout::{CubicBezier, Edge, EdgeIndex, Node, Orientation, RouteGraph, Tags};
-use regatta_scenario::{RobotType, Shape, Start};
 
 /// No place is left for a robot that stands.
 #[derive(Clone, Copy, Debug)]
@@ -215,8 +215,9 @@ fn robot_type_record(robot_type: &RobotType) -> RobotTypeRecord {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use regatta_layout::{NodeIndex, Path, Role};
+
+    use super::*;
 
     #[test]
     fn roles_have_the_numbers_and_names_of_the_contract() {

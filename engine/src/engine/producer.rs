@@ -4,9 +4,9 @@
 use regatta_plugin::control::ControlKind;
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::producer::{Moment, Producer, RefusalReason, Session};
+use regatta_scenario::MAX_ROBOTS;
 
 use super::{EngineError, NoRoom, Simulation};
-use regatta_scenario::MAX_ROBOTS;
 
 impl Producer for Simulation {
     type Error = EngineError;

@@ -4,13 +4,13 @@
 use std::collections::BTreeMap;
 
 use glam::DVec2;
-
-use super::footprint::Footprint;
-use crate::fleet::Placement;
 use regatta_base::random::mix;
 use regatta_layout::{EdgeIndex, Gear, Leg, NodeIndex, Orientation, RouteGraph};
 use regatta_motion::Tracks;
 use regatta_scenario::RobotType;
+
+use super::footprint::Footprint;
+use crate::fleet::Placement;
 
 /// The smallest distance between two footprints, in metres.
 const MARGIN: f64 = 0.1;
@@ -109,13 +109,12 @@ fn end_pose(graph: &RouteGraph, tracks: &Tracks, edge: EdgeIndex) -> (DVec2, DVe
 
 #[cfg(test)]
 mod tests {
-    use regatta_scenario::Shape;
-
-    use crate::arc_length;
-
-    use super::*;
     use regatta_layout::generate::Warehouse;
     use regatta_layout::{ReadOptions, parse};
+    use regatta_scenario::Shape;
+
+    use super::*;
+    use crate::arc_length;
 
     fn robot_type() -> RobotType {
         RobotType {

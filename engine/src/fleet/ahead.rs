@@ -1,10 +1,10 @@
 //! The legs that a robot is going to drive.
 
+use regatta_layout::Leg;
+use regatta_motion::{RouteCursor, leg_of};
 use regatta_plugin::frame::RobotState;
 
 use super::{Fleet, Route};
-use regatta_layout::Leg;
-use regatta_motion::{RouteCursor, leg_of};
 
 /// The legs that a robot has still to drive.
 #[derive(Clone, Copy, Debug, PartialEq)]

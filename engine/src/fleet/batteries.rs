@@ -6,12 +6,12 @@
 
 use std::time::Duration;
 
-use regatta_plugin::frame::RobotState;
-
-use super::{EventBuffer, Fleet};
 use regatta_base::random::mix;
 use regatta_layout::{Role, RouteGraph};
+use regatta_plugin::frame::RobotState;
 use regatta_scenario::{Battery, RobotType};
+
+use super::{EventBuffer, Fleet};
 
 /// The time between two changes of charges, unless a tick is longer.
 const PERIOD: Duration = Duration::from_millis(100);

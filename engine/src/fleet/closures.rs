@@ -1,12 +1,12 @@
 //! Closed edges: nobody enters them, and no new route leads along them.
 
+use regatta_layout::EdgeIndex;
 use regatta_plugin::closure::ClosedEdge;
 use regatta_plugin::event::{EventKind, EventRecord};
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::task::NO_ROBOT;
 
 use super::{EventBuffer, Fleet};
-use regatta_layout::EdgeIndex;
 
 impl Fleet {
     /// Closes an edge. Who is on it leaves it; who comes to it waits before it.

@@ -1,9 +1,10 @@
 //! Whether a route graph fits this machine.
 
-use super::FleetError;
-use crate::arc_length;
 use regatta_layout::RouteGraph;
 use regatta_motion::MAX_PIECES;
+
+use super::FleetError;
+use crate::arc_length;
 
 /// Checks that a graph can be compiled: before that, because it takes memory.
 ///

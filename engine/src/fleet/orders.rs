@@ -1,13 +1,13 @@
 //! Orders: each is read and checked as a whole, then carried out or refused.
 
+use regatta_layout::{EdgeIndex, Gear, Leg, NodeIndex};
+use regatta_motion::leg_of;
 use regatta_plugin::event::{EventKind, EventRecord, Refusal};
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::order::{OrderKind, OrderRecord};
 
 use super::spawn::check_connected;
 use super::{EventBuffer, Fleet, Placement, Plans, Route, RouteSource};
-use regatta_layout::{EdgeIndex, Gear, Leg, NodeIndex};
-use regatta_motion::leg_of;
 
 /// A checked order, ready to be carried out.
 pub(super) enum Action {

@@ -1,14 +1,13 @@
 //! Releases by distance: a robot's base grows to a place on one of the legs ahead.
 
+use regatta_layout::{Gear, Leg};
+use regatta_motion::{Distance, leg_of};
 use regatta_plugin::event::Refusal;
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::order::OrderRecord;
 
 use super::orders::{Action, Rejection};
 use super::{EventBuffer, Fleet, Route};
-use regatta_layout::{Gear, Leg};
-use regatta_motion::Distance;
-use regatta_motion::leg_of;
 
 impl Fleet {
     /// Prepares the release of the metres `s` of the order's leg: the first such leg at or after

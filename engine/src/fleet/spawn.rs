@@ -2,14 +2,13 @@
 
 use std::sync::Arc;
 
+use regatta_layout::{EdgeIndex, Gear, Leg, NodeIndex, RouteGraph};
+use regatta_motion::{Distance, PieceIndex};
 use regatta_plugin::event::{EventKind, EventRecord, Refusal};
 use regatta_plugin::frame::RobotState;
+use regatta_scenario::Repeat;
 
 use super::{EventBuffer, Fleet, Route};
-use regatta_layout::{EdgeIndex, Gear, Leg, NodeIndex, RouteGraph};
-use regatta_motion::Distance;
-use regatta_motion::PieceIndex;
-use regatta_scenario::Repeat;
 
 /// The source of a robot's route.
 #[derive(Clone, Debug, PartialEq, Eq)]

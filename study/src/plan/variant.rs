@@ -6,8 +6,7 @@ mod settings;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use regatta_layout::write;
-use regatta_layout::{Format, ReadOptions, RouteGraph};
+use regatta_layout::{Format, ReadOptions, RouteGraph, write};
 use regatta_scenario::{Overrides, Scenario, document, made_up_scenario};
 use serde_json::{Map, Value, json};
 

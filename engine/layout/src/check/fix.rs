@@ -4,14 +4,13 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec2;
+use regatta_base::bezier::CubicBezier;
 
 use super::validate::{MAX_GAP, SUSPICIOUS_ANGLE};
-use crate::model::raw::RawGraph;
-use crate::model::raw::{RawCurve, RawEdge, RawNode};
+use crate::model::raw::{RawCurve, RawEdge, RawGraph, RawNode};
 use crate::model::spline::normalize_angle;
 use crate::model::tags::{Orientation, Tags};
 use crate::model::value::shorten;
-use regatta_base::bezier::CubicBezier;
 
 /// The distance in metres up to which ends that don't meet are joined.
 pub const MAX_JOINED_GAP: f64 = 0.05;

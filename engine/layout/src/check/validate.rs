@@ -4,18 +4,17 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use glam::DVec2;
+use regatta_base::bezier::CubicBezier;
+use regatta_base::graph::NodeIndex;
 
 use super::body_heading;
 use crate::model::finding::{Report, Subject};
 use crate::model::path::Path;
-use crate::model::raw::RawGraph;
-use crate::model::raw::{RawCurve, RawEdge, RawNode, RawStation};
+use crate::model::raw::{RawCurve, RawEdge, RawGraph, RawNode, RawStation};
 use crate::model::route_graph::{Edge, Node, RouteGraph};
 use crate::model::spline::{HandleLengths, Handles, normalize_angle, spline};
 use crate::model::tags::{Orientation, Station};
 use crate::model::value::{plural, shorten};
-use regatta_base::bezier::CubicBezier;
-use regatta_base::graph::NodeIndex;
 
 /// The largest |x| or |y| in metres: beyond it the `f32` poses in frames are coarser than half a
 /// millimetre.

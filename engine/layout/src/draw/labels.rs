@@ -247,12 +247,12 @@ fn escape(text: &str) -> String {
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
+    use regatta_base::bezier::CubicBezier;
+    use regatta_base::graph::NodeIndex;
 
     use super::*;
     use crate::model::route_graph::RouteGraph;
     use crate::model::tags::{Role, Station, Tags};
-    use regatta_base::bezier::CubicBezier;
-    use regatta_base::graph::NodeIndex;
 
     fn tags(name: &str) -> Option<Box<Tags>> {
         Some(Box::new(Tags { name: Some(name.into()), ..Tags::default() }))

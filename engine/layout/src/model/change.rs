@@ -1,8 +1,9 @@
 //! Changed copies of a route graph: what if this edge were closed, faster, or there twice?
 
+use regatta_base::bezier::CubicBezier;
+
 use super::path::Path;
 use super::route_graph::{Edge, RouteGraph};
-use regatta_base::bezier::CubicBezier;
 
 /// The part of the distance between handles and chord that a cubic reaches in its middle: 2 · 3 · ¼
 /// · ½.

@@ -1,7 +1,8 @@
 //! The weakly and strongly connected components of a route graph.
 
-use super::route_graph::RouteGraph;
 use regatta_base::graph::{Leg, NodeIndex};
+
+use super::route_graph::RouteGraph;
 
 /// A partition of the nodes into components.
 #[derive(Clone, Debug)]
@@ -153,10 +154,10 @@ impl<'g> Tarjan<'g> {
 mod tests {
     use glam::DVec2;
     use proptest::prelude::*;
+    use regatta_base::bezier::CubicBezier;
 
     use super::*;
     use crate::model::route_graph::{Edge, Node};
-    use regatta_base::bezier::CubicBezier;
 
     fn graph(nodes: u32, edges: &[(u32, u32, bool)]) -> RouteGraph {
         let nodes =

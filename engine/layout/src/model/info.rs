@@ -3,12 +3,12 @@
 use std::fmt;
 
 use glam::DVec2;
+use regatta_base::bezier::CubicBezier;
+use regatta_base::graph::NodeIndex;
 use serde::Serialize;
 
 use super::components::Components;
 use super::route_graph::RouteGraph;
-use regatta_base::bezier::CubicBezier;
-use regatta_base::graph::NodeIndex;
 
 /// The statistics of a route graph.
 #[derive(Clone, Debug, PartialEq, Serialize)]

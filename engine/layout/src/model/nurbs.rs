@@ -9,9 +9,9 @@ mod fit;
 mod tests;
 
 use glam::{DVec2, DVec3};
+use regatta_base::bezier::CubicBezier;
 
 use fit::{RationalBezier, fit};
-use regatta_base::bezier::CubicBezier;
 
 /// The distance in metres within which curves are fitted.
 pub const TOLERANCE: f64 = 0.0005;

@@ -1,7 +1,6 @@
 //! The shape of an edge: one or more cubic Bézier curves, end to end.
 
 use glam::DVec2;
-
 use regatta_base::bezier::{CubicBezier, Side};
 
 /// A curve of one or more cubics. Each starts where the one before it ends.

@@ -4,13 +4,13 @@
 use std::collections::BTreeMap;
 
 use glam::DVec2;
+use regatta_base::bezier::CubicBezier;
+use regatta_base::graph::Rotation;
 
 use super::finding::{Report, Subject};
 use super::spline::Handles;
 use super::tags::{Orientation, Role, Tags};
 use super::value::{Value, shorten};
-use regatta_base::bezier::CubicBezier;
-use regatta_base::graph::Rotation;
 
 /// The content of a file: fields are `None` where a value is missing or of the wrong type, which
 /// has been reported.

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use glam::DVec2;
-
 use regatta_base::graph::{EdgeIndex, Gear, Leg, NodeIndex, Rotation};
 
 use super::path::Path;

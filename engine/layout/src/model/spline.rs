@@ -3,9 +3,9 @@
 use std::f64::consts::{FRAC_2_PI, PI};
 
 use glam::DVec2;
+use regatta_base::bezier::CubicBezier;
 
 use super::route_graph::Node;
-use regatta_base::bezier::CubicBezier;
 
 /// π/2 as a sum of two terms; the first has so few significant bits that its small multiples are
 /// exact.

@@ -10,17 +10,15 @@ use std::path::{Path, PathBuf};
 
 use ::csv::{ReaderBuilder, StringRecord, Trim};
 use glam::DVec2;
+use regatta_base::bezier::CubicBezier;
 
 use self::columns::Columns;
 use self::rows::{EdgeRow, Row};
 use crate::model::finding::{Report, Subject};
 use crate::model::options::ReadOptions;
 use crate::model::value::shorten;
-use crate::read::file::MAX_ENTRIES;
-use crate::read::file::read_file;
-use crate::read::file::{Ignored, MAX_NAME, Source, SyntaxError};
+use crate::read::file::{Ignored, MAX_ENTRIES, MAX_NAME, Source, SyntaxError, read_file};
 use crate::read::layout::{Layout, LayoutEdge, LayoutNode, Shape};
-use regatta_base::bezier::CubicBezier;
 
 /// The largest number of columns of a table.
 const MAX_COLUMNS: usize = 200;

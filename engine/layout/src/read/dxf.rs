@@ -14,6 +14,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use dxf::Drawing;
 use glam::DVec2;
+use regatta_base::bezier::CubicBezier;
 
 use crate::model::finding::{Report, Subject};
 use crate::model::options::ReadOptions;
@@ -21,7 +22,6 @@ use crate::read::file::{Ignored, Source, SyntaxError};
 use crate::read::layout::{Layout, LayoutEdge, LayoutNode, Shape};
 use expand::{Curve, Expander};
 use join::{Link, Network, join};
-use regatta_base::bezier::CubicBezier;
 use scan::Scan;
 
 /// The largest number of near misses that are listed.

@@ -7,15 +7,14 @@
 use std::collections::BTreeMap;
 
 use glam::DVec2;
+use regatta_base::bezier::CubicBezier;
+use regatta_base::graph::Rotation;
 
 use crate::model::finding::{Report, Subject};
 use crate::model::path::Path;
-use crate::model::raw::RawGraph;
-use crate::model::raw::{RawCurve, RawEdge, RawNode, RawStation};
+use crate::model::raw::{RawCurve, RawEdge, RawGraph, RawNode, RawStation};
 use crate::model::tags::{Orientation, Role, Tags};
 use crate::model::value::shorten;
-use regatta_base::bezier::CubicBezier;
-use regatta_base::graph::Rotation;
 
 /// Everything that a reader understands of a file. Numbers need not be in range, nor ids unique or
 /// known.

@@ -12,17 +12,16 @@ mod tests;
 use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec2;
+use regatta_base::bezier::CubicBezier;
+use regatta_base::graph::Rotation;
 use serde_json::value::RawValue;
 
 use crate::check::validate::MIN_LENGTH;
 use crate::model::finding::{Report, Subject};
 use crate::model::options::ReadOptions;
 use crate::model::value::shorten;
-use crate::read::layout::{Layout, LayoutEdge, LayoutNode, Shape};
-use regatta_base::bezier::CubicBezier;
-use regatta_base::graph::Rotation;
-
 use crate::read::file::{Ignored, Source, SyntaxError};
+use crate::read::layout::{Layout, LayoutEdge, LayoutNode, Shape};
 use feature::{Feature, Geometry};
 
 /// The key of edges that are another edge in reverse gear, as our writer marks them.

@@ -19,9 +19,8 @@ use glam::DVec2;
 use crate::model::finding::{Report, Subject};
 use crate::model::options::ReadOptions;
 use crate::model::value::shorten;
-use crate::read::layout::Layout;
-
 use crate::read::file::{Ignored, MAX_NAME, Source, SyntaxError};
+use crate::read::layout::Layout;
 use model::{Building, Lane, Level, Vertex};
 use tree::{Content, Tree};
 

@@ -13,6 +13,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
 
 use glam::DVec2;
+use regatta_base::bezier::CubicBezier;
 
 use self::drawing::Drawing;
 use self::element::Element;
@@ -23,7 +24,6 @@ use crate::model::tags::{Orientation, Role, Tags};
 use crate::model::value::shorten;
 use crate::read::file::{Ignored, MAX_NAME, Source, SyntaxError};
 use crate::read::layout::{Layout, LayoutEdge, LayoutNode, Shape};
-use regatta_base::bezier::CubicBezier;
 
 /// The start of the names of properties that our writer adds.
 pub(crate) const OWN: &str = "regatta:";

@@ -3,6 +3,7 @@
 use std::f64::consts::PI;
 
 use glam::DVec2;
+use regatta_base::bezier::CubicBezier;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
@@ -10,8 +11,6 @@ use crate::model::format::Written;
 use crate::model::path::Path;
 use crate::model::route_graph::{Edge, Node, RouteGraph};
 use crate::model::tags::{Orientation, Role, Tags};
-use regatta_base::bezier::CubicBezier;
-
 use crate::read::nav2::REVERSE_OF;
 
 /// The largest distance in metres of a curve from the line that is written for it.

@@ -11,6 +11,7 @@ use std::io;
 
 use glam::DVec2;
 use quick_xml::writer::Writer;
+use regatta_base::graph::NodeIndex;
 
 use self::curves::{Drawn, Scale};
 use crate::model::format::Written;
@@ -18,7 +19,6 @@ use crate::model::path::Path;
 use crate::model::route_graph::{Edge, RouteGraph};
 use crate::model::tags::{Orientation, Role, Station, Tags};
 use crate::read::open_tcs::{LENGTH, OWN, millimetres_of};
-use regatta_base::graph::NodeIndex;
 
 /// The largest difference in radians of a heading offset from 0 or π that counts as none.
 const SAME_ANGLE: f64 = 1e-9;

@@ -4,14 +4,13 @@ use std::collections::BTreeMap;
 use std::fmt::{self, Write};
 
 use glam::DVec2;
+use regatta_base::bezier::CubicBezier;
+use regatta_base::graph::{NodeIndex, Rotation};
 
 use crate::model::format::Written;
 use crate::model::path::Path;
 use crate::model::route_graph::{Edge, Node, RouteGraph};
 use crate::model::tags::{Orientation, Role, Station, Tags};
-use regatta_base::bezier::CubicBezier;
-use regatta_base::graph::NodeIndex;
-use regatta_base::graph::Rotation;
 
 /// The largest depth of brackets in a text that is written as it is: the reader counts brackets in
 /// texts too.

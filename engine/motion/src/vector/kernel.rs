@@ -6,19 +6,18 @@ macro_rules! kernel {
         mod $name {
             use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
-            use crate::frame::{PoseColumns, WORDS_PER_LINE};
-
-            use super::lanes::$name::*;
-            use super::prefetch::{prefetch_next_block, prefetch_next_pages};
-            use super::stream::{StoreMode, $stream};
-            use crate::piece::Piece;
             use crate::atan2::{BELOW_PI, COEFFICIENTS, LEAST};
             use crate::block::{BlockLists, RowList};
+            use crate::frame::{PoseColumns, WORDS_PER_LINE};
+            use crate::piece::Piece;
             use crate::pieces::{PieceLookup, REVERSE};
             use crate::profile::LAST_STEP;
             use crate::rows::Rows;
             use crate::scalar::METRES_PER_UNIT;
             use crate::time_step::TimeStep;
+            use super::lanes::$name::*;
+            use super::prefetch::{prefetch_next_block, prefetch_next_pages};
+            use super::stream::{$stream, StoreMode};
 
             #[inline]
             $(#[$feature])*

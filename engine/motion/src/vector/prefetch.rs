@@ -1,8 +1,7 @@
 //! Prefetches: hints to load memory into the cache before it is read.
 
-use crate::frame::PoseColumns;
-
 use crate::block::BLOCK;
+use crate::frame::PoseColumns;
 
 /// Prefetches the value at the same position of the same column in the next block: the processor's
 /// own prefetcher stops at the end of a page.

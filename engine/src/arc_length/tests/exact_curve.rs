@@ -1,7 +1,6 @@
 //! The exact curve, sampled and integrated independently of the code under test.
 
 use glam::DVec2;
-
 use regatta_base::bezier::CubicBezier;
 
 /// A point of the exact curve.

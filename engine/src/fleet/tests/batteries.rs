@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
+use regatta_layout::{NodeIndex, Role, RouteGraph};
 use regatta_plugin::event::{BreakdownCause, EventKind};
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::order::{OrderKind, OrderRecord};
+use regatta_scenario::{Battery, Repeat, RobotType};
 
 use super::support::*;
 use crate::fleet::{EventBuffer, Fleet, FleetConfig, Placement, RouteSource};
-use regatta_layout::{NodeIndex, Role, RouteGraph};
-use regatta_scenario::{Battery, Repeat, RobotType};
 
 /// 1 Wh: 3600 J last a minute of driving.
 const BATTERY: Battery = Battery {

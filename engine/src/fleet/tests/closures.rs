@@ -1,5 +1,6 @@
 //! Closed edges: nobody enters them, everybody else drives on.
 
+use regatta_layout::{EdgeIndex, NodeIndex};
 use regatta_plugin::event::{EventKind, Refusal};
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::order::{OrderKind, OrderRecord};
@@ -7,7 +8,6 @@ use regatta_plugin::task::NO_ROBOT;
 
 use super::support::*;
 use crate::fleet::{Fleet, Placement, RouteSource};
-use regatta_layout::{EdgeIndex, NodeIndex};
 
 /// Applies an order about an edge, by its index, and returns its events: kind, robot and id.
 fn order(fleet: &mut Fleet, kind: OrderKind, edge: u32) -> Vec<(u32, u32, u32)> {

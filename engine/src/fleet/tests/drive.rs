@@ -3,13 +3,13 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use regatta_layout::{EdgeIndex, Leg, NodeIndex};
 use regatta_plugin::event::EventKind;
 use regatta_plugin::frame::{NO_EDGE, RobotState};
+use regatta_scenario::Repeat;
 
 use super::support::*;
 use crate::fleet::{EventBuffer, Fleet, FleetConfig, Placement, RouteSource};
-use regatta_layout::{EdgeIndex, Leg, NodeIndex};
-use regatta_scenario::Repeat;
 
 fn without_limits() -> FleetConfig {
     config(vec![robot_type(f32::INFINITY, f32::INFINITY)])

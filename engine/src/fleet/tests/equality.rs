@@ -2,15 +2,15 @@
 
 use std::sync::Arc;
 
+use regatta_layout::{EdgeIndex, Gear, NodeIndex, RouteGraph};
+use regatta_motion::Isa;
 use regatta_plugin::event::{EventRecord, Refusal};
 use regatta_plugin::frame::{ColumnsMut, Line};
 use regatta_plugin::order::{OrderKind, OrderRecord};
+use regatta_scenario::Repeat;
 
 use super::support::*;
 use crate::fleet::{EventBuffer, Fleet, FleetConfig, Placement, RouteSource};
-use regatta_layout::{EdgeIndex, Gear, NodeIndex, RouteGraph};
-use regatta_motion::Isa;
-use regatta_scenario::Repeat;
 
 /// Returns a fleet of robots with every kind of route: walks, loops in both gears, orders, limits,
 /// parked and removed robots.

@@ -1,13 +1,13 @@
 //! Robots that stall and break down.
 
+use regatta_layout::NodeIndex;
 use regatta_plugin::event::EventKind;
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::order::{OrderKind, OrderRecord};
+use regatta_scenario::Repeat;
 
 use super::support::*;
 use crate::fleet::{Fleet, Placement, RouteSource};
-use regatta_layout::NodeIndex;
-use regatta_scenario::Repeat;
 
 /// Returns a fleet of one robot that drives 50 m at 1 m/s.
 fn driving(acceleration: f32) -> Fleet {

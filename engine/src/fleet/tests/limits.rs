@@ -3,14 +3,14 @@
 use std::time::Duration;
 
 use proptest::prelude::*;
+use regatta_layout::NodeIndex;
 use regatta_plugin::event::EventKind;
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::order::{OrderKind, OrderRecord};
+use regatta_scenario::Repeat;
 
 use super::support::*;
 use crate::fleet::{Fleet, FleetConfig, Placement, RouteSource};
-use regatta_layout::NodeIndex;
-use regatta_scenario::Repeat;
 
 /// The first robot after a tick.
 #[derive(Clone, Copy, Debug)]

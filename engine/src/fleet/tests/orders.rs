@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
+use regatta_layout::{EdgeIndex, Leg, NodeIndex};
 use regatta_plugin::event::{EventKind, Refusal};
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::order::{OrderKind, OrderRecord};
+use regatta_scenario::Repeat;
 
 use super::support::*;
 use crate::fleet::{Fleet, FleetConfig, Placement, RouteSource};
-use regatta_layout::{EdgeIndex, Leg, NodeIndex};
-use regatta_scenario::Repeat;
 
 const TOKEN: u64 = 77;
 

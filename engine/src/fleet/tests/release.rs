@@ -1,13 +1,13 @@
 //! Releases by distance: bases that end within a leg.
 
 use proptest::prelude::*;
+use regatta_layout::{EdgeIndex, Gear, Leg, NodeIndex, RouteGraph};
 use regatta_plugin::event::{EventKind, Refusal};
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::order::{OrderKind, OrderRecord};
 
 use super::support::*;
 use crate::fleet::{Fleet, Placement, RouteSource};
-use regatta_layout::{EdgeIndex, Gear, Leg, NodeIndex, RouteGraph};
 
 fn order(kind: OrderKind) -> OrderRecord {
     OrderRecord { kind: kind as u32, ..OrderRecord::default() }

@@ -4,12 +4,12 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use glam::DVec2;
-use regatta_plugin::frame::{Columns, ColumnsMut, Line, frame_lines};
-
-use crate::fleet::{EventBuffer, Fleet, FleetConfig};
 use regatta_layout::{CubicBezier, Edge, EdgeIndex, Gear, Leg, Node, NodeIndex, RouteGraph};
 use regatta_motion::Isa;
+use regatta_plugin::frame::{Columns, ColumnsMut, Line, frame_lines};
 use regatta_scenario::{RobotType, Shape};
+
+use crate::fleet::{EventBuffer, Fleet, FleetConfig};
 
 /// Returns a grid of `side` × `side` nodes, `spacing` metres apart, with bent edges between
 /// neighbours both ways. Every third edge may be driven backwards. Ids are indices plus 100 for

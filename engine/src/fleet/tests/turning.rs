@@ -6,17 +6,17 @@ use std::time::Duration;
 
 use glam::DVec2;
 use proptest::prelude::*;
-use regatta_plugin::event::EventKind;
-use regatta_plugin::frame::RobotState;
-use regatta_plugin::order::{OrderKind, OrderRecord};
-
-use super::support::*;
-use crate::fleet::{Fleet, FleetConfig, Placement, RouteSource};
 use regatta_layout::{
     CubicBezier, Edge, Leg, Node, NodeIndex, Orientation, ReadOptions, Rotation, RouteGraph, parse,
 };
 use regatta_motion::Isa;
+use regatta_plugin::event::EventKind;
+use regatta_plugin::frame::RobotState;
+use regatta_plugin::order::{OrderKind, OrderRecord};
 use regatta_scenario::{Repeat, RobotType};
+
+use super::support::*;
+use crate::fleet::{Fleet, FleetConfig, Placement, RouteSource};
 
 /// Returns straight edges between corners, each driven both ways, in the order of the corners.
 fn polyline(corners: &[(f64, f64)], orientation: Orientation) -> Arc<RouteGraph> {

@@ -2,9 +2,9 @@
 //! of the curve at both ends, and halving where that isn't close enough.
 
 use glam::{DVec2, DVec3};
+use regatta_base::bezier::{CubicBezier, Side};
 
 use super::{HEADING_TOLERANCE, TOLERANCE, project};
-use regatta_base::bezier::{CubicBezier, Side};
 
 /// The number of intervals between the points of a curve that a cubic is fitted to.
 const INTERVALS: usize = 24;

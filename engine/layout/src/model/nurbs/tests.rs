@@ -3,9 +3,9 @@
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use proptest::prelude::*;
+use regatta_base::bezier::Side;
 
 use super::*;
-use regatta_base::bezier::Side;
 
 fn points(list: &[(f64, f64)]) -> Vec<DVec2> {
     list.iter().map(|&(x, y)| DVec2::new(x, y)).collect()

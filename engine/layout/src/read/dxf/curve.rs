@@ -3,9 +3,9 @@
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glam::DVec2;
+use regatta_base::bezier::CubicBezier;
 
 use crate::model::nurbs::Nurbs;
-use regatta_base::bezier::CubicBezier;
 
 /// The largest distance in metres of a cubic from the arc that it stands for.
 const MAX_ERROR: f64 = 1e-6;

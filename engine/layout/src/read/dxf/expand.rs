@@ -5,10 +5,10 @@ use std::collections::BTreeMap;
 use dxf::entities::{Arc, Ellipse, Entity, EntityType, Insert, LwPolyline, Polyline, Spline};
 use dxf::{Block, Point, Vector};
 use glam::{DAffine2, DMat2, DVec2};
+use regatta_base::bezier::CubicBezier;
 
 use super::curve::{EllipticArc, spline_to_cubics, turn};
 use crate::read::file::Ignored;
-use regatta_base::bezier::CubicBezier;
 
 /// The largest depth of blocks in blocks.
 const MAX_DEPTH: usize = 16;

@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use glam::DVec2;
+use regatta_base::bezier::CubicBezier;
 
 use super::expand::Curve;
-use regatta_base::bezier::CubicBezier;
 
 /// The distance in metres within which ends are the same place.
 pub const TOLERANCE: f64 = 1e-3;

@@ -4,8 +4,7 @@ use glam::DVec2;
 use proptest::prelude::*;
 
 use super::curve::{EllipticArc, spline_to_cubics};
-use crate::model::finding::Findings;
-use crate::model::finding::Report;
+use crate::model::finding::{Findings, Report};
 use crate::model::options::{LengthUnit, ReadOptions};
 use crate::model::route_graph::RouteGraph;
 use crate::read::file::Source;

@@ -1,5 +1,7 @@
 //! Edges.
 
+use regatta_base::graph::Rotation;
+
 use super::ids::Target;
 use super::node::{checked_angle, take_actions};
 use super::object::{Context, Object, Raw};
@@ -7,7 +9,6 @@ use super::vehicle::Choice;
 use super::{Reader, Sheet, trajectory};
 use crate::model::tags::{Orientation, Role, Tags};
 use crate::read::layout::LayoutEdge;
-use regatta_base::graph::Rotation;
 
 impl<'text> Reader<'_, '_, 'text> {
     /// Reads an edge, with what robots do on it. The numbers are the index of the layout, and that

@@ -4,8 +4,9 @@
 use std::collections::VecDeque;
 use std::fmt::Write as _;
 
-use crate::model::route_graph::RouteGraph;
 use regatta_base::graph::{Leg, NodeIndex};
+
+use crate::model::route_graph::RouteGraph;
 
 /// A pair of a start and a goal.
 #[derive(Clone, Debug, PartialEq)]

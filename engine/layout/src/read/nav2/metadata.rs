@@ -7,12 +7,11 @@ use std::f64::consts::PI;
 
 use serde_json::Value;
 
+use super::REVERSE_OF;
+use super::feature::Feature;
 use crate::model::tags::{Orientation, Role, Tags};
 use crate::model::value::shorten;
 use crate::read::file::Ignored;
-
-use super::REVERSE_OF;
-use super::feature::Feature;
 
 /// The largest number of bytes of a list or map that is kept as a property.
 const MAX_JSON: usize = 10_000;

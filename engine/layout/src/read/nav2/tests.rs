@@ -2,6 +2,7 @@ use std::f64::consts::PI;
 
 use proptest::prelude::*;
 
+use super::*;
 use crate::model::finding::Findings;
 use crate::model::format::Format;
 use crate::model::route_graph::RouteGraph;
@@ -9,8 +10,6 @@ use crate::model::tags::{Orientation, Role};
 use crate::parse;
 use crate::read::file::GraphError;
 use crate::write::nav2::write;
-
-use super::*;
 
 fn sample(name: &str) -> String {
     let path = format!("{}/../../graphs/imported/nav2/{name}", env!("CARGO_MANIFEST_DIR"));

@@ -13,14 +13,13 @@ use std::collections::BTreeMap;
 
 use glam::DVec2;
 
+use super::model::{Building, Lane, Level, Vertex};
+use super::tree::Tree;
+use super::{Ignored, MAX_NAME, Reader, Source, SyntaxError, ignore_unknown, levels, plain};
 use crate::model::finding::{Report, Subject};
 use crate::model::options::ReadOptions;
 use crate::model::value::shorten;
 use crate::read::layout::Layout;
-
-use super::model::{Building, Lane, Level, Vertex};
-use super::tree::Tree;
-use super::{Ignored, MAX_NAME, Reader, Source, SyntaxError, ignore_unknown, levels, plain};
 use transform::{CoordinateSystem, Transforms};
 
 /// Reads a building map.

@@ -2,13 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use super::model::{Level, Vertex};
 use crate::check::validate::MIN_LENGTH;
 use crate::model::finding::{Report, Subject};
 use crate::model::tags::Tags;
 use crate::model::value::shorten;
 use crate::read::layout::{Layout, LayoutEdge};
-
-use super::model::{Level, Vertex};
 
 /// A vertex in the cabin of a lift.
 struct Stop<'a> {

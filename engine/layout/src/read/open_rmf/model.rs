@@ -5,15 +5,14 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use glam::DVec2;
+use regatta_base::graph::Rotation;
 
+use super::{ids, lifts};
 use crate::model::finding::{Report, Subject};
 use crate::model::options::ReadOptions;
 use crate::model::tags::{Orientation, Role, Tags};
 use crate::model::value::shorten;
 use crate::read::layout::{Layout, LayoutEdge, LayoutNode, LayoutStation, Shape};
-use regatta_base::graph::Rotation;
-
-use super::{ids, lifts};
 
 /// Keys of vertices that are `false` unless given, so that `false` says nothing.
 const FLAGS: [&str; 4] =

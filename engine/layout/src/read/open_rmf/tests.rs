@@ -3,17 +3,15 @@ use std::f64::consts::PI;
 
 use proptest::prelude::*;
 
+use super::*;
 use crate::model::finding::Findings;
 use crate::model::format::Format;
 use crate::model::options::ReadOptions;
 use crate::model::tags::{Orientation, Role};
 use crate::parse;
-use crate::read::file::GraphError;
-use crate::read::file::Source;
+use crate::read::file::{GraphError, Source};
 use crate::read::layout::{Layout, LayoutNode};
 use crate::read::read_layout;
-
-use super::*;
 
 fn sample(name: &str) -> String {
     let path = format!("{}/../../graphs/imported/open-rmf/{name}", env!("CARGO_MANIFEST_DIR"));

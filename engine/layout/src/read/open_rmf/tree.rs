@@ -10,8 +10,7 @@ use std::fmt;
 use serde::de::{DeserializeSeed, Deserializer, Error, MapAccess, SeqAccess, Visitor};
 
 use crate::model::value::{ReadValue, Scalar, Value, impl_deserialize_seed, shorten};
-use crate::read::file::MAX_ENTRIES;
-use crate::read::file::SyntaxError;
+use crate::read::file::{MAX_ENTRIES, SyntaxError};
 
 /// The keys whose values are lists of tuples.
 const TUPLES: [&str; 7] =

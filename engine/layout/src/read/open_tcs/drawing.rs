@@ -3,13 +3,13 @@
 use std::collections::BTreeMap;
 
 use glam::DVec2;
+use regatta_base::bezier::CubicBezier;
 
 use super::element::Element;
 use crate::model::finding::{Report, Subject};
 use crate::model::value::shorten;
 use crate::read::file::Ignored;
 use crate::read::layout::Shape;
-use regatta_base::bezier::CubicBezier;
 
 /// The millimetres of a unit of drawings that give no scale.
 const DEFAULT_SCALE: f64 = 50.0;

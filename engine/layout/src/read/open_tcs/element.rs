@@ -5,8 +5,7 @@ use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 
 use crate::model::value::shorten;
-use crate::read::file::MAX_ENTRIES;
-use crate::read::file::{Ignored, SyntaxError};
+use crate::read::file::{Ignored, MAX_ENTRIES, SyntaxError};
 
 /// The largest depth of nested elements; plant models have 4.
 const MAX_DEPTH: usize = 32;

@@ -7,8 +7,7 @@ use super::locations::role;
 use super::*;
 use crate::model::finding::Findings;
 use crate::model::options::ReadOptions;
-use crate::model::route_graph::RouteGraph;
-use crate::model::route_graph::{Edge, Node};
+use crate::model::route_graph::{Edge, Node, RouteGraph};
 use crate::parse;
 use crate::read::file::GraphError;
 

@@ -10,8 +10,7 @@ use super::{Content, Scope};
 use crate::model::finding::Subject;
 use crate::model::raw::{EDGE_KEYS, Field, NODE_KEYS, STATION_KEYS, Values, find};
 use crate::model::value::{ReadValue, Scalar, Value, impl_deserialize_seed, read_value, shorten};
-use crate::read::file::MAX_ENTRIES;
-use crate::read::file::SyntaxError;
+use crate::read::file::{MAX_ENTRIES, SyntaxError};
 
 /// The reader of a text, or of a part of it.
 pub(super) struct Reader<'text> {

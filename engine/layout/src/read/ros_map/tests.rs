@@ -7,12 +7,10 @@ use proptest::prelude::*;
 
 use super::background;
 use super::grid::{Cell, Grid, MapFile};
-use crate::model::finding::Findings;
-use crate::model::finding::Report;
+use crate::model::finding::{Findings, Report};
 use crate::model::options::{Millimetres, ReadOptions};
 use crate::model::route_graph::RouteGraph;
-use crate::read::file::GraphError;
-use crate::read::file::Ignored;
+use crate::read::file::{GraphError, Ignored};
 use crate::read::read;
 
 fn sample() -> PathBuf {

@@ -3,6 +3,8 @@
 use std::f64::consts::PI;
 
 use glam::DVec2;
+use regatta_base::bezier::CubicBezier;
+use regatta_base::graph::{NodeIndex, Rotation};
 use serde_json::{Value, json};
 
 use super::properties::{Kind, Properties};
@@ -11,9 +13,6 @@ use crate::model::path::Path;
 use crate::model::route_graph::Edge;
 use crate::model::spline::normalize_angle;
 use crate::model::tags::Orientation;
-use regatta_base::bezier::CubicBezier;
-use regatta_base::graph::NodeIndex;
-use regatta_base::graph::Rotation;
 
 /// The distance in metres within which control points are those of a straight segment.
 const STRAIGHT: f64 = 1e-9;

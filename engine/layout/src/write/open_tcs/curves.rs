@@ -1,10 +1,10 @@
 //! The shapes that a plant model can draw, and the scale of its drawing.
 
 use glam::DVec2;
+use regatta_base::bezier::CubicBezier;
 
 use crate::model::path::Path;
 use crate::model::route_graph::RouteGraph;
-use regatta_base::bezier::CubicBezier;
 
 /// The scales in millimetres per unit, the usual one first. Control points are whole units.
 const SCALES: [u32; 6] = [50, 25, 10, 5, 2, 1];

@@ -1,9 +1,9 @@
 use proptest::prelude::*;
+use regatta_base::bezier::CubicBezier;
 
 use super::*;
 use crate::model::route_graph::Node;
 use crate::read::open_tcs::tests::{graph, sample};
-use regatta_base::bezier::CubicBezier;
 
 /// The largest distance of a point that is moved to whole millimetres: half the diagonal of a
 /// square millimetre.

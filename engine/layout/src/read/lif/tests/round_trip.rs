@@ -5,6 +5,8 @@ use std::sync::OnceLock;
 use boon::{Compiler, SchemaIndex, Schemas};
 use glam::DVec2;
 use proptest::prelude::*;
+use regatta_base::bezier::CubicBezier;
+use regatta_base::graph::{Gear, NodeIndex};
 use serde_json::Value;
 
 use super::super::Header;
@@ -14,8 +16,6 @@ use crate::model::route_graph::{Edge, Node, RouteGraph};
 use crate::model::tags::{Orientation, Role, Station, Tags};
 use crate::parse;
 use crate::write::lif::{write, write_with};
-use regatta_base::bezier::CubicBezier;
-use regatta_base::graph::{Gear, NodeIndex};
 
 /// Asserts that a text is valid LIF.
 fn assert_valid(text: &str) {

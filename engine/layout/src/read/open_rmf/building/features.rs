@@ -2,13 +2,12 @@
 
 use glam::DVec2;
 
-use crate::model::finding::{Report, Subject};
-use crate::model::value::shorten;
-
 use super::super::model::Level;
 use super::super::tree::Tree;
 use super::super::{MAX_NAME, plain, point, rectangle};
 use super::{Points, Transforms};
+use crate::model::finding::{Report, Subject};
+use crate::model::value::shorten;
 
 /// The largest number of comparisons of lanes with doors, or of vertices with lifts.
 const MAX_COMPARISONS: usize = 100_000_000;

@@ -4,12 +4,11 @@ use std::collections::BTreeMap;
 
 use glam::DVec2;
 
+use super::projection::Projection;
+use super::{Tree, parameter, plain};
 use crate::model::finding::{Report, Subject};
 use crate::model::value::shorten;
 use crate::read::file::SyntaxError;
-
-use super::projection::Projection;
-use super::{Tree, parameter, plain};
 
 /// The difference between measurements of a level that is worth a warning.
 const SPREAD: f64 = 0.05;

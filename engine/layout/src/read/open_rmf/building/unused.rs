@@ -3,11 +3,10 @@
 
 use std::collections::BTreeSet;
 
-use crate::model::value::shorten;
-
 use super::super::model::Level;
 use super::super::tree::Tree;
 use super::{Ignored, ignore_unknown};
+use crate::model::value::shorten;
 
 /// Keys of the file that are used.
 const FILE_KEYS: [&str; 5] =
