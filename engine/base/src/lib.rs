@@ -1,3 +1,6 @@
 //! Mathematics and text that the layout crate and plugins share: it knows neither layouts nor the
 //! contract. The motion kernel and the validator keep implementations of their own on purpose: the
 //! kernel for its bits, the validator for its independence.
+
+pub mod logarithm;
+pub mod random;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use regatta_plugin::task::{NO_ROBOT, StopAction, TaskKind, TaskRecord};
 
-use crate::tasks::{Action, Change, Order, Places, Stop, TaskEvent};
+use regatta_orders::{Action, Change, Order, OrderEvent, Places, Stop};
 
 /// Turns events into records.
 #[derive(Debug, Default)]
@@ -26,8 +26,8 @@ impl TaskLog {
     }
 
     /// Returns an event as a record; `None` for those that the task log doesn't have.
-    pub fn record(&mut self, event: &TaskEvent, places: &Places) -> Option<TaskRecord> {
-        let task = event.task.0;
+    pub fn record(&mut self, event: &OrderEvent, places: &Places) -> Option<TaskRecord> {
+        let task = event.id.0;
         let of = |kind, robot: Option<u32>| record(task, kind, robot);
         Some(match &event.change {
             Change::Created { stops, .. } => {

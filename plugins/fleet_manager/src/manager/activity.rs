@@ -4,7 +4,7 @@ use regatta_plugin::activity::Activity;
 
 use super::{Errand, Manager};
 use crate::run_figures::Doing;
-use crate::tasks::Order;
+use regatta_orders::Order;
 
 impl Manager {
     /// What a robot is about.
@@ -13,7 +13,7 @@ impl Manager {
     }
 
     fn order_of(&self, robot: u32) -> Option<&Order> {
-        self.tasks.task_of(robot).and_then(|task| self.tasks.order(task))
+        self.tasks.order_of(robot).and_then(|task| self.tasks.order(task))
     }
 
     fn activity_with(&self, robot: u32, order: Option<&Order>) -> Activity {
