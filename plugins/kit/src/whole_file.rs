@@ -36,15 +36,13 @@ impl WholeFile {
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let prefix = format!(".{name}.");
-        let mut builder = Builder::new();
-        builder.prefix(&prefix).suffix(".part");
-        #[cfg(unix)]
-        {
-            // The permissions of any new file: the process's mask is applied.
-            use std::os::unix::fs::PermissionsExt as _;
-            builder.permissions(std::fs::Permissions::from_mode(0o666));
-        }
-        let file = builder.tempfile_in(folder.unwrap_or(Path::new(".")))?;
+        let file = Builder::new()
+            .prefix(&prefix)
+            .suffix(".part")
+            // Opened here, it has the permissions of any new file.
+            .make_in(folder.unwrap_or(Path::new(".")), |path| {
+                File::options().read(true).write(true).create_new(true).open(path)
+            })?;
         Ok(Self { file, path: path.to_owned() })
     }
 

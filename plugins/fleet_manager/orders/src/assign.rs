@@ -54,6 +54,12 @@ pub trait Assigner: Send {
     fn assign(&mut self, problem: &Problem) -> Vec<(OrderId, u32)>;
 }
 
+impl Default for Box<dyn Assigner> {
+    fn default() -> Self {
+        Box::new(Nearest::default())
+    }
+}
+
 /// The default: nearest by driving time less urgency. Small problems are solved exactly
 /// (Kuhn-Munkres), and large ones greedily among the robots that are nearest as the crow flies.
 #[derive(Clone, Copy, Debug, PartialEq)]

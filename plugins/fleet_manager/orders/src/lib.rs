@@ -50,7 +50,6 @@
 //! ```
 
 pub mod assign;
-mod backend;
 pub mod client;
 pub mod draft;
 pub mod figures;
@@ -61,13 +60,14 @@ mod open;
 pub mod order;
 pub mod places;
 pub mod pool;
+mod requests;
 pub mod store;
+mod threads;
 mod view;
 pub mod web;
 mod yaml;
 
 pub use assign::{Assigner, Candidate, InTurn, Nearest, OpenOrder, Problem};
-pub use backend::{Vehicle, WithdrawError};
 pub use client::{Client, ClientError};
 pub use draft::{DraftError, Label, OrderDraft, StopDraft};
 pub use figures::{ByState, Durations, Figures};
@@ -80,6 +80,7 @@ pub use order::{
 };
 pub use places::{Place, Places};
 pub use pool::{Assignments, Next, OrderPool, Urgency};
+pub use requests::{Vehicle, WithdrawError};
 pub use store::StoreError;
 pub use web::WebError;
 pub use yaml::InputError;

@@ -3,18 +3,17 @@
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::channel;
 
 use regatta_plugin::tell;
-use tokio::sync::mpsc::UnboundedSender;
 
-use super::backend::{Backend, Request, Update};
 use super::file::{FileError, read_orders};
 use super::load::Load;
 use super::places::Places;
-use super::pool::{Known, OrderPool};
-use super::store::{Archive, OrderStore, StoreError, Writer};
-use super::web::{Board, Channels, Web, WebError, WebSettings};
+use super::pool::OrderPool;
+use super::store::{Archive, Known, OrderStore, StoreError, Writer};
+use super::threads::Threads;
+use super::web::{self, Board, Channels, Web, WebError};
 
 /// The sources of a manager's orders, and the place where they are kept.
 #[derive(Clone, Debug, Default)]
@@ -54,48 +53,10 @@ impl OrderSettings {
     /// [`WebError`] if the address needs a token or can't be listened on, or the token can't be
     /// read.
     pub fn check(&self) -> Result<(), WebError> {
-        let settings =
-            self.http.map(|address| WebSettings { address, token_file: self.token_file.clone() });
-        settings.as_ref().map_or(Ok(()), WebSettings::check)
-    }
-}
-
-/// The threads of a pool.
-struct Threads {
-    requests: Receiver<Request>,
-    updates: Option<UnboundedSender<Update>>,
-    // The web API ends before the store, which it uses.
-    web: Option<Web>,
-    store: Option<Writer>,
-}
-
-impl Backend for Threads {
-    fn requests(&mut self) -> Vec<Request> {
-        self.requests.try_iter().collect()
-    }
-
-    fn publish(&mut self, mut update: Update) {
-        let done = std::mem::take(&mut update.done);
-        match &self.store {
-            Some(store) => store.update(update.orders.clone(), done),
-            None => done.into_iter().for_each(|reply| reply(())),
+        match self.http {
+            Some(address) => web::check(address, self.token_file.as_deref()),
+            None => Ok(()),
         }
-        if let Some(updates) = &self.updates {
-            // It fails only if the web API has ended.
-            let _ = updates.send(update);
-        }
-    }
-
-    fn wants_figures(&self) -> bool {
-        self.updates.is_some()
-    }
-
-    fn is_saved(&self) -> bool {
-        self.store.as_ref().is_none_or(Writer::is_saved)
-    }
-
-    fn address(&self) -> Option<SocketAddr> {
-        self.web.as_ref().map(Web::address)
     }
 }
 
@@ -174,11 +135,11 @@ impl OrderPool {
             };
             let open = self.open_orders().map(|order| Arc::new(order.clone())).collect();
             let board = Board::new(self.places().clone(), open, now_secs);
-            let settings = WebSettings { address, token_file: settings.token_file.clone() };
-            threads.web = Some(Web::start(&settings, board, channels)?);
+            let token_file = settings.token_file.as_deref();
+            threads.web = Some(Web::start(address, token_file, board, channels)?);
             threads.updates = Some(updates);
         }
-        self.set_backend(Box::new(threads));
+        self.threads = Some(threads);
         Ok(())
     }
 }

@@ -3,14 +3,15 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-use super::assign::{Assigner, Candidate, Nearest};
-use super::backend::{ABSENT, Backend, Reply, Request, Update, Vehicle, WithdrawError};
+use super::assign::{Assigner, Candidate};
 use super::figures::{Counts, Figures};
 use super::generator::Generator;
 use super::order::{
     Change, HistoryEntry, NewOrder, Order, OrderEvent, OrderId, OrderName, State, Stop,
 };
 use super::places::Places;
+use super::requests::{ABSENT, Reply, Request, Update, Vehicle, WithdrawError};
+use super::threads::Threads;
 
 mod assignment;
 mod intended;
@@ -18,7 +19,6 @@ mod requests;
 mod sources;
 
 pub use assignment::{Assignments, Urgency};
-pub(super) use sources::Known;
 
 /// The next step of a robot after a stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,6 +33,7 @@ pub enum Next {
 ///
 /// It is deterministic: the same calls make the same orders, assignments and events, except for
 /// what comes over the web API.
+#[derive(Default)]
 pub struct OrderPool {
     places: Arc<Places>,
     assigner: Box<dyn Assigner>,
@@ -56,7 +57,7 @@ pub struct OrderPool {
     opened_secs: Option<f64>,
     counts: Counts,
     events: Vec<OrderEvent>,
-    backend: Option<Box<dyn Backend>>,
+    pub(super) threads: Option<Threads>,
     changed: BTreeSet<OrderId>,
     closed: Vec<Arc<Order>>,
     vehicles: BTreeMap<u32, Vehicle>,
@@ -82,32 +83,7 @@ impl std::fmt::Debug for OrderPool {
 impl OrderPool {
     /// Makes an empty pool in memory, with the default assigner.
     pub fn new(places: Arc<Places>) -> Self {
-        Self {
-            places,
-            assigner: Box::new(Nearest::default()),
-            urgency: Urgency::default(),
-            open: BTreeMap::new(),
-            names: BTreeMap::new(),
-            by_robot: BTreeMap::new(),
-            waiting: BTreeSet::new(),
-            intended: BTreeSet::new(),
-            early: BTreeSet::new(),
-            timetable: Vec::new(),
-            generators: Vec::new(),
-            made_by: BTreeMap::new(),
-            next_id: 1,
-            next_reassignment_secs: 0.0,
-            opened_secs: None,
-            counts: Counts::default(),
-            events: Vec::new(),
-            backend: None,
-            changed: BTreeSet::new(),
-            closed: Vec::new(),
-            vehicles: BTreeMap::new(),
-            changed_vehicles: BTreeSet::new(),
-            replies: Vec::new(),
-            next_figures_secs: 0.0,
-        }
+        Self { places, next_id: 1, ..Self::default() }
     }
 
     /// Uses another assigner.
@@ -266,7 +242,7 @@ impl OrderPool {
         let done = std::mem::take(&mut self.replies);
         let is_figures_time = self.is_served() && now_secs >= self.next_figures_secs;
         let figures = is_figures_time.then(|| self.figures(now_secs));
-        let Some(backend) = &mut self.backend else { return };
+        let Some(threads) = &mut self.threads else { return };
         if is_figures_time {
             self.next_figures_secs = now_secs + FIGURES_PERIOD_SECS;
         }
@@ -274,28 +250,24 @@ impl OrderPool {
         let vehicles =
             vehicles.iter().filter_map(|robot| self.vehicles.get(robot).cloned()).collect();
         let orders = closed.into_iter().chain(open).collect();
-        backend.publish(Update { now_secs, orders, vehicles, figures, done });
+        threads.publish(Update { now_secs, orders, vehicles, figures, done });
     }
 
     /// Whether there is a web API.
     pub fn is_served(&self) -> bool {
-        self.backend.as_ref().is_some_and(|backend| backend.wants_figures())
+        self.threads.as_ref().is_some_and(Threads::wants_figures)
     }
 
     /// The address of the web API, with the actual port.
     pub fn http_address(&self) -> Option<std::net::SocketAddr> {
-        self.backend.as_ref()?.address()
-    }
-
-    pub(super) fn set_backend(&mut self, backend: Box<dyn Backend>) {
-        self.backend = Some(backend);
+        self.threads.as_ref()?.address()
     }
 
     /// Whether everything that was published is in the store. A manager of real robots may wait for
     /// it before a robot leaves a stop: what is lost with a killed process is the ticks that aren't
     /// in the store.
     pub fn is_saved(&self) -> bool {
-        self.backend.as_ref().is_none_or(|backend| backend.is_saved())
+        self.threads.as_ref().is_none_or(Threads::is_saved)
     }
 
     /// Returns the order that a robot has, if it is in a state.
@@ -333,7 +305,7 @@ impl OrderPool {
         }
         self.changed.remove(&id);
         self.counts.closed(&order, now_secs);
-        if self.backend.is_some() {
+        if self.threads.is_some() {
             self.closed.push(Arc::new(order));
         }
     }

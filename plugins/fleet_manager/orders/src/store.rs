@@ -16,7 +16,6 @@ use serde::{Deserialize, Serialize};
 
 use super::order::{Action, HistoryEntry, NewOrder, Order, OrderId, OrderName, State, Stop};
 use super::places::Places;
-use super::pool::Known;
 
 pub(super) use archive::{Archive, Page};
 pub(super) use writer::{InsertError, Job, Writer};
@@ -82,6 +81,13 @@ pub enum StoreError {
         /// The reason.
         reason: String,
     },
+}
+
+/// The names that a store knows already, and in which of its runs we are.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Known {
+    pub(super) names: BTreeSet<String>,
+    pub(super) run: u64,
 }
 
 /// The content of a store for a run.

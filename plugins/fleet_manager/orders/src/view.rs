@@ -9,9 +9,9 @@ use serde_json::Value;
 use utoipa::ToSchema;
 use utoipa::openapi::schema::{Object, ObjectBuilder, Type};
 
-use super::backend::{ABSENT, Vehicle};
 use super::order::{Action, Order, State};
 use super::places::Places;
+use super::requests::{ABSENT, Vehicle};
 
 #[derive(Debug, Serialize, ToSchema)]
 #[serde(rename_all = "camelCase")]
@@ -99,7 +99,8 @@ pub(super) struct VehicleView {
     /// the robot's id
     name: String,
     /// metres east and north of the world's origin
-    position: [f32; 2],
+    #[schema(min_items = 2, max_items = 2)]
+    position: [f64; 2],
     #[schema(schema_with = robot_states)]
     state: &'static str,
     transport_order: Option<String>,
@@ -113,7 +114,7 @@ impl VehicleView {
             edge: vehicle.edge,
             energy_level: vehicle.energy_level,
             name: vehicle.robot.to_string(),
-            position: vehicle.position,
+            position: vehicle.position.map(f64::from),
             state: vehicle.state,
             transport_order: vehicle.transport_order.as_ref().map(ToString::to_string),
         }

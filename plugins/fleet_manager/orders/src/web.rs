@@ -11,16 +11,21 @@ use std::sync::mpsc::Sender;
 use std::time::Duration;
 
 use regatta_kit::server::{Limits, Server, WhenFull};
+use tokio::sync::Semaphore;
 use tokio::sync::mpsc::UnboundedReceiver;
 
-use super::backend::{Request, Update};
+use super::requests::{Request, Update};
 use super::store::{Archive, Job, StoreError};
 
+mod api;
 mod board;
 mod routes;
 
+use api::Api;
 pub(super) use board::Board;
 
+/// The largest number of readers of events.
+const MAX_READERS: usize = 64;
 /// Readers of events stay, and so the oldest connection isn't closed for a new one.
 const LIMITS: Limits = Limits {
     request_timeout: Duration::from_secs(10),
@@ -29,27 +34,19 @@ const LIMITS: Limits = Limits {
     when_full: WhenFull::Wait,
 };
 
-/// The settings of the web API.
-pub(super) struct WebSettings {
-    pub(super) address: SocketAddr,
-    pub(super) token_file: Option<PathBuf>,
+/// Checks that the web API could be served: the token, and that the address is free now.
+pub(super) fn check(address: SocketAddr, token_file: Option<&Path>) -> Result<(), WebError> {
+    token(address, token_file)?;
+    let listener = std::net::TcpListener::bind(address);
+    listener.map(drop).map_err(|reason| WebError::Listen { address, reason })
 }
 
-impl WebSettings {
-    /// Checks that the web API could be served: the token, and that the address is free now.
-    pub(super) fn check(&self) -> Result<(), WebError> {
-        self.token()?;
-        let listener = std::net::TcpListener::bind(self.address);
-        listener.map(drop).map_err(|reason| WebError::Listen { address: self.address, reason })
-    }
-
-    /// Reads the token, which addresses that others may reach need.
-    fn token(&self) -> Result<Option<String>, WebError> {
-        let token = self.token_file.as_deref().map(read_token).transpose()?;
-        match token.is_none() && !self.address.ip().is_loopback() {
-            true => Err(WebError::NeedsToken(self.address)),
-            false => Ok(token),
-        }
+/// Reads the token, which addresses that others may reach need.
+fn token(address: SocketAddr, file: Option<&Path>) -> Result<Option<String>, WebError> {
+    match file {
+        Some(file) => read_token(file).map(Some),
+        None if address.ip().is_loopback() => Ok(None),
+        None => Err(WebError::NeedsToken(address)),
     }
 }
 
@@ -102,19 +99,21 @@ pub(super) struct Web(Server);
 impl Web {
     /// Starts it with a board that shows the open orders.
     pub(super) fn start(
-        settings: &WebSettings,
+        address: SocketAddr,
+        token_file: Option<&Path>,
         board: Board,
         channels: Channels,
     ) -> Result<Self, WebError> {
-        let address = settings.address;
-        let token = settings.token()?;
+        let token = token(address, token_file)?;
         let Channels { jobs, archive, requests, updates } = channels;
         // Names of orders that the store has are taken.
         board.number_from(archive.as_ref().map_or(Ok(0), Archive::last_number)?);
         let board = Arc::new(board);
-        let api = routes::Api::new(board.clone(), archive, jobs, requests, token);
-        let background = board.follow(updates);
-        let server = Server::start("order-api", address, routes::router(api), LIMITS, background);
+        let background = board.clone().follow(updates);
+        let (archive, readers) = (archive.map(Arc::new), Arc::new(Semaphore::new(MAX_READERS)));
+        let api = Api { board, archive, jobs, requests, token, readers };
+        let router = routes::router(Arc::new(api));
+        let server = Server::start("order-api", address, router, LIMITS, background);
         server.map(Self).map_err(|reason| WebError::Listen { address, reason })
     }
 

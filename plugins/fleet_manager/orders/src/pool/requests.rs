@@ -1,6 +1,6 @@
 //! Requests from the web API.
 
-use super::{Change, OrderPool, Request, WithdrawError};
+use super::{Change, OrderPool, Request, Threads, WithdrawError};
 use crate::order::{OrderName, State};
 
 impl OrderPool {
@@ -8,7 +8,7 @@ impl OrderPool {
     /// were withdrawn, and which are free now.
     pub fn take_requests(&mut self, now_secs: f64) -> Vec<u32> {
         let mut free = Vec::new();
-        for request in self.backend.as_mut().map(|backend| backend.requests()).unwrap_or_default() {
+        for request in self.threads.as_mut().map(Threads::requests).unwrap_or_default() {
             match request {
                 Request::Post { orders, created_secs } => orders.into_iter().for_each(|order| {
                     self.create(created_secs.min(now_secs), now_secs, order);

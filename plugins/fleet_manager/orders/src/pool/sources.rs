@@ -5,14 +5,8 @@ use crate::draft::DraftError;
 use crate::file::TimedDraft;
 use crate::load::Load;
 use crate::order::{NameError, OrderName};
+use crate::store::Known;
 use crate::yaml::InputError;
-
-/// The names that a store knows already, and in which of its runs we are.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Known {
-    pub(crate) names: std::collections::BTreeSet<String>,
-    pub(crate) run: u64,
-}
 
 /// The largest number of unroutable orders that an endless load replaces, for each robot.
 const MOST_LOST: usize = 10;

@@ -13,9 +13,9 @@ use regatta_plugin::tell;
 use rusqlite::{Connection, ErrorCode, Transaction, params};
 
 use super::{OrderStore, stop_rows};
-use crate::backend::Reply;
 use crate::order::{NewOrder, Order, OrderName};
 use crate::places::Places;
+use crate::requests::Reply;
 
 /// The largest number of jobs in a commit.
 const MAX_JOBS: usize = 4_096;

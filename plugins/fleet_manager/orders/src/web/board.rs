@@ -11,10 +11,10 @@ use serde_json::{Value, json};
 use tokio::sync::broadcast;
 use tokio::sync::mpsc::UnboundedReceiver;
 
-use crate::backend::{ABSENT, Update, Vehicle};
 use crate::figures::Figures;
 use crate::order::{NewOrder, Order, OrderId, OrderName, State};
 use crate::places::Places;
+use crate::requests::{ABSENT, Update, Vehicle};
 use crate::store::Page;
 use crate::view::{TransportOrder, VehicleView};
 

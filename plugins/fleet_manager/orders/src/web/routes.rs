@@ -4,17 +4,13 @@ use std::collections::BTreeMap;
 use std::convert::Infallible;
 use std::future::ready;
 use std::sync::Arc;
-use std::sync::mpsc::Sender;
 use std::time::Duration;
 
-use axum::body::Bytes;
 use axum::extract::rejection::{PathRejection, QueryRejection};
-use axum::extract::{
-    DefaultBodyLimit, FromRequest as _, Path, Query, Request as HttpRequest, State,
-};
-use axum::http::header::{AUTHORIZATION, CONTENT_TYPE, HOST, ORIGIN};
-use axum::http::{HeaderMap, StatusCode};
-use axum::middleware::{Next, from_fn_with_state};
+use axum::extract::{DefaultBodyLimit, Path, Query, Request as HttpRequest, State};
+use axum::http::StatusCode;
+use axum::http::header::CONTENT_TYPE;
+use axum::middleware::from_fn_with_state;
 use axum::response::sse::{Event, KeepAlive, Sse};
 use axum::response::{IntoResponse, Response};
 use axum::routing::{get, post};
@@ -22,103 +18,32 @@ use axum::{Json, Router};
 use futures_util::stream::{Stream, StreamExt as _, once, unfold};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
-use subtle::ConstantTimeEq as _;
 use tokio::sync::broadcast::error::RecvError;
-use tokio::sync::{Semaphore, oneshot};
+use tokio::sync::oneshot;
 use tokio::time::timeout;
 use utoipa::openapi::security::{HttpAuthScheme, HttpBuilder, SecurityScheme};
 use utoipa::{IntoParams, Modify, OpenApi, ToSchema};
 
-use super::board::{Board, Refusal};
-use crate::backend::{Reply, Request, WithdrawError};
-use crate::draft::{DraftError, OrderDraft};
-use crate::order::{NewOrder, OrderName, State as OrderState};
-use crate::store::{Archive, InsertError, Job, Page, StoreError};
+use super::api::{
+    Api, ENDS, Error, Failure, check, find, guard, internal, keep, malformed, read, refused,
+    unavailable, unknown_order,
+};
+use crate::draft::OrderDraft;
+use crate::order::{OrderName, State as OrderState};
+use crate::requests::{Request, WithdrawError};
+use crate::store::Page;
 use crate::view::{TransportOrder, VehicleView};
 
 /// The largest body of one order, in bytes.
 const MAX_ORDER_BYTES: usize = 64 << 10;
 /// The largest body of many orders, in bytes.
 const MAX_ORDERS_BYTES: usize = 16 << 20;
-/// The longest time for the body of a request.
-const BODY_TIMEOUT: Duration = Duration::from_secs(20);
 /// The longest wait of a withdrawal for the manager's next tick: a paused fleet has none.
 const TICK_TIMEOUT: Duration = Duration::from_secs(2);
 /// The largest number of orders in an answer.
 const MAX_PAGE: usize = 100_000;
-/// The largest number of readers of events.
-const MAX_READERS: usize = 64;
 /// A comment is sent after so much silence, so that a reader that has gone is noticed.
 const HEARTBEAT: Duration = Duration::from_secs(15);
-
-/// The state of the handlers.
-pub(super) struct Api {
-    board: Arc<Board>,
-    archive: Option<Arc<Archive>>,
-    jobs: Option<Sender<Job>>,
-    requests: Sender<Request>,
-    token: Option<String>,
-    readers: Arc<Semaphore>,
-}
-
-impl Api {
-    pub(super) fn new(
-        board: Arc<Board>,
-        archive: Option<Archive>,
-        jobs: Option<Sender<Job>>,
-        requests: Sender<Request>,
-        token: Option<String>,
-    ) -> Arc<Self> {
-        let archive = archive.map(Arc::new);
-        let readers = Arc::new(Semaphore::new(MAX_READERS));
-        Arc::new(Self { board, archive, jobs, requests, token, readers })
-    }
-
-    /// Does something that may take long, on a thread of its own.
-    async fn blocking<T: Send + 'static>(
-        &self,
-        work: impl FnOnce(&Board, Option<&Archive>) -> Result<T, StoreError> + Send + 'static,
-    ) -> Result<T, Failure> {
-        let (board, archive) = (self.board.clone(), self.archive.clone());
-        let done = tokio::task::spawn_blocking(move || work(&board, archive.as_deref())).await;
-        done.map_err(internal)?.map_err(internal)
-    }
-}
-
-/// An error of a request: its status and its reason, as JSON.
-struct Failure(StatusCode, String);
-
-/// The body of a [`Failure`].
-#[derive(Serialize, ToSchema)]
-struct Error {
-    error: String,
-}
-
-impl IntoResponse for Failure {
-    fn into_response(self) -> Response {
-        (self.0, Json(Error { error: self.1 })).into_response()
-    }
-}
-
-impl From<PathRejection> for Failure {
-    fn from(rejection: PathRejection) -> Self {
-        Self(StatusCode::BAD_REQUEST, rejection.to_string())
-    }
-}
-
-impl From<QueryRejection> for Failure {
-    fn from(rejection: QueryRejection) -> Self {
-        Self(StatusCode::BAD_REQUEST, rejection.body_text())
-    }
-}
-
-fn internal(error: impl std::error::Error) -> Failure {
-    Failure(StatusCode::INTERNAL_SERVER_ERROR, error.to_string())
-}
-
-fn unavailable(reason: &str) -> Failure {
-    Failure(StatusCode::SERVICE_UNAVAILABLE, reason.to_owned())
-}
 
 #[derive(OpenApi)]
 #[openapi(
@@ -173,44 +98,6 @@ pub(super) fn router(api: Arc<Api>) -> Router {
     let page =
         || async { ([(CONTENT_TYPE, "text/html; charset=utf-8")], include_str!("page.html")) };
     guarded.route("/openapi.json", get(openapi)).route("/", get(page)).with_state(api)
-}
-
-/// Lets requests pass that have the token. Without one, it refuses those that a web page of another
-/// site made a browser send.
-async fn guard(State(api): State<Arc<Api>>, request: HttpRequest, next: Next) -> Response {
-    let headers = request.headers();
-    let refusal = match &api.token {
-        Some(token) if !has_token(headers, token) => Some((
-            StatusCode::UNAUTHORIZED,
-            "the header `Authorization: Bearer TOKEN` is missing or wrong",
-        )),
-        None if is_foreign(headers) => {
-            Some((StatusCode::FORBIDDEN, "pages of other sites may not send requests"))
-        }
-        _ => None,
-    };
-    match refusal {
-        Some((status, reason)) => Failure(status, reason.to_owned()).into_response(),
-        None => next.run(request).await,
-    }
-}
-
-fn has_token(headers: &HeaderMap, token: &str) -> bool {
-    let value = headers.get(AUTHORIZATION).map_or(&[][..], |value| value.as_bytes());
-    // The time must not tell how much of it is right.
-    value.strip_prefix(b"Bearer ").unwrap_or(b"").ct_eq(token.as_bytes()).into()
-}
-
-fn is_foreign(headers: &HeaderMap) -> bool {
-    let text = |name| headers.get(name).and_then(|value| value.to_str().ok());
-    let host = text(HOST).unwrap_or("localhost");
-    let name = host.rsplit_once(':').map_or(host, |(name, _)| name);
-    let is_local =
-        name == "localhost" || name.trim_matches(['[', ']']).parse::<std::net::IpAddr>().is_ok();
-    !is_local
-        || headers
-            .get(ORIGIN)
-            .is_some_and(|origin| origin.as_bytes() != format!("http://{host}").as_bytes())
 }
 
 type PathName = Result<Path<String>, PathRejection>;
@@ -290,23 +177,6 @@ async fn order(
     find(&api, &name).await.map(Json)
 }
 
-/// Finds an order, also one that only the store has.
-async fn find(api: &Api, text: &str) -> Result<TransportOrder, Failure> {
-    let name = OrderName::stored(text).map_err(|_| unknown_order(text))?;
-    if let Some(order) = api.board.order(&name) {
-        return Ok(order);
-    }
-    let stored = api.blocking(move |_, archive| match archive {
-        Some(archive) => archive.order(&name),
-        None => Ok(None),
-    });
-    stored.await?.ok_or_else(|| unknown_order(text))
-}
-
-fn unknown_order(name: &str) -> Failure {
-    Failure(StatusCode::NOT_FOUND, format!("there is no order `{}`", name.escape_debug()))
-}
-
 /// Create an order
 #[utoipa::path(post, path = "/v1/transportOrders/{name}", params(("name" = String, Path)),
     request_body = OrderDraft, responses(
@@ -374,72 +244,6 @@ async fn post_orders(
         last => OneOrMany::Many(orders.into_iter().chain(last).collect()),
     };
     Ok((StatusCode::CREATED, Json(answer)).into_response())
-}
-
-/// Reads a body whose route has this limit.
-async fn read(request: HttpRequest, limit: usize) -> Result<Bytes, Failure> {
-    let body = timeout(BODY_TIMEOUT, Bytes::from_request(request, &())).await;
-    let slow = |_| Failure(StatusCode::REQUEST_TIMEOUT, "the body took too long".to_owned());
-    body.map_err(slow)?.map_err(|rejection| match rejection.status() {
-        status @ StatusCode::PAYLOAD_TOO_LARGE => {
-            Failure(status, format!("the body has more than {limit} bytes"))
-        }
-        status => Failure(status, format!("the body broke off ({})", rejection.body_text())),
-    })
-}
-
-fn malformed(error: serde_json::Error) -> Failure {
-    Failure(StatusCode::BAD_REQUEST, format!("the body is not valid: {error}"))
-}
-
-fn check(api: &Api, draft: &OrderDraft) -> Result<NewOrder, DraftError> {
-    draft.check(&api.board.places, || api.board.generated_name())
-}
-
-fn refused(error: &DraftError, index: Option<usize>) -> Failure {
-    let place = index.map(|index| format!("order {}: ", index + 1)).unwrap_or_default();
-    Failure(StatusCode::UNPROCESSABLE_ENTITY, format!("{place}{error}"))
-}
-
-/// Keeps new orders and passes them to the pool. It returns them when they are in the store.
-async fn keep(api: &Api, orders: Vec<NewOrder>) -> Result<Vec<TransportOrder>, Failure> {
-    let shown = api.board.reserve(&orders).map_err(|refusal| match refusal {
-        Refusal::Duplicate(name) => insert_failure(&InsertError::Duplicate(name)),
-        Refusal::Full => unavailable("there are too many open orders"),
-    })?;
-    let created_secs = shown.first().map_or(0.0, |order| order.created_secs());
-    let (sender, receiver) = oneshot::channel();
-    let (board, requests, new) = (api.board.clone(), api.requests.clone(), orders.clone());
-    // It runs even if the client has gone: what is kept must come to the pool.
-    let done: Reply<Result<(), InsertError>> = Box::new(move |result| {
-        match &result {
-            Ok(()) => drop(requests.send(Request::Post { orders: new, created_secs })),
-            Err(_) => board.release(&new),
-        }
-        let _ = sender.send(result);
-    });
-    match &api.jobs {
-        None => done(Ok(())),
-        Some(jobs) => {
-            if let Err(error) = jobs.send(Job::Insert { orders, created_secs, done })
-                && let Job::Insert { done, .. } = error.0
-            {
-                done(Err(InsertError::Write(ENDS.to_owned())));
-            }
-        }
-    }
-    receiver.await.map_err(|_| unavailable(ENDS))?.map_err(|error| insert_failure(&error))?;
-    Ok(shown.iter().map(|order| TransportOrder::new(order, &api.board.places)).collect())
-}
-
-const ENDS: &str = "the manager ends";
-
-fn insert_failure(error: &InsertError) -> Failure {
-    let status = match error {
-        InsertError::Duplicate(_) => StatusCode::CONFLICT,
-        InsertError::Write(_) => StatusCode::INSUFFICIENT_STORAGE,
-    };
-    Failure(status, error.to_string())
 }
 
 #[derive(Deserialize, IntoParams)]

@@ -1,5 +1,5 @@
-//! The channels between the pool, which belongs to the manager's tick, and the threads of the store
-//! and of the web API. Neither side waits for the other.
+//! The messages between the pool, which belongs to the manager's tick, and the threads of the store
+//! and of the web API.
 
 use std::sync::Arc;
 
@@ -68,18 +68,4 @@ pub(super) struct Update {
     pub(super) figures: Option<Figures>,
     /// Called when the changes are kept.
     pub(super) done: Vec<Reply<()>>,
-}
-
-/// The store and the web API of a pool, which run on threads of their own.
-pub(super) trait Backend: Send {
-    /// Returns all requests since the last call.
-    fn requests(&mut self) -> Vec<Request>;
-    /// Passes an update on, without waiting.
-    fn publish(&mut self, update: Update);
-    /// Whether somebody reads the figures: they take time.
-    fn wants_figures(&self) -> bool;
-    /// Whether everything that was published is kept.
-    fn is_saved(&self) -> bool;
-    /// The address of the web API.
-    fn address(&self) -> Option<std::net::SocketAddr>;
 }
