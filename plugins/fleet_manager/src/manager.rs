@@ -219,9 +219,9 @@ impl Manager {
         if self.closures != self.steering.closures() {
             self.closures = self.steering.closures();
             let is_back =
-                |order: &&Order| order.state() == State::Unroutable && !self.is_out_of_reach(order);
+                |order: &&Order| order.state == State::Unroutable && !self.is_out_of_reach(order);
             let back: Vec<OrderId> =
-                self.tasks.open_orders().filter(is_back).map(Order::id).collect();
+                self.tasks.open_orders().filter(is_back).map(|order| order.id).collect();
             for task in back {
                 self.tasks.reopen(task, now_secs);
             }
@@ -229,7 +229,7 @@ impl Manager {
         // A robot would have to search all roads for each of them.
         if self.steering.has_closures() {
             let lost = self.tasks.waiting_orders().filter(|order| self.is_out_of_reach(order));
-            for task in lost.map(Order::id).collect::<Vec<OrderId>>() {
+            for task in lost.map(|order| order.id).collect::<Vec<OrderId>>() {
                 self.tasks.unroutable(task, now_secs, "closed roads lead to its stop");
             }
         }
@@ -237,7 +237,7 @@ impl Manager {
 
     /// Whether closures keep robots from coming to an order's next stop.
     fn is_out_of_reach(&self, order: &Order) -> bool {
-        let next = order.content().stops().get(order.handled_stops());
+        let next = order.content.stops.get(order.handled_stops);
         next.is_some_and(|stop| self.steering.is_out_of_reach(stop.node))
     }
 
@@ -271,7 +271,7 @@ impl Manager {
             return;
         }
         let mut prepare = |order: &Order| {
-            if let Some(stop) = order.content().stops().get(order.handled_stops()) {
+            if let Some(stop) = order.content.stops.get(order.handled_stops) {
                 self.times.prepare(&roads, stop.node);
             }
         };

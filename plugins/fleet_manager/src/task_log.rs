@@ -17,8 +17,8 @@ impl TaskLog {
     /// Makes the log of a book whose open orders were announced already: before a restart.
     pub fn new<'book>(open: impl Iterator<Item = &'book Order>, places: &Places) -> Self {
         let stops = |order: &Order| {
-            let task = order.id().0;
-            let stops = (0..).zip(order.content().stops());
+            let task = order.id.0;
+            let stops = (0..).zip(&order.content.stops);
             let of = record(task, TaskKind::Stop, None);
             (task, stops.map(|(number, stop)| stop_record(of, number, stop, places)).collect())
         };

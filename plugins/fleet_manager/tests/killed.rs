@@ -114,8 +114,7 @@ fn every_acknowledged_order_survives_a_kill() {
 
     let book = OrderPool::open(&OrderSettings { http: None, ..settings(store) }, places(), 1, 0.0)
         .expect("a book");
-    let names: Vec<_> =
-        book.open_orders().map(|order| order.content().name().to_string()).collect();
+    let names: Vec<_> = book.open_orders().map(|order| order.content.name.to_string()).collect();
     for (client, count) in acknowledged.into_iter().enumerate() {
         for number in 0..count {
             let name = format!("order-{client}-{number}");

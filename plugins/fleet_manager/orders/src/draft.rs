@@ -202,10 +202,10 @@ mod tests {
                 {"locationName": "10"}]}"#,
         );
         let order = order.expect("an order");
-        let nodes: Vec<_> = order.stops().iter().map(|stop| stop.node).collect();
-        assert_eq!((nodes, order.name().as_str()), (vec![0, 1, 2], "made"));
-        assert_eq!((order.stops()[0].action, order.stops()[0].dwell_secs), (Action::Pick, 2.0));
-        assert_eq!(order.intended_robot(), None);
+        let nodes: Vec<_> = order.stops.iter().map(|stop| stop.node).collect();
+        assert_eq!((nodes, order.name.as_str()), (vec![0, 1, 2], "made"));
+        assert_eq!((order.stops[0].action, order.stops[0].dwell_secs), (Action::Pick, 2.0));
+        assert_eq!(order.intended_robot, None);
     }
 
     #[test]
@@ -214,7 +214,7 @@ mod tests {
             let order = check(&format!(
                 r#"{{"destinations": [{{"locationName": "A"}}], "intendedVehicle": {robot}}}"#
             ));
-            assert_eq!(order.expect("an order").intended_robot(), Some(7));
+            assert_eq!(order.expect("an order").intended_robot, Some(7));
         }
     }
 
@@ -230,7 +230,7 @@ mod tests {
         ] {
             let json =
                 format!(r#"{{"destinations": [{{"locationName": "A", "operation": "{text}"}}]}}"#);
-            assert_eq!(check(&json).expect(text).stops()[0].action, action, "{text}");
+            assert_eq!(check(&json).expect(text).stops[0].action, action, "{text}");
         }
         let json = r#"{"destinations": [{"locationName": "A", "operation": "lift"}]}"#;
         let error = serde_json::from_str::<OrderDraft>(json).expect_err("unknown").to_string();

@@ -90,10 +90,10 @@ impl Counts {
 
     /// Counts an order whose state is final.
     pub(super) fn closed(&mut self, order: &Order, now_secs: f64) {
-        self.closed.add(order.state());
-        if let State::Finished(_) = order.state() {
+        self.closed.add(order.state);
+        if let State::Finished(_) = order.state {
             self.service_secs.push((now_secs - order.ready_secs()) as f32);
-            let deadline_secs = order.content().deadline_secs();
+            let deadline_secs = order.content.deadline_secs;
             self.late += usize::from(deadline_secs.is_some_and(|deadline| deadline < now_secs));
         }
     }
@@ -108,7 +108,7 @@ impl Counts {
         let mut orders = self.closed;
         let (mut unserved, mut longest_unserved_secs) = (0, 0.0_f64);
         for order in open {
-            orders.add(order.state());
+            orders.add(order.state);
             if is_unserved(order) {
                 unserved += 1;
                 longest_unserved_secs = longest_unserved_secs.max(now_secs - order.ready_secs());
@@ -133,8 +133,8 @@ fn per_sec(count: usize, secs: f64) -> f64 {
 }
 
 fn is_unserved(order: &Order) -> bool {
-    let has_begun = order.is_bound() || matches!(order.state(), State::Handling(_));
-    !has_begun && order.state() != State::Created
+    let has_begun = order.is_bound() || matches!(order.state, State::Handling(_));
+    !has_begun && order.state != State::Created
 }
 
 impl Durations {

@@ -154,48 +154,23 @@ impl std::fmt::Display for OrderName {
     }
 }
 
-/// A valid order that isn't in the pool yet: it has at least one stop, and all its times are
-/// finite.
+/// The valid content of an order: it has at least one stop, and all its times are finite. It is made
+/// by checking an [`OrderDraft`](crate::OrderDraft).
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct NewOrder {
-    pub(super) name: OrderName,
-    pub(super) stops: Vec<Stop>,
-    pub(super) priority: u8,
-    pub(super) earliest_secs: f64,
-    pub(super) deadline_secs: Option<f64>,
-    pub(super) intended_robot: Option<u32>,
-}
-
-impl NewOrder {
     /// The unique name.
-    pub fn name(&self) -> &OrderName {
-        &self.name
-    }
-
+    pub name: OrderName,
     /// The stops, in their order; at least one.
-    pub fn stops(&self) -> &[Stop] {
-        &self.stops
-    }
-
+    pub stops: Vec<Stop>,
     /// The priority; higher is first.
-    pub fn priority(&self) -> u8 {
-        self.priority
-    }
-
+    pub priority: u8,
     /// No robot gets the order before this simulated time, in seconds.
-    pub fn earliest_secs(&self) -> f64 {
-        self.earliest_secs
-    }
-
+    pub earliest_secs: f64,
     /// The simulated time, in seconds, at which the order should be finished.
-    pub fn deadline_secs(&self) -> Option<f64> {
-        self.deadline_secs
-    }
-
+    pub deadline_secs: Option<f64>,
     /// The only robot that may get the order; any may if absent.
-    pub fn intended_robot(&self) -> Option<u32> {
-        self.intended_robot
-    }
+    pub intended_robot: Option<u32>,
 }
 
 /// The state of an order.
@@ -300,60 +275,32 @@ pub struct HistoryEntry {
 
 /// An order in the pool.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Order {
-    pub(super) id: OrderId,
-    pub(super) content: NewOrder,
-    pub(super) created_secs: f64,
-    pub(super) state: State,
-    /// The index of the stop that is next or being handled; the number of stops at the end.
-    pub(super) next_stop: usize,
-    pub(super) reason: String,
-    pub(super) history: Vec<HistoryEntry>,
+    /// The number within the run.
+    pub id: OrderId,
+    /// The order as it was given.
+    pub content: NewOrder,
+    /// The simulated time, in seconds, at which it came into the pool.
+    pub created_secs: f64,
+    /// The state.
+    pub state: State,
+    /// The number of handled stops, which is the index of the one that is next or being handled.
+    pub handled_stops: usize,
+    /// The reason for a failure, a cancellation or an unreachable stop; empty otherwise.
+    pub reason: String,
+    /// The changes of the order, the oldest first.
+    pub history: Vec<HistoryEntry>,
 }
 
 impl Order {
-    /// The number within the run.
-    pub fn id(&self) -> OrderId {
-        self.id
-    }
-
-    /// The order as it was given.
-    pub fn content(&self) -> &NewOrder {
-        &self.content
-    }
-
-    /// The simulated time, in seconds, at which it came into the pool.
-    pub fn created_secs(&self) -> f64 {
-        self.created_secs
-    }
-
     /// The simulated time, in seconds, from which on robots could have it.
     pub fn ready_secs(&self) -> f64 {
         self.created_secs.max(self.content.earliest_secs)
     }
 
-    /// The state.
-    pub fn state(&self) -> State {
-        self.state
-    }
-
-    /// The number of stops that are handled.
-    pub fn handled_stops(&self) -> usize {
-        self.next_stop
-    }
-
     /// Whether it stays with its robot, because that robot has handled a stop of it.
     pub fn is_bound(&self) -> bool {
-        self.next_stop > 0
-    }
-
-    /// The reason for a failure, a cancellation or an unreachable stop; empty otherwise.
-    pub fn reason(&self) -> &str {
-        &self.reason
-    }
-
-    /// The changes of the order, the oldest first.
-    pub fn history(&self) -> &[HistoryEntry] {
-        &self.history
+        self.handled_stops > 0
     }
 }

@@ -119,7 +119,7 @@ impl OrderPool {
     /// Returns the stop that a robot drives to, or is at.
     pub fn current_stop(&self, robot: u32) -> Option<Stop> {
         let order = self.order(self.order_of(robot)?)?;
-        order.content.stops.get(order.next_stop).copied()
+        order.content.stops.get(order.handled_stops).copied()
     }
 
     /// Whether a robot's order stays with it, because it has handled a stop of it.
@@ -132,7 +132,7 @@ impl OrderPool {
         let Some(id) = self.order_in(robot, State::Travelling(robot)) else { return false };
         let order = self.open.get_mut(&id).expect("an open order");
         order.state = State::Handling(robot);
-        let (stop, waited_secs) = (order.next_stop as u32, now_secs - order.ready_secs());
+        let (stop, waited_secs) = (order.handled_stops as u32, now_secs - order.ready_secs());
         if stop == 0 {
             self.counts.arrived_first(waited_secs);
         }
@@ -145,10 +145,10 @@ impl OrderPool {
     pub fn handled(&mut self, robot: u32, now_secs: f64) -> Option<Next> {
         let id = self.order_in(robot, State::Handling(robot))?;
         let order = self.open.get_mut(&id)?;
-        let stop = order.next_stop as u32;
-        order.next_stop += 1;
+        let stop = order.handled_stops as u32;
+        order.handled_stops += 1;
         order.state = State::Travelling(robot);
-        let next = order.content.stops.get(order.next_stop).copied();
+        let next = order.content.stops.get(order.handled_stops).copied();
         self.counts.handled();
         self.note(id, now_secs, Change::Handled { robot, stop });
         if next.is_none() {

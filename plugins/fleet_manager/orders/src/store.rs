@@ -108,7 +108,7 @@ pub(super) struct OrderStore {
     connection: Connection,
     path: PathBuf,
     places: Arc<Places>,
-    lock: File,
+    _lock: File,
 }
 
 impl OrderStore {
@@ -123,7 +123,7 @@ impl OrderStore {
             .execute_batch("PRAGMA journal_mode = WAL; PRAGMA synchronous = NORMAL; PRAGMA busy_timeout = 5000;")
             .map_err(sqlite)?;
         migrate(&connection).map_err(sqlite)?;
-        Ok(Self { connection, path: path.to_owned(), places, lock })
+        Ok(Self { connection, path: path.to_owned(), places, _lock: lock })
     }
 
     /// Begins a run, or continues it if it is the last one of the store. Times and robots of other
@@ -317,7 +317,7 @@ fn order_of(
         id: OrderId(row.get::<_, Option<u64>>(1)?.unwrap_or(next_id)),
         created_secs,
         state: state_of(&text(2)?, row.get(7)?),
-        next_stop: row.get::<_, usize>(8)?.min(content.stops.len() - 1),
+        handled_stops: row.get::<_, usize>(8)?.min(content.stops.len() - 1),
         reason: String::new(),
         history: serde_json::from_str::<Vec<HistoryEntry>>(&text(10)?).unwrap_or_default(),
         content: content.clone(),
@@ -330,7 +330,7 @@ fn order_of(
             content,
             created_secs: now_secs,
             state: State::Waiting,
-            next_stop: 0,
+            handled_stops: 0,
             history: Vec::new(),
             ..order
         };

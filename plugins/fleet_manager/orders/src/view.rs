@@ -47,13 +47,13 @@ pub(super) struct Destination {
 impl TransportOrder {
     /// Returns an order of the pool.
     pub(super) fn new(order: &Order, places: &Places) -> Self {
-        let content = order.content();
-        let mut destinations = Vec::with_capacity(content.stops().len());
-        for (index, stop) in content.stops().iter().enumerate() {
-            let state = match order.state() {
-                _ if index < order.handled_stops() => "finished",
-                State::Travelling(_) if index == order.handled_stops() => "travelling",
-                State::Handling(_) if index == order.handled_stops() => "handling",
+        let content = &order.content;
+        let mut destinations = Vec::with_capacity(content.stops.len());
+        for (index, stop) in content.stops.iter().enumerate() {
+            let state = match order.state {
+                _ if index < order.handled_stops => "finished",
+                State::Travelling(_) if index == order.handled_stops => "travelling",
+                State::Handling(_) if index == order.handled_stops => "handling",
                 _ => "pristine",
             };
             destinations.push(Destination {
@@ -65,19 +65,19 @@ impl TransportOrder {
             });
         }
         // An entry of the history has numbers and texts only: it is always valid JSON.
-        let history = order.history().iter().map(|entry| serde_json::to_value(entry));
+        let history = order.history.iter().map(|entry| serde_json::to_value(entry));
         Self {
-            created: Some(order.created_secs()),
-            deadline: content.deadline_secs(),
+            created: Some(order.created_secs),
+            deadline: content.deadline_secs,
             destinations,
-            earliest_start: content.earliest_secs(),
+            earliest_start: content.earliest_secs,
             history: history.map(Result::unwrap_or_default).collect(),
-            intended_vehicle: content.intended_robot().map(|robot| robot.to_string()),
-            name: content.name().to_string(),
-            priority: content.priority(),
-            processing_vehicle: order.state().robot().map(|robot| robot.to_string()),
-            reason: order.reason().to_owned(),
-            state: order.state().name().to_owned(),
+            intended_vehicle: content.intended_robot.map(|robot| robot.to_string()),
+            name: content.name.to_string(),
+            priority: content.priority,
+            processing_vehicle: order.state.robot().map(|robot| robot.to_string()),
+            reason: order.reason.clone(),
+            state: order.state.name().to_owned(),
         }
     }
 }

@@ -94,7 +94,7 @@ impl Manager {
         }
         let roads = self.steering.roads();
         for order in self.tasks.open_orders().filter(|order| !order.is_bound()) {
-            let stops = order.content().stops();
+            let stops = &order.content.stops;
             let (Some(first), Some(last)) = (stops.first(), stops.last()) else { continue };
             let driving = |pair: &[regatta_orders::Stop]| {
                 self.times.between(roads, pair[0].node, pair[1].node)

@@ -36,13 +36,13 @@ fn orders_do_not_depend_on_how_often_a_generator_is_asked() {
     assert_eq!(often, orders(generator.clone(), 7200.0, 7200.0));
     assert_ne!(often, orders(generators(&text.replace('3', "4"))[0].clone(), 7200.0, 0.1));
     for (secs, order) in &often {
-        let [pick, drop] = order.stops() else { panic!("two stops") };
+        let [pick, drop] = &order.stops[..] else { panic!("two stops") };
         assert!(
             pick.node < 2 && drop.node == 2 && (2.0..=4.0).contains(&pick.dwell_secs),
             "{order:?}"
         );
         assert_eq!(
-            (pick.action, drop.action, order.deadline_secs()),
+            (pick.action, drop.action, order.deadline_secs),
             (Action::Pick, Action::Drop, Some(secs + 60.0))
         );
     }
@@ -52,7 +52,7 @@ fn orders_do_not_depend_on_how_often_a_generator_is_asked() {
 fn the_first_orders_are_these_on_every_machine() {
     let first = orders(generators("load: {seed: 3, per_hour: 500}")[0].clone(), 3600.0, 60.0);
     let bits = first.iter().fold(0_u64, |hash, (secs, order)| {
-        hash.wrapping_mul(0x100_0000_01b3) ^ secs.to_bits() ^ u64::from(order.stops()[0].node)
+        hash.wrapping_mul(0x100_0000_01b3) ^ secs.to_bits() ^ u64::from(order.stops[0].node)
     });
     assert_eq!((first.len(), bits), (GOLDEN_COUNT, GOLDEN_BITS));
 }
@@ -95,19 +95,16 @@ fn endless_generators_fill_up() {
     let made = (0..5).map_while(|open| generator.next(1.0, 3, open)).count();
     assert_eq!(made, 3);
     let order = generator.next(2.0, 3, 1).expect("an order").1;
-    assert_eq!((order.name().as_str(), order.stops().len()), ("load:1-4", 1));
-    assert_eq!(generator.number_of(order.name().as_str()), Some(4));
-    assert_eq!(
-        generators("load: {name: 11, per_hour: 1}")[0].number_of(order.name().as_str()),
-        None
-    );
+    assert_eq!((order.name.as_str(), order.stops.len()), ("load:1-4", 1));
+    assert_eq!(generator.number_of(order.name.as_str()), Some(4));
+    assert_eq!(generators("load: {name: 11, per_hour: 1}")[0].number_of(order.name.as_str()), None);
 }
 
 #[test]
 fn an_endless_load_may_have_two_stops() {
     let mut generator = generators("load: {endless: 2, from: pick}")[0].clone();
     let order = generator.next(0.0, 9, 1).expect("an order").1;
-    let actions: Vec<_> = order.stops().iter().map(|stop| stop.action).collect();
+    let actions: Vec<_> = order.stops.iter().map(|stop| stop.action).collect();
     assert_eq!(actions, [Action::Pick, Action::Drop]);
     assert!(generator.next(0.0, 9, 2).is_none(), "two at a time");
 }

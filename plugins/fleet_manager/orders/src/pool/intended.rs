@@ -1,9 +1,7 @@
 //! Orders that only one robot may get: those that say so, and those by which a robot is sent
 //! somewhere on request.
 
-use super::{
-    Assignments, Candidate, Change, NewOrder, Order, OrderId, OrderName, OrderPool, State, Stop,
-};
+use super::{Assignments, Candidate, Change, NewOrder, OrderId, OrderName, OrderPool, State, Stop};
 use crate::order::Action;
 
 impl OrderPool {
@@ -44,7 +42,7 @@ impl OrderPool {
             orders.filter(|order| driving_secs(robot, order.content.stops[0].node).is_some());
         possible
             .max_by_key(|order| (order.content.priority, std::cmp::Reverse(order.id)))
-            .map(Order::id)
+            .map(|order| order.id)
     }
 
     /// Sends a robot to a node, in place of what it was sent for before. An order that it hasn't

@@ -131,7 +131,7 @@ impl OrderPool {
             content,
             created_secs,
             state: State::Waiting,
-            next_stop: 0,
+            handled_stops: 0,
             reason: String::new(),
             history: Vec::new(),
         };
@@ -197,7 +197,7 @@ impl OrderPool {
             let change = Change::Created { priority: order.content.priority, stops };
             order.history.push(HistoryEntry { secs: order.created_secs, change });
         }
-        order.next_stop = 0;
+        order.handled_stops = 0;
         order.reason.clear();
         self.admit(order, now_secs);
         if let Some(robot) = robot {

@@ -54,7 +54,7 @@ fn orders_wait_for_their_time() {
     let mut pool = pool("- {time: 50, earliest: 60, stops: [1]}\n- {time: 20, stops: [1]}");
     assert_eq!(pool.open_orders().count(), 0);
     pool.generate_until(55.0, 0);
-    let states: Vec<_> = pool.open_orders().map(|order| order.state().name()).collect();
+    let states: Vec<_> = pool.open_orders().map(|order| order.state.name()).collect();
     assert_eq!(states, ["waiting", "created"]);
     pool.generate_until(60.0, 0);
     assert_eq!(pool.waiting.len(), 2);
@@ -94,7 +94,7 @@ fn unroutable_orders_come_back() {
         pool.unroutable(OrderId(1), 1.0, "closed") && !pool.unroutable(OrderId(1), 1.0, "closed")
     );
     assert_eq!(pool.assign(2.0, &candidates(&[0]), &driving), Assignments::default());
-    assert_eq!(pool.order(OrderId(1)).map(Order::reason), Some("closed"));
+    assert_eq!(pool.order(OrderId(1)).map(|order| &*order.reason), Some("closed"));
     assert!(pool.reopen(OrderId(1), 3.0) && !pool.reopen(OrderId(1), 3.0));
     assert_eq!(pool.assign(4.0, &candidates(&[0]), &driving).assigned.len(), 1);
 }
@@ -145,7 +145,7 @@ fn perform(pool: &mut OrderPool, step: &Step, now: f64) {
         }
         Step::Cancel(number, immediate) => {
             let Some(order) = pool.order(OrderId(*number)).cloned() else { return };
-            let is_cancelled = pool.cancel(order.content().name(), *immediate, now).is_ok();
+            let is_cancelled = pool.cancel(&order.content.name, *immediate, now).is_ok();
             assert_eq!(is_cancelled, *immediate || !order.is_bound());
         }
         Step::Unroutable(number) => {
@@ -219,16 +219,14 @@ fn check(pool: &OrderPool, model: &Model) {
     assert_eq!(pool.by_robot, model.robots);
     assert_eq!(pool.open.len() + model.over.len(), model.stops.len(), "no order is lost");
     for order in pool.open.values() {
-        let holds = order
-            .state()
-            .robot()
-            .is_none_or(|robot| pool.by_robot.get(&robot) == Some(&order.id()));
+        let holds =
+            order.state.robot().is_none_or(|robot| pool.by_robot.get(&robot) == Some(&order.id));
         assert!(
-            holds && !order.state().is_final() && order.next_stop < order.content.stops.len(),
+            holds && !order.state.is_final() && order.handled_stops < order.content.stops.len(),
             "{order:?}"
         );
-        assert_eq!(order.state() == State::Waiting, pool.waiting.contains(&order.id()));
-        assert_eq!(pool.names.get(&order.content.name), Some(&order.id()));
+        assert_eq!(order.state == State::Waiting, pool.waiting.contains(&order.id));
+        assert_eq!(pool.names.get(&order.content.name), Some(&order.id));
     }
     assert_eq!((pool.names.len(), pool.made_by.len() <= pool.open.len()), (pool.open.len(), true));
     let figures = pool.figures(1e4).orders;

@@ -58,9 +58,9 @@ fn orders_come_back_in_their_order() {
     );
     drop(writer);
     let orders = restored(&path, 1).orders;
-    let contents: Vec<_> = orders.iter().map(|order| order.content().clone()).collect();
+    let contents: Vec<_> = orders.iter().map(|order| order.content.clone()).collect();
     assert_eq!(contents, [order("z"), order("a")]);
-    assert_eq!(orders.iter().map(|order| order.id().0).collect::<Vec<_>>(), [1, 2]);
+    assert_eq!(orders.iter().map(|order| order.id.0).collect::<Vec<_>>(), [1, 2]);
 }
 
 #[test]
@@ -76,8 +76,8 @@ fn what_a_robot_has_begun_stays_with_it_in_the_same_run() {
     let robots = [0, 1, 2].map(|robot| Candidate { robot, position: [0.0; 2] });
     pool.assign(0.0, &robots, &|robot, node| Some(f64::from((robot + 1).abs_diff(node))));
     let robot_of = |pool: &OrderPool, name: &str| {
-        let order = pool.open_orders().find(|order| order.content().name().as_str() == name);
-        order.and_then(|order| order.state().robot())
+        let order = pool.open_orders().find(|order| order.content.name.as_str() == name);
+        order.and_then(|order| order.state.robot())
     };
     let (begun, over) =
         (robot_of(&pool, "begun").expect("assigned"), robot_of(&pool, "over").expect("assigned"));
@@ -88,11 +88,9 @@ fn what_a_robot_has_begun_stays_with_it_in_the_same_run() {
 
     let pool = reopen(1);
     assert_eq!((robot_of(&pool, "begun"), robot_of(&pool, "assigned")), (Some(begun), None));
-    let assigned = pool
-        .open_orders()
-        .find(|order| order.content().name().as_str() == "assigned")
-        .expect("open");
-    let times: Vec<_> = assigned.history().iter().map(|entry| entry.secs).collect();
+    let assigned =
+        pool.open_orders().find(|order| order.content.name.as_str() == "assigned").expect("open");
+    let times: Vec<_> = assigned.history.iter().map(|entry| entry.secs).collect();
     assert_eq!(times, [0.0, 0.0, 100.0], "it was withdrawn when the pool was opened");
     assert_eq!(pool.current_stop(begun).map(|stop| stop.node), Some(2));
     assert_eq!(pool.open_orders().count(), 2, "one is over");
@@ -105,7 +103,7 @@ fn what_a_robot_has_begun_stays_with_it_in_the_same_run() {
     );
     assert!(
         pool.open_orders()
-            .all(|order| order.created_secs() == 100.0 && order.history()[0].secs == 100.0)
+            .all(|order| order.created_secs == 100.0 && order.history[0].secs == 100.0)
     );
 }
 
@@ -123,7 +121,7 @@ fn files_and_loads_continue_where_they_were() {
         let mut pool = OrderPool::open(&settings, places(), run_id, 0.0).expect("a pool");
         pool.generate_until(until, 0);
         pool.publish(until);
-        names = pool.open_orders().map(|order| order.content().name().to_string()).collect();
+        names = pool.open_orders().map(|order| order.content.name.to_string()).collect();
         names.len()
     };
     let first = run(1, 300.0);

@@ -1,8 +1,6 @@
 //! The thread that writes to the store, many changes in one commit.
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -10,7 +8,7 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 
 use regatta_plugin::tell;
-use rusqlite::{Connection, ErrorCode, Transaction, params};
+use rusqlite::{ErrorCode, Transaction, params};
 
 use super::{OrderStore, stop_rows};
 use crate::order::{NewOrder, Order, OrderName};
@@ -53,17 +51,13 @@ impl Writer {
     pub(crate) fn start(store: OrderStore) -> std::io::Result<Self> {
         let (jobs, receiver) = channel();
         let unsaved = Arc::new(AtomicUsize::new(0));
-        let OrderStore { connection, path, places, lock } = store;
         let mut thread = Thread {
-            connection,
-            path,
-            places,
+            store,
             pending: BTreeMap::new(),
             replies: Vec::new(),
             unsaved: unsaved.clone(),
             taken: 0,
             has_failed: false,
-            _lock: lock,
         };
         let thread = std::thread::Builder::new()
             .name("order-store".to_owned())
@@ -103,9 +97,7 @@ impl Drop for Writer {
 }
 
 struct Thread {
-    connection: Connection,
-    path: PathBuf,
-    places: Arc<Places>,
+    store: OrderStore,
     /// Updates that aren't written yet: the newest of each order.
     pending: BTreeMap<OrderName, Arc<Order>>,
     replies: Vec<Reply<()>>,
@@ -113,7 +105,6 @@ struct Thread {
     /// The number of updates in `pending`.
     taken: usize,
     has_failed: bool,
-    _lock: File,
 }
 
 type Insertion = (Vec<NewOrder>, f64, Reply<Result<(), InsertError>>);
@@ -168,13 +159,13 @@ impl Thread {
         &mut self,
         insertions: &[Insertion],
     ) -> rusqlite::Result<Vec<Result<(), InsertError>>> {
-        let mut transaction = self.connection.transaction()?;
+        let mut transaction = self.store.connection.transaction()?;
         let mut results = Vec::with_capacity(insertions.len());
         for (orders, created_secs, _) in insertions {
-            results.push(insert_all(&mut transaction, orders, *created_secs, &self.places)?);
+            results.push(insert_all(&mut transaction, orders, *created_secs, &self.store.places)?);
         }
         for order in self.pending.values() {
-            upsert(&transaction, order, &self.places)?;
+            upsert(&transaction, order, &self.store.places)?;
         }
         transaction.commit()?;
         Ok(results)
@@ -182,7 +173,7 @@ impl Thread {
 
     /// Tells the user once when writing fails, and once when it works again.
     fn report(&mut self, error: Option<&rusqlite::Error>) {
-        let path = self.path.display();
+        let path = self.store.path.display();
         match error {
             Some(error) if !self.has_failed => tell!(
                 "fleet-manager: can't write to {path} ({}); what is acknowledged is kept, new orders are refused",
@@ -271,7 +262,7 @@ fn upsert(transaction: &Transaction, order: &Order, places: &Places) -> rusqlite
             content.earliest_secs,
             content.deadline_secs,
             order.state.robot(),
-            order.next_stop,
+            order.handled_stops,
             order.reason,
             stop_rows(&content.stops, places),
             history,

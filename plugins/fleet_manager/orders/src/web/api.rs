@@ -178,7 +178,7 @@ pub(super) async fn keep(api: &Api, orders: Vec<NewOrder>) -> Result<Vec<Transpo
         Refusal::Duplicate(name) => insert_failure(&InsertError::Duplicate(name)),
         Refusal::Full => unavailable("there are too many open orders"),
     })?;
-    let created_secs = shown.first().map_or(0.0, |order| order.created_secs());
+    let created_secs = shown.first().map_or(0.0, |order| order.created_secs);
     let (sender, receiver) = oneshot::channel();
     let (board, requests, new) = (api.board.clone(), api.requests.clone(), orders.clone());
     // It runs even if the client has gone: what is kept must come to the pool.

@@ -51,8 +51,7 @@ pub(super) enum Refusal {
 impl Board {
     /// Makes a board of the open orders, at a simulated time in seconds.
     pub(crate) fn new(places: Arc<Places>, open: Vec<Arc<Order>>, now_secs: f64) -> Self {
-        let orders =
-            open.into_iter().map(|order| (order.content().name().clone(), order)).collect();
+        let orders = open.into_iter().map(|order| (order.content.name.clone(), order)).collect();
         let content = Mutex::new(Content { orders, now_secs, ..Content::default() });
         Self { places, content, events: broadcast::Sender::new(MAX_BEHIND) }
     }
@@ -118,7 +117,7 @@ impl Board {
     /// Shows new orders, so that their names are taken: all, or none.
     pub(super) fn reserve(&self, orders: &[NewOrder]) -> Result<Vec<Arc<Order>>, Refusal> {
         let mut content = self.content.lock();
-        let mut names: Vec<_> = orders.iter().map(NewOrder::name).collect();
+        let mut names: Vec<_> = orders.iter().map(|order| &order.name).collect();
         names.sort();
         let twice = names.windows(2).find(|pair| pair[0] == pair[1]).map(|pair| pair[0]);
         if let Some(name) =
@@ -133,14 +132,14 @@ impl Board {
         let shown: Vec<_> = orders.iter().map(|order| Arc::new(posted(order, now_secs))).collect();
         content
             .orders
-            .extend(shown.iter().map(|order| (order.content().name().clone(), order.clone())));
+            .extend(shown.iter().map(|order| (order.content.name.clone(), order.clone())));
         Ok(shown)
     }
 
     /// Takes back what [`reserve`](Self::reserve) has shown.
     pub(super) fn release(&self, orders: &[NewOrder]) {
         let mut content = self.content.lock();
-        orders.iter().for_each(|order| drop(content.orders.remove(order.name())));
+        orders.iter().for_each(|order| drop(content.orders.remove(&order.name)));
     }
 
     pub(super) fn order(&self, name: &OrderName) -> Option<TransportOrder> {
@@ -151,8 +150,8 @@ impl Board {
     pub(super) fn orders(&self, page: &Page) -> Vec<TransportOrder> {
         let is_asked_for = |order: &&Arc<Order>| match page.state.as_deref() {
             None => true,
-            Some("open") => !order.state().is_final(),
-            Some(state) => order.state().name() == state,
+            Some("open") => !order.state.is_final(),
+            Some(state) => order.state.name() == state,
         };
         let orders: Vec<_> = {
             let content = self.content.lock();
@@ -200,8 +199,8 @@ impl Content {
     }
 
     fn show(&mut self, order: Arc<Order>) {
-        let name = order.content().name().clone();
-        if order.state().is_final() {
+        let name = order.content.name.clone();
+        if order.state.is_final() {
             self.closed.push_back(name.clone());
         }
         self.orders.insert(name, order);
@@ -220,7 +219,7 @@ fn posted(order: &NewOrder, now_secs: f64) -> Order {
         content: order.clone(),
         created_secs: now_secs,
         state: State::Created,
-        next_stop: 0,
+        handled_stops: 0,
         reason: String::new(),
         history: Vec::new(),
     }
