@@ -4,11 +4,12 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::{Args, Subcommand};
+use regatta_kit::{Dispatcher, find_node};
 use regatta_plugin::event::EventRecord;
 use regatta_plugin::manager::{ManagerAnswer, ManagerResponse};
 use regatta_plugin::order::RouteLeg;
 use regatta_plugin::task::NO_ROBOT;
-use regatta_plugin::{Dispatcher, ManagerClient, Orders, find_node};
+use regatta_plugin::{ManagerClient, Orders};
 
 use crate::control::Target;
 use crate::failure::Failure;

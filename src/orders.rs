@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
-use regatta_fleet_manager::tasks::{Client, ClientError, TimedDraft, read_orders};
+use regatta_orders::{Client, ClientError, TimedDraft, read_orders};
 use serde_json::{Value, json};
 
 use crate::failure::Failure;

@@ -188,11 +188,11 @@ fn the_table_of_dependencies_matches_the_manifests() {
 }
 
 #[test]
-fn versions_are_pinned_once_in_the_workspace() {
+fn versions_stand_once_in_the_workspace_and_cargo_lock_pins_them() {
     for folder in crates() {
         let text = manifest(&folder);
         let versioned = text.lines().find(|line| line.contains("version = \""));
-        assert_eq!(versioned, None, "{folder} pins a version of its own");
+        assert_eq!(versioned, None, "{folder} has a version of its own");
     }
     let text = manifest(".");
     let shared = text
@@ -201,8 +201,12 @@ fn versions_are_pinned_once_in_the_workspace() {
         .and_then(|rest| rest.split("\n[").next())
         .expect("section");
     for line in shared.lines().filter(|line| line.contains(" = ") && !line.contains("path = ")) {
-        assert!(line.contains("\"="), "not pinned: {line}");
+        // Another version of iceoryx2 sees no fleet. A user's plugin may need a later patch of all
+        // others.
+        let is_exact = line.contains("\"=");
+        assert_eq!(is_exact, line.starts_with("iceoryx2 = "), "not by caret: {line}");
     }
+    assert!(root().join("Cargo.lock").exists());
 }
 
 #[test]

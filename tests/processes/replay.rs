@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use regatta_kit::Spots;
 use regatta_plugin::contact::ContactRecord;
 use regatta_plugin::event::EventKind;
 use regatta_plugin::frame::ClockState;
@@ -9,8 +10,8 @@ use regatta_plugin::order::OrderKind;
 use regatta_plugin::recording::MarkKind;
 use regatta_plugin::{
     ColumnReader, ContactReader, Control, ControlError, EventReader, FleetName, HistoryReader,
-    OrderLogReader, Orders, Participant, ReadError, RecordingReader, Spots, Subscriber,
-    TrafficReader, WorldReader,
+    OrderLogReader, Orders, Participant, ReadError, RecordingReader, Subscriber, TrafficReader,
+    WorldReader,
 };
 use regatta_record::{ReadingError, Recording, Topic};
 use tempfile::TempDir;

@@ -14,7 +14,7 @@
 
 pub mod bezier;
 pub mod graph;
-mod ln;
+pub mod logarithm;
 pub mod random;
 
-pub use ln::ln;
+pub use logarithm::ln;

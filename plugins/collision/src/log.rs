@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-pub(crate) use regatta_plugin::CsvChange;
-pub use regatta_plugin::CsvError as LogError;
-use regatta_plugin::CsvFile;
+pub(crate) use regatta_kit::CsvChange;
+pub use regatta_kit::CsvError as LogError;
+use regatta_kit::CsvFile;
 use regatta_plugin::contact::{ContactChange, ContactEvent, ContactLevel};
 
 /// The first line of the file.

@@ -9,8 +9,8 @@ use clap::Parser;
 use regatta_plugin::contact::ContactHeader;
 use regatta_plugin::frame::ClockState;
 use regatta_plugin::{
-    ColumnPublisher, ColumnReader, ContactPublisher, Error, Frame, Options, Participant, Plugin,
-    Rate, Result, World,
+    ColumnPublisher, ColumnReader, ContactPublisher, Frame, Options, Participant, Plugin, Rate,
+    Result, World,
 };
 
 use crate::detector::{Detector, FrameInput};
@@ -58,18 +58,9 @@ pub struct Cli {
 /// Fails if an option is invalid, if the log can't be written, or as [`regatta_plugin::run`] does,
 /// for example because the fleet has such a plugin already.
 pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) -> Result {
-    match Cli::try_parse_from(args) {
-        Ok(cli) => cli.options.run(CollisionPlugin::new(&cli)?, "collision"),
-        Err(error) if !error.use_stderr() => Ok(error.print()?),
-        Err(error) => Err(first_line(&error)),
-    }
-}
-
-/// Returns an error of the first line only: the usage that clap appends doesn't fit into one line.
-fn first_line(error: &clap::Error) -> Error {
-    let text = error.to_string();
-    let first = text.lines().next().unwrap_or_default().trim_start_matches("error: ");
-    Error::new(format_args!("{first}; --help lists the options"))
+    regatta_kit::run_from(args, |cli: Cli| {
+        cli.options.run(CollisionPlugin::new(&cli)?, "collision")
+    })
 }
 
 /// Prints a line to standard error. A closed standard error is no reason to stop.

@@ -11,8 +11,8 @@
 //! | [`density`] | how many robots may be under way |
 //! | [`steering`] | sends robots to nodes, without one ever touching another |
 //! | [`charging`] | who goes to which charger, and when |
-//! | [`manager`] | gives tasks to robots, and steers them |
-//! | [`tasks`] | transport orders: where they come from, which robot gets them |
+//! | [`manager`] | gives orders to robots, and steers them |
+//! | `regatta_orders` | transport orders: a crate of its own, in `orders/` |
 
 pub mod charging;
 pub mod claims;
@@ -27,7 +27,6 @@ pub mod roads;
 mod run_figures;
 pub mod steering;
 mod task_log;
-pub mod tasks;
 pub mod traffic;
 
 pub use plugin::{Cli, PlannerKind, run_from, run_with};

@@ -21,8 +21,8 @@ use crate::charging::Charging;
 use crate::planner::{DrivingTimes, Planner};
 use crate::roads::Roads;
 use crate::steering::{Command, Settings, Steering};
-use crate::tasks::{Candidate, Next, Order, State, Stop, TaskBook, TaskId};
 use crate::traffic::Seen;
+use regatta_orders::{Candidate, Next, Order, OrderId, OrderPool, State, Stop};
 
 /// What a robot is about.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -39,7 +39,7 @@ enum Errand {
 /// The manager of a fleet.
 pub struct Manager {
     steering: Steering,
-    tasks: TaskBook,
+    tasks: OrderPool,
     times: DrivingTimes,
     charging: Charging,
     /// By robot.
@@ -60,7 +60,7 @@ impl Manager {
         roads: Arc<Roads>,
         planner: Box<dyn Planner>,
         settings: Settings,
-        tasks: TaskBook,
+        tasks: OrderPool,
     ) -> Self {
         Self {
             times: DrivingTimes::new(&roads),
@@ -88,12 +88,12 @@ impl Manager {
     }
 
     /// The tasks.
-    pub fn tasks(&self) -> &TaskBook {
+    pub fn tasks(&self) -> &OrderPool {
         &self.tasks
     }
 
     /// The tasks, to drain their events.
-    pub fn tasks_mut(&mut self) -> &mut TaskBook {
+    pub fn tasks_mut(&mut self) -> &mut OrderPool {
         &mut self.tasks
     }
 
@@ -167,7 +167,7 @@ impl Manager {
         self.charging.lose(robot);
         self.errands[robot as usize] = Errand::None;
         self.tasks.recall(robot, self.steering.now());
-        if self.tasks.task_of(robot).is_some()
+        if self.tasks.order_of(robot).is_some()
             && self.tasks.withdraw(robot, self.steering.now()).is_err()
         {
             self.tasks.failed(robot, self.steering.now(), "the robot was removed");
@@ -219,9 +219,9 @@ impl Manager {
         if self.closures != self.steering.closures() {
             self.closures = self.steering.closures();
             let is_back =
-                |order: &&Order| order.state() == State::Unroutable && !self.is_out_of_reach(order);
-            let back: Vec<TaskId> =
-                self.tasks.open_orders().filter(is_back).map(Order::id).collect();
+                |order: &&Order| order.state == State::Unroutable && !self.is_out_of_reach(order);
+            let back: Vec<OrderId> =
+                self.tasks.open_orders().filter(is_back).map(|order| order.id).collect();
             for task in back {
                 self.tasks.reopen(task, now_secs);
             }
@@ -229,7 +229,7 @@ impl Manager {
         // A robot would have to search all roads for each of them.
         if self.steering.has_closures() {
             let lost = self.tasks.waiting_orders().filter(|order| self.is_out_of_reach(order));
-            for task in lost.map(Order::id).collect::<Vec<TaskId>>() {
+            for task in lost.map(|order| order.id).collect::<Vec<OrderId>>() {
                 self.tasks.unroutable(task, now_secs, "closed roads lead to its stop");
             }
         }
@@ -237,7 +237,7 @@ impl Manager {
 
     /// Whether closures keep robots from coming to an order's next stop.
     fn is_out_of_reach(&self, order: &Order) -> bool {
-        let next = order.content().stops().get(order.handled_stops());
+        let next = order.content.stops.get(order.handled_stops);
         next.is_some_and(|stop| self.steering.is_out_of_reach(stop.node))
     }
 
@@ -271,7 +271,7 @@ impl Manager {
             return;
         }
         let mut prepare = |order: &Order| {
-            if let Some(stop) = order.content().stops().get(order.handled_stops()) {
+            if let Some(stop) = order.content.stops.get(order.handled_stops) {
                 self.times.prepare(&roads, stop.node);
             }
         };

@@ -18,7 +18,7 @@ use regatta_plugin::ports::tasks::TaskPublisher;
 use regatta_plugin::task::TaskRecord;
 use regatta_plugin::{
     ClosureReader, ColumnReader, Error, Events, Frame, LOAD_VARIABLE, ManagerServer, OpenError,
-    Options, OrderError, Orders, Participant, Plugin, Rate, Result, World, tell, usage_line,
+    Options, OrderError, Orders, Participant, Plugin, Rate, Result, World, tell,
 };
 
 pub use self::planner_kind::PlannerKind;
@@ -30,7 +30,7 @@ use crate::roads::{Leg, Roads, default_cache_folder};
 use crate::run_figures::{Doing, RunFigures};
 use crate::steering::{Command, Settings};
 use crate::task_log::TaskLog;
-use crate::tasks::{InTurn, Places, TaskBook, TaskSettings};
+use regatta_orders::{InTurn, OrderPool, OrderSettings, Places};
 
 /// Makes a planner for the roads of a world.
 type PlannerFactory = Box<dyn FnMut(&Roads) -> Box<dyn Planner>>;
@@ -115,18 +115,12 @@ fn run<A: Into<OsString> + Clone>(
     args: impl IntoIterator<Item = A>,
     planner: Option<PlannerFactory>,
 ) -> Result {
-    match Cli::try_parse_from(args) {
-        Ok(cli) => {
-            let manager = FleetManager::new(cli, planner);
-            // Now, and not only when there is an engine.
-            manager.task_settings().check()?;
-            manager.cli.options.clone().run(manager, "fleet-manager")
-        }
-        Err(error) if !error.use_stderr() => Ok(error.print()?),
-        Err(error) => {
-            Err(Error::new(format_args!("{}; --help lists the options", usage_line(&error))))
-        }
-    }
+    regatta_kit::run_from(args, |cli: Cli| {
+        let manager = FleetManager::new(cli, planner);
+        // Now, and not only when there is an engine.
+        manager.order_settings().check()?;
+        manager.cli.options.clone().run(manager, "fleet-manager")
+    })
 }
 
 /// The plugin's ports in the fleet.
@@ -182,10 +176,10 @@ impl FleetManager {
         }
     }
 
-    fn task_settings(&self) -> TaskSettings {
+    fn order_settings(&self) -> OrderSettings {
         let Cli { orders, load, seed, store, http, token_file, .. } = self.cli.clone();
         let load = load.or_else(|| std::env::var_os(LOAD_VARIABLE).map(PathBuf::from));
-        TaskSettings { orders, load, seed, store, http, token_file }
+        OrderSettings { orders, load, seed, store, http, token_file }
     }
 
     fn roads(&self, world: &World<'_>) -> Roads {
@@ -202,7 +196,7 @@ impl FleetManager {
     /// Opens the book at a simulated time in seconds, and begins to manage.
     fn begin(&mut self, opening: Opening, now_secs: f64) -> Result {
         let Opening { roads, places, run_id, charging } = opening;
-        let mut tasks = TaskBook::open(&self.task_settings(), places, run_id, now_secs)
+        let mut tasks = OrderPool::open(&self.order_settings(), places, run_id, now_secs)
             .map_err(|error| Error::new(format_args!("{error}")))?;
         if self.cli.in_turn {
             tasks.set_assigner(InTurn);

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 pub use self::effort::Doing;
 use self::effort::Effort;
-use crate::tasks::{Change, TaskEvent};
+use regatta_orders::{Change, OrderEvent};
 
 /// The length of the periods whose finished stops are counted, in simulated seconds.
 const PERIOD_SECS: f64 = 10.0;
@@ -59,7 +59,7 @@ impl RunFigures {
     }
 
     /// Notes a change of a task.
-    pub(crate) fn take(&mut self, event: &TaskEvent) {
+    pub(crate) fn take(&mut self, event: &OrderEvent) {
         match event.change {
             Change::Handled { .. } => {
                 count(&mut self.stops, event.secs);
@@ -143,10 +143,10 @@ fn millis(duration: Duration) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tasks::TaskId;
+    use regatta_orders::OrderId;
 
-    fn finished(secs: f64, robot: u32) -> TaskEvent {
-        TaskEvent { secs, task: TaskId(1), change: Change::Finished { robot } }
+    fn finished(secs: f64, robot: u32) -> OrderEvent {
+        OrderEvent { secs, id: OrderId(1), change: Change::Finished { robot } }
     }
 
     #[test]
@@ -171,9 +171,9 @@ mod tests {
     fn stops_are_counted_by_period() {
         let mut figures = RunFigures::begin(Duration::ZERO);
         for secs in [0.0, 9.9, 10.0, 35.0] {
-            figures.take(&TaskEvent {
+            figures.take(&OrderEvent {
                 secs,
-                task: TaskId(1),
+                id: OrderId(1),
                 change: Change::Handled { robot: 0, stop: 0 },
             });
         }

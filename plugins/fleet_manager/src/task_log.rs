@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use regatta_plugin::task::{NO_ROBOT, StopAction, TaskKind, TaskRecord};
 
-use crate::tasks::{Action, Change, Order, Places, Stop, TaskEvent};
+use regatta_orders::{Action, Change, Order, OrderEvent, Places, Stop};
 
 /// Turns events into records.
 #[derive(Debug, Default)]
@@ -17,8 +17,8 @@ impl TaskLog {
     /// Makes the log of a book whose open orders were announced already: before a restart.
     pub fn new<'book>(open: impl Iterator<Item = &'book Order>, places: &Places) -> Self {
         let stops = |order: &Order| {
-            let task = order.id().0;
-            let stops = (0..).zip(order.content().stops());
+            let task = order.id.0;
+            let stops = (0..).zip(&order.content.stops);
             let of = record(task, TaskKind::Stop, None);
             (task, stops.map(|(number, stop)| stop_record(of, number, stop, places)).collect())
         };
@@ -26,8 +26,8 @@ impl TaskLog {
     }
 
     /// Returns an event as a record; `None` for those that the task log doesn't have.
-    pub fn record(&mut self, event: &TaskEvent, places: &Places) -> Option<TaskRecord> {
-        let task = event.task.0;
+    pub fn record(&mut self, event: &OrderEvent, places: &Places) -> Option<TaskRecord> {
+        let task = event.id.0;
         let of = |kind, robot: Option<u32>| record(task, kind, robot);
         Some(match &event.change {
             Change::Created { stops, .. } => {

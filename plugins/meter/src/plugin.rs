@@ -4,9 +4,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::Parser;
-use regatta_plugin::{
-    Error, Frame, Options, Participant, Plugin, ReadError, Result, TaskReader, usage_line,
-};
+use regatta_plugin::{Error, Frame, Options, Participant, Plugin, ReadError, Result, TaskReader};
 
 use crate::meter::Meter;
 
@@ -29,13 +27,7 @@ pub struct Cli {
 /// # Errors
 /// If an option is invalid, the file can't be written, or as [`regatta_plugin::run`] does.
 pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) -> Result {
-    match Cli::try_parse_from(args) {
-        Ok(cli) => cli.options.clone().run(plugin(cli), "meter"),
-        Err(error) if !error.use_stderr() => Ok(error.print()?),
-        Err(error) => {
-            Err(Error::new(format_args!("{}; --help lists the options", usage_line(&error))))
-        }
-    }
+    regatta_kit::run_from(args, |cli: Cli| cli.options.clone().run(plugin(cli), "meter"))
 }
 
 /// Returns the plugin of a command line, to run it beside others in one process.

@@ -10,7 +10,8 @@ use std::time::{Duration, Instant};
 
 use clap::Parser;
 use parking_lot::Mutex;
-use regatta_plugin::{CsvFile, Error, FleetName, Frame, Options, Participant, Plugin, Result};
+use regatta_kit::CsvFile;
+use regatta_plugin::{FleetName, Frame, Options, Participant, Plugin, Result};
 
 use crate::aggregator::{Aggregator, wall_time_nanos};
 use crate::collisions::CollisionReader;
@@ -19,7 +20,7 @@ use crate::jams::JamReader;
 use crate::page::{ExporterState, page};
 use crate::processes::ProcessMonitor;
 use crate::row::{header, row};
-use crate::server::{PageSource, Server};
+use crate::server::{self, PageSource};
 use crate::snapshot::{Collisions, IntervalStats, Jam, Snapshot};
 use crate::work::{WorkReader, WorkTally};
 
@@ -59,18 +60,7 @@ pub fn run_from<A: Into<OsString> + Clone>(
     args: impl IntoIterator<Item = A>,
     commit: Option<&'static str>,
 ) -> Result {
-    match Cli::try_parse_from(args) {
-        Ok(cli) => cli.run(commit),
-        Err(error) if !error.use_stderr() => Ok(error.print()?),
-        Err(error) => Err(first_line(&error)),
-    }
-}
-
-/// Returns an error of the first line only: the usage that clap appends doesn't fit into one line.
-fn first_line(error: &clap::Error) -> Error {
-    let text = error.to_string();
-    let first = text.lines().next().unwrap_or_default().trim_start_matches("error: ");
-    Error::new(format_args!("{first}; --help lists the options"))
+    regatta_kit::run_from(args, |cli: Cli| cli.run(commit))
 }
 
 impl Cli {
@@ -87,7 +77,7 @@ impl Cli {
                 commit,
             }),
         });
-        let server = Server::start(self.listen, Arc::clone(&shared))?;
+        let server = server::start(self.listen, Arc::clone(&shared))?;
         report(format_args!("fleet '{fleet}' at http://{}/metrics", server.address()));
         if let Some(csv_file) = csv_file {
             write_rows(csv_file, Arc::clone(&shared))?;

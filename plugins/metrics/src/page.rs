@@ -6,7 +6,7 @@
 
 use std::collections::BTreeMap;
 
-use regatta_plugin::RowCounts;
+use regatta_kit::RowCounts;
 use regatta_plugin::activity::Activity;
 use regatta_plugin::frame::{CONTRACT_VERSION, ClockState};
 use regatta_plugin::traffic::EdgeTraffic;

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use clap::builder::{PathBufValueParser, TypedValueParser};
 use mcap::MAGIC;
+use regatta_kit::WholeFile;
 
 /// Parses the path of an option. Recordings, pictures and tables are files that are complete or not
 /// there, so standard output is none of them.
@@ -21,9 +22,8 @@ pub(crate) fn path_parser() -> impl TypedValueParser<Value = PathBuf> {
 #[derive(Debug)]
 pub(crate) struct Draft {
     path: PathBuf,
-    /// The file with the content so far; `None` if `path` is no regular file but, for example, a
-    /// pipe.
-    draft: Option<PathBuf>,
+    /// The content so far; `None` if `path` is no regular file but, for example, a pipe.
+    draft: Option<WholeFile>,
 }
 
 impl Draft {
@@ -49,36 +49,20 @@ impl Draft {
             }
             _ => {}
         }
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let draft = path.with_file_name(format!(".{name}.{}.part", std::process::id()));
-        let file = OpenOptions::new().read(true).write(true).create_new(true).open(&draft)?;
+        let draft = WholeFile::create(path)?;
+        let file = draft.file().try_clone()?;
         Ok((Self { path: path.to_owned(), draft: Some(draft) }, file))
     }
 
     /// Opens the file again, to append to it.
     pub fn append(&self) -> io::Result<File> {
-        OpenOptions::new().append(true).open(self.draft.as_deref().unwrap_or(&self.path))
+        let path = self.draft.as_ref().map_or(&*self.path, WholeFile::temporary_path);
+        OpenOptions::new().append(true).open(path)
     }
 
     /// Gives the complete file its name.
-    pub fn commit(mut self) -> io::Result<()> {
-        self.draft
-            .take()
-            .map_or(Ok(()), |draft| fs::rename(&draft, &self.path).inspect_err(|_| remove(&draft)))
-    }
-}
-
-impl Drop for Draft {
-    fn drop(&mut self) {
-        if let Some(draft) = &self.draft {
-            remove(draft);
-        }
-    }
-}
-
-fn remove(draft: &Path) {
-    if let Err(error) = fs::remove_file(draft) {
-        regatta_plugin::tell!("can't remove {} ({error})", draft.display());
+    pub fn commit(self) -> io::Result<()> {
+        self.draft.map_or(Ok(()), WholeFile::commit)
     }
 }
 

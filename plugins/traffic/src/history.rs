@@ -2,11 +2,10 @@
 
 use std::time::{Duration, Instant};
 
+use regatta_kit::RunHistory;
 use regatta_plugin::history::HistoryHeader;
 use regatta_plugin::traffic::EdgeTraffic;
-use regatta_plugin::{
-    ContactReader, Frame, HistoryPublisher, OpenError, Participant, Result, RunHistory,
-};
+use regatta_plugin::{ContactReader, Frame, HistoryPublisher, OpenError, Participant, Result};
 
 /// The time between two publications, unless they take long.
 const PUBLISH_EVERY: Duration = Duration::from_millis(500);

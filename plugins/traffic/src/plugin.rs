@@ -7,8 +7,7 @@ use std::path::PathBuf;
 use clap::Parser;
 use regatta_plugin::traffic::{EdgeTraffic, TRAFFIC_PERIODS, TrafficHeader};
 use regatta_plugin::{
-    ColumnReader, Error, Frame, Options, Participant, Plugin, Rate, Result, TrafficPublisher,
-    World, usage_line,
+    ColumnReader, Frame, Options, Participant, Plugin, Rate, Result, TrafficPublisher, World,
 };
 
 use crate::history::PublishedHistory;
@@ -54,18 +53,12 @@ pub struct Cli {
 /// Fails if an option is invalid, a file can't be written, the fleet has such a plugin already, or
 /// as [`regatta_plugin::run`] does.
 pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) -> Result {
-    match Cli::try_parse_from(args) {
-        Ok(cli) => {
-            for file in [&cli.csv, &cli.parquet, &cli.json].into_iter().flatten() {
-                report::check(file)?;
-            }
-            cli.options.clone().run(TrafficPlugin::new(cli), "traffic")
+    regatta_kit::run_from(args, |cli: Cli| {
+        for file in [&cli.csv, &cli.parquet, &cli.json].into_iter().flatten() {
+            report::check(file)?;
         }
-        Err(error) if !error.use_stderr() => Ok(error.print()?),
-        Err(error) => {
-            Err(Error::new(format_args!("{}; --help lists the options", usage_line(&error))))
-        }
-    }
+        cli.options.clone().run(TrafficPlugin::new(cli), "traffic")
+    })
 }
 
 /// Returns the plugin of a command line, to run it beside others in one process.

@@ -1,12 +1,7 @@
 //! Options and parsers that both command lines share.
 
-use std::ffi::OsString;
 use std::ops::Range;
 use std::str::FromStr;
-
-use clap::Parser;
-use clap::error::ErrorKind;
-use regatta_plugin::{Error, Result};
 
 use crate::fixed::MAX_DECIMALS;
 use crate::line::AngleUnit;
@@ -96,30 +91,6 @@ pub fn seconds(text: &str) -> Result<std::time::Duration, String> {
 fn within(text: &str, range: std::ops::RangeInclusive<usize>) -> Result<usize, String> {
     let wrong = || format!("give a number from {} to {}", range.start(), range.end());
     text.parse().ok().filter(|number| range.contains(number)).ok_or_else(wrong)
-}
-
-/// Parses a command line, whose first argument is the plugin's name. Prints the help and returns
-/// `None` if it was requested. Errors have one line.
-pub fn parse<Options: Parser>(
-    args: impl IntoIterator<Item: Into<OsString> + Clone>,
-) -> Result<Option<Options>> {
-    match Options::try_parse_from(args) {
-        Ok(options) => Ok(Some(options)),
-        Err(error) if error.kind() == ErrorKind::DisplayHelp => {
-            error.print()?;
-            Ok(None)
-        }
-        Err(error) => Err(Error::new(one_line(&error))),
-    }
-}
-
-/// Returns the first paragraph of clap's message as one line. The rest is the usage, which `--help`
-/// shows.
-fn one_line(error: &clap::Error) -> String {
-    let text = error.to_string();
-    let paragraph = text.split("\n\n").next().unwrap_or_default().trim_start_matches("error: ");
-    let words: Vec<_> = paragraph.split_whitespace().collect();
-    format!("{}; --help lists the options", words.join(" "))
 }
 
 #[cfg(test)]

@@ -63,7 +63,7 @@ struct SenderOptions {
 /// # Errors
 /// Returns an error if an option is invalid, a socket can't be opened, or the fleet can't be read.
 pub fn run(args: impl IntoIterator<Item: Into<OsString> + Clone>) -> Result {
-    let Some(options) = options::parse::<SenderOptions>(args)? else { return Ok(()) };
+    let Some(options) = regatta_kit::parse::<SenderOptions>(args)? else { return Ok(()) };
     let sender = Sender::open(&options)?;
     options.plugin.run(sender, "udp")
 }

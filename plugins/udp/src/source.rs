@@ -17,13 +17,13 @@ use regatta_plugin::{
 };
 
 use crate::line::{LineFormat, Separator};
-use crate::options::parse;
 use crate::socket::{Buffers, Socket, resolve_receiver};
 use crate::tally::{Effort, EverySecond};
 use answers::Answers;
 use figures::Trouble;
 use intake::Intake;
 use options::SourceOptions;
+use regatta_kit::parse;
 
 /// How long to wait after an error of the socket: an error that persists then takes no processor
 /// time.

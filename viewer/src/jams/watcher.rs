@@ -4,10 +4,11 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use glam::Vec2;
+use regatta_kit::RunHistory;
 use regatta_plugin::traffic::{EdgeTraffic, TRAFFIC_PERIODS};
 use regatta_plugin::{
-    ContactReader, FleetName, HistoryReader, Participant, ReadError, Result, RunHistory,
-    Subscriber, Traffic, TrafficReader, WorldReader,
+    ContactReader, FleetName, HistoryReader, Participant, ReadError, Result, Subscriber, Traffic,
+    TrafficReader, WorldReader,
 };
 
 use super::heat::{Heat, HeatMap};

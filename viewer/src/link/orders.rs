@@ -4,11 +4,10 @@ use std::collections::BTreeMap;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::time::{Duration, Instant};
 
+use regatta_kit::{DispatchError, Dispatcher, WayError};
 use regatta_plugin::event::{EventKind, EventRecord};
 use regatta_plugin::manager::{ManagerAnswer, ManagerResponse};
-use regatta_plugin::{
-    DispatchError, Dispatcher, FleetName, ManagerClient, ManagerError, Result, WayError,
-};
+use regatta_plugin::{FleetName, ManagerClient, ManagerError, Result};
 
 use super::report::Report;
 use crate::orders::UserOrder;

@@ -49,8 +49,11 @@ fn end_at_second_interrupt() -> Result {
 /// Makes `SIGHUP` set a flag rather than ask this process to end, as a service does that reopens
 /// its logs then. To be called before [`Termination::watch`]. `None` if the process has a terminal:
 /// there, `SIGHUP` says that it was closed.
+///
+/// # Errors
+/// If the signal can't be watched.
 #[cfg(unix)]
-pub(super) fn reopen_on_hangup() -> io::Result<Option<Arc<AtomicBool>>> {
+pub fn reopen_on_hangup() -> io::Result<Option<Arc<AtomicBool>>> {
     if io::stdin().is_terminal() || io::stdout().is_terminal() || io::stderr().is_terminal() {
         return Ok(None);
     }
@@ -63,8 +66,11 @@ pub(super) fn reopen_on_hangup() -> io::Result<Option<Arc<AtomicBool>>> {
 }
 
 /// Other systems have no such signal.
+///
+/// # Errors
+/// None.
 #[cfg(not(unix))]
-pub(super) fn reopen_on_hangup() -> io::Result<Option<Arc<AtomicBool>>> {
+pub fn reopen_on_hangup() -> io::Result<Option<Arc<AtomicBool>>> {
     Ok(None)
 }
 

@@ -5,7 +5,7 @@
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
-use super::frame::NO_EDGE;
+use super::frame::{Frame, NO_EDGE};
 use super::sequence::Sequenced;
 
 /// The number of states in [`FleetSample::states`]: all but
@@ -55,6 +55,21 @@ pub struct FleetSample {
 }
 
 impl FleetSample {
+    /// Takes the figures of a frame: the states and the speeds of its robots.
+    pub fn of(frame: &Frame<'_>) -> Self {
+        let mut states = [0; FLEET_STATES];
+        let (mut sum, mut robots) = (0.0_f64, 0_u32);
+        for (state, speed) in frame.state().iter().zip(frame.speed()) {
+            // A row without a robot has a state beyond the list.
+            if let Some(count) = states.get_mut(usize::from(*state)) {
+                *count += 1;
+                (sum, robots) = (sum + f64::from(speed.abs()), robots + 1);
+            }
+        }
+        let mean_speed = (sum / f64::from(robots.max(1))) as f32;
+        Self { secs: frame.sim_time().as_secs_f64(), states, mean_speed, ..Self::default() }
+    }
+
     /// Adds the pairs that touch; `None` if nobody checks.
     #[must_use]
     pub fn with_touching(self, pairs: Option<u32>) -> Self {

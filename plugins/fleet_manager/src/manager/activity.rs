@@ -4,7 +4,7 @@ use regatta_plugin::activity::Activity;
 
 use super::{Errand, Manager};
 use crate::run_figures::Doing;
-use crate::tasks::Order;
+use regatta_orders::Order;
 
 impl Manager {
     /// What a robot is about.
@@ -13,7 +13,7 @@ impl Manager {
     }
 
     fn order_of(&self, robot: u32) -> Option<&Order> {
-        self.tasks.task_of(robot).and_then(|task| self.tasks.order(task))
+        self.tasks.order_of(robot).and_then(|task| self.tasks.order(task))
     }
 
     fn activity_with(&self, robot: u32, order: Option<&Order>) -> Activity {
@@ -25,7 +25,7 @@ impl Manager {
             _ if state.waiting_since.is_finite() => Activity::Waiting,
             _ if self.charging.goal(robot).is_some() => Activity::Charging,
             _ => match order {
-                Some(order) if order.handled_stops() > 0 => Activity::Carrying,
+                Some(order) if order.handled_stops > 0 => Activity::Carrying,
                 Some(_) => Activity::ToPick,
                 None => Activity::Idle,
             },
@@ -35,7 +35,7 @@ impl Manager {
     /// What a robot does, for figures.
     pub(crate) fn doing(&self, robot: u32, speed: f32) -> Doing {
         let order = self.order_of(robot);
-        let is_loaded = order.is_some_and(|order| order.handled_stops() > 0);
+        let is_loaded = order.is_some_and(|order| order.handled_stops > 0);
         Doing {
             activity: self.activity_with(robot, order),
             has_order: order.is_some(),

@@ -94,10 +94,11 @@ impl Manager {
         }
         let roads = self.steering.roads();
         for order in self.tasks.open_orders().filter(|order| !order.is_bound()) {
-            let stops = order.content().stops();
+            let stops = &order.content.stops;
             let (Some(first), Some(last)) = (stops.first(), stops.last()) else { continue };
-            let driving =
-                |pair: &[crate::tasks::Stop]| self.times.between(roads, pair[0].node, pair[1].node);
+            let driving = |pair: &[regatta_orders::Stop]| {
+                self.times.between(roads, pair[0].node, pair[1].node)
+            };
             let rest = Rest {
                 driving_secs: stops.windows(2).filter_map(driving).sum(),
                 standing_secs: stops.iter().map(|stop| stop.dwell_secs).sum(),

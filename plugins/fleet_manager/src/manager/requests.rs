@@ -39,11 +39,11 @@ impl Manager {
     }
 
     fn recall(&mut self, robot: u32) -> ManagerAnswer {
-        let had = self.tasks.task_of(robot);
+        let had = self.tasks.order_of(robot);
         if !self.tasks.recall(robot, self.steering.now()) {
             return ManagerAnswer::NotSent;
         }
-        if had != self.tasks.task_of(robot) {
+        if had != self.tasks.order_of(robot) {
             self.halt(robot);
         }
         ManagerAnswer::Now

@@ -6,7 +6,7 @@ use regatta_plugin::world::EdgeRecord;
 
 use crate::model::managed::Managed;
 use crate::model::worlds;
-use crate::tasks::TaskId;
+use regatta_orders::OrderId;
 
 /// A block with one way in and one way out, and streets round it.
 const LOAD: &str = "load: {seed: 1, groups: {in: [0], out: [23]}, generators: [{name: a, from: in, to: out, per_hour: 90, dwell: 5}]}";
@@ -105,7 +105,7 @@ fn robots_that_are_sent_somewhere_arrive_and_go_on_with_orders() {
         answers.push(response.answer().expect("an answer"));
         fleet.run(1, 0, 0);
         let is_sent =
-            |fleet: &Managed| fleet.manager.tasks().order(TaskId(response.task)).is_some();
+            |fleet: &Managed| fleet.manager.tasks().order(OrderId(response.task)).is_some();
         assert!(is_sent(&fleet), "{response:?}");
         let arrived = (0..6_000).any(|_| {
             fleet.run(1, 0, 0);

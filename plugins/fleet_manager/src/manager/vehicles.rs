@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use regatta_plugin::frame::{Columns, NO_EDGE, RobotState};
 
 use super::Manager;
-use crate::tasks::Vehicle;
+use regatta_orders::Vehicle;
 
 /// How many cycles it takes to look at every robot once: a large fleet costs each of them little.
 const ROUND: usize = 10;

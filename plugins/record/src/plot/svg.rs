@@ -71,7 +71,7 @@ impl Svg {
     }
 
     pub fn text(&mut self, (x, y): Point, class: &str, text: &str) {
-        let text = text.replace('&', "&amp;").replace('<', "&lt;");
+        let text = regatta_kit::escape_xml(text);
         self.push(format_args!("<text x=\"{x:.1}\" y=\"{y:.1}\" class=\"{class}\">{text}</text>"));
     }
 

@@ -4,11 +4,12 @@
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
+use regatta_kit::RunHistory;
+use regatta_plugin::Frame;
 use regatta_plugin::frame::{
     ColumnsMut, FrameHeader, Line, NO_EDGE, RobotState, frame_lines, stride_lines,
 };
 use regatta_plugin::history::{FleetSample, HistoryHeader, HotSpot};
-use regatta_plugin::{Frame, RunHistory};
 
 use crate::contacts::ContactDecoder;
 use crate::reading::{Entry, ReadingError, Recording, Selection};

@@ -78,9 +78,9 @@ mod tests {
     use regatta_plugin::{ProducerPorts, Subscriber};
 
     use super::*;
-    use crate::options::parse;
     use crate::socket::Socket;
     use crate::source::options::SourceOptions;
+    use regatta_kit::parse;
 
     #[test]
     fn a_source_is_paused_and_resumed_and_nothing_else() -> Result {
