@@ -3,13 +3,13 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use regatta::experiment::{check_interrupt, temporary_folder, write};
+use regatta::failure::Failure;
+use regatta::program::Program;
 use regatta_engine::graph::generate::Warehouse;
 use serde_json::{Value, json};
 
-use super::super::experiment::{check_interrupt, temporary_folder};
-use super::super::output::write;
 use super::processes::Run;
-use crate::failure::Failure;
 
 /// The warehouse of the largest fleet: 122,158 edges.
 const LARGE_WAREHOUSE: Warehouse = Warehouse { aisles: 144, rows: 64, bays: 4 };
@@ -157,11 +157,15 @@ impl Site {
     }
 
     /// Measures; the inner error says why the run failed.
-    pub fn measure(&self, setup: &Setup) -> Result<Result<Measured, String>, Failure> {
+    pub fn measure(
+        &self,
+        program: &Program,
+        setup: &Setup,
+    ) -> Result<Result<Measured, String>, Failure> {
         check_interrupt()?;
         let scenario = self.file("scenario.yaml");
         write(&scenario, &self.scenario(setup)?)?;
-        let outcome = Run::start(setup, &scenario, self.rate_hz).and_then(Run::finish);
+        let outcome = Run::start(program, setup, &scenario, self.rate_hz).and_then(Run::finish);
         // Whatever went wrong: if Ctrl-C has ended the processes, that is why.
         check_interrupt()?;
         Ok(outcome.map_err(|failure| failure.to_string()))
