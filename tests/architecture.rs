@@ -121,6 +121,11 @@ fn crates_depend_only_along_the_arrows() {
 }
 
 #[test]
+fn the_command_line_depends_on_nothing_of_the_bench() {
+    assert!(!workspace_dependencies(".").contains(&"regatta-bench".to_owned()));
+}
+
+#[test]
 fn motion_depends_on_nothing_of_the_fleet() {
     let folder = root().join("engine/src/motion");
     let files = sources(&folder);
