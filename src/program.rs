@@ -42,7 +42,10 @@ impl Program {
         let name = path.display();
         let output = Command::new(path).arg("--version").stdin(Stdio::null()).output();
         let output = output.map_err(|error| {
-            format!("can't run {name}: {error}; build it with `cargo build --release`, or give another with --regatta")
+            format!(
+                "can't run {name}: {error}; build it with `cargo build --release`, or give \
+                 another with --regatta"
+            )
         })?;
         let text = String::from_utf8_lossy(&output.stdout);
         let Some((version, interfaces)) =

@@ -45,7 +45,8 @@ pub struct ManagementArgs {
     #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
     layout: Option<PathBuf>,
     /// Ticks and frames per simulated second; the manager works at 10 in any case
-    #[arg(long, value_name = "HZ", default_value_t = 10, value_parser = clap::value_parser!(u32).range(10..=1000))]
+    #[arg(long, value_name = "HZ", default_value_t = 10)]
+    #[arg(value_parser = clap::value_parser!(u32).range(10..=1000))]
     rate: u32,
     /// A short version: one seed, ten minutes, fewer fleet sizes
     #[arg(long, conflicts_with_all = ["seeds", "duration"])]
@@ -124,7 +125,8 @@ pub fn run(program: &Program, args: &ManagementArgs) -> Result<ExitCode, Failure
     let (failed, contacts) = (results.failed.len(), results.contacts());
     if failed > 0 || contacts > 0 {
         eprintln!(
-            "regatta-bench: {failed} runs failed, and robots touched {contacts} times; the report lists them"
+            "regatta-bench: {failed} runs failed, and robots touched {contacts} times; the report \
+             lists them"
         );
         return Ok(ExitCode::FAILURE);
     }
@@ -199,6 +201,7 @@ fn json(plan: &Plan, results: &Results, rate: u32, machine: Value) -> Value {
         .collect();
     let parts: Vec<_> = plan.parts.iter().map(|part| part.name()).collect();
     json!({
-        "machine": machine, "parts": parts, "seeds": plan.seeds, "secs": plan.secs, "rate_hz": rate, "runs": runs, "failed": failed,
+        "machine": machine, "parts": parts, "seeds": plan.seeds, "secs": plan.secs,
+        "rate_hz": rate, "runs": runs, "failed": failed,
     })
 }

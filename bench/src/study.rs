@@ -75,9 +75,11 @@ pub fn run(program: &Program, args: &StudyArgs) -> Result<ExitCode, Failure> {
     let knee_robots = at_knee["robots"].as_u64().unwrap_or(0);
     let markdown = format!(
         "# Studies\n\n{line}\n\n| | measured | bar | |\n|---|---|---|---|\n\
-         | {} runs of {robots} robots × 1 simulated hour, {cores} at a time | {:.0} s | {hundred_secs:.0} s | {} |\n\
+         | {} runs of {robots} robots × 1 simulated hour, {cores} at a time | {:.0} s | \
+         {hundred_secs:.0} s | {} |\n\
          | the study over its runs | {:.1} % | {:.0} % | {} |\n\
-         | `warehouse.yaml`, {most} robots, runs of {KNEE_DURATION}: the knee ({knee_robots} robots, {} runs) | {:.0} s | {KNEE_SECS:.0} s | {} |\n\
+         | `warehouse.yaml`, {most} robots, runs of {KNEE_DURATION}: the knee ({knee_robots} \
+         robots, {} runs) | {:.0} s | {KNEE_SECS:.0} s | {} |\n\
          | half of the 95 % interval there | {:.1} % | {:.0} % | {} |\n\
          | the same study twice gives the same bytes | {} | yes | {} |\n",
         hundred.runs,
@@ -97,7 +99,8 @@ pub fn run(program: &Program, args: &StudyArgs) -> Result<ExitCode, Failure> {
     );
     let json = json!({
         "machine": machine, "runs": hundred.runs, "robots": args.robots, "runs_secs": hundred.secs,
-        "runs_secs_added_up": hundred.run_secs, "overhead": overhead, "knee_secs": knee.secs, "knee_robots": knee_robots,
+        "runs_secs_added_up": hundred.run_secs, "overhead": overhead, "knee_secs": knee.secs,
+        "knee_robots": knee_robots,
         "knee_runs": knee.runs, "knee_interval": interval, "repeats": repeats,
     });
     args.output.write(&Report { name: "study", markdown, json, plot: None })?;

@@ -91,7 +91,9 @@ pub fn run(program: &Program, args: &UdpArgs) -> Result<ExitCode, Failure> {
             |f| json!({"robots": f.robots, "hz": f.hz, "sender": f.sender, "receiver": f.receiver}),
         )
         .collect();
-    let json = json!({"machine": machine, "secs": args.secs, "udp_options": args.udp_option, "loads": loads});
+    let json = json!({
+        "machine": machine, "secs": args.secs, "udp_options": args.udp_option, "loads": loads,
+    });
     args.output.write(&Report {
         name: "udp",
         markdown: markdown(&figures, &line),
@@ -184,9 +186,10 @@ fn stop(folder: &Path, name: &str, mut process: Supervisor) -> Result<Value, Fai
 fn markdown(figures: &[Figures], environment: &str) -> String {
     let mut text = format!(
         "# UDP: lines per second over loopback\n\n{environment}\n\n\
-         The engine, `udp` and `udp-source` are separate processes. A core is one second of processor time per second of \
-         wall time.\n\n\
-         | robots | Hz | frames sent | lines sent/s | lines received | packets dropped | sender | receiver | receiver's late frames |\n\
+         The engine, `udp` and `udp-source` are separate processes. A core is one second of \
+         processor time per second of wall time.\n\n\
+         | robots | Hz | frames sent | lines sent/s | lines received | packets dropped | sender | \
+         receiver | receiver's late frames |\n\
          |---|---|---|---|---|---|---|---|---|\n"
     );
     for Figures { robots, hz, sender, receiver } in figures {
@@ -195,7 +198,8 @@ fn markdown(figures: &[Figures], environment: &str) -> String {
         let (sent, received) = (number(sender, "lines"), number(receiver, "lines"));
         let _ = writeln!(
             text,
-            "| {robots} | {hz} | {} of {:.0} | {:.0} | {received} of {sent} ({:.3} %) | {} | {:.3} cores | {:.3} cores | {} of {} |",
+            "| {robots} | {hz} | {} of {:.0} | {:.0} | {received} of {sent} ({:.3} %) | {} | \
+             {:.3} cores | {:.3} cores | {} of {} |",
             sender["frames"],
             number(sender, "wall_secs") * f64::from(*hz),
             sent / number(sender, "wall_secs"),
@@ -218,7 +222,8 @@ mod tests {
     fn the_table_lists_losses() {
         let side = |lines: u64| {
             json!({
-                "lines": lines, "frames": 100, "wall_secs": 2.0, "cpu_secs": 0.5, "dropped_packets": 3, "late_ticks": 0,
+                "lines": lines, "frames": 100, "wall_secs": 2.0, "cpu_secs": 0.5,
+                "dropped_packets": 3, "late_ticks": 0,
             })
         };
         let figures = Figures { robots: 10, hz: 50, sender: side(1000), receiver: side(990) };

@@ -88,7 +88,8 @@ pub fn environment(program: &Program) -> (String, serde_json::Value) {
     let line =
         format!("Regatta {version}, {date}, {cpu}, {cores} cores, {os}, motion kernel {isa}");
     let json = serde_json::json!({
-        "version": version, "date": date, "cpu": cpu, "cores": cores, "os": os, "isa": isa.to_string(),
+        "version": version, "date": date, "cpu": cpu, "cores": cores, "os": os,
+        "isa": isa.to_string(),
     });
     (line, json)
 }

@@ -133,9 +133,12 @@ fn rates_text(rates: [Option<f64>; 3]) -> String {
 fn markdown(drive: &Drive, environment: &str) -> String {
     let mut text = format!(
         "# Accuracy: end poses of the dissertation's routes\n\n{environment}\n\n\
-         Poses are x m, y m, θ °; success rates follow equation 5.1, in % for x / y / θ, and have no value where\n\
-         the wanted value is 0. 'Dissertation' is the result of its own system on its own graph.\n\n\
-         | route | simulated | wanted | success rate | dissertation simulated | its success rate |\n|---|---|---|---|---|---|\n"
+         Poses are x m, y m, θ °; success rates follow equation 5.1, in % for x / y / θ, and have \
+         no value where\n\
+         the wanted value is 0. 'Dissertation' is the result of its own system on its own \
+         graph.\n\n\
+         | route | simulated | wanted | success rate | dissertation simulated | its success rate \
+         |\n|---|---|---|---|---|---|\n"
     );
     for (row, pose) in END_POSES.iter().zip(&drive.end_poses) {
         let _ = writeln!(
@@ -193,5 +196,7 @@ fn json(drive: &Drive, machine: serde_json::Value) -> serde_json::Value {
             (name.into(), serde_json::json!({"regatta": mean, "dissertation": published}))
         })
         .collect();
-    serde_json::json!({ "machine": machine, "rows": rows, "average_success_rate_percent": averages })
+    serde_json::json!({
+        "machine": machine, "rows": rows, "average_success_rate_percent": averages,
+    })
 }

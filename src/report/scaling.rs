@@ -289,8 +289,10 @@ fn cost_series(costs: &[Cost]) -> Vec<Series> {
 
 fn markdown(times: &[Vec<RouteTime>], costs: &[Cost], environment: &str) -> String {
     let mut text = format!(
-        "# Scaling: from one robot to a million\n\n{environment}\n\n## The dissertation's tables 5.5 to 5.7\n\n\
-         Seconds of wall time until all robots have driven the route (in brackets the dissertation's).\n\n\
+        "# Scaling: from one robot to a million\n\n{environment}\n\n## The dissertation's tables \
+         5.5 to 5.7\n\n\
+         Seconds of wall time until all robots have driven the route (in brackets the \
+         dissertation's).\n\n\
          | route | 1 robot | 10 | 20 | 30 | 30 over 1 |\n|---|---|---|---|---|---|\n"
     );
     for (row, times) in DURATIONS.iter().zip(times) {
@@ -304,16 +306,20 @@ fn markdown(times: &[Vec<RouteTime>], costs: &[Cost], environment: &str) -> Stri
         let _ = writeln!(text, "| {:?} | {cells} | {ratio:.3} ({published:.2}) |", row.route);
     }
     text.push_str(
-        "\n## Larger fleets\n\nRandom routes on a generated warehouse, one reader attached. A tick is late when it ends after\n\
-         the next one is due. Memory is the resident memory above that of an engine with one robot, frames included. The age\n\
+        "\n## Larger fleets\n\nRandom routes on a generated warehouse, one reader attached. A \
+         tick is late when it ends after\n\
+         the next one is due. Memory is the resident memory above that of an engine with one \
+         robot, frames included. The age\n\
          of a frame is the time from the engine's send to the reader's first access.\n\n\
-         | robots | ticks/s | tick p50 | tick p99 | late | real-time factor | bytes per robot | frames read | age p50 | age p99 |\n\
+         | robots | ticks/s | tick p50 | tick p99 | late | real-time factor | bytes per robot | \
+         frames read | age p50 | age p99 |\n\
          |---|---|---|---|---|---|---|---|---|---|\n",
     );
     for cost in costs {
         let _ = writeln!(
             text,
-            "| {} | {} | {:.3} ms | {:.3} ms | {} of {} ({:.2} %) | {:.2} | {:.0} | {} | {:.0} µs | {:.0} µs |",
+            "| {} | {} | {:.3} ms | {:.3} ms | {} of {} ({:.2} %) | {:.2} | {:.0} | {} | {:.0} µs \
+             | {:.0} µs |",
             cost.robots,
             cost.rate_hz,
             cost.tick_cost_p50_ms,
@@ -338,7 +344,11 @@ fn json(
     args: &ScalingArgs,
     machine: serde_json::Value,
 ) -> serde_json::Value {
-    let fleet = |(time, robots): (&RouteTime, &u32)| serde_json::json!({"robots": robots, "simulated_secs": time.simulated_secs, "wall_secs": time.wall_secs});
+    let fleet = |(time, robots): (&RouteTime, &u32)| {
+        serde_json::json!({
+            "robots": robots, "simulated_secs": time.simulated_secs, "wall_secs": time.wall_secs,
+        })
+    };
     let tables: Vec<_> = DURATIONS
         .iter()
         .zip(times)
@@ -352,12 +362,18 @@ fn json(
         .map(|cost| {
             serde_json::json!({
                 "robots": cost.robots, "rate_hz": cost.rate_hz,
-                "tick_cost_p50_ms": cost.tick_cost_p50_ms, "tick_cost_p99_ms": cost.tick_cost_p99_ms,
-                "ticks": cost.ticks, "late_ticks": cost.late_ticks, "real_time_factor": cost.real_time_factor,
+                "tick_cost_p50_ms": cost.tick_cost_p50_ms,
+                "tick_cost_p99_ms": cost.tick_cost_p99_ms,
+                "ticks": cost.ticks, "late_ticks": cost.late_ticks,
+                "real_time_factor": cost.real_time_factor,
                 "bytes_per_robot": cost.bytes_per_robot, "frames_read": cost.frames_read,
-                "frame_age_p50_us": cost.frame_age_p50_us, "frame_age_p99_us": cost.frame_age_p99_us,
+                "frame_age_p50_us": cost.frame_age_p50_us,
+                "frame_age_p99_us": cost.frame_age_p99_us,
             })
         })
         .collect();
-    serde_json::json!({"machine": machine, "speed": args.speed, "threads": args.threads, "tables": tables, "loads": loads})
+    serde_json::json!({
+        "machine": machine, "speed": args.speed, "threads": args.threads, "tables": tables,
+        "loads": loads,
+    })
 }

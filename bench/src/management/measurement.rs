@@ -71,8 +71,10 @@ impl Setup {
     pub fn json(&self) -> Value {
         json!({
             "layout": if self.place == Place::Large { "large" } else { "layout" },
-            "robots": self.robots, "acceleration_limits": self.limited, "stalling_percent": self.stalling_percent,
-            "broken": self.broken, "conflicts": self.conflicts, "seed": self.seed, "secs": self.secs,
+            "robots": self.robots, "acceleration_limits": self.limited,
+            "stalling_percent": self.stalling_percent,
+            "broken": self.broken, "conflicts": self.conflicts, "seed": self.seed,
+            "secs": self.secs,
             "warm_up_secs": self.warm_up_secs(),
         })
     }
@@ -122,9 +124,11 @@ impl Measured {
             .collect();
         json!({
             "setup": setup.json(), "goals_per_sec": self.goals_per_sec,
-            "longest_without_finish_secs": self.longest_without_finish_secs, "start_ms": self.start_ms,
+            "longest_without_finish_secs": self.longest_without_finish_secs,
+            "start_ms": self.start_ms,
             "mean_cycle_ms": self.mean_cycle_ms, "longest_cycle_ms": self.longest_cycle_ms,
-            "manager_cores": self.manager_cores, "real_time_factor": self.real_time_factor, "contacts": self.contacts,
+            "manager_cores": self.manager_cores, "real_time_factor": self.real_time_factor,
+            "contacts": self.contacts,
             "other_findings": findings,
         })
     }
@@ -187,12 +191,15 @@ impl Site {
         };
         let share = f64::from(setup.stalling_percent) / 100.0;
         let stalls = format!(
-            "disturbances: {{stalls: {{per_hour: {STALLS_PER_HOUR}, mean_secs: {STALL_SECS}, share: {share}}}}}\n"
+            "disturbances: {{stalls: {{per_hour: {STALLS_PER_HOUR}, mean_secs: {STALL_SECS}, \
+             share: {share}}}}}\n"
         );
         // A path in quotation marks, as JSON has it, is YAML too.
         Ok(format!(
-            "graph: {}\nrate: {rate}\nseed: {seed}\nrobot_types: [{{name: amr, length: 0.9, width: 0.6{limit}}}]\n\
-             robots: [{{count: {robots}, routes: none}}]\n{}load: {{seed: {seed}, endless: robots}}\n",
+            "graph: {}\nrate: {rate}\nseed: {seed}\n\
+             robot_types: [{{name: amr, length: 0.9, width: 0.6{limit}}}]\n\
+             robots: [{{count: {robots}, routes: none}}]\n{}\
+             load: {{seed: {seed}, endless: robots}}\n",
             json!(graph.to_string_lossy()),
             if setup.stalling_percent > 0 { &stalls } else { "" },
         ))
