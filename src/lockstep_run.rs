@@ -10,6 +10,7 @@ use regatta_plugin::FleetName;
 use serde_json::Value;
 
 use crate::failure::Failure;
+use crate::program::Program;
 use crate::supervisor::{EndedChild, Supervisor};
 
 /// The name of the engine's process.
@@ -24,6 +25,7 @@ const PROBE_BYTES: usize = 1 << 16;
 
 /// The processes of a run.
 pub struct LockstepRun {
+    program: Program,
     fleet: FleetName,
     /// Stopped before the folder is removed.
     supervisor: Supervisor,
@@ -31,14 +33,19 @@ pub struct LockstepRun {
 }
 
 impl LockstepRun {
-    /// Makes a run without processes, whose fleet is named after this process.
-    pub fn new(name: &str) -> Result<Self, Failure> {
+    /// Makes a run without processes, whose fleet is named after this process. `program` is run by
+    /// [`command`](Self::command).
+    ///
+    /// # Errors
+    /// If no temporary folder can be made.
+    pub fn new(name: &str, program: Program) -> Result<Self, Failure> {
         let folder = tempfile::tempdir()
             .map_err(|error| format!("can't create a temporary folder: {error}"))?;
         let fleet = format!("{name}-{}", std::process::id()).parse()?;
-        Ok(Self { fleet, supervisor: Supervisor::default(), folder })
+        Ok(Self { program, fleet, supervisor: Supervisor::default(), folder })
     }
 
+    /// The name of the fleet.
     pub fn fleet(&self) -> &FleetName {
         &self.fleet
     }
@@ -69,9 +76,9 @@ impl LockstepRun {
         self.supervisor.start(name, command)
     }
 
-    /// Returns a command of this program.
+    /// Returns a command of the program.
     pub fn command(&self, name: &str, args: &[&str]) -> Result<Command, Failure> {
-        let mut command = Command::new(std::env::current_exe()?);
+        let mut command = self.program.command();
         command.args(args);
         self.joined(name, command)
     }
@@ -169,7 +176,7 @@ mod tests {
 
     #[test]
     fn a_failure_has_the_last_line_and_no_temporary_folder() {
-        let run = LockstepRun::new("test").expect("a run");
+        let run = LockstepRun::new("test", Program::this().expect("a path")).expect("a run");
         assert_eq!(
             run.failure("engine failed", ENGINE).to_string(),
             "engine failed: it said nothing"

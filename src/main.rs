@@ -2,37 +2,33 @@
 //! child processes of this same binary. Each subcommand has a file of its own, which only connects
 //! the command line to the crate that does the work.
 
-mod arguments;
 mod cli;
 mod control;
 mod doctor;
 mod engine;
-mod failure;
 mod fleets;
 mod graph;
-mod lockstep_run;
 mod new;
 mod order;
 mod orders;
-mod output;
-mod output_error;
 mod plugin;
-mod progress;
 mod recording;
 mod report;
 mod run;
 mod scenario;
 mod study;
-mod supervisor;
 mod top;
 mod validate;
-mod version;
 #[cfg(feature = "viewer")]
 mod viewer;
 
 use std::process::ExitCode;
 
 use clap::Parser;
+use regatta::{
+    arguments, experiment, failure, lockstep_run, output, output_error, program, progress,
+    supervisor, version,
+};
 
 use cli::{Cli, Command};
 use failure::{Failure, print_failure};

@@ -17,7 +17,9 @@ pub const STANDARD_STREAM: &str = "-";
 /// Where a command writes.
 #[derive(Clone, Debug)]
 pub enum Destination {
+    /// Standard output, written as `-`.
     StandardOutput,
+    /// A file.
     File(PathBuf),
 }
 

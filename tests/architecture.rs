@@ -121,6 +121,11 @@ fn crates_depend_only_along_the_arrows() {
 }
 
 #[test]
+fn the_command_line_depends_on_nothing_of_the_bench() {
+    assert!(!workspace_dependencies(".").contains(&"regatta-bench".to_owned()));
+}
+
+#[test]
 fn each_heavy_dependency_has_one_owner() {
     let owners = [
         ("iceoryx2", "plugins/api"),
@@ -209,6 +214,63 @@ fn versions_stand_once_in_the_workspace_and_cargo_lock_pins_them() {
     assert!(root().join("Cargo.lock").exists());
 }
 
+/// The crates that `cargo package` packs, so that programs of others can depend on them. `.ci/run`
+/// packs them.
+const PACKED: [&str; 7] = [
+    "engine/base",
+    "engine/layout",
+    "engine/motion",
+    "engine/scenario",
+    "engine",
+    "plugins/api",
+    "plugins/kit",
+];
+
+#[test]
+fn packed_crates_have_a_version_licences_and_a_description() {
+    let workspace = manifest(".");
+    for folder in crates().iter().filter(|folder| PACKED.contains(&folder.as_str())) {
+        let text = manifest(folder);
+        for key in
+            ["description = ", "readme", "keywords", "categories", "[package.metadata.docs.rs]"]
+        {
+            assert!(text.lines().any(|line| line.starts_with(key)), "{folder} has no {key}");
+        }
+        let path = format!("= {{ path = \"{folder}\", version = \"");
+        assert!(workspace.contains(&path), "{folder} has no version in [workspace.dependencies]");
+        assert_has_licences(folder);
+        for dependency in workspace_dependencies(folder) {
+            let is_packed = PACKED.iter().any(|packed| name(packed) == dependency);
+            assert!(is_packed, "{folder} depends on {dependency}, which isn't packed");
+        }
+    }
+    assert_has_licences("plugins/python");
+}
+
+/// Returns the name of a crate.
+fn name(folder: &str) -> String {
+    let path = root().join(folder).join("Cargo.toml");
+    let text = fs::read_to_string(path).unwrap_or_default();
+    let name = text.lines().find_map(|line| line.strip_prefix("name = "));
+    name.unwrap_or_default().trim_matches('"').to_owned()
+}
+
+/// A package holds its own licences: links to them, or copies.
+fn assert_has_licences(folder: &str) {
+    for licence in ["LICENSE-APACHE", "LICENSE-MIT"] {
+        assert!(read(&format!("{folder}/{licence}")) == read(licence), "{folder}: {licence}");
+    }
+}
+
+#[test]
+fn the_python_package_has_the_version_of_the_workspace() {
+    let version =
+        |text: &str| text.lines().find(|line| line.starts_with("version = ")).map(str::to_owned);
+    let workspace = version(&manifest("."));
+    assert!(workspace.is_some(), "the workspace has a version");
+    assert_eq!(version(&read("plugins/python/pyproject.toml")), workspace);
+}
+
 #[test]
 fn unsafe_code_is_only_in_the_contract_and_in_the_vector_code() {
     let allowed = ["plugins/api/src", "engine/motion/src/vector", "engine/motion/src/pieces.rs"];
@@ -251,6 +313,8 @@ fn paths_in_the_documents_exist() {
         "graphs/README.md",
         "plugins/README.md",
         "plugins/python/README.md",
+        "CHANGELOG.md",
+        "SECURITY.md",
     ];
     let missing: Vec<_> = fixed
         .map(str::to_owned)

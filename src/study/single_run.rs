@@ -18,6 +18,7 @@ use serde_json::Value;
 use crate::failure::{Failure, plugin_failure, print_failure};
 use crate::lockstep_run::{ENGINE, LockstepRun, POLL_INTERVAL, findings};
 use crate::output::{Force, write_file};
+use crate::program::Program;
 use crate::version;
 
 const MANAGER: &str = "fleet-manager";
@@ -101,8 +102,12 @@ struct JobRun<'a> {
 impl<'a> JobRun<'a> {
     fn start(job: &'a Job, layout: &Path, record: Option<&Path>) -> Result<Self, Failure> {
         let termination = Termination::watch().map_err(plugin_failure)?;
-        let mut run =
-            Self { job, run: LockstepRun::new("study")?, termination, started: Instant::now() };
+        let mut run = Self {
+            job,
+            run: LockstepRun::new("study", Program::this()?)?,
+            termination,
+            started: Instant::now(),
+        };
         let scenario = run.write_scenario(layout)?;
         let members: Vec<_> =
             [MANAGER, OBSERVERS].into_iter().chain(record.map(|_| RECORDER)).collect();

@@ -11,6 +11,7 @@ mod determinism;
 mod fleet;
 mod fleet_manager;
 mod fleets;
+mod graph_command;
 mod lockstep;
 mod metrics;
 mod order;

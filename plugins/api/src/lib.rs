@@ -1,9 +1,116 @@
 //! The contract between the processes that write a fleet into shared memory and those that read it.
 //!
+//! ```text
+//!              frames, world, events                  frames, columns
+//!  producer ─────────────────────────▶ shared memory ─────────────────▶ readers
+//!  engine, replay, UDP source,         one service     ◀─────────────── plugins, viewer,
+//!  your own            ◀────────────── for each record     columns      your own
+//!                commands, control
+//! ```
+//!
 //! A *producer* (the engine, a replay, a UDP source) publishes [`frame`]s, the [`world`] and
 //! [`event`]s, and takes [`order`]s and [`control`] requests. A *reader* is a [`Plugin`] started
 //! with [`run`], or any program that opens a [`Subscriber`] itself. A producer of your own is a
 //! [`Producer`](producer::Producer) started with [`produce`].
+//!
+//! # A plugin
+//!
+//! `run` adds the options `--fleet`, `--rate` and `--help`. It waits for a producer, and ends on
+//! Ctrl-C.
+//!
+//! ```no_run
+//! use regatta_plugin::{Frame, Plugin, Result};
+//!
+//! struct Centre;
+//!
+//! impl Plugin for Centre {
+//!     fn on_frame(&mut self, frame: &Frame) -> Result {
+//!         let mean = |column: &[f32]| column.iter().sum::<f32>() / frame.len() as f32;
+//!         println!("tick {}: ({:.2}, {:.2}) m", frame.tick(), mean(frame.x()), mean(frame.y()));
+//!         Ok(())
+//!     }
+//! }
+//!
+//! fn main() -> Result {
+//!     regatta_plugin::run(Centre)
+//! }
+//! ```
+//!
+//! # A loop of your own
+//!
+//! A program that has a loop already joins the fleet and reads frames itself. This one publishes
+//! the distance of each robot from the origin as the column `distance`, by which a viewer can tint
+//! robots.
+//!
+//! ```no_run
+//! use std::time::Duration;
+//!
+//! use regatta_plugin::{ColumnPublisher, Participant, Result, Subscriber, Termination};
+//!
+//! fn main() -> Result {
+//!     let fleet = Participant::join(&"default".parse()?, "distance")?;
+//!     let mut frames = Subscriber::open_on(&fleet)?;
+//!     let mut column = ColumnPublisher::open_on(&fleet, "distance")?;
+//!     let termination = Termination::watch()?;
+//!     while !termination.requested() {
+//!         if let Some(frame) = frames.wait(Duration::from_millis(100))? {
+//!             let positions = frame.x().iter().zip(frame.y());
+//!             let distances: Vec<f32> = positions.map(|(x, y)| x.hypot(*y)).collect();
+//!             column.publish(&frame, &distances)?;
+//!         }
+//!     }
+//!     Ok(())
+//! }
+//! ```
+//!
+//! # A producer
+//!
+//! `produce` adds the clock, the options `--fleet` and `--rate`, and answers to [`control`]
+//! requests. This producer has a single robot, which drives east for ever.
+//!
+//! ```no_run
+//! use regatta_plugin::frame::{NO_EDGE, RobotState};
+//! use regatta_plugin::producer::{Producer, Session};
+//! use regatta_plugin::world::{RobotTypeRecord, WorldData};
+//! use regatta_plugin::{Error, Result};
+//!
+//! struct OneRobot;
+//!
+//! impl Producer for OneRobot {
+//!     type Error = Error;
+//!
+//!     fn start(&mut self, session: &mut Session) -> Result {
+//!         let robot_types = vec![RobotTypeRecord::new("cart", 1.2, 0.8)];
+//!         session.ports().publish_world(&WorldData { robot_types, ..WorldData::default() })?;
+//!         self.tick(session)
+//!     }
+//!
+//!     fn tick(&mut self, session: &mut Session) -> Result {
+//!         self.show(session)
+//!     }
+//!
+//!     fn show(&mut self, session: &mut Session) -> Result {
+//!         let time = session.sim_time().as_secs_f32();
+//!         Ok(session.publish(1, |columns| {
+//!             (columns.x[0], columns.y[0], columns.theta[0]) = (1.5 * time, 0.0, 0.0);
+//!             (columns.speed[0], columns.s[0], columns.edge[0]) = (1.5, 0.0, NO_EDGE);
+//!             columns.state[0] = RobotState::Driving as u8;
+//!         })?)
+//!     }
+//!
+//!     fn robots_by_state(&self) -> [u32; RobotState::COUNT] {
+//!         let mut robots = [0; RobotState::COUNT];
+//!         robots[RobotState::Driving as usize] = 1;
+//!         robots
+//!     }
+//! }
+//!
+//! fn main() -> Result {
+//!     regatta_plugin::produce(OneRobot)
+//! }
+//! ```
+//!
+//! # Modules
 //!
 //! | module | |
 //! |---|---|

@@ -100,7 +100,7 @@ impl Adapter {
         WorkersError::Adapter(match &*line {
             "" => "the adapter to the cluster has ended".to_owned(),
             line if line.contains("No module named") || line.contains("finding module specification") => {
-                "Python lacks Regatta's package: pip install 'regatta[study]' (for Ray 'regatta[study-ray]'), or set REGATTA_PYTHON".to_owned()
+                "Python lacks Regatta's package: pip install 'regatta-sim[study]' (for Ray 'regatta-sim[study-ray]'), or set REGATTA_PYTHON".to_owned()
             }
             line => line.to_owned(),
         })

@@ -66,7 +66,7 @@ class Dask:
         try:
             import distributed
         except ImportError:
-            raise ClusterError(f"{sys.executable} has no Dask: pip install 'regatta[study]'") from None
+            raise ClusterError(f"{sys.executable} has no Dask: pip install 'regatta-sim[study]'") from None
         try:
             # Its types are incomplete.
             connect_to: Any = distributed.Client
@@ -120,7 +120,7 @@ class Ray:
             import grpc  # noqa: F401
         except ImportError as error:
             lacks = "no Ray" if error.name == "ray" else "Ray without its client"
-            raise ClusterError(f"{sys.executable} has {lacks}: pip install 'regatta[study-ray]'") from None
+            raise ClusterError(f"{sys.executable} has {lacks}: pip install 'regatta-sim[study-ray]'") from None
         self._ray: Any = ray
         try:
             ray.init(address=address, log_to_driver=False)

@@ -3,13 +3,14 @@
 use std::fs;
 use std::path::Path;
 
+use regatta::experiment::{check_interrupt, wait};
+use regatta::failure::Failure;
+use regatta::lockstep_run::{ENGINE, LockstepRun, POLL_INTERVAL, findings};
+use regatta::program::Program;
 use regatta_plugin::{Control, ControlError, Orders};
 use serde_json::Value;
 
-use super::super::experiment::{check_interrupt, wait};
 use super::measurement::{Measured, Setup};
-use crate::failure::Failure;
-use crate::lockstep_run::{ENGINE, LockstepRun, POLL_INTERVAL, findings};
 
 const MANAGER: &str = "fleet-manager";
 const VALIDATOR: &str = "validator";
@@ -29,11 +30,16 @@ pub struct Run<'a> {
 
 impl<'a> Run<'a> {
     /// Starts the processes.
-    pub fn start(setup: &'a Setup, scenario: &Path, rate_hz: u32) -> Result<Self, Failure> {
+    pub fn start(
+        program: &Program,
+        setup: &'a Setup,
+        scenario: &Path,
+        rate_hz: u32,
+    ) -> Result<Self, Failure> {
         let mut run = Self {
             setup,
             rate_hz,
-            run: LockstepRun::new("report-management")?,
+            run: LockstepRun::new("report-management", program.clone())?,
             manager_pid: 0,
             orders: None,
         };

@@ -1,17 +1,17 @@
-//! `regatta report study`: how fast studies are, what they cost beyond their runs, and whether they
+//! `regatta-bench study`: how fast studies are, what they cost beyond their runs, and whether they
 //! repeat.
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, ExitCode, Stdio};
+use std::process::{ExitCode, Stdio};
 use std::time::Instant;
 
 use clap::Args;
+use regatta::experiment::report::{Output, Report, environment};
+use regatta::experiment::{check_interrupt, temporary_folder, write};
+use regatta::failure::Failure;
+use regatta::program::Program;
 use serde_json::{Value, json};
-
-use super::experiment::{check_interrupt, temporary_folder};
-use super::output::{Output, Report, environment, write};
-use crate::failure::Failure;
 
 /// The bars that the project has set itself.
 const HUNDRED_SECS: f64 = 600.0;
@@ -22,7 +22,7 @@ const INTERVAL: f64 = 0.02;
 const KNEE_DURATION: &str = "15min";
 
 #[derive(Args)]
-pub struct StudyReportArgs {
+pub struct StudyArgs {
     #[command(flatten)]
     output: Output,
     /// Robots of the hundred runs of an hour
@@ -44,7 +44,7 @@ struct Measured {
     bytes: Vec<u8>,
 }
 
-pub fn run(args: &StudyReportArgs) -> Result<ExitCode, Failure> {
+pub fn run(program: &Program, args: &StudyArgs) -> Result<ExitCode, Failure> {
     args.output.check("study")?;
     let folder = temporary_folder()?;
     let plant = folder.path().join("warehouse.yaml");
@@ -52,7 +52,7 @@ pub fn run(args: &StudyReportArgs) -> Result<ExitCode, Failure> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let (count, most) = if args.quick { (10, "1..100") } else { (100, "1..1000") };
     let measure =
-        |name: &str, options: &[&str]| measure(&plant, &folder.path().join(name), options);
+        |name: &str, options: &[&str]| measure(program, &plant, &folder.path().join(name), options);
 
     let (seeds, robots) = (format!("{count}..{count}"), args.robots.to_string());
     let hundred = measure(
@@ -70,14 +70,16 @@ pub fn run(args: &StudyReportArgs) -> Result<ExitCode, Failure> {
     let orders = |key: &str| at_knee["orders_per_hour"][key].as_f64().unwrap_or(f64::NAN);
     let interval = orders("half_width") / orders("mean");
     let repeats = twice[0].bytes == twice[1].bytes;
-    let (line, machine) = environment();
+    let (line, machine) = environment(program);
     let verdict = |is_met: bool| if is_met { "met" } else { "**missed**" };
     let knee_robots = at_knee["robots"].as_u64().unwrap_or(0);
     let markdown = format!(
         "# Studies\n\n{line}\n\n| | measured | bar | |\n|---|---|---|---|\n\
-         | {} runs of {robots} robots × 1 simulated hour, {cores} at a time | {:.0} s | {hundred_secs:.0} s | {} |\n\
+         | {} runs of {robots} robots × 1 simulated hour, {cores} at a time | {:.0} s | \
+         {hundred_secs:.0} s | {} |\n\
          | the study over its runs | {:.1} % | {:.0} % | {} |\n\
-         | `warehouse.yaml`, {most} robots, runs of {KNEE_DURATION}: the knee ({knee_robots} robots, {} runs) | {:.0} s | {KNEE_SECS:.0} s | {} |\n\
+         | `warehouse.yaml`, {most} robots, runs of {KNEE_DURATION}: the knee ({knee_robots} \
+         robots, {} runs) | {:.0} s | {KNEE_SECS:.0} s | {} |\n\
          | half of the 95 % interval there | {:.1} % | {:.0} % | {} |\n\
          | the same study twice gives the same bytes | {} | yes | {} |\n",
         hundred.runs,
@@ -97,7 +99,8 @@ pub fn run(args: &StudyReportArgs) -> Result<ExitCode, Failure> {
     );
     let json = json!({
         "machine": machine, "runs": hundred.runs, "robots": args.robots, "runs_secs": hundred.secs,
-        "runs_secs_added_up": hundred.run_secs, "overhead": overhead, "knee_secs": knee.secs, "knee_robots": knee_robots,
+        "runs_secs_added_up": hundred.run_secs, "overhead": overhead, "knee_secs": knee.secs,
+        "knee_robots": knee_robots,
         "knee_runs": knee.runs, "knee_interval": interval, "repeats": repeats,
     });
     args.output.write(&Report { name: "study", markdown, json, plot: None })?;
@@ -105,10 +108,15 @@ pub fn run(args: &StudyReportArgs) -> Result<ExitCode, Failure> {
 }
 
 /// Does a study in a new folder.
-fn measure(plant: &Path, folder: &PathBuf, options: &[&str]) -> Result<Measured, Failure> {
+fn measure(
+    program: &Program,
+    plant: &Path,
+    folder: &PathBuf,
+    options: &[&str],
+) -> Result<Measured, Failure> {
     check_interrupt()?;
     let started = Instant::now();
-    let mut command = Command::new(std::env::current_exe()?);
+    let mut command = program.command();
     command.arg("study").arg(plant).args(options).arg("--output").arg(folder).stdout(Stdio::null());
     let status = command.status()?;
     check_interrupt()?;

@@ -4,12 +4,12 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 
 use regatta_layout::generate::Warehouse;
+use regatta::experiment::{check_interrupt, temporary_folder, write};
+use regatta::failure::Failure;
+use regatta::program::Program;
 use serde_json::{Value, json};
 
-use super::super::experiment::{check_interrupt, temporary_folder};
-use super::super::output::write;
 use super::processes::Run;
-use crate::failure::Failure;
 
 /// The warehouse of the largest fleet: 122,158 edges.
 const LARGE_WAREHOUSE: Warehouse = Warehouse { aisles: 144, rows: 64, bays: 4 };
@@ -71,8 +71,10 @@ impl Setup {
     pub fn json(&self) -> Value {
         json!({
             "layout": if self.place == Place::Large { "large" } else { "layout" },
-            "robots": self.robots, "acceleration_limits": self.limited, "stalling_percent": self.stalling_percent,
-            "broken": self.broken, "conflicts": self.conflicts, "seed": self.seed, "secs": self.secs,
+            "robots": self.robots, "acceleration_limits": self.limited,
+            "stalling_percent": self.stalling_percent,
+            "broken": self.broken, "conflicts": self.conflicts, "seed": self.seed,
+            "secs": self.secs,
             "warm_up_secs": self.warm_up_secs(),
         })
     }
@@ -122,9 +124,11 @@ impl Measured {
             .collect();
         json!({
             "setup": setup.json(), "goals_per_sec": self.goals_per_sec,
-            "longest_without_finish_secs": self.longest_without_finish_secs, "start_ms": self.start_ms,
+            "longest_without_finish_secs": self.longest_without_finish_secs,
+            "start_ms": self.start_ms,
             "mean_cycle_ms": self.mean_cycle_ms, "longest_cycle_ms": self.longest_cycle_ms,
-            "manager_cores": self.manager_cores, "real_time_factor": self.real_time_factor, "contacts": self.contacts,
+            "manager_cores": self.manager_cores, "real_time_factor": self.real_time_factor,
+            "contacts": self.contacts,
             "other_findings": findings,
         })
     }
@@ -157,11 +161,15 @@ impl Site {
     }
 
     /// Measures; the inner error says why the run failed.
-    pub fn measure(&self, setup: &Setup) -> Result<Result<Measured, String>, Failure> {
+    pub fn measure(
+        &self,
+        program: &Program,
+        setup: &Setup,
+    ) -> Result<Result<Measured, String>, Failure> {
         check_interrupt()?;
         let scenario = self.file("scenario.yaml");
         write(&scenario, &self.scenario(setup)?)?;
-        let outcome = Run::start(setup, &scenario, self.rate_hz).and_then(Run::finish);
+        let outcome = Run::start(program, setup, &scenario, self.rate_hz).and_then(Run::finish);
         // Whatever went wrong: if Ctrl-C has ended the processes, that is why.
         check_interrupt()?;
         Ok(outcome.map_err(|failure| failure.to_string()))
@@ -183,12 +191,15 @@ impl Site {
         };
         let share = f64::from(setup.stalling_percent) / 100.0;
         let stalls = format!(
-            "disturbances: {{stalls: {{per_hour: {STALLS_PER_HOUR}, mean_secs: {STALL_SECS}, share: {share}}}}}\n"
+            "disturbances: {{stalls: {{per_hour: {STALLS_PER_HOUR}, mean_secs: {STALL_SECS}, \
+             share: {share}}}}}\n"
         );
         // A path in quotation marks, as JSON has it, is YAML too.
         Ok(format!(
-            "graph: {}\nrate: {rate}\nseed: {seed}\nrobot_types: [{{name: amr, length: 0.9, width: 0.6{limit}}}]\n\
-             robots: [{{count: {robots}, routes: none}}]\n{}load: {{seed: {seed}, endless: robots}}\n",
+            "graph: {}\nrate: {rate}\nseed: {seed}\n\
+             robot_types: [{{name: amr, length: 0.9, width: 0.6{limit}}}]\n\
+             robots: [{{count: {robots}, routes: none}}]\n{}\
+             load: {{seed: {seed}, endless: robots}}\n",
             json!(graph.to_string_lossy()),
             if setup.stalling_percent > 0 { &stalls } else { "" },
         ))

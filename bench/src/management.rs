@@ -1,4 +1,4 @@
-//! `regatta report management`: what the fleet manager carries, with what effort, and whether
+//! `regatta-bench management`: what the fleet manager carries, with what effort, and whether
 //! robots ever touch. Engine, manager and validator run in lockstep as processes of their own.
 
 mod measurement;
@@ -13,15 +13,16 @@ use std::time::Duration;
 
 use clap::Args;
 use regatta_scenario::RobotCount;
+use regatta::arguments::Time;
+use regatta::experiment::plot::{self, Chart, Scale, Series};
+use regatta::experiment::report::{Output, Report, environment};
+use regatta::failure::Failure;
+use regatta::program::Program;
+use regatta::progress::Progress;
 use serde_json::{Value, json};
 
 use self::measurement::{Measured, Setup, Site};
 use self::parts::Part;
-use super::output::{Output, Report, environment};
-use super::plot;
-use crate::arguments::Time;
-use crate::failure::Failure;
-use crate::progress::Progress;
 
 #[derive(Args)]
 pub struct ManagementArgs {
@@ -44,7 +45,8 @@ pub struct ManagementArgs {
     #[arg(long, value_name = "FILE", value_hint = clap::ValueHint::FilePath)]
     layout: Option<PathBuf>,
     /// Ticks and frames per simulated second; the manager works at 10 in any case
-    #[arg(long, value_name = "HZ", default_value_t = 10, value_parser = clap::value_parser!(u32).range(10..=1000))]
+    #[arg(long, value_name = "HZ", default_value_t = 10)]
+    #[arg(value_parser = clap::value_parser!(u32).range(10..=1000))]
     rate: u32,
     /// A short version: one seed, ten minutes, fewer fleet sizes
     #[arg(long, conflicts_with_all = ["seeds", "duration"])]
@@ -110,12 +112,12 @@ impl Results {
     }
 }
 
-pub fn run(args: &ManagementArgs) -> Result<ExitCode, Failure> {
+pub fn run(program: &Program, args: &ManagementArgs) -> Result<ExitCode, Failure> {
     args.output.check("management")?;
     let plan = Plan::new(args);
     let site = Site::new(args.layout.as_deref(), args.rate)?;
-    let results = measure(&plan, &site)?;
-    let (line, machine) = environment();
+    let results = measure(program, &plan, &site)?;
+    let (line, machine) = environment(program);
     let markdown = tables::markdown(&plan, &results, &site.description(), &line);
     let plot = plan.parts.contains(&Part::Throughput).then(|| draw(&plan, &results)).transpose()?;
     let json = json(&plan, &results, args.rate, machine);
@@ -123,20 +125,21 @@ pub fn run(args: &ManagementArgs) -> Result<ExitCode, Failure> {
     let (failed, contacts) = (results.failed.len(), results.contacts());
     if failed > 0 || contacts > 0 {
         eprintln!(
-            "regatta: {failed} runs failed, and robots touched {contacts} times; the report lists them"
+            "regatta-bench: {failed} runs failed, and robots touched {contacts} times; the report \
+             lists them"
         );
         return Ok(ExitCode::FAILURE);
     }
     Ok(ExitCode::SUCCESS)
 }
 
-fn measure(plan: &Plan, site: &Site) -> Result<Results, Failure> {
+fn measure(program: &Program, plan: &Plan, site: &Site) -> Result<Results, Failure> {
     let setups = plan.setups();
     let progress = Progress::start("starting", setups.len() as u64);
     let mut results = Results::default();
     for setup in setups {
         progress.set_current(setup.to_string());
-        match site.measure(&setup)? {
+        match site.measure(program, &setup)? {
             Ok(measured) => drop(results.measured.insert(setup, measured)),
             Err(reason) => {
                 regatta_plugin::tell!("{setup} failed: {reason}");
@@ -148,8 +151,10 @@ fn measure(plan: &Plan, site: &Site) -> Result<Results, Failure> {
     Ok(results)
 }
 
+/// Draws the throughput over the number of robots on the left, and the duration of a cycle on the
+/// right.
 fn draw(plan: &Plan, results: &Results) -> Result<String, Failure> {
-    let lines = |select: fn(&Measured) -> f64, conflicts: &[bool]| -> Vec<plot::Series> {
+    let lines = |select: fn(&Measured) -> f64, conflicts: &[bool]| -> Vec<Series> {
         let line = |(limited, conflicts): (bool, bool)| {
             let rows = parts::throughput_rows(plan, limited, conflicts);
             let rows = rows.iter().filter_map(|row| {
@@ -159,7 +164,7 @@ fn draw(plan: &Plan, results: &Results) -> Result<String, Failure> {
                 if conflicts { "manager" } else { "bound" },
                 if limited { ", 0.8 m/s²" } else { "" },
             );
-            plot::Series { name: format!("{who}{how}"), points: rows.collect() }
+            Series { name: format!("{who}{how}"), points: rows.collect() }
         };
         [false, true]
             .into_iter()
@@ -167,9 +172,22 @@ fn draw(plan: &Plan, results: &Results) -> Result<String, Failure> {
             .map(line)
             .collect()
     };
-    plot::management(
-        &lines(|run| run.goals_per_sec, &[true, false]),
-        &lines(|run| run.mean_cycle_ms, &[true]),
+    let (x, scale) = ("robots", Scale::Linear);
+    plot::side_by_side(
+        &Chart {
+            caption: "Throughput",
+            x,
+            y: "goals a second",
+            scale,
+            series: lines(|run| run.goals_per_sec, &[true, false]),
+        },
+        &Chart {
+            caption: "A cycle of the manager",
+            x,
+            y: "milliseconds",
+            scale,
+            series: lines(|run| run.mean_cycle_ms, &[true]),
+        },
     )
 }
 
@@ -183,6 +201,7 @@ fn json(plan: &Plan, results: &Results, rate: u32, machine: Value) -> Value {
         .collect();
     let parts: Vec<_> = plan.parts.iter().map(|part| part.name()).collect();
     json!({
-        "machine": machine, "parts": parts, "seeds": plan.seeds, "secs": plan.secs, "rate_hz": rate, "runs": runs, "failed": failed,
+        "machine": machine, "parts": parts, "seeds": plan.seeds, "secs": plan.secs,
+        "rate_hz": rate, "runs": runs, "failed": failed,
     })
 }

@@ -1,16 +1,16 @@
-//! The files of a report, and the description of the machine in it.
+//! The files of a report, and the description of the program and the machine in it.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use clap::Args;
 
 use crate::failure::Failure;
 use crate::output::{Force, check_file, write_file};
-use crate::version;
+use crate::program::Program;
 
 /// The destination of a report.
-#[derive(Args)]
+#[derive(Args, Debug)]
 pub struct Output {
     /// Folder for the Markdown file and the plot; created if it doesn't exist
     #[arg(
@@ -29,10 +29,13 @@ pub struct Output {
 }
 
 /// A finished report.
+#[derive(Debug)]
 pub struct Report<'a> {
     /// The name of its files, without the extension.
     pub name: &'a str,
+    /// Its text.
     pub markdown: String,
+    /// Its figures.
     pub json: serde_json::Value,
     /// The plot as SVG, if there is one.
     pub plot: Option<String>,
@@ -69,14 +72,9 @@ impl Output {
     }
 }
 
-/// Writes a file of an experiment into its temporary folder.
-pub fn write(path: &Path, text: &str) -> Result<(), Failure> {
-    fs::write(path, text).map_err(|error| format!("can't write {}: {error}", path.display()).into())
-}
-
-/// Returns Regatta's version, the date and the machine, which every report names: as one line and
-/// as JSON.
-pub fn environment() -> (String, serde_json::Value) {
+/// Returns the version of the measured program, the date and the machine, which every report names:
+/// as one line and as JSON.
+pub fn environment(program: &Program) -> (String, serde_json::Value) {
     let cpu_info = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let model =
         cpu_info.lines().find_map(|line| line.strip_prefix("model name")?.split(": ").nth(1));
@@ -85,12 +83,13 @@ pub fn environment() -> (String, serde_json::Value) {
     let isa = regatta_motion::Isa::detect();
     let now = humantime::format_rfc3339_seconds(std::time::SystemTime::now()).to_string();
     let date = &now[..10];
-    let version = version::short();
+    let version = program.version();
     let os = std::env::consts::OS;
     let line =
         format!("Regatta {version}, {date}, {cpu}, {cores} cores, {os}, motion kernel {isa}");
     let json = serde_json::json!({
-        "version": version, "date": date, "cpu": cpu, "cores": cores, "os": os, "isa": isa.to_string(),
+        "version": version, "date": date, "cpu": cpu, "cores": cores, "os": os,
+        "isa": isa.to_string(),
     });
     (line, json)
 }

@@ -1,4 +1,4 @@
-//! `regatta report udp`: the lines per second that arrive over UDP, and their cost. An engine,
+//! `regatta-bench udp`: the lines per second that arrive over UDP, and their cost. An engine,
 //! `udp` and `udp-source` run as processes of their own, connected by the loopback interface.
 
 use std::fmt::Write as _;
@@ -10,14 +10,15 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use regatta_layout::generate::Warehouse;
 use regatta_scenario::RobotCount;
+use regatta::experiment::report::{Output, Report, environment};
+use regatta::experiment::{
+    Experiment, check_interrupt, seconds_parser, temporary_folder, wait, write,
+};
+use regatta::failure::Failure;
+use regatta::program::Program;
+use regatta::progress::Progress;
+use regatta::supervisor::Supervisor;
 use serde_json::{Value, json};
-
-use super::experiment::{Experiment, check_interrupt, temporary_folder, wait};
-use super::output::{Output, Report, environment, write};
-use super::seconds_parser;
-use crate::failure::Failure;
-use crate::progress::Progress;
-use crate::supervisor::Supervisor;
 
 /// The loads: number of robots, frames per second. The first two are promised to arrive completely;
 /// the others grow until lines are lost.
@@ -64,7 +65,7 @@ struct Figures {
     receiver: Value,
 }
 
-pub fn run(args: &UdpArgs) -> Result<ExitCode, Failure> {
+pub fn run(program: &Program, args: &UdpArgs) -> Result<ExitCode, Failure> {
     args.output.check("udp")?;
     let loads = args
         .robots
@@ -79,18 +80,20 @@ pub fn run(args: &UdpArgs) -> Result<ExitCode, Failure> {
     )?;
     let figures = loads.into_iter().map(|load| {
         progress.set_current(format!("sending {} robots at {} Hz", load.0, load.1));
-        measure(folder.path(), load, args).inspect(|_| progress.step("finishing"))
+        measure(program, folder.path(), load, args).inspect(|_| progress.step("finishing"))
     });
     let figures = figures.collect::<Result<Vec<_>, _>>()?;
     drop(progress);
-    let (line, machine) = environment();
+    let (line, machine) = environment(program);
     let loads: Vec<_> = figures
         .iter()
         .map(
             |f| json!({"robots": f.robots, "hz": f.hz, "sender": f.sender, "receiver": f.receiver}),
         )
         .collect();
-    let json = json!({"machine": machine, "secs": args.secs, "udp_options": args.udp_option, "loads": loads});
+    let json = json!({
+        "machine": machine, "secs": args.secs, "udp_options": args.udp_option, "loads": loads,
+    });
     args.output.write(&Report {
         name: "udp",
         markdown: markdown(&figures, &line),
@@ -100,11 +103,16 @@ pub fn run(args: &UdpArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-fn measure(folder: &Path, (robots, hz): (u32, u32), args: &UdpArgs) -> Result<Figures, Failure> {
+fn measure(
+    program: &Program,
+    folder: &Path,
+    (robots, hz): (u32, u32),
+    args: &UdpArgs,
+) -> Result<Figures, Failure> {
     let options = [("robots", robots), ("rate", hz)];
     let options: Vec<_> =
         options.iter().flat_map(|(name, value)| [format!("--{name}"), value.to_string()]).collect();
-    let experiment = Experiment::start("udp", &folder.join(SCENARIO), &options)?;
+    let experiment = Experiment::start(program, "udp", &folder.join(SCENARIO), &options)?;
     let fleet = experiment.reader.participant().fleet().to_string();
 
     let mut receiver = Supervisor::default();
@@ -121,12 +129,12 @@ fn measure(folder: &Path, (robots, hz): (u32, u32), args: &UdpArgs) -> Result<Fi
         "--fleet",
         &second,
     ];
-    receiver.start("udp-source", &mut plugin_command(folder, &plugin)?)?;
+    receiver.start("udp-source", &mut plugin_command(program, folder, &plugin)?)?;
     let to = listening_address(folder, &mut receiver)?;
 
     let mut sender = Supervisor::default();
     let plugin = ["udp", "--to", &to, "--rate", "all", "--fleet", &fleet];
-    sender.start("udp", plugin_command(folder, &plugin)?.args(&args.udp_option))?;
+    sender.start("udp", plugin_command(program, folder, &plugin)?.args(&args.udp_option))?;
     wait(Duration::from_secs(args.secs))?;
     let sender = stop(folder, "udp", sender)?;
     wait(DRAIN_TIME)?;
@@ -137,9 +145,9 @@ fn measure(folder: &Path, (robots, hz): (u32, u32), args: &UdpArgs) -> Result<Fi
 
 /// Returns the command of a plugin that writes its final figures to `NAME.json` and its messages to
 /// `NAME.log`.
-fn plugin_command(folder: &Path, plugin: &[&str]) -> Result<Command, Failure> {
+fn plugin_command(program: &Program, folder: &Path, plugin: &[&str]) -> Result<Command, Failure> {
     let file = |extension: &str| File::create(folder.join(format!("{}.{extension}", plugin[0])));
-    let mut command = Command::new(std::env::current_exe()?);
+    let mut command = program.command();
     command.arg("plugin").args(plugin).arg("--json");
     command.stdin(Stdio::null()).stdout(file("json")?).stderr(file("log")?);
     Ok(command)
@@ -178,9 +186,10 @@ fn stop(folder: &Path, name: &str, mut process: Supervisor) -> Result<Value, Fai
 fn markdown(figures: &[Figures], environment: &str) -> String {
     let mut text = format!(
         "# UDP: lines per second over loopback\n\n{environment}\n\n\
-         The engine, `udp` and `udp-source` are separate processes. A core is one second of processor time per second of \
-         wall time.\n\n\
-         | robots | Hz | frames sent | lines sent/s | lines received | packets dropped | sender | receiver | receiver's late frames |\n\
+         The engine, `udp` and `udp-source` are separate processes. A core is one second of \
+         processor time per second of wall time.\n\n\
+         | robots | Hz | frames sent | lines sent/s | lines received | packets dropped | sender | \
+         receiver | receiver's late frames |\n\
          |---|---|---|---|---|---|---|---|---|\n"
     );
     for Figures { robots, hz, sender, receiver } in figures {
@@ -189,7 +198,8 @@ fn markdown(figures: &[Figures], environment: &str) -> String {
         let (sent, received) = (number(sender, "lines"), number(receiver, "lines"));
         let _ = writeln!(
             text,
-            "| {robots} | {hz} | {} of {:.0} | {:.0} | {received} of {sent} ({:.3} %) | {} | {:.3} cores | {:.3} cores | {} of {} |",
+            "| {robots} | {hz} | {} of {:.0} | {:.0} | {received} of {sent} ({:.3} %) | {} | \
+             {:.3} cores | {:.3} cores | {} of {} |",
             sender["frames"],
             number(sender, "wall_secs") * f64::from(*hz),
             sent / number(sender, "wall_secs"),
@@ -212,7 +222,8 @@ mod tests {
     fn the_table_lists_losses() {
         let side = |lines: u64| {
             json!({
-                "lines": lines, "frames": 100, "wall_secs": 2.0, "cpu_secs": 0.5, "dropped_packets": 3, "late_ticks": 0,
+                "lines": lines, "frames": 100, "wall_secs": 2.0, "cpu_secs": 0.5,
+                "dropped_packets": 3, "late_ticks": 0,
             })
         };
         let figures = Figures { robots: 10, hz: 50, sender: side(1000), receiver: side(990) };

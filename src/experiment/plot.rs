@@ -1,4 +1,4 @@
-//! The plots of the reports, as SVG.
+//! The plots of the reports, as SVG: two charts side by side.
 
 use std::ops::Range;
 
@@ -7,7 +7,6 @@ use plotters::coord::ranged1d::{Ranged, ValueFormatter};
 use plotters::prelude::*;
 use regatta_study::page::COLOURS;
 
-use super::published::Pose;
 use crate::failure::Failure;
 
 /// The size of a plot in pixels: two charts side by side.
@@ -18,136 +17,106 @@ const MAX_LABELS: usize = 8;
 const MAX_DOTS: usize = 20;
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-type Chart<'a, 'b, X, Y> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<X, Y>>;
+type Canvas<'a, 'b, X, Y> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<X, Y>>;
 
 /// A named line through points.
+#[derive(Clone, Debug)]
 pub struct Series {
+    /// Its name in the legend.
     pub name: String,
+    /// Its points: x and y.
     pub points: Vec<(f64, f64)>,
 }
 
-/// The title of a chart, and the names of its axes.
-struct Titles {
-    caption: &'static str,
-    x: &'static str,
-    y: &'static str,
+/// The scale of the axes of a chart.
+#[derive(Clone, Copy, Debug)]
+pub enum Scale {
+    /// Each axis has a linear scale of its own.
+    Linear,
+    /// Both axes have the same linear scale: a metre is as long along x as along y.
+    Equal,
+    /// Both axes are logarithmic. Only positive numbers have a place there.
+    Logarithmic,
 }
 
-/// Draws a driven path and the heading along it, as the dissertation's figures of edge 34 do.
-pub fn path(route: &[u32], poses: &[Pose]) -> Result<String, Failure> {
-    let start = (0.0, poses.first().map_or(0.0, |pose| pose[2]));
-    let along = poses.windows(2).scan(start, |(distance, heading), pair| {
-        *distance += (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1]);
-        // The difference is wrapped to half a turn, so that the line has no jump where the angle
-        // wraps.
-        *heading += (pair[1][2] - *heading + 180.0).rem_euclid(360.0) - 180.0;
-        Some((*distance, *heading))
-    });
-    let name = format!("route {route:?}");
-    let line = Series {
-        name: name.clone(),
-        points: poses.iter().map(|pose| (pose[0], pose[1])).collect(),
-    };
-    let heading = Series { name, points: along.collect() };
-    side_by_side(
-        |area| {
-            equal_chart(area, &Titles { caption: "Driven path", x: "x [m]", y: "y [m]" }, &[line])
-        },
-        |area| {
-            linear_chart(
-                area,
-                &Titles { caption: "Heading along it", x: "distance [m]", y: "θ [°]" },
-                &[heading],
-            )
-        },
-    )
+/// A chart: lines over common axes.
+#[derive(Clone, Debug)]
+pub struct Chart<'a> {
+    /// Its title.
+    pub caption: &'a str,
+    /// The name of the x axis.
+    pub x: &'a str,
+    /// The name of the y axis.
+    pub y: &'a str,
+    /// The scale of both axes.
+    pub scale: Scale,
+    /// The lines.
+    pub series: Vec<Series>,
 }
 
-/// Draws the durations over the fleet size on the left, and the cost of a tick over the fleet size
-/// on the right with both axes logarithmic.
-pub fn scaling(durations: &[Series], costs: &[Series]) -> Result<String, Failure> {
-    let durations_titles = Titles {
-        caption: "Time for all robots to finish a route",
-        x: "robots",
-        y: "time over that of one robot",
-    };
-    side_by_side(
-        |area| linear_chart(area, &durations_titles, durations),
-        |area| {
-            log_chart(
-                area,
-                &Titles { caption: "Cost of a tick", x: "robots", y: "milliseconds" },
-                costs,
-            )
-        },
-    )
-}
-
-/// Draws the throughput of the fleet manager over the fleet size on the left, and what a cycle
-/// takes on the right.
-pub fn management(goals: &[Series], cycles: &[Series]) -> Result<String, Failure> {
-    let titles = |caption, y| Titles { caption, x: "robots", y };
-    side_by_side(
-        |area| linear_chart(area, &titles("Throughput", "goals a second"), goals),
-        |area| linear_chart(area, &titles("A cycle of the manager", "milliseconds"), cycles),
-    )
-}
-
-fn side_by_side(
-    left: impl FnOnce(&Area<'_>) -> Result<(), Failure>,
-    right: impl FnOnce(&Area<'_>) -> Result<(), Failure>,
-) -> Result<String, Failure> {
+/// Draws two charts side by side.
+///
+/// # Errors
+/// If a chart can't be drawn.
+pub fn side_by_side(left: &Chart<'_>, right: &Chart<'_>) -> Result<String, Failure> {
     let mut svg = String::new();
     {
         let root = SVGBackend::with_string(&mut svg, SIZE).into_drawing_area();
         root.fill(&WHITE)?;
         let (left_area, right_area) = root.split_horizontally(SIZE.0 / 2);
-        left(&left_area)?;
-        right(&right_area)?;
+        draw(&left_area, left)?;
+        draw(&right_area, right)?;
         root.present()?;
     }
     Ok(svg)
 }
 
-/// Draws a chart with linear axes.
-fn linear_chart(area: &Area<'_>, titles: &Titles, series: &[Series]) -> Result<(), Failure> {
-    let (xs, ys) = (linear_range(xs(series)), linear_range(ys(series)));
-    draw(builder(area, titles).build_cartesian_2d(xs, ys)?, titles, series)
+fn draw(area: &Area<'_>, chart: &Chart<'_>) -> Result<(), Failure> {
+    let series = &chart.series;
+    match chart.scale {
+        Scale::Linear => {
+            let (xs, ys) = (linear_range(xs(series)), linear_range(ys(series)));
+            draw_series(builder(area, chart).build_cartesian_2d(xs, ys)?, chart, series)
+        }
+        Scale::Equal => {
+            let (xs, ys) = equal_ranges(area, chart)?;
+            draw_series(builder(area, chart).build_cartesian_2d(xs, ys)?, chart, series)
+        }
+        Scale::Logarithmic => {
+            let (xs, ys) = (log_range(xs(series)).log_scale(), log_range(ys(series)).log_scale());
+            let positive: Vec<_> = series.iter().map(with_positive_points).collect();
+            draw_series(builder(area, chart).build_cartesian_2d(xs, ys)?, chart, &positive)
+        }
+    }
 }
 
-/// Draws a chart where a metre is as long along x as along y.
-fn equal_chart(area: &Area<'_>, titles: &Titles, series: &[Series]) -> Result<(), Failure> {
-    let (mut x_range, mut y_range) = (linear_range(xs(series)), linear_range(ys(series)));
-    let (width, height) = size_without_labels(area, titles)?;
-    let length = |range: &Range<f64>| range.end - range.start;
-    let metres_per_pixel =
-        (length(&x_range) / f64::from(width)).max(length(&y_range) / f64::from(height));
+/// Returns ranges along which a metre has the same length.
+fn equal_ranges(area: &Area<'_>, chart: &Chart<'_>) -> Result<(Range<f64>, Range<f64>), Failure> {
+    let (mut x_range, mut y_range) =
+        (linear_range(xs(&chart.series)), linear_range(ys(&chart.series)));
+    let (width, height) = size_without_labels(area, chart)?;
+    let metres_per_pixel = ((x_range.end - x_range.start) / f64::from(width))
+        .max((y_range.end - y_range.start) / f64::from(height));
     for (range, pixels) in [(&mut x_range, width), (&mut y_range, height)] {
         let (middle, half) =
             ((range.start + range.end) / 2.0, metres_per_pixel * f64::from(pixels) / 2.0);
         *range = middle - half..middle + half;
     }
-    draw(builder(area, titles).build_cartesian_2d(x_range, y_range)?, titles, series)
+    Ok((x_range, y_range))
+}
+
+fn with_positive_points(line: &Series) -> Series {
+    let points = line.points.iter().copied().filter(|(x, y)| *x > 0.0 && *y > 0.0);
+    Series { name: line.name.clone(), points: points.collect() }
 }
 
 /// Returns the size in pixels that a chart has for its lines, by building one elsewhere: the ranges
 /// make no difference to it.
-fn size_without_labels(area: &Area<'_>, titles: &Titles) -> Result<(u32, u32), Failure> {
+fn size_without_labels(area: &Area<'_>, chart: &Chart<'_>) -> Result<(u32, u32), Failure> {
     let mut svg = String::new();
     let elsewhere = SVGBackend::with_string(&mut svg, area.dim_in_pixel()).into_drawing_area();
-    let chart = builder(&elsewhere, titles).build_cartesian_2d(0.0..1.0, 0.0..1.0)?;
-    Ok(chart.plotting_area().dim_in_pixel())
-}
-
-/// Draws a chart with logarithmic axes. Only positive numbers have a place there.
-fn log_chart(area: &Area<'_>, titles: &Titles, series: &[Series]) -> Result<(), Failure> {
-    let (xs, ys) = (log_range(xs(series)).log_scale(), log_range(ys(series)).log_scale());
-    let is_positive = |(x, y): &(f64, f64)| *x > 0.0 && *y > 0.0;
-    let positive = series.iter().map(|line| Series {
-        name: line.name.clone(),
-        points: line.points.iter().copied().filter(is_positive).collect(),
-    });
-    draw(builder(area, titles).build_cartesian_2d(xs, ys)?, titles, &positive.collect::<Vec<_>>())
+    let canvas = builder(&elsewhere, chart).build_cartesian_2d(0.0..1.0, 0.0..1.0)?;
+    Ok(canvas.plotting_area().dim_in_pixel())
 }
 
 fn xs(series: &[Series]) -> impl Iterator<Item = f64> {
@@ -183,29 +152,29 @@ fn log_range(values: impl Iterator<Item = f64>) -> Range<f64> {
     10f64.powf(low) * 0.95..10f64.powf(high.max(low + 1.0)) * 1.05
 }
 
-fn builder<'a, 'b>(area: &'a Area<'b>, titles: &Titles) -> ChartBuilder<'a, 'b, SVGBackend<'b>> {
+fn builder<'a, 'b>(area: &'a Area<'b>, chart: &Chart<'_>) -> ChartBuilder<'a, 'b, SVGBackend<'b>> {
     let mut builder = ChartBuilder::on(area);
     builder
-        .caption(titles.caption, ("sans-serif", 20))
+        .caption(chart.caption, ("sans-serif", 20))
         .margin(14)
         .x_label_area_size(44)
         .y_label_area_size(64);
     builder
 }
 
-fn draw<'a, 'b: 'a, X, Y>(
-    mut chart: Chart<'a, 'b, X, Y>,
-    titles: &Titles,
+fn draw_series<'a, 'b: 'a, X, Y>(
+    mut canvas: Canvas<'a, 'b, X, Y>,
+    chart: &Chart<'_>,
     series: &[Series],
 ) -> Result<(), Failure>
 where
     X: Ranged<ValueType = f64> + ValueFormatter<f64>,
     Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
 {
-    chart
+    canvas
         .configure_mesh()
-        .x_desc(titles.x)
-        .y_desc(titles.y)
+        .x_desc(chart.x)
+        .y_desc(chart.y)
         .x_labels(MAX_LABELS)
         .x_label_formatter(&|value| plain(*value))
         .y_label_formatter(&|value| plain(*value))
@@ -215,7 +184,7 @@ where
     for (number, (line, colour)) in series.iter().zip(COLOURS.iter().cycle()).enumerate() {
         // Lines that others cover are wider, so that they can be seen below those.
         let wider = (series.len() - 1 - number) as u32 / 2;
-        chart
+        canvas
             .draw_series(LineSeries::new(
                 line.points.iter().copied(),
                 colour.stroke_width(2 + wider),
@@ -223,9 +192,9 @@ where
             .label(&line.name)
             .legend(|(x, y)| PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2)));
         let dots = line.points.iter().filter(|_| line.points.len() <= MAX_DOTS);
-        chart.draw_series(dots.map(|&point| Circle::new(point, 3 + wider, colour.filled())))?;
+        canvas.draw_series(dots.map(|&point| Circle::new(point, 3 + wider, colour.filled())))?;
     }
-    chart
+    canvas
         .configure_series_labels()
         .position(SeriesLabelPosition::UpperLeft)
         .background_style(WHITE.mix(0.85))
@@ -257,6 +226,10 @@ fn plain(value: f64) -> String {
 mod tests {
     use super::*;
 
+    fn chart(scale: Scale, series: Vec<Series>) -> Chart<'static> {
+        Chart { caption: "Driven path", x: "x", y: "y", scale, series }
+    }
+
     #[test]
     fn numbers_on_axes_are_plain() {
         for (value, text) in [
@@ -280,7 +253,11 @@ mod tests {
             points: vec![(1.0, f64::from(number)), (30.0, f64::from(2 * number))],
         };
         let series: Vec<_> = (1..=6).map(line).collect();
-        let svg = scaling(&series, &[line(7)]).expect("a plot");
+        let svg = side_by_side(
+            &chart(Scale::Linear, series.clone()),
+            &chart(Scale::Logarithmic, vec![line(7)]),
+        )
+        .expect("a plot");
         for (line, RGBColor(red, green, blue)) in series.iter().zip(COLOURS) {
             assert!(
                 svg.contains(&line.name)
@@ -292,20 +269,25 @@ mod tests {
 
     #[test]
     fn plots_of_nothing_and_of_impossible_numbers_end() {
-        let nothing = || Series { name: "none".into(), points: Vec::new() };
+        let nothing = Series { name: "none".into(), points: Vec::new() };
         let strange = [f64::NAN, f64::INFINITY, 0.0, -1.0]
             .map(|value| Series { name: "x".into(), points: vec![(value, value)] });
-        scaling(&[nothing()], &[nothing()]).expect("a plot without points");
-        scaling(&[], &[]).expect("a plot without series");
-        scaling(&[nothing()], &strange).expect("a plot of numbers without a logarithm");
-        path(&[1], &[]).expect("a plot of no poses");
-        path(&[1], &[[2.0, 3.0, 0.0]]).expect("a plot of one pose");
+        let one_point = Series { name: "one".into(), points: vec![(2.0, 3.0)] };
+        for scale in [Scale::Linear, Scale::Equal, Scale::Logarithmic] {
+            for series in [vec![], vec![nothing.clone()], vec![one_point.clone()], strange.to_vec()]
+            {
+                let chart = chart(scale, series);
+                side_by_side(&chart, &chart).expect("a plot");
+            }
+        }
     }
 
     #[test]
     fn a_metre_is_as_long_along_x_as_along_y() {
-        let square = [[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [10.0, 10.0, 0.0], [0.0, 10.0, 0.0]];
-        let svg = path(&[1], &square).expect("a plot");
+        let square = vec![(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0)];
+        let square = chart(Scale::Equal, vec![Series { name: "square".into(), points: square }]);
+        let other = Chart { caption: "Heading", ..chart(Scale::Linear, vec![]) };
+        let svg = side_by_side(&square, &other).expect("a plot");
         assert_eq!(svg.matches("Driven path").count(), 1, "each title is drawn once");
         let line = svg.split("<polyline").find(|part| part.contains("#0072B2")).expect("the path");
         let points = line

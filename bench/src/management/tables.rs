@@ -39,14 +39,17 @@ pub fn markdown(plan: &Plan, results: &Results, site: &str, environment: &str) -
     let setup = Setup { secs: plan.secs, ..Setup::of(1) };
     let mut text = format!(
         "# The fleet manager\n\n{environment}\n\n\
-         Engine, fleet manager and validator are separate processes in lockstep, at `--speed max`. {site}; {} s a run, of which \
-         the first {} s don't count for throughput; seeds {}. Figures are means over the seeds, with the lowest and the highest \
-         in brackets; longest times are the longest of all seeds, contacts the sum. Robots of 0.9 m × 0.6 m drive from one random \
-         node to the next (the load `endless: robots`, without dwell) as fast as the roads allow. Robots get orders in turn, wherever \
-         they are: given to whoever is nearest, as by default, several times as many would be carried. Some have an acceleration \
-         limit of {MAX_ACCELERATION} m/s². 'Bound' is the same run with conflicts switched off: robots drive through each other. \
-         'Busy' is the part of a core that the cycles of the manager take at 10 Hz, by wall time: too much on a machine that does \
-         other work. Bars are those that the project has set itself.\n",
+         Engine, fleet manager and validator are separate processes in lockstep, at `--speed \
+         max`. {site}; {} s a run, of which the first {} s don't count for throughput; seeds {}. \
+         Figures are means over the seeds, with the lowest and the highest in brackets; longest \
+         times are the longest of all seeds, contacts the sum. Robots of 0.9 m × 0.6 m drive from \
+         one random node to the next (the load `endless: robots`, without dwell) as fast as the \
+         roads allow. Robots get orders in turn, wherever they are: given to whoever is nearest, \
+         as by default, several times as many would be carried. Some have an acceleration limit \
+         of {MAX_ACCELERATION} m/s². 'Bound' is the same run with conflicts switched off: robots \
+         drive through each other. 'Busy' is the part of a core that the cycles of the manager \
+         take at 10 Hz, by wall time: too much on a machine that does other work. Bars are those \
+         that the project has set itself.\n",
         plan.secs,
         setup.warm_up_secs(),
         seeds.join(", "),
@@ -160,8 +163,9 @@ fn busy(runs: &[&Measured], robots: u32) -> String {
 fn throughput(plan: &Plan, results: &Results) -> String {
     let mut text = String::from(
         "\n## Throughput\n\n\
-         | robots | acceleration | goals/s | bound | of it | bar | longest without a finished order (bar: 20 min) | a cycle | \
-         longest cycle | busy | contacts | other findings |\n|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+         | robots | acceleration | goals/s | bound | of it | bar | longest without a finished \
+         order (bar: 20 min) | a cycle | longest cycle | busy | contacts | other findings |\n\
+         |---|---|---|---|---|---|---|---|---|---|---|---|\n",
     );
     for limited in [false, true] {
         let bounds = parts::throughput_rows(plan, limited, false);
@@ -199,9 +203,10 @@ fn throughput_row(text: &mut String, setup: &Setup, runs: &[&Measured], bound: &
 
 fn stalls(plan: &Plan, results: &Results) -> String {
     let mut text = format!(
-        "\n## Stalls\n\nA part of the robots stops {STALLS_PER_HOUR} times an hour each, for {STALL_SECS} s on average. Bar: no \
-         contact.\n\n\
-         | robots | acceleration | stall | goals/s | longest without a finished order (bar: 20 min) | contacts | other findings |\n\
+        "\n## Stalls\n\nA part of the robots stops {STALLS_PER_HOUR} times an hour each, for \
+         {STALL_SECS} s on average. Bar: no contact.\n\n\
+         | robots | acceleration | stall | goals/s | longest without a finished order (bar: 20 \
+         min) | contacts | other findings |\n\
          |---|---|---|---|---|---|---|\n"
     );
     for row in parts::stall_rows(plan) {
@@ -223,8 +228,10 @@ fn stalls(plan: &Plan, results: &Results) -> String {
 
 fn breakdowns(plan: &Plan, results: &Results) -> String {
     let mut text = String::from(
-        "\n## Breakdowns\n\nRobots break down at the end of the warm-up, where they are, and are not repaired.\n\n\
-         | robots | broken | goals/s | of the undisturbed figure | bar | contacts | other findings |\n|---|---|---|---|---|---|---|\n",
+        "\n## Breakdowns\n\nRobots break down at the end of the warm-up, where they are, and are \
+         not repaired.\n\n\
+         | robots | broken | goals/s | of the undisturbed figure | bar | contacts | other \
+         findings |\n|---|---|---|---|---|---|---|\n",
     );
     let rows = parts::breakdown_rows(plan);
     for row in &rows {
@@ -255,7 +262,8 @@ fn breakdowns(plan: &Plan, results: &Results) -> String {
 
 fn hour(plan: &Plan, results: &Results) -> String {
     let mut text = String::from(
-        "\n## Speed in lockstep\n\n| robots | times real time | bar | a cycle of the manager | contacts |\n|---|---|---|---|---|\n",
+        "\n## Speed in lockstep\n\n| robots | times real time | bar | a cycle of the manager | \
+         contacts |\n|---|---|---|---|---|\n",
     );
     for row in parts::hour_rows(plan) {
         let runs = runs(results, &row);
@@ -278,17 +286,20 @@ fn hour(plan: &Plan, results: &Results) -> String {
 
 fn large(plan: &Plan, results: &Results) -> String {
     let mut text = String::from(
-        "\n## A large fleet\n\nIn a generated warehouse of 122,158 edges. 'Process' is all processor time of the manager's \
-         process over simulated time, its start included; at the start it works the roads out, before its first cycle.\n\n\
-         | robots | simulated | goals/s | busy | process | start | a cycle | longest cycle | times real time | contacts | other \
-         findings |\n|---|---|---|---|---|---|---|---|---|---|---|\n",
+        "\n## A large fleet\n\nIn a generated warehouse of 122,158 edges. 'Process' is all \
+         processor time of the manager's process over simulated time, its start included; at the \
+         start it works the roads out, before its first cycle.\n\n\
+         | robots | simulated | goals/s | busy | process | start | a cycle | longest cycle | \
+         times real time | contacts | other findings \
+         |\n|---|---|---|---|---|---|---|---|---|---|---|\n",
     );
     for row in parts::large_rows(plan) {
         let (setup, runs) = (row[0], runs(results, &row));
         let longest_cycle_ms = longest(&runs, |run| run.longest_cycle_ms);
         let _ = writeln!(
             text,
-            "| {} | {} s | {} | {} | {} | {:.1} s | {} ms | {longest_cycle_ms:.0} ms ({}) | {} | {} | {} |",
+            "| {} | {} s | {} | {} | {} | {:.1} s | {} ms | {longest_cycle_ms:.0} ms ({}) | {} | \
+             {} | {} |",
             setup.robots,
             setup.secs,
             spread(&runs, goals),

@@ -1,15 +1,12 @@
 //! `regatta graph` as a process: its exit codes, its output, and the shipped graphs.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
-fn graphs(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("graphs").join(name)
-}
+use crate::fleet::{graphs, regatta};
 
 fn regatta_graph(args: &[&str], file: Option<&Path>) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_regatta"));
-    command.arg("graph").args(args).args(file).output().expect("regatta starts")
+    regatta().arg("graph").args(args).args(file).output().expect("regatta starts")
 }
 
 fn text(bytes: &[u8]) -> String {
@@ -100,7 +97,7 @@ fn draw_writes_svg_and_info_writes_json() {
 /// Runs `regatta graph` with a text on standard input.
 fn with_input(args: &[&str], input: &str) -> Output {
     use std::io::Write;
-    let mut child = Command::new(env!("CARGO_BIN_EXE_regatta"))
+    let mut child = regatta()
         .arg("graph")
         .args(args)
         .stdin(Stdio::piped())
@@ -255,7 +252,7 @@ fn check_prints_json() {
 }
 
 fn succeeds(args: &[&str], folder: &Path) -> String {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_regatta"));
+    let mut command = regatta();
     let output = command.args(args).current_dir(folder).output().expect("regatta starts");
     assert!(output.status.success(), "{args:?}: {}", text(&output.stderr));
     text(&output.stdout)
@@ -274,7 +271,7 @@ fn a_layout_is_converted_there_and_back_without_a_difference() {
     }
     succeeds(&["graph", "convert", porto, "-o", "same.yaml"], folder.path());
     assert_eq!(succeeds(&["graph", "diff", porto, "same.yaml"], folder.path()), "");
-    let mut command = Command::new(env!("CARGO_BIN_EXE_regatta"));
+    let mut command = regatta();
     let warehouse = graphs("warehouse.yaml");
     let output =
         command.args(["graph", "diff", porto]).arg(&warehouse).output().expect("regatta starts");
@@ -366,7 +363,7 @@ fn a_folder_for_a_layout_can_be_run() {
             folder.path(),
         );
         assert_eq!(digest.trim().len(), 32, "{digest}");
-        let mut command = Command::new(env!("CARGO_BIN_EXE_regatta"));
+        let mut command = regatta();
         let again = command
             .args(["new", layout])
             .args(options)
@@ -386,7 +383,7 @@ fn a_layout_and_a_benchmark_are_run_as_they_are() {
         let file = file.to_str().expect("a path");
         let args =
             ["engine", file, "--ticks", "50", "--speed", "max", "--digest", "--fleet", &fleet];
-        let mut command = Command::new(env!("CARGO_BIN_EXE_regatta"));
+        let mut command = regatta();
         let output =
             command.args(args).current_dir(folder.path()).output().expect("regatta starts");
         assert_eq!(text(&output.stdout).trim().len(), 32, "{name}: {}", text(&output.stderr));

@@ -1,17 +1,20 @@
-//! The setup of every report: an engine process with a reader attached.
+//! Experiments: an engine process with a reader attached, and the report on what was measured.
 
-use std::fs::File;
+pub mod plot;
+pub mod report;
+
+use std::fs::{self, File};
 use std::io::{Read, Seek};
 use std::path::Path;
-use std::process::Command;
 use std::time::{Duration, Instant};
 
+use clap::builder::RangedU64ValueParser;
 use regatta_plugin::control::ControlResponse;
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::{Control, FleetName, Frame, Subscriber, Termination};
 
-use super::output::write;
 use crate::failure::{Failure, plugin_failure};
+use crate::program::Program;
 use crate::supervisor::Supervisor;
 
 /// The longest time until the engine can be read.
@@ -41,18 +44,27 @@ pub fn wait(time: Duration) -> Result<(), Failure> {
 /// An engine process, its control client and its reader.
 pub struct Experiment {
     supervisor: Supervisor,
-    pub control: Control,
+    control: Control,
+    /// The reader of its frames.
     pub reader: Subscriber,
 }
 
 impl Experiment {
     /// Starts `regatta engine SCENARIO ARGS` with a fleet name of its own, and waits until the
     /// fleet can be read.
-    pub fn start(name: &str, scenario: &Path, args: &[String]) -> Result<Self, Failure> {
+    ///
+    /// # Errors
+    /// If the engine doesn't start.
+    pub fn start(
+        program: &Program,
+        name: &str,
+        scenario: &Path,
+        args: &[String],
+    ) -> Result<Self, Failure> {
         check_interrupt()?;
         let fleet: FleetName = format!("report-{name}-{}", std::process::id()).parse()?;
         let mut messages = tempfile::tempfile()?;
-        let mut command = Command::new(std::env::current_exe()?);
+        let mut command = program.command();
         command.arg("engine").arg(scenario).args(["--fleet", &fleet.to_string()]).args(args);
         let mut supervisor = Supervisor::default();
         supervisor.start("engine", command.stderr(messages.try_clone()?))?;
@@ -72,11 +84,18 @@ impl Experiment {
         }
     }
 
+    /// Asks the engine for its status.
+    ///
+    /// # Errors
+    /// If it doesn't answer.
     pub fn status(&mut self) -> Result<ControlResponse, Failure> {
         Ok(self.control.status()?)
     }
 
     /// Calls `is_last` with each frame as it arrives, until it returns true.
+    ///
+    /// # Errors
+    /// If the engine ends, or if the time is over.
     pub fn watch(
         &mut self,
         timeout: Duration,
@@ -125,12 +144,17 @@ pub fn all_idle(frame: &Frame<'_>) -> bool {
     frame.state().iter().all(|&state| state == RobotState::Idle as u8)
 }
 
-/// Creates a folder for an experiment's scenarios that contains the graph `porto.yaml`; it is
-/// removed when dropped.
-pub fn folder_with_porto() -> Result<tempfile::TempDir, Failure> {
-    let folder = temporary_folder()?;
-    write(&folder.path().join("porto.yaml"), include_str!("../../graphs/porto.yaml"))?;
-    Ok(folder)
+/// Writes a file of an experiment into its temporary folder.
+///
+/// # Errors
+/// If it can't be written.
+pub fn write(path: &Path, text: &str) -> Result<(), Failure> {
+    fs::write(path, text).map_err(|error| format!("can't write {}: {error}", path.display()).into())
+}
+
+/// Returns the parser of the time that a load is measured for, in seconds.
+pub fn seconds_parser() -> RangedU64ValueParser {
+    clap::value_parser!(u64).range(1..=86_400)
 }
 
 /// Creates a folder that is removed when dropped.
