@@ -190,7 +190,7 @@ impl Manager {
                 self.steering.stay(robot);
             } else if self.steering.is_unreachable(robot) {
                 self.give_up(robot, now_secs);
-            } else if self.steering.robot(robot).is_some_and(|state| state.goal.is_none()) {
+            } else if self.steering.robot(robot).is_some_and(|state| state.goal().is_none()) {
                 // It was sent out of others' way while it waited for roads to be opened.
                 self.send(robot, node);
             }

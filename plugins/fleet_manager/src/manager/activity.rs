@@ -46,12 +46,16 @@ impl Manager {
 
     /// The robot that a robot waits for.
     pub fn waits_for(&self, robot: u32) -> Option<u32> {
-        self.steering.robot(robot).filter(|state| state.waiting_since.is_finite())?.blocker
+        self.steering
+            .robot(robot)
+            .filter(|state| state.waiting_since.is_finite())?
+            .blocker
+            .map(|blocker| blocker.robot)
     }
 
     /// The id of the node to which a robot was sent.
     pub fn goal_id(&self, robot: u32) -> Option<u32> {
-        let goal = self.steering.robot(robot)?.goal?;
+        let goal = self.steering.robot(robot)?.goal()?;
         Some(self.steering.roads().node_id(goal))
     }
 }

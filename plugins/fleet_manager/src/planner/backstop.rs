@@ -148,8 +148,11 @@ impl Backstop {
     fn lead(&mut self, traffic: &Traffic<'_>, plans: &mut Plans) {
         let led: BTreeSet<u32> = self.cases.iter().flat_map(Case::robots).collect();
         plans.routes.retain(|(robot, _)| !led.contains(robot));
-        plans.precedences.retain(|(robot, _)| !led.contains(robot));
-        plans.holds.retain(|(robot, _)| !led.contains(robot));
+        for &robot in &led {
+            let permit = plans.permit(robot);
+            permit.precedence = None;
+            permit.max_legs = usize::MAX;
+        }
         for _ in 0..self.cases.len() {
             let mut case = self.cases.remove(0);
             self.go_on(&mut case, traffic, plans);
@@ -165,7 +168,11 @@ impl Backstop {
             self.search(case, traffic);
         }
         match &mut case.phase {
-            Phase::Search(..) => plans.frozen.extend(&case.region.members),
+            Phase::Search(..) => {
+                for &robot in &case.region.members {
+                    plans.permit(robot).is_frozen = true;
+                }
+            }
             Phase::Drive(course) => {
                 let done = course.follow(traffic);
                 let is_stuck = traffic.now - course.moved() > self.settings.stand_secs;
@@ -248,8 +255,8 @@ impl Backstop {
             };
             let Some(hold) = legs_outside(traffic, robot, &legs, &kept) else { continue };
             match hold {
-                None => plans.frozen.push(robot),
-                Some(legs) => plans.kept_out.push((robot, legs)),
+                None => plans.permit(robot).is_frozen = true,
+                Some(legs) => plans.permit(robot).max_legs_outside = legs,
             }
             if hold.is_none_or(|legs| legs == 0) {
                 self.standing.excuse(robot, traffic.now);
@@ -264,7 +271,9 @@ fn seeds(traffic: &Traffic<'_>, group: &[u32]) -> Vec<u32> {
     let sent = |robot: &&u32| traffic.robot(**robot).map_or(f64::INFINITY, |state| state.sent);
     let first = group.iter().min_by(|a, b| sent(a).total_cmp(&sent(b)));
     let mut chain: Vec<u32> = first.into_iter().copied().collect();
-    while let Some(next) = chain.last().and_then(|&robot| traffic.robot(robot)?.blocker) {
+    while let Some(next) =
+        chain.last().and_then(|&robot| Some(traffic.robot(robot)?.blocker?.robot))
+    {
         if !group.contains(&next) || chain.contains(&next) {
             break;
         }

@@ -109,8 +109,8 @@ impl Lanes {
         self.last = traffic.now;
         self.congestion.pass(passed);
         for (_, state) in traffic.robots() {
-            if let Some(edge) = state.blocked_on.filter(|_| state.waiting_since.is_finite()) {
-                self.congestion.lose(edge, passed as f32);
+            if let Some(blocker) = state.blocker.filter(|_| state.waiting_since.is_finite()) {
+                self.congestion.lose(blocker.edge, passed as f32);
             }
         }
         if traffic.now >= self.next_count {
@@ -169,8 +169,8 @@ impl Lanes {
             let waits = !state.is_held
                 && !state.horizon.is_empty()
                 && state.waiting_since.max(state.planned) < reroute;
-            if state.goal.is_some() && !state.is_adopted && (state.needs_route || waits) {
-                due.push((!state.needs_route, Due { planned: state.planned, robot }));
+            if state.is_under_way() && (state.needs_route() || waits) {
+                due.push((!state.needs_route(), Due { planned: state.planned, robot }));
             }
         }
         // The sort is stable: among equals, robots come in the order of their ids.
@@ -242,7 +242,7 @@ fn route(
     let (Some(state), Some((last, start))) = (traffic.robot(robot), traffic.base_end(robot)) else {
         return (None, 0);
     };
-    let Some(goal) = state.goal else { return (None, 0) };
+    let Some(goal) = state.goal() else { return (None, 0) };
     if start == goal {
         return (Some(Vec::new()), 0);
     }

@@ -25,7 +25,7 @@ use self::push::Push;
 use super::{DrivingTimes, Planner, Plans};
 use crate::density::DensitySettings;
 use crate::roads::{Leg, Roads};
-use crate::traffic::{Robot, Traffic};
+use crate::traffic::{Errand, Robot, Traffic};
 
 /// What can be set.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -113,7 +113,9 @@ impl Pibt {
         self.times.begin();
         let mut bases: Vec<(bool, Leg, f32, u32)> = Vec::new();
         for (robot, state) in traffic.robots() {
-            state.goal.iter().for_each(|&goal| self.times.prepare(traffic.roads, goal));
+            if let Some(goal) = state.goal() {
+                self.times.prepare(traffic.roads, goal);
+            }
             let (Some((leg, _)), Some(end)) = (traffic.base_end(robot), traffic.claims.end(robot))
             else {
                 continue;
@@ -150,7 +152,7 @@ impl Pibt {
 
     /// Robots with goals: those first that were sent the longest ago.
     fn ranks(&self, traffic: &Traffic<'_>) -> Vec<u32> {
-        let goals = traffic.robots().filter(|(_, state)| state.goal.is_some() && !state.is_adopted);
+        let goals = traffic.robots().filter(|(_, state)| state.is_under_way());
         let is_demoted = |robot: u32| self.demoted.contains_key(&robot);
         let mut ranks: Vec<(bool, f64, u32)> =
             goals.map(|(robot, state)| (is_demoted(robot), state.sent, robot)).collect();
@@ -170,7 +172,7 @@ impl Pibt {
         };
         match self.top {
             Some((top, at, since)) if (top, at) == (robot, place) => {
-                let is_there = traffic.robot(robot).is_none_or(|state| state.goal == Some(place));
+                let is_there = traffic.robot(robot).is_none_or(|state| state.goal() == Some(place));
                 if traffic.now - since > PATIENCE_SECS && !is_there {
                     self.demoted.insert(robot, traffic.now + DEMOTED_SECS);
                     self.demotions += 1;
@@ -193,7 +195,7 @@ impl Pibt {
             else {
                 continue;
             };
-            plans.precede(robot, rank as f64);
+            plans.permit(robot).precedence = Some(rank as f64);
             let has_place = match stand {
                 Stand::Bound(_) => true,
                 Stand::Behind(_) => false,
@@ -204,7 +206,7 @@ impl Pibt {
             // Whoever has left the place ahead has one to go on to, so that the way there becomes
             // free.
             if has_place {
-                plans.follow(robot);
+                plans.permit(robot).follows = true;
             }
             let legs: Vec<Leg> = match (stand, chosen.get(&robot)) {
                 (Stand::Bound(_) | Stand::Behind(_), _) => state.horizon.iter().copied().collect(),
@@ -212,7 +214,7 @@ impl Pibt {
                 (Stand::Ready(_), Some(hop)) if self.may_go(traffic, hop.place) => hop.legs.clone(),
                 (Stand::Ready(_), _) => Vec::new(),
             };
-            if state.needs_route || !state.horizon.iter().eq(&legs) {
+            if state.needs_route() || !state.horizon.iter().eq(&legs) {
                 self.hops_ordered += u64::from(!legs.is_empty());
                 plans.route(robot, legs);
             }
@@ -222,7 +224,7 @@ impl Pibt {
     /// Whether nobody's base ends at a place; idle robots only leave if somebody waits for them.
     fn may_go(&self, traffic: &Traffic<'_>, place: u32) -> bool {
         let Some(other) = self.taken[place as usize] else { return true };
-        traffic.robot(other).is_some_and(|state| state.goal.is_none() && !state.is_pinned)
+        traffic.robot(other).is_some_and(|state| state.errand == Errand::None)
     }
 }
 

@@ -142,10 +142,10 @@ impl Tea {
         for (robot, state) in traffic.robots() {
             let path = self.paths.get_mut(&robot);
             let is_known = path.is_some_and(|path| {
-                path.goal == state.goal && (path.follow(traffic, robot) || !path.is_planned)
+                path.goal == state.goal() && (path.follow(traffic, robot) || !path.is_planned)
             });
             let waits = traffic.now - state.waiting_since.max(self.planned) >= PATIENCE_SECS;
-            deviates |= !is_known || state.needs_route || waits;
+            deviates |= !is_known || state.needs_route() || waits;
         }
         let is_gone = |robot: &u32| traffic.robot(*robot).is_none();
         let is_late = self.is_incomplete && traffic.now - self.planned >= PATIENCE_SECS;
@@ -170,23 +170,23 @@ impl Tea {
         let (paths, ranks) = round.run();
         self.is_incomplete = false;
         for (&robot, path) in &paths {
-            let Some(state) =
-                traffic.robot(robot).filter(|state| state.goal.is_some() && !state.is_adopted)
-            else {
+            let Some(state) = traffic.robot(robot).filter(|state| state.is_under_way()) else {
                 continue;
             };
-            let is_there = path.end(traffic.roads) == state.goal && !path.starts_inside;
+            let is_there = path.end(traffic.roads) == state.goal() && !path.starts_inside;
             if path.is_planned || is_there {
                 let legs: Vec<Leg> = path.steps[1..].iter().map(|step| step.leg).collect();
-                if state.needs_route || !state.horizon.iter().eq(&legs) {
+                if state.needs_route() || !state.horizon.iter().eq(&legs) {
                     plans.route(robot, legs);
                 }
                 continue;
             }
             self.is_incomplete = true;
-            let leads_to_goal =
-                state.horizon.back().is_some_and(|&leg| Some(traffic.roads.end(leg)) == state.goal);
-            if state.needs_route || !leads_to_goal {
+            let leads_to_goal = state
+                .horizon
+                .back()
+                .is_some_and(|&leg| Some(traffic.roads.end(leg)) == state.goal());
+            if state.needs_route() || !leads_to_goal {
                 match self.fastest(traffic, robot) {
                     Some(legs) => plans.route(robot, legs),
                     None => plans.unreachable(robot),
@@ -199,7 +199,7 @@ impl Tea {
     /// The fastest route of a robot on empty roads.
     fn fastest(&mut self, traffic: &Traffic<'_>, robot: u32) -> Option<Vec<Leg>> {
         let (state, (last, start)) = (traffic.robot(robot)?, traffic.base_end(robot)?);
-        let goal = state.goal?;
+        let goal = state.goal()?;
         if start == goal {
             return Some(Vec::new());
         }

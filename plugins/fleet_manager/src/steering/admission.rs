@@ -86,7 +86,7 @@ impl Steering {
     /// Whether a robot is under way on roads that others need.
     pub(super) fn is_on_roads(&self, robot: u32) -> bool {
         let Some(state) = self.robot(robot) else { return false };
-        let is_under_way = state.goal.is_some() && !state.is_fresh && !state.is_adopted;
+        let is_under_way = state.is_under_way() && !state.is_fresh;
         is_under_way
             && !self.claims.of(robot).iter().all(|stretch| self.is_in_reservoir(stretch.leg))
     }
@@ -101,7 +101,7 @@ impl Steering {
         let is_queued =
             self.claims.of(robot).iter().all(|stretch| self.is_in_reservoir(stretch.leg));
         let was_held = self.now - state.waiting_since > HELD_SECS;
-        state.is_admitted
+        state.permit.is_admitted
             || self.is_on_roads(robot)
             || self.admission.density.is_open()
             || (is_in_way && (!is_queued || was_held))
@@ -126,7 +126,7 @@ impl Steering {
             if state.is_held {
                 return Some(current);
             }
-            current = state.blocker.filter(|_| state.waiting_since.is_finite())?;
+            current = state.blocker.filter(|_| state.waiting_since.is_finite())?.robot;
         }
         None
     }

@@ -59,7 +59,7 @@ impl Steering {
             if state.horizon.iter().any(|leg| self.closed_edges.binary_search(&leg.edge()).is_ok())
             {
                 state.horizon.clear();
-                state.needs_route |= state.goal.is_some();
+                state.replan();
             }
         }
     }
@@ -94,8 +94,8 @@ impl Steering {
     fn route_anew(&mut self) {
         for state in self.robots.iter_mut().flatten() {
             let is_closed = state.horizon.iter().any(|leg| self.closed[leg.index()]);
-            if state.goal.is_some() && (is_closed || state.is_unreachable) {
-                (state.needs_route, state.is_unreachable) = (true, false);
+            if is_closed || state.is_unreachable() {
+                state.replan();
             }
         }
     }

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use super::Traffic;
+use super::{Blocker, Traffic};
 use crate::claims::Stretch;
 use crate::roads::Leg;
 
@@ -20,8 +20,8 @@ pub struct Extension {
     pub stretches: Vec<Stretch>,
     /// Legs of the horizon that become part of the base.
     pub legs: usize,
-    /// Who is in the way of more, and on which edge.
-    pub blocker: Option<(u32, u32)>,
+    /// The robot that is in the way of more.
+    pub blocker: Option<Blocker>,
     /// Whether it ends where the robot waits for admission to the roads.
     pub is_held: bool,
 }
@@ -48,13 +48,15 @@ impl Traffic<'_> {
     /// or else to the last one before. Unless it `may_enter` the roads, it ends in the reservoir
     /// that the robot is in.
     pub fn extension(&self, robot: u32, wanted: f32, may_enter: bool) -> Extension {
-        let legs = self.robot(robot).map_or(0, |state| state.most_legs.min(state.legs_outside));
+        let legs = self
+            .robot(robot)
+            .map_or(0, |state| state.permit.max_legs.min(state.permit.max_legs_outside));
         self.extension_by(robot, legs, wanted, may_enter)
     }
 
     /// As [`extension`](Self::extension), wherever the robot is kept out for the time being.
     pub(crate) fn extension_later(&self, robot: u32, wanted: f32) -> Extension {
-        let legs = self.robot(robot).map_or(0, |state| state.most_legs);
+        let legs = self.robot(robot).map_or(0, |state| state.permit.max_legs);
         self.extension_by(robot, legs, wanted, true)
     }
 
@@ -102,7 +104,7 @@ impl Traffic<'_> {
             let is_there = number == 0 && from >= length;
             let to = if is_there { length } else { reach.metres };
             if to < from {
-                blocker = reach.blocker.map(|blocker| (blocker, leg.edge()));
+                blocker = reach.blocker.map(|robot| Blocker { robot, edge: leg.edge() });
                 break;
             }
             let next = horizon.get(number);
@@ -113,7 +115,7 @@ impl Traffic<'_> {
             let ends = Ends {
                 next,
                 allows_sidings: allows_sidings && occupant.is_none(),
-                anywhere: state.is_following,
+                anywhere: state.permit.follows,
             };
             if let Some(place) = self.place(footprint, leg, [from, to], wanted - so_far, &ends) {
                 best = Some(Place { stretches: stretches.len(), legs: number, to: place });
@@ -122,7 +124,7 @@ impl Traffic<'_> {
                 }
             }
             if to < length {
-                blocker = reach.blocker.map(|blocker| (blocker, leg.edge()));
+                blocker = reach.blocker.map(|robot| Blocker { robot, edge: leg.edge() });
                 break;
             }
             so_far += length - from;
@@ -132,11 +134,11 @@ impl Traffic<'_> {
                 break;
             }
             if let Some(occupant) = occupant {
-                blocker = Some((occupant, next.edge()));
+                blocker = Some(Blocker { robot: occupant, edge: next.edge() });
                 break;
             }
             if let Err(by) = self.pass_node(robot, [leg, next], &mut stretches) {
-                blocker = by.map(|by| (by, next.edge()));
+                blocker = by.map(|robot| Blocker { robot, edge: next.edge() });
                 break;
             }
             (leg, from) = (next, 0.0);

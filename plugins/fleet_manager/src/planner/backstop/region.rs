@@ -116,8 +116,8 @@ impl Region {
             stands.dedup();
         });
         for member in ranked {
-            let state = traffic.robot(self.members[member]).filter(|state| !state.is_unreachable);
-            let Some(goal) = state.and_then(|state| state.goal) else { continue };
+            let state = traffic.robot(self.members[member]).filter(|state| !state.is_unreachable());
+            let Some(goal) = state.and_then(Robot::goal) else { continue };
             times.prepare(roads, goal);
             let start = usize::from(self.problem.starts[member]);
             let secs = |node: &u32| times.between(roads, *node, goal).unwrap_or(f64::INFINITY);

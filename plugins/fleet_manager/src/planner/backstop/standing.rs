@@ -73,7 +73,7 @@ impl Standing {
         let robots = || traffic.robots().filter(|(robot, _)| standing(robot));
         // Who is in nobody's way any more, or stays where it is, ends a chain.
         let ends: BTreeSet<u32> =
-            robots().filter(|(_, state)| is_movable(state) && is_idle(state)).map(by_id).collect();
+            robots().filter(|(_, state)| is_movable(state) && state.is_idle()).map(by_id).collect();
         let waiting =
             robots().filter(|(robot, state)| is_under_way(traffic, *robot, state)).map(by_id);
         let mut waits: Vec<(u32, Vec<u32>)> =
@@ -99,18 +99,16 @@ fn by_id((robot, _): (u32, &Robot)) -> u32 {
 
 /// Whether a robot can be sent elsewhere.
 pub fn is_movable(state: &Robot) -> bool {
-    !state.is_pinned && !state.is_adopted && !state.is_lost && state.stuck_since.is_infinite()
-}
-
-/// Whether a robot has nowhere to go.
-fn is_idle(state: &Robot) -> bool {
-    state.goal.is_none() || state.is_unreachable
+    !state.is_pinned() && !state.is_adopted() && state.stuck_since.is_infinite()
 }
 
 /// Whether a robot wants to drive on.
 fn is_under_way(traffic: &Traffic<'_>, robot: u32, state: &Robot) -> bool {
-    let is_there = traffic.base_end(robot).is_none_or(|(_, node)| state.goal == Some(node));
-    is_movable(state) && !is_idle(state) && !state.is_held && (!is_there || state.blocker.is_some())
+    let is_there = traffic.base_end(robot).is_none_or(|(_, node)| state.goal() == Some(node));
+    is_movable(state)
+        && !state.is_idle()
+        && !state.is_held
+        && (!is_there || state.blocker.is_some())
 }
 
 /// The robots that are in the way of a robot: the one that steering has found, or those that its
@@ -120,7 +118,7 @@ fn blockers(traffic: &Traffic<'_>, robot: u32) -> Vec<u32> {
         return Vec::new();
     };
     if let Some(blocker) = state.blocker.filter(|_| state.waiting_since.is_finite()) {
-        return vec![blocker];
+        return vec![blocker.robot];
     }
     let in_way =
         |stretch: &Stretch| traffic.claims.in_way(traffic.roads, state.class.footprint, stretch);

@@ -55,7 +55,7 @@ impl Lanes {
     fn detour(&mut self, robot: u32, traffic: &Traffic<'_>) -> Option<Vec<Leg>> {
         let state = traffic.robot(robot)?;
         let (last, _) = traffic.base_end(robot)?;
-        let (avoid, goal) = (*state.horizon.front()?, state.goal?);
+        let (avoid, goal) = (*state.horizon.front()?, state.goal()?);
         let is_open = |leg: Leg| leg != avoid && !traffic.claims.holds(robot, leg.edge());
         let elsewhere = self.way(robot, traffic, last, goal, is_open);
         let can_drive = |legs: &Vec<Leg>| traffic.can_drive(robot, legs);
@@ -72,7 +72,7 @@ impl Lanes {
         traffic: &Traffic<'_>,
         [last, avoid]: [Leg; 2],
     ) -> Option<Vec<Leg>> {
-        let (roads, goal) = (traffic.roads, traffic.robot(robot)?.goal?);
+        let (roads, goal) = (traffic.roads, traffic.robot(robot)?.goal()?);
         let is_stub = |leg: Leg| roads.stubs().of(leg.edge()).is_some();
         let exits =
             roads.exits(roads.end(last)).iter().filter(|_| is_stub(avoid) && !is_stub(last));

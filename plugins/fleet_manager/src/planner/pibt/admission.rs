@@ -34,7 +34,7 @@ impl Admission {
     /// Admits robots, those first that come first in `ranks`.
     pub(super) fn admit(&mut self, traffic: &Traffic<'_>, ranks: &[u32]) {
         let sent = |robot: u32| {
-            traffic.robot(robot).filter(|state| state.goal.is_some()).map(|state| state.sent)
+            traffic.robot(robot).filter(|state| state.goal().is_some()).map(|state| state.sent)
         };
         self.sent.retain(|robot, since| sent(*robot) == Some(*since));
         let waits = |robot: &&u32| {

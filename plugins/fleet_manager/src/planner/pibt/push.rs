@@ -91,7 +91,7 @@ impl<'a> Push<'a> {
     }
 
     fn goal(&self, robot: u32) -> Option<u32> {
-        self.traffic.robot(robot)?.goal
+        self.traffic.robot(robot)?.goal()
     }
 
     /// Chooses the next place of a robot. One that is pushed can't stay, and had better not go
@@ -141,15 +141,15 @@ impl<'a> Push<'a> {
     /// Asks a robot to leave its place, for one that goes on to another place.
     fn make_way(&mut self, robot: u32, place: u32, next: Option<u32>) -> Outcome {
         let Some(state) = self.traffic.robot(robot) else { return Outcome::Later };
-        if state.is_pinned || state.is_adopted || self.chain.len() > LONGEST_CHAIN {
+        if state.is_pinned() || state.is_adopted() || self.chain.len() > LONGEST_CHAIN {
             return Outcome::Stuck;
         }
         // Idle robots are sent away when somebody waits for them; who has just reached its goal
         // gets another one first.
-        if state.goal.is_none() {
+        if state.goal().is_none() {
             return Outcome::Leaves;
         }
-        if state.goal == Some(place) || self.stands.get(&robot) != Some(&Stand::Ready(place)) {
+        if state.goal() == Some(place) || self.stands.get(&robot) != Some(&Stand::Ready(place)) {
             return Outcome::Later;
         }
         if let Some(choice) = self.chosen.get(&robot) {

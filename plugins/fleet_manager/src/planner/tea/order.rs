@@ -47,7 +47,7 @@ pub(super) fn keep(
             .take(MOST_LEGS)
             .position(|step| is_early(step.leg.edge(), (step.layer, rank)));
         if let Some(legs) = legs {
-            plans.hold(*robot, legs);
+            plans.permit(*robot).max_legs = legs;
         }
     }
 }
