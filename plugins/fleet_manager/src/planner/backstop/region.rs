@@ -117,7 +117,7 @@ impl Region {
         });
         for member in ranked {
             let state = traffic.robot(self.members[member]).filter(|state| !state.is_unreachable());
-            let Some(goal) = state.and_then(Robot::goal) else { continue };
+            let Some(goal) = state.and_then(|state| state.goal()) else { continue };
             times.prepare(roads, goal);
             let start = usize::from(self.problem.starts[member]);
             let secs = |node: &u32| times.between(roads, *node, goal).unwrap_or(f64::INFINITY);
