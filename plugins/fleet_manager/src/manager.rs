@@ -24,7 +24,7 @@ use crate::steering::{Command, Settings, Steering};
 use crate::tasks::{Candidate, Next, Order, State, Stop, TaskBook, TaskId};
 use crate::traffic::Seen;
 
-/// What a robot is about.
+/// The task at hand of a robot.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum Errand {
     /// Nothing.

@@ -63,7 +63,7 @@ impl Plans {
         self.routes.push((robot, None));
     }
 
-    /// What a robot may do in this cycle, to be changed.
+    /// The permission of a robot for this cycle, to be changed.
     pub fn permit(&mut self, robot: u32) -> &mut Permit {
         let count = self.permits.len().max(robot as usize + 1);
         self.permits.resize(count, Permit::default());

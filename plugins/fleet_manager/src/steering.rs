@@ -51,19 +51,19 @@ pub enum Command {
     },
 }
 
-/// What can be set.
+/// The settings of steering.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// The time from a frame to the moment at which an order that answers it takes effect, in
     /// seconds.
     pub latency_secs: f32,
-    /// How far a base reaches at least beyond what a robot needs to brake, in metres.
+    /// The least distance that a base extends beyond the braking distance, in metres.
     pub lead: f32,
     /// Whether robots that close a ring of waiters are held back.
     pub ring_guard: bool,
     /// Whether a dead end is entered only while nobody else is there.
     pub stub_guard: bool,
-    /// How many robots may be on the roads at a time.
+    /// The limit on robots that are on the roads at the same time.
     pub admission: AdmissionSettings,
     /// Whether robots keep apart. Without it, throughput is the bound of what any management can
     /// reach.
@@ -117,7 +117,7 @@ pub struct Steering {
     pub counts: Counts,
 }
 
-/// What steering did so far.
+/// Counters of the run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Extensions of bases.
@@ -309,7 +309,7 @@ impl Steering {
         self.robots.get_mut(robot as usize)?.as_mut()
     }
 
-    /// What planners see.
+    /// The traffic, as planners see it.
     pub fn traffic(&self) -> Traffic<'_> {
         let Self { roads, claims, robots, closed, now, .. } = self;
         Traffic { roads, claims, robots, closed, stub_guard: self.settings.stub_guard, now: *now }

@@ -1,4 +1,4 @@
-//! What planners see: who is where, where everybody wants to go, and how far a robot could drive.
+//! The traffic that planners see: positions, goals, and how far each robot could drive.
 
 mod extension;
 mod robot;
@@ -15,7 +15,7 @@ use crate::roads::{Leg, Roads};
 pub struct Traffic<'a> {
     /// The roads.
     pub roads: &'a Roads,
-    /// Who claims what.
+    /// The claims of all robots.
     pub claims: &'a Claims,
     /// By robot; `None` where there is none with this id.
     pub robots: &'a [Option<Robot>],

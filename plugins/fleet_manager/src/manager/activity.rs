@@ -1,4 +1,4 @@
-//! What robots are about, for columns.
+//! The activity of robots, for columns.
 
 use regatta_plugin::activity::Activity;
 
@@ -7,7 +7,7 @@ use crate::run_figures::Doing;
 use crate::tasks::Order;
 
 impl Manager {
-    /// What a robot is about.
+    /// The activity of a robot.
     pub fn activity(&self, robot: u32) -> Activity {
         self.activity_with(robot, self.order_of(robot))
     }
@@ -32,7 +32,7 @@ impl Manager {
         }
     }
 
-    /// What a robot does, for figures.
+    /// The activity of a robot, for figures.
     pub(crate) fn doing(&self, robot: u32, speed: f32) -> Doing {
         let order = self.order_of(robot);
         let is_loaded = order.is_some_and(|order| order.handled_stops() > 0);

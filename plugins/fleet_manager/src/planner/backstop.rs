@@ -25,21 +25,22 @@ use super::{Planner, Plans};
 use crate::roads::Leg;
 use crate::traffic::Traffic;
 
-/// What can be set.
+/// The settings of the backstop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BackstopSettings {
-    /// How long robots stand before they are helped, in seconds: longer than planners take to sort
-    /// things out themselves, and than most stops last.
+    /// The time that robots stand before they are helped, in seconds: longer than planners take to
+    /// resolve a conflict themselves, and longer than most stops.
     pub stand_secs: f64,
-    /// How many ways from those that stand a region reaches; twice as many if there is no solution.
+    /// The number of ways that a region reaches from robots that stand; doubled if there is no
+    /// solution.
     pub ways: u32,
     /// The most stands of a region.
     pub stands: usize,
     /// The most robots of a region.
     pub members: usize,
-    /// How many choices of robots a search tries in a cycle.
+    /// The number of choices that a search tries in one cycle.
     pub work_per_cycle: u64,
-    /// How many choices a search tries before some robots go without a target.
+    /// The number of choices that a search tries before some robots lose their targets.
     pub work: u64,
 }
 
@@ -56,13 +57,13 @@ impl Default for BackstopSettings {
     }
 }
 
-/// How often to look for robots that stand, in seconds.
+/// The interval between searches for robots that stand, in seconds.
 const CHECK_SECS: f64 = 1.0;
 /// The legs ahead in which a robot is kept out of a region.
 const LEGS_AHEAD: usize = 24;
-/// How much longer than others the last search may take, the one with the target of a single robot.
+/// The factor by which the last search, with one robot's target only, may exceed the others.
 const LAST_ATTEMPT: u64 = 4;
-/// How many robots of a longer chain a region is made round.
+/// The largest number of robots of a chain around which a region is made.
 const MOST_SEEDS: usize = 12;
 
 /// A planner, and the backstop under it.
@@ -217,7 +218,7 @@ impl Backstop {
             }
             // The last attempt may take longer.
             Outcome::Open if fewer == 0 && search.work() < LAST_ATTEMPT * self.settings.work => {}
-            // Where all are at their targets, fewer targets lead nowhere either.
+            // If all robots are at their targets, fewer targets don't help.
             Outcome::Open | Outcome::None if fewer > 0 => {
                 case.phase =
                     Phase::Search(Box::new(Search::new(case.region.problem(fewer))), fewer);
@@ -231,7 +232,7 @@ impl Backstop {
         let size = Size { ways: 2 * ways, stands: 2 * stands, members: 2 * members };
         let larger =
             if case.is_enlarged { None } else { self.case(traffic, case.seeds.clone(), size) };
-        // Where all of the roads are in the region, it doesn't get any larger.
+        // A region that contains all roads can't grow.
         match larger.filter(|larger| larger.region.stands.len() > case.region.stands.len()) {
             Some(larger) => *case = Case { is_enlarged: true, ..larger },
             None => {

@@ -27,16 +27,16 @@ use crate::density::DensitySettings;
 use crate::roads::{Leg, Roads};
 use crate::traffic::{Errand, Robot, Traffic};
 
-/// What can be set.
+/// The settings of the planner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PibtSettings {
-    /// How many metres before the end of its base, beyond what it needs to brake, a robot chooses
-    /// its next place.
+    /// The distance from the end of its base, beyond the braking distance, at which a robot
+    /// chooses its next place, in metres.
     pub ahead_metres: f32,
     /// The time from a frame to the moment at which an order that answers it takes effect, in
     /// seconds.
     pub latency_secs: f32,
-    /// How many robots go for their goals at a time.
+    /// The limit on robots that drive to their goals at the same time.
     pub density: DensitySettings,
 }
 
@@ -50,12 +50,12 @@ impl Default for PibtSettings {
     }
 }
 
-/// How long the robot of the highest priority may stand before it loses that, in seconds.
+/// The time that the robot of the highest priority may stand before it loses it, in seconds.
 const PATIENCE_SECS: f64 = 5.0;
 /// For how long, in seconds.
 const DEMOTED_SECS: f64 = 20.0;
 
-/// Where a robot is about to be.
+/// The place that a robot takes next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stand {
     /// At a place, or nearly: it may choose the next one.
@@ -77,7 +77,8 @@ pub struct Pibt {
     taken: Vec<Option<u32>>,
     /// By robot.
     stands: BTreeMap<u32, Stand>,
-    /// Who has the highest priority, its place, and since when both are so, in simulated seconds.
+    /// The robot of the highest priority, its place, and since when both hold, in simulated
+    /// seconds.
     top: Option<(u32, u32, f64)>,
     /// By robot: until when it has the lowest priority.
     demoted: BTreeMap<u32, f64>,
@@ -123,7 +124,7 @@ impl Pibt {
             let is_short = end.to < traffic.roads.conflicts().length(end.track);
             bases.push((is_short, leg, end.to, robot));
         }
-        // Who is at a place has it; of those on the way to one, who is ahead.
+        // The robot at a place has it; otherwise, the first of those on the way there.
         bases.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.cmp(&b.1)).then(b.2.total_cmp(&a.2)));
         for (is_short, leg, _, robot) in bases {
             let Some(state) = traffic.robot(robot) else { continue };
@@ -210,7 +211,7 @@ impl Pibt {
             }
             let legs: Vec<Leg> = match (stand, chosen.get(&robot)) {
                 (Stand::Bound(_) | Stand::Behind(_), _) => state.horizon.iter().copied().collect(),
-                // Who is there leaves first.
+                // The robot that is there leaves first.
                 (Stand::Ready(_), Some(hop)) if self.may_go(traffic, hop.place) => hop.legs.clone(),
                 (Stand::Ready(_), _) => Vec::new(),
             };

@@ -11,7 +11,7 @@
 //! next higher one, and both are planned again. The supervision plans all paths again when robots
 //! aren't where they should be.
 //!
-//! What isn't published: a robot that gets no path even so may come as near to others as the
+//! Unlike in the publication, a robot that gets no path even so may come as near to others as the
 //! conflicts of the roads allow, and counts on those being sent on that have reached their goals
 //! (*relaxed*); failing that, it takes the fastest route, wherever others drive. Robots pass roads
 //! in the planned order: a base isn't extended by a leg before all have passed that come earlier
@@ -35,12 +35,13 @@ use super::{Planner, Plans, Router, Search};
 use crate::roads::{Leg, Roads};
 use crate::traffic::Traffic;
 
-/// What can be set.
+/// The settings of the planner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TeaSettings {
     /// Number of time layers: the longest path.
     pub layers: u16,
-    /// How often a robot swaps its priority with the next higher one before it goes without a path.
+    /// The number of times that a robot swaps its priority with the next higher one before it gets
+    /// no path.
     pub most_swaps: u32,
     /// By how many layers the steps of two robots may differ before all paths are planned again.
     pub most_steps_apart: u16,
@@ -62,7 +63,7 @@ impl Default for TeaSettings {
     }
 }
 
-/// How long a robot may stand still before all paths are planned again, in seconds.
+/// The time that a robot may stand still before all paths are planned again, in seconds.
 const PATIENCE_SECS: f64 = 2.0;
 
 /// A place on a path: where a robot is from a layer on.
@@ -84,7 +85,7 @@ struct Path {
     is_planned: bool,
     /// Index of the step at which its base ends.
     done: usize,
-    /// Where it leads.
+    /// The node to which it leads.
     goal: Option<u32>,
 }
 

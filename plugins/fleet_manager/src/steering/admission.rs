@@ -8,14 +8,14 @@ use super::Steering;
 use crate::density::{Density, DensitySettings};
 use crate::roads::{Leg, Roads};
 
-/// What can be set about admission.
+/// The settings of admission.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AdmissionSettings {
-    /// How many robots may be on the roads.
+    /// The limit on robots on the roads.
     pub density: DensitySettings,
     /// Metres of road, outside of reservoirs, for each robot that is always admitted.
     pub metres_per_robot: f32,
-    /// How much earlier a robot is admitted for each one that waits for it, in seconds.
+    /// The advance in admission that a robot gets for each one that waits for it, in seconds.
     pub secs_per_waiting: f64,
 }
 
@@ -33,12 +33,13 @@ impl Default for AdmissionSettings {
     }
 }
 
-/// How long a robot in a reservoir for which others on the roads wait is held at most, in seconds.
+/// The longest time for which a robot in a reservoir is held while others on the roads wait for it,
+/// in seconds.
 const HELD_SECS: f64 = 20.0;
 /// The longest chain of waiting robots that is followed.
 const LONGEST_CHAIN: usize = 64;
 
-/// How many robots may be on the roads, and who waits for those that aren't.
+/// The limit on robots on the roads, and the robots that wait for those that are held.
 #[derive(Debug)]
 pub(super) struct Admission {
     density: Density,

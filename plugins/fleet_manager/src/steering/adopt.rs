@@ -8,10 +8,10 @@ use crate::claims::Stretch;
 use crate::roads::Leg;
 use crate::traffic::{Custody, Robot, Seen};
 
-/// How long to wait for the effect of a cancellation before it is sent again, in seconds.
+/// The time after which a cancellation without effect is sent again, in seconds.
 const REPEAT_SECS: f64 = 1.0;
 
-/// How near to the end of an edge a robot counts as being there, in metres.
+/// The distance from the end of an edge at which a robot counts as being there, in metres.
 const AT_END: f32 = 1e-3;
 
 impl Steering {

@@ -6,7 +6,7 @@ use super::Steering;
 use crate::roads::Leg;
 use crate::traffic::Errand;
 
-/// How long a robot waits for an idle one before that has to go, in seconds.
+/// The time that a robot waits for an idle one before that is sent away, in seconds.
 const PATIENCE_SECS: f64 = 1.0;
 /// The most legs that are looked at for a place to go.
 const MOST_LEGS: usize = 400;

@@ -5,8 +5,7 @@ use crate::claims::Stretch;
 use crate::roads::Leg;
 use crate::traffic::{Blocker, Extension, LEAST};
 
-/// How much longer than needed an extension is, in metres: otherwise there would be one in every
-/// cycle.
+/// The excess length of an extension, in metres: without it, there would be one in every cycle.
 const CHUNK: f32 = 0.5;
 
 impl Steering {

@@ -1,4 +1,4 @@
-//! How far a robot's base can be extended.
+//! Extensions of a robot's base.
 
 use std::collections::VecDeque;
 
@@ -6,17 +6,17 @@ use super::{Blocker, Traffic};
 use crate::claims::Stretch;
 use crate::roads::Leg;
 
-/// How far along a route to look for an open place, in metres. Where there is none, robots may wait
-/// at nodes.
+/// The distance along a route within which an open place is looked for, in metres. If there is
+/// none, robots may wait at nodes.
 const OPEN_WITHIN: f32 = 12.0;
-/// How far before the end of a leg a base ends at least that doesn't end there, in metres.
+/// The least distance from the end of a leg of a base that doesn't end there, in metres.
 const AT_END: f32 = 2e-3;
 /// The shortest extension that is worth an order, in metres.
 pub const LEAST: f32 = 0.05;
 /// A way to extend a base.
 #[derive(Clone, Debug, Default)]
 pub struct Extension {
-    /// What to claim, in driving order; empty if nothing can be claimed.
+    /// The stretches to claim, in driving order; empty if nothing can be claimed.
     pub stretches: Vec<Stretch>,
     /// Legs of the horizon that become part of the base.
     pub legs: usize,
@@ -26,7 +26,7 @@ pub struct Extension {
     pub is_held: bool,
 }
 
-/// Where a base may end on a leg.
+/// The places at which a base may end on a leg.
 struct Ends<'a> {
     /// The leg after it.
     next: Option<&'a Leg>,
@@ -99,8 +99,8 @@ impl Traffic<'_> {
                 Some(leg),
                 [from, length],
             );
-            // Who stands at the end of the leg is there already, whoever stands at the end of the
-            // opposite one.
+            // A robot at the end of the leg is there already, whichever stands at the end of the
+            // opposite leg.
             let is_there = number == 0 && from >= length;
             let to = if is_there { length } else { reach.metres };
             if to < from {

@@ -61,7 +61,7 @@ pub enum Custody {
     },
 }
 
-/// What a planner lets a robot do in one cycle.
+/// The permission that a planner gives a robot for one cycle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Permit {
     /// Robots are extended in ascending order of it; by default the time at which the robot was
@@ -107,15 +107,15 @@ pub struct Blocker {
 /// A robot.
 #[derive(Clone, Debug)]
 pub struct Robot {
-    /// What it can do.
+    /// Its footprint and its limits.
     pub class: RobotClass,
-    /// Why it stands or drives.
+    /// The reason for which it stands or drives.
     pub errand: Errand,
     /// The state of its route.
     pub route: RouteState,
     /// Whether steering controls it.
     pub custody: Custody,
-    /// What its planner lets it do in this cycle.
+    /// The permission of its planner for this cycle.
     pub permit: Permit,
     /// Legs that it will drive after its base.
     pub horizon: VecDeque<Leg>,

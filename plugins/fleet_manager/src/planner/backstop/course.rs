@@ -34,7 +34,7 @@ struct Led {
     /// Its moves, and how many of them are granted.
     moves: Vec<u32>,
     granted: usize,
-    /// What it claimed when it was last seen.
+    /// Its claim when it was last seen.
     extent: Extent,
 }
 

@@ -1,4 +1,4 @@
-//! Who has stood for long, and will go on standing.
+//! Robots that have stood for long, and will go on standing.
 
 use std::collections::BTreeSet;
 
@@ -7,14 +7,14 @@ use crate::claims::Stretch;
 use crate::roads::Leg;
 use crate::traffic::{Robot, Traffic};
 
-/// How many legs ahead a robot is looked for that is in the way.
+/// The number of legs ahead on which a robot is looked for that is in the way.
 const LEGS_AHEAD: usize = 24;
 
 /// Since when a robot stands.
 #[derive(Clone, Copy, Debug)]
 struct Since {
     secs: f64,
-    /// What it claims, and when it was sent to its goal: if one changes, it doesn't stand.
+    /// Its claim, and when it was sent to its goal: if one changes, it doesn't stand.
     extent: Extent,
     sent: f64,
 }
@@ -23,7 +23,7 @@ struct Since {
 /// guard takes a claim back.
 pub type Extent = Option<(Stretch, Stretch)>;
 
-/// What a robot claims.
+/// The claim of a robot.
 pub fn extent(traffic: &Traffic<'_>, robot: u32) -> Extent {
     let claim = traffic.claims.of(robot);
     Some((*claim.front()?, *claim.back()?))
@@ -71,7 +71,7 @@ impl Standing {
     pub fn groups(&self, traffic: &Traffic<'_>, secs: f64) -> Vec<Vec<u32>> {
         let standing = |robot: &u32| traffic.now - self.since(*robot) >= secs;
         let robots = || traffic.robots().filter(|(robot, _)| standing(robot));
-        // Who is in nobody's way any more, or stays where it is, ends a chain.
+        // A robot that is in nobody's way any more, or stays where it is, ends a chain.
         let ends: BTreeSet<u32> =
             robots().filter(|(_, state)| is_movable(state) && state.is_idle()).map(by_id).collect();
         let waiting =

@@ -6,7 +6,7 @@ use crate::planner::Plans;
 use crate::roads::Leg;
 use crate::traffic::Traffic;
 
-/// How long robots wait before a ring of them is taken apart, in seconds.
+/// The time that robots wait before a ring of them is taken apart, in seconds.
 const PATIENCE_SECS: f64 = 3.0;
 
 impl Lanes {
@@ -81,7 +81,7 @@ impl Lanes {
             .filter(|&exit| exit != avoid && !exit.is_reverse() && !is_stub(exit))
             .find_map(|exit| {
                 let mut legs = vec![exit];
-                // What it holds it will have given back when it comes there again.
+                // The robot will have given back its claims when it comes there again.
                 legs.extend(self.way(robot, traffic, exit, goal, |leg| leg != exit)?);
                 Some(legs)
             })

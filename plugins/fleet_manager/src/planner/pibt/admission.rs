@@ -1,5 +1,5 @@
-//! Which robots go for their goals: while too many of them wait for each other, the others stay
-//! where they are, and give way.
+//! Admission of robots: while too many of them wait for each other, the others stay where they are
+//! and give way.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ const PLACES_PER_ROBOT: f64 = 20.0;
 /// jams apart themselves.
 const FEW: f64 = 20.0;
 
-/// Which robots go for their goals.
+/// The robots that are admitted: they drive to their goals.
 #[derive(Debug)]
 pub(super) struct Admission {
     density: Density,

@@ -1,4 +1,5 @@
-//! Who goes where next: the recursion of priority inheritance with backtracking.
+//! The choice of the next place of each robot: the recursion of priority inheritance with
+//! backtracking.
 
 use std::collections::BTreeMap;
 
@@ -74,7 +75,7 @@ impl<'a> Push<'a> {
             Stand::Ready(_) if !self.chosen.contains_key(&robot) => {
                 self.choose(robot, place, None);
             }
-            // Who waits behind a robot at a place wants it to go on.
+            // A robot that waits behind another one pushes it.
             Stand::Behind(place) => {
                 if let Some(other) = self.taken[place as usize] {
                     self.make_way(other, place, None);
@@ -132,7 +133,7 @@ impl<'a> Push<'a> {
         self.chain.pop();
         if outcome != Outcome::Leaves {
             self.chosen.insert(robot, None);
-            // Who stays keeps its place.
+            // A robot that stays keeps its place.
             self.wanted.entry(place).or_insert(robot);
         }
         outcome
@@ -159,7 +160,7 @@ impl<'a> Push<'a> {
         self.choose(robot, place, Some(next.unwrap_or(place)))
     }
 
-    /// Where a robot would go on to from a place.
+    /// The next place of a robot that leaves a place.
     fn next(&self, robot: u32, place: u32) -> Option<u32> {
         let goal = self.goal(robot).filter(|goal| *goal != place)?;
         let secs = |hop: &Hop| {
@@ -190,7 +191,7 @@ impl<'a> Push<'a> {
                 options.push((pushed_to == Some(hop.place), secs + hop.secs, !is_free, Some(hop)));
             }
         }
-        // Who isn't pushed only leaves for a place that is nearer to the goal.
+        // A robot that isn't pushed only leaves for a place nearer to its goal.
         let stay = between(place).unwrap_or(f64::INFINITY);
         options.retain(|option| {
             pushed_to.is_some() || option.3.is_none_or(|hop| option.1 - hop.secs < stay)

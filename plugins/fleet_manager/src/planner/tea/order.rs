@@ -11,8 +11,8 @@ use crate::traffic::Traffic;
 /// The legs beyond a base that are looked at.
 const MOST_LEGS: usize = 8;
 
-/// How long a robot has to wait for another one that is in its way before nobody is held back for
-/// it, in seconds.
+/// The time that a robot waits for another one in its way before nobody is held back for it any
+/// more, in seconds.
 const STUCK_SECS: f64 = 4.0;
 
 /// When a robot gets a leg, by the plan: the layer, and its rank among those of the same layer.

@@ -13,7 +13,7 @@ use crate::traffic::{Robot, Traffic};
 #[derive(Debug)]
 struct Planned {
     start: Path,
-    /// Who is ahead of it on the leg where its base ends.
+    /// The robot ahead of it on the leg where its base ends.
     ahead: Option<u32>,
     swaps: u32,
     path: Option<Path>,
