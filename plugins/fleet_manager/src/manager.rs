@@ -24,7 +24,7 @@ use crate::steering::{Command, Settings, Steering};
 use crate::traffic::Seen;
 use regatta_orders::{Candidate, Next, Order, OrderId, OrderPool, State, Stop};
 
-/// What a robot is about.
+/// The task at hand of a robot.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum Errand {
     /// Nothing.
@@ -190,7 +190,7 @@ impl Manager {
                 self.steering.stay(robot);
             } else if self.steering.is_unreachable(robot) {
                 self.give_up(robot, now_secs);
-            } else if self.steering.robot(robot).is_some_and(|state| state.goal.is_none()) {
+            } else if self.steering.robot(robot).is_some_and(|state| state.goal().is_none()) {
                 // It was sent out of others' way while it waited for roads to be opened.
                 self.send(robot, node);
             }

@@ -67,7 +67,7 @@ pub struct Cli {
     /// Work large worlds out at each start
     #[arg(long, conflicts_with = "cache")]
     pub no_cache: bool,
-    /// Who decides which way robots go
+    /// The planner that decides which way robots go
     #[arg(long, value_name = "NAME", value_enum, default_value_t)]
     pub planner: PlannerKind,
     /// Let robots drive through each other: the bound of what any management can reach
@@ -134,7 +134,8 @@ struct Ports {
     requests: ManagerServer,
 }
 
-/// What a new world has told: the manager begins with its first frame, which tells the time.
+/// The state between a new world and its first frame, which tells the time: the manager begins
+/// then.
 struct Opening {
     roads: Arc<Roads>,
     places: Arc<Places>,
@@ -156,7 +157,7 @@ struct FleetManager {
     /// Robots by the tokens of orders that aren't answered yet.
     pending: BTreeMap<u64, u32>,
     figures: RunFigures,
-    /// What each robot of the last frame does, by id.
+    /// The activity of each robot of the last frame, by id.
     doing: Vec<Doing>,
 }
 

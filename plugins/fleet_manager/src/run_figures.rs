@@ -20,7 +20,7 @@ pub(crate) struct RunFigures {
     pub(crate) robots: usize,
     /// The simulated time of the last frame, in seconds.
     pub(crate) now_secs: f64,
-    /// How long it took to work the roads out, and to open what the manager needs.
+    /// The time that it took to compile the roads and to open the manager's ports and files.
     start: Duration,
     cycles: u64,
     spent: Duration,
@@ -78,7 +78,7 @@ impl RunFigures {
 
     /// Notes what all robots do, for as long as the time since the frame before.
     pub(crate) fn spend(&mut self, secs: f64, robots: impl Iterator<Item = Doing>) {
-        // What was before the first frame is unknown.
+        // The activity before the first frame is unknown.
         if self.cycles > 0 {
             robots.for_each(|doing| self.effort.add(&doing, secs));
         }
@@ -107,7 +107,7 @@ impl RunFigures {
         open.fold(self.longest_without_finish_secs, f64::max)
     }
 
-    /// What robots spend, as a table in Markdown.
+    /// The effort of robots, as a table in Markdown.
     pub(crate) fn markdown(&self) -> String {
         self.effort.markdown()
     }

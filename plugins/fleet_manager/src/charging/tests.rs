@@ -85,7 +85,7 @@ fn distances(roads: &Roads) -> Vec<Vec<f64>> {
 #[derive(Clone, Copy, Debug)]
 struct Body {
     node: u32,
-    /// Where it drives, and when it is there.
+    /// The node that it drives to, and the time of its arrival.
     way: Option<(u32, f64)>,
     /// The stops of its order that are left, the next one last.
     order: Option<[u32; 2]>,

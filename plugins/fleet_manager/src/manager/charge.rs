@@ -7,7 +7,7 @@ use regatta_plugin::frame::RobotState;
 use super::{Errand, Manager};
 use crate::charging::{Charging, Decision, Situation};
 
-/// What an order costs after its first stop: the most of all orders with that stop.
+/// The cost of an order after its first stop: the largest of all orders with that stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Rest {
     /// Seconds of driving on empty roads, from the first stop to the last.

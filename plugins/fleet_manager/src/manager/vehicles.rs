@@ -1,4 +1,4 @@
-//! What robots do, for the web API.
+//! The state of robots, for the web API.
 
 use std::time::{Duration, Instant};
 
@@ -7,12 +7,13 @@ use regatta_plugin::frame::{Columns, NO_EDGE, RobotState};
 use super::Manager;
 use regatta_orders::Vehicle;
 
-/// How many cycles it takes to look at every robot once: a large fleet costs each of them little.
+/// The number of cycles in which every robot is looked at once, so that a large fleet costs each
+/// cycle little.
 const ROUND: usize = 10;
 /// The shortest wall-clock time between two of these cycles. The manager has ten a second in real
 /// time, and many more in lockstep.
 const PERIOD: Duration = Duration::from_millis(90);
-/// How near to the end of a leg a robot counts as being there, in metres.
+/// The distance from the end of a leg at which a robot counts as being there, in metres.
 const AT_END: f32 = 2e-3;
 
 impl Manager {

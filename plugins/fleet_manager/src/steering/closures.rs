@@ -7,7 +7,7 @@ use super::Steering;
 use crate::claims::Claims;
 use crate::roads::{Leg, Roads};
 
-/// How long a robot is held or broken before what it blocks is closed, in seconds.
+/// The time that a robot is held or broken before the roads that it blocks are closed, in seconds.
 const CLOSE_AFTER_SECS: f64 = 10.0;
 
 impl Steering {
@@ -59,12 +59,12 @@ impl Steering {
             if state.horizon.iter().any(|leg| self.closed_edges.binary_search(&leg.edge()).is_ok())
             {
                 state.horizon.clear();
-                state.needs_route |= state.goal.is_some();
+                state.replan();
             }
         }
     }
 
-    /// How often legs were closed or opened again.
+    /// The number of times that legs were closed or opened.
     pub fn closures(&self) -> u64 {
         self.closures
     }
@@ -94,14 +94,14 @@ impl Steering {
     fn route_anew(&mut self) {
         for state in self.robots.iter_mut().flatten() {
             let is_closed = state.horizon.iter().any(|leg| self.closed[leg.index()]);
-            if state.goal.is_some() && (is_closed || state.is_unreachable) {
-                (state.needs_route, state.is_unreachable) = (true, false);
+            if is_closed || state.is_unreachable() {
+                state.replan();
             }
         }
     }
 }
 
-/// What some robots close, and orders.
+/// The closures that some robots and commands cause.
 struct Closures {
     /// By leg: whether it is closed by order, a robot on it would touch one of them, or no way
     /// leads back from it that had led back before.
@@ -131,8 +131,8 @@ impl Closures {
         let lost = |before: &[bool], now: &[bool]| {
             before.iter().zip(now).map(|(before, now)| *before && !now).collect()
         };
-        // Who is ahead of a broken robot, where nobody can follow, still drives on: only where
-        // nobody comes out is closed.
+        // A robot ahead of a broken one still drives on, though nobody can follow: only nodes that
+        // no robot can leave are closed.
         let (cut_off, out_of_reach): (Vec<bool>, _) =
             (lost(&open.behind, &main.behind), lost(&open.ahead, &main.ahead));
         for edge in 0..roads.edges().len() as u32 {
@@ -143,7 +143,7 @@ impl Closures {
     }
 }
 
-/// How many nodes are tried as members of the main component.
+/// The number of nodes that are tried as members of the main component.
 const SEEDS: u32 = 8;
 
 /// The main component: a large set of nodes that can all be reached from each other in forward

@@ -23,7 +23,7 @@ pub(super) fn dead_nodes() -> Result<BTreeMap<u128, Vec<PathBuf>>, HealthError> 
     each_node(|node| match node {
         NodeState::Dead(_) => drop(dead.insert(node.node_id().value(), Vec::new())),
         NodeState::Alive(_) | NodeState::Inaccessible(_) => {
-            drop(living.insert(node.node_id().value()))
+            living.insert(node.node_id().value());
         }
         NodeState::Undefined(_) => {}
     })?;

@@ -34,7 +34,7 @@ struct Led {
     /// Its moves, and how many of them are granted.
     moves: Vec<u32>,
     granted: usize,
-    /// What it claimed when it was last seen.
+    /// Its claim when it was last seen.
     extent: Extent,
 }
 
@@ -115,7 +115,7 @@ impl Course {
         for led in &mut self.led {
             let stand = Stand::of(traffic, led.robot)?;
             let state =
-                traffic.robot(led.robot).filter(|state| is_movable(state) || state.is_pinned)?;
+                traffic.robot(led.robot).filter(|state| is_movable(state) || state.is_pinned())?;
             let extent = extent(traffic, led.robot);
             if extent != led.extent {
                 (led.extent, self.moved) = (extent, traffic.now);
@@ -124,7 +124,7 @@ impl Course {
                 let step = &mut self.moves[number as usize];
                 let is_whole = stand.leg == step.to && stand.is_at_end(traffic.roads);
                 if is_whole
-                    && (state.horizon.is_empty() || state.goal.is_none())
+                    && (state.horizon.is_empty() || state.goal().is_none())
                     && stand != step.from
                 {
                     step.is_granted = true;
@@ -152,24 +152,23 @@ impl Course {
             let step = &self.moves[number as usize];
             let is_next = step.after.iter().all(|&other| self.moves[other as usize].is_granted);
             let legs = if is_next { step.rest(stand.leg).unwrap_or_default() } else { &[] };
-            if state.is_pinned {
+            if state.is_pinned() {
                 continue;
             }
-            if state.goal.is_none() && is_next {
+            if state.goal().is_none() && is_next {
                 let last = led.moves.last().map_or(step.to, |&last| self.moves[last as usize].to);
                 plans.evicted.push((led.robot, traffic.roads.end(last)));
             }
-            if (state.goal.is_none() && is_next)
-                || state.needs_route
+            if (state.goal().is_none() && is_next)
+                || state.needs_route()
                 || !state.horizon.iter().eq(legs)
             {
                 plans.route(led.robot, legs.to_vec());
             }
-            match is_next {
-                true => plans.admitted.push(led.robot),
-                false => plans.frozen.push(led.robot),
-            }
-            plans.precede(led.robot, FIRST + f64::from(number));
+            let permit = plans.permit(led.robot);
+            permit.is_admitted |= is_next;
+            permit.is_frozen |= !is_next;
+            permit.precedence = Some(FIRST + f64::from(number));
         }
     }
 }

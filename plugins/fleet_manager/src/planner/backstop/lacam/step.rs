@@ -29,7 +29,7 @@ pub(super) struct Step<'a> {
     pending: Vec<(u16, u16)>,
     /// One after the other.
     pub hops: Vec<Hop>,
-    /// What equal choices are ordered by.
+    /// The seed of the order of equal choices.
     salt: u64,
     /// Choices tried.
     pub work: u64,
@@ -75,7 +75,7 @@ impl<'a> Step<'a> {
                 self.decide(agent, false);
             }
         }
-        // Who couldn't get out of another one's way has stayed, whatever it was bound to.
+        // A robot that couldn't get out of another one's way has stayed, whatever its constraint.
         let has_gone = |agent: usize| self.hops.iter().any(|hop| usize::from(hop.agent) == agent);
         self.bound
             .iter()
@@ -165,7 +165,7 @@ impl<'a> Step<'a> {
     }
 }
 
-/// How much a choice is wished for: less of each is better, the first counts the most.
+/// The cost of a choice, compared lexicographically.
 #[derive(Clone, Copy, Debug, Default)]
 struct Wish {
     /// Nearer to the target comes before staying, and that before all other ways.
