@@ -44,9 +44,10 @@ pub fn run(args: &ObserverArgs) -> Result<ExitCode, Failure> {
     readers.push(Box::new(regatta_meter::plugin(meter)));
     if let Some(file) = &args.validator {
         // Findings are figures here, and no failure.
-        let kinds = Kind::ALL.map(Kind::name).join(",");
-        let words =
-            with_json("validator", file).into_iter().chain(["--allow".into(), kinds.into()]);
+        let kinds: Vec<_> = Kind::all().map(|kind| kind.to_string()).collect();
+        let words = with_json("validator", file)
+            .into_iter()
+            .chain(["--allow".into(), kinds.join(",").into()]);
         readers.push(Box::new(regatta_validator::plugin(regatta_validator::Cli::try_parse_from(
             words,
         )?)));

@@ -67,12 +67,11 @@ impl Criteria {
     pub(crate) fn now(settings: Settings, a: &Body, b: &Body) -> Self {
         let margin = f64::from(settings.margin());
         let gap = gap(a, b, margin + HYSTERESIS);
-        let flag = |holds: bool, flag: u8| if holds { flag } else { 0 };
         Self(
-            flag(gap <= 0.0, Self::ENTERS_TOUCHING)
-                | flag(gap <= HYSTERESIS, Self::KEEPS_TOUCHING)
-                | flag(gap <= margin, Self::ENTERS_POSSIBLE)
-                | flag(gap <= margin + HYSTERESIS, Self::KEEPS_POSSIBLE),
+            u8::from(gap <= 0.0) * Self::ENTERS_TOUCHING
+                | u8::from(gap <= HYSTERESIS) * Self::KEEPS_TOUCHING
+                | u8::from(gap <= margin) * Self::ENTERS_POSSIBLE
+                | u8::from(gap <= margin + HYSTERESIS) * Self::KEEPS_POSSIBLE,
         )
     }
 

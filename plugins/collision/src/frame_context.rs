@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use glam::Vec2;
 use regatta_plugin::frame::{Columns, RobotState};
 
 use crate::chunk::Chunk;
@@ -76,8 +77,12 @@ impl FrameContext<'_> {
         chunk.x[..robots.len()].copy_from_slice(x);
         chunk.y[..robots.len()].copy_from_slice(y);
         chunk.theta[..robots.len()].copy_from_slice(theta);
-        chunk.speed.iter_mut().zip(speed).for_each(|(here, speed)| *here = assumed_speed(*speed));
-        chunk.id.iter_mut().zip(robots).for_each(|(here, robot)| *here = robot as u32);
+        for (here, speed) in chunk.speed.iter_mut().zip(speed) {
+            *here = assumed_speed(*speed);
+        }
+        for (here, robot) in chunk.id.iter_mut().zip(robots) {
+            *here = robot as u32;
+        }
         true
     }
 
@@ -132,11 +137,9 @@ impl FrameContext<'_> {
     }
 
     /// Returns the velocity of a robot, east and north, in metres per second.
-    pub(crate) fn velocity(&self, robot: &PackedRobot) -> [f32; 2] {
-        let row = robot.id as usize;
-        let direction =
-            self.world.legs().direction(self.columns.edge[row], self.columns.s[row], robot.heading);
-        direction.map(|part| part * robot.speed)
+    pub(crate) fn velocity(&self, robot: &PackedRobot) -> Vec2 {
+        let (row, Columns { edge, s, .. }) = (robot.id as usize, self.columns);
+        self.world.legs().direction(edge[row], s[row], robot.heading) * robot.speed
     }
 
     /// Returns the motion of a chunk's robot.
@@ -150,8 +153,8 @@ impl FrameContext<'_> {
             intent: match RobotState::from_number(state[row]) {
                 RobotState::Driving => Intent::Drive,
                 RobotState::Held | RobotState::Stalled | RobotState::Broken => Intent::Hold,
-                // A robot that turns stands: where it drives then isn't determined before it has
-                // the new heading.
+                // A robot that turns stands. Its direction isn't determined before it has the new
+                // heading.
                 _ => Intent::Keep,
             },
             limits: self.world.limits(chunk.robot_type[number]),

@@ -36,7 +36,9 @@ impl ContactLog {
             return None;
         }
         self.text.clear();
-        events.iter().for_each(|event| row(&mut self.text, run_id, event, edges));
+        for event in events {
+            row(&mut self.text, run_id, event, edges);
+        }
         self.file.append(&self.text)
     }
 

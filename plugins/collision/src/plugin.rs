@@ -18,7 +18,7 @@ use crate::log::ContactLog;
 use crate::route_requests::RouteRequests;
 use crate::settings::Settings;
 use crate::skips::Skips;
-use crate::summary;
+use crate::totals;
 
 /// The name of the column that the plugin publishes: 0 clear, 1 possible, 2 touching.
 pub const COLUMN: &str = "collision";
@@ -119,7 +119,7 @@ impl CollisionPlugin {
         })
     }
 
-    /// Begins another run: prints the summary of the last one and waits for the robots' types.
+    /// Begins another run: prints the summary of the last one, and waits for the robots' types.
     fn begin_run(&mut self, frame: &Frame<'_>) -> Result {
         self.end_run();
         self.reported = Reported::default();
@@ -150,7 +150,7 @@ impl CollisionPlugin {
     fn end_run(&mut self) {
         let Some((_, nanos)) = self.last else { return };
         if self.summary && !std::mem::replace(&mut self.reported.summary, true) {
-            print!("{}", summary::summarize(&self.detector, &self.edges, nanos));
+            print!("{}", totals::summarize(&self.detector, &self.edges, nanos));
         }
     }
 

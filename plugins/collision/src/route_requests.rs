@@ -1,8 +1,8 @@
-//! Requests for routes: which robots' routes the producer is asked for, and when.
+//! Requests for routes, and their order.
 //!
-//! A producer answers a few requests between two ticks, so the robots that may collide come first,
-//! and those to which an order was sent. Nobody waits: until the answer is there, a robot may take
-//! any way. In lockstep, the answers to the requests of a tick are there at the next one.
+//! A producer answers a few requests between two ticks, so robots with new orders come first, then
+//! those that may collide. The plugin doesn't wait: until the answer arrives, a robot may take any
+//! way. In lockstep, the answers to the requests of a tick arrive before the next one.
 
 use std::collections::VecDeque;
 use std::time::Instant;
@@ -22,7 +22,7 @@ const MAX_WAITING: usize = 4096;
 /// The largest number of pairs and of other robots that are looked at for a frame.
 const MAX_LOOKED_AT: usize = 1024;
 
-/// The requests that have no answer yet, and who comes next.
+/// The requests that have no answer yet, and the robots that are asked for next.
 pub(crate) struct RouteRequests {
     client: RouteClient,
     orders: OrderLogReader,
@@ -68,8 +68,9 @@ impl RouteRequests {
             }
             for order in tick.records.iter().filter(|order| changes_route(order.kind)) {
                 routes.mark_stale(order.robot, tick.header.tick);
-                let same = pending.iter_mut().filter(|request| request.robot == order.robot);
-                same.for_each(|request| request.not_before = tick.header.tick);
+                for request in pending.iter_mut().filter(|request| request.robot == order.robot) {
+                    request.not_before = tick.header.tick;
+                }
                 if ordered.len() < MAX_WAITING {
                     ordered.push_back(order.robot);
                 }
@@ -92,20 +93,9 @@ impl RouteRequests {
     /// Asks for the routes that are wanted most: those of robots with orders, of pairs that may
     /// collide, and of others in turn.
     pub(crate) fn ask(&mut self, routes: &Routes, frame: &Frame<'_>, contacts: &[ContactRecord]) {
-        let drives = |robot: u32| {
-            let state =
-                frame.columns().state.get(robot as usize).copied().map(RobotState::from_number);
-            let on_edge =
-                frame.columns().edge.get(robot as usize).is_some_and(|edge| *edge != NO_EDGE);
-            on_edge
-                && state.is_some_and(|state| {
-                    state.is_stopped() || matches!(state, RobotState::Driving | RobotState::Turning)
-                })
-        };
-        let is_wanted = |robot: &u32| drives(*robot) && routes.is_wanted(*robot);
         while self.has_room() {
             let Some(robot) = self.ordered.pop_front() else { break };
-            if is_wanted(&robot) && self.send(robot).is_err() {
+            if is_wanted(robot, routes, frame) && self.send(robot).is_err() {
                 return;
             }
         }
@@ -118,7 +108,7 @@ impl RouteRequests {
         for (robot, in_turn) in
             near.map(|robot| (robot, false)).chain(others.map(|robot| (robot, true)))
         {
-            if !self.has_room() || is_wanted(&robot) && self.send(robot).is_err() {
+            if !self.has_room() || is_wanted(robot, routes, frame) && self.send(robot).is_err() {
                 return;
             }
             if in_turn {
@@ -139,6 +129,17 @@ impl RouteRequests {
         }
         Ok(())
     }
+}
+
+/// Whether a robot drives and its route is wanted.
+fn is_wanted(robot: u32, routes: &Routes, frame: &Frame<'_>) -> bool {
+    let (row, columns) = (robot as usize, frame.columns());
+    let (Some(&edge), Some(&state)) = (columns.edge.get(row), columns.state.get(row)) else {
+        return false;
+    };
+    let state = RobotState::from_number(state);
+    let drives = state.is_stopped() || matches!(state, RobotState::Driving | RobotState::Turning);
+    edge != NO_EDGE && drives && routes.is_wanted(robot)
 }
 
 /// Whether an order of a kind may change a robot's route.

@@ -1,4 +1,4 @@
-//! The routes of robots, as far as the producer has told them.
+//! The routes of robots, as far as the producer has published them.
 
 use regatta_plugin::frame::NO_EDGE;
 use regatta_plugin::route::RouteResponse;
@@ -16,7 +16,7 @@ const MAX_STALE_TICKS: u64 = 100;
 /// The routes that are known.
 ///
 /// A route is known from the producer's answer until the robot leaves it or an order changes it.
-/// Where no route is known, a robot may take any way.
+/// A robot without a known route may take any way.
 #[derive(Debug, Default)]
 pub struct Routes {
     run_id: u64,
@@ -169,7 +169,7 @@ impl KnownRoute {
             // The answer is ahead of the frames.
             return true;
         }
-        // A robot that is not yet on its route stands where the route begins.
+        // A robot that is not yet on its route stands at its start.
         (self.edge, self.is_found) = (edge, true);
         true
     }

@@ -2,8 +2,9 @@
 
 use std::slice::from_ref;
 
-use crate::body::Body;
-use crate::footprint::Footprint;
+use glam::Vec2;
+
+use crate::body::{Body, Footprint};
 use crate::prediction::Segment;
 use crate::swept_path::{SweptPath, segments_of};
 
@@ -12,9 +13,9 @@ use crate::swept_path::{SweptPath, segments_of};
 #[repr(align(32))]
 pub(crate) struct PackedRobot {
     /// Position east and north, in metres.
-    pub position: [f32; 2],
+    pub position: Vec2,
     /// Unit vector along the heading.
-    pub heading: [f32; 2],
+    pub heading: Vec2,
     /// Speed, in metres per second.
     pub speed: f32,
     /// Index of its type into the footprints.

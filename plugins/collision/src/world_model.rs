@@ -2,7 +2,7 @@
 
 use regatta_plugin::World;
 
-use crate::footprint::Footprint;
+use crate::body::Footprint;
 use crate::leg_table::LegTable;
 use crate::prediction::Limits;
 
@@ -25,8 +25,9 @@ impl WorldModel {
         }
         let limits = robot_types
             .iter()
-            .map(|robot_type| Limits::new(robot_type.max_speed, robot_type.max_acceleration));
-        Self { legs: LegTable::new(world), footprints, limits: limits.collect() }
+            .map(|robot_type| Limits::new(robot_type.max_speed, robot_type.max_acceleration))
+            .collect();
+        Self { legs: LegTable::new(world), footprints, limits }
     }
 
     pub(crate) fn legs(&self) -> &LegTable {

@@ -26,12 +26,20 @@ struct Open {
     loads: i32,
 }
 
+/// The present work of a robot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RobotWork {
+    /// The number of its orders.
+    pub orders: i32,
+    /// The number of loads on it.
+    pub loads: i32,
+}
+
 /// All orders so far.
 #[derive(Clone, Debug, Default)]
 pub struct Orders {
     open: BTreeMap<u64, Open>,
-    /// By robot: the numbers of its orders and of the loads on it.
-    robots: BTreeMap<u32, [i32; 2]>,
+    robots: BTreeMap<u32, RobotWork>,
     /// In the order in which they were finished.
     pub finished: Vec<Finished>,
     /// Orders that were given up.
@@ -53,9 +61,10 @@ impl Orders {
         let Some(open) = self.open.get_mut(&record.task) else { return };
         match kind {
             TaskKind::Assigned => {
-                let before = open.robot.replace(record.robot);
-                let loads = open.loads;
-                before.into_iter().for_each(|robot| self.add(robot, -1, -loads));
+                let (before, loads) = (open.robot.replace(record.robot), open.loads);
+                if let Some(before) = before {
+                    self.add(before, -1, -loads);
+                }
                 self.add(record.robot, 1, loads);
             }
             TaskKind::Withdrawn => self.release(record.task),
@@ -86,14 +95,14 @@ impl Orders {
         }
     }
 
-    /// The number of orders that aren't over.
+    /// Returns the number of orders that aren't over.
     pub fn open(&self) -> usize {
         self.open.len()
     }
 
-    /// Whether a robot has an order, and whether it has a load.
-    pub fn of_robot(&self, robot: u32) -> [bool; 2] {
-        self.robots.get(&robot).map_or([false; 2], |counts| counts.map(|count| count > 0))
+    /// Returns the present work of a robot.
+    pub fn of_robot(&self, robot: u32) -> RobotWork {
+        self.robots.get(&robot).copied().unwrap_or_default()
     }
 
     fn release(&mut self, task: u64) {
@@ -110,13 +119,13 @@ impl Orders {
     }
 
     fn add(&mut self, robot: u32, orders: i32, loads: i32) {
-        let counts = self.robots.entry(robot).or_default();
-        counts[0] += orders;
-        counts[1] += loads;
+        let work = self.robots.entry(robot).or_default();
+        work.orders += orders;
+        work.loads += loads;
     }
 }
 
-/// Returns a time to the millisecond: ticks are no shorter, and files with many times are half as
+/// Rounds a time to milliseconds: ticks are no shorter, and files with many times become half as
 /// large.
 fn rounded(secs: f64) -> f64 {
     (secs * 1e3).round() / 1e3
@@ -130,19 +139,25 @@ mod tests {
         TaskRecord::new(7, kind).of_robot(3)
     }
 
+    /// Whether a robot has an order, and whether it has a load.
+    fn has(orders: &Orders, robot: u32) -> [bool; 2] {
+        let RobotWork { orders, loads } = orders.of_robot(robot);
+        [orders > 0, loads > 0]
+    }
+
     #[test]
     fn a_robot_has_an_order_from_its_assignment_to_its_end_and_a_load_between_pick_and_drop() {
         let mut orders = Orders::default();
         orders.take(&TaskRecord { detail: 2, ..record(TaskKind::Created) }, 10.0);
-        assert_eq!((orders.open(), orders.of_robot(3)), (1, [false, false]));
+        assert_eq!((orders.open(), has(&orders, 3)), (1, [false, false]));
         orders.take(&record(TaskKind::Assigned), 12.0);
-        assert_eq!(orders.of_robot(3), [true, false]);
+        assert_eq!(has(&orders, 3), [true, false]);
         orders.take(&record(TaskKind::Handled).at_stop(0, 5, StopAction::Pick), 20.0);
-        assert_eq!(orders.of_robot(3), [true, true]);
+        assert_eq!(has(&orders, 3), [true, true]);
         orders.take(&record(TaskKind::Handled).at_stop(1, 6, StopAction::Drop), 30.0);
-        assert_eq!(orders.of_robot(3), [true, false]);
+        assert_eq!(has(&orders, 3), [true, false]);
         orders.take(&record(TaskKind::Finished), 30.0);
-        assert_eq!((orders.open(), orders.of_robot(3)), (0, [false, false]));
+        assert_eq!((orders.open(), has(&orders, 3)), (0, [false, false]));
         assert_eq!(orders.finished, [Finished { at_secs: 30.0, service_secs: 20.0, stops: 2 }]);
     }
 
@@ -152,12 +167,12 @@ mod tests {
         orders.take(&record(TaskKind::Created), 0.0);
         orders.take(&record(TaskKind::Assigned), 1.0);
         orders.take(&record(TaskKind::Withdrawn), 2.0);
-        assert_eq!(orders.of_robot(3), [false, false]);
+        assert_eq!(has(&orders, 3), [false, false]);
         orders.take(&TaskRecord { robot: 4, ..record(TaskKind::Assigned) }, 3.0);
         orders.take(&TaskRecord { robot: 5, ..record(TaskKind::Assigned) }, 3.0);
-        assert_eq!([3, 4, 5].map(|robot| orders.of_robot(robot)[0]), [false, false, true]);
+        assert_eq!([3, 4, 5].map(|robot| has(&orders, robot)[0]), [false, false, true]);
         orders.take(&record(TaskKind::Failed), 4.0);
-        assert_eq!((orders.failed, orders.open(), orders.of_robot(5)), (1, 0, [false, false]));
+        assert_eq!((orders.failed, orders.open(), has(&orders, 5)), (1, 0, [false, false]));
         orders.take(&record(TaskKind::Finished), 5.0);
         assert!(orders.finished.is_empty(), "an unknown order");
     }

@@ -42,7 +42,7 @@ struct MeterPlugin {
 }
 
 impl MeterPlugin {
-    /// Takes what has come of the task log. `tick_secs` is the simulated time of a tick.
+    /// Takes the new records of the task log. `tick_secs` is the simulated time of a tick.
     fn take_tasks(&mut self, tick_secs: f64) -> Result {
         let Some(tasks) = &mut self.tasks else { return Ok(()) };
         tasks.take(|tasks| {

@@ -6,14 +6,13 @@
 
 pub mod aggregator;
 pub mod collisions;
-pub mod effort;
 pub mod exporter;
 pub mod exposition;
+pub mod fleet;
 pub mod histogram;
 pub mod jams;
 pub mod page;
 pub mod processes;
-mod received;
 pub mod rhythm;
 pub mod row;
 pub mod server;

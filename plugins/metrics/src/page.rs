@@ -11,11 +11,10 @@ use regatta_plugin::activity::Activity;
 use regatta_plugin::frame::{CONTRACT_VERSION, ClockState};
 use regatta_plugin::traffic::EdgeTraffic;
 
-use crate::effort::Effort;
 use crate::exposition::{Exposition, Format};
 use crate::snapshot::{Collisions, Jam, Process, Run, Snapshot, TaskFigures, Totals, Work};
 use crate::state_counts::STATE_NAMES;
-use crate::work::activity_key;
+use crate::work::{Effort, activity_key};
 
 /// The exporter's own state.
 #[derive(Clone, Copy, Debug, Default)]

@@ -9,10 +9,10 @@ use regatta_plugin::contact::{ContactHeader, ContactRecord};
 use regatta_plugin::frame::ClockState;
 use regatta_plugin::traffic::EdgeTraffic;
 
-use crate::effort::Effort;
 use crate::histogram::{DurationStats, Histogram};
 use crate::state_counts::StateCounts;
 use crate::task_times::TimeSummary;
+use crate::work::Effort;
 
 /// The state of a fleet at one moment.
 #[derive(Clone, Debug)]
@@ -27,21 +27,36 @@ pub struct Snapshot {
     pub collisions: Collisions,
     /// Work of a fleet manager for that run; `None` while none publishes.
     pub work: Option<Work>,
-    /// Edges where robots waited the longest in the last ten minutes, the worst one first; `None`
+    /// Edges at which robots waited the longest in the last ten minutes, the worst one first; `None`
     /// while no plugin publishes traffic.
     pub jams: Option<Arc<[Jam]>>,
     /// Processes that participate in the fleet.
     pub processes: Vec<Process>,
 }
 
-/// An edge where robots waited.
+impl Snapshot {
+    /// Returns the snapshot of a fleet of which nothing is known.
+    pub fn of(fleet: &FleetName) -> Self {
+        Self {
+            fleet: fleet.clone(),
+            totals: Totals::default(),
+            run: None,
+            collisions: Collisions::default(),
+            work: None,
+            jams: None,
+            processes: Vec::new(),
+        }
+    }
+}
+
+/// An edge at which robots waited.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Jam {
     /// Id of the edge in the route graph.
     pub edge: u32,
     /// Its name; empty if it has none.
     pub name: Arc<str>,
-    /// What happened there in the last ten minutes.
+    /// Its figures of the last ten minutes.
     pub figures: EdgeTraffic,
 }
 
@@ -128,7 +143,7 @@ pub struct Work {
     pub robots: [u64; Activity::ALL.len()],
     /// Figures of its tasks.
     pub tasks: TaskFigures,
-    /// What its robots drive.
+    /// Distance and busy time of its robots.
     pub effort: Effort,
     /// Wall time that it spends on a frame, of the frames whose columns were read.
     pub cycle: TimeSummary,

@@ -9,10 +9,10 @@ use regatta_plugin::{ContactReader, Frame, HistoryPublisher, OpenError, Particip
 
 /// The time between two publications, unless they take long.
 const PUBLISH_EVERY: Duration = Duration::from_millis(500);
-/// A publication is followed by a pause of at least so many times the time that it took.
+/// The pause after a publication is at least this many times its duration.
 const PAUSES: u32 = 20;
 
-/// Hot spots and figures over time, and who reads them.
+/// Hot spots and figures over time, with their ports.
 pub struct PublishedHistory {
     publisher: HistoryPublisher,
     contacts: ContactReader,
@@ -73,7 +73,7 @@ impl PublishedHistory {
         Ok(())
     }
 
-    /// Gives the newest history to readers that have joined since.
+    /// Passes the newest history to readers that have joined since.
     pub fn update(&self) {
         self.publisher.update();
     }

@@ -17,10 +17,10 @@ use crate::report::{self, Edge, Report};
 use crate::routes::RouteWatch;
 use crate::tally::Tally;
 
-/// How often figures are published, in simulated seconds.
+/// The time between two publications, in simulated seconds.
 const PUBLISH_SECS: f64 = 1.0;
-/// The longest time that a frame stands for, in simulated seconds at the speed 1: what happened in
-/// a longer gap isn't known.
+/// The longest time that a frame stands for, in simulated seconds at the speed 1. A longer gap
+/// doesn't count.
 const LONGEST_GAP_SECS: f64 = 10.0;
 
 /// The command line of `regatta plugin traffic`.
@@ -72,7 +72,7 @@ struct Ports {
     contacts: ColumnReader,
     history: History,
     participant: Participant,
-    /// Who has which route; `None` until the first frame that isn't in lockstep.
+    /// The routes of robots; `None` until the first frame that isn't in lockstep.
     routes: Option<RouteWatch>,
 }
 
@@ -159,8 +159,8 @@ impl TrafficPlugin {
         self.figures.clear();
     }
 
-    /// Returns for how long a frame stands, in simulated seconds: 0 for the first one, and after a
-    /// jump or a long gap.
+    /// Returns the time that a frame stands for, in simulated seconds: 0 for the first one, and after
+    /// a jump or a long gap.
     fn secs_of(&mut self, frame: &Frame<'_>) -> f64 {
         let sim_secs = frame.sim_time().as_secs_f64();
         let now =
@@ -211,7 +211,7 @@ impl TrafficPlugin {
             figures: &self.figures[run..],
         };
         if self.cli.summary {
-            // Whoever reads this may be gone, which is no error.
+            // A closed standard output is no error.
             let _ = write!(std::io::stdout(), "{}", report.summary());
         }
         if let Some(path) = &self.cli.csv {
@@ -258,7 +258,7 @@ impl Plugin for TrafficPlugin {
         let has_contacts = contacts.is_some();
         let mut counts =
             self.tally.count(&frame.columns(), contacts.map_or(&[][..], |column| column.values));
-        // When an answer comes is never the same twice.
+        // The arrival of answers doesn't repeat.
         let routes = if frame.header().lockstep == 0 {
             ports
                 .routes

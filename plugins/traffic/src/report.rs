@@ -24,7 +24,7 @@ pub const FIGURES: [(&str, Figure); 7] = [
     ("planned", |figures| figures.planned),
 ];
 
-/// What a report says of an edge beside its figures.
+/// The identity of an edge in a report.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Edge {
     /// The id of the edge in the route graph.
@@ -37,13 +37,16 @@ pub struct Edge {
 
 /// Returns the edges of a world.
 pub fn edges(world: &World<'_>) -> Vec<Edge> {
-    let node = |index: u32| world.nodes().get(index as usize).map_or(u32::MAX, |node| node.id);
-    let edge = |edge: &regatta_plugin::world::EdgeRecord| Edge {
-        id: edge.id,
-        nodes: [node(edge.origin), node(edge.destination)],
-        name: world.text(edge.name).to_owned(),
-    };
-    world.edges().iter().map(edge).collect()
+    world
+        .edges()
+        .iter()
+        .map(|edge| Edge {
+            id: edge.id,
+            nodes: [edge.origin, edge.destination]
+                .map(|index| world.nodes().get(index as usize).map_or(u32::MAX, |node| node.id)),
+            name: world.text(edge.name).to_owned(),
+        })
+        .collect()
 }
 
 /// The figures of a run.
@@ -57,7 +60,7 @@ pub struct Report<'a> {
 }
 
 impl Report<'_> {
-    /// The edges where robots waited the longest, as lines of text.
+    /// Describes the edges at which robots waited the longest, as lines of text.
     pub fn summary(&self) -> String {
         let mut rows: Vec<(&Edge, &EdgeTraffic)> = self.edges.iter().zip(self.figures).collect();
         rows.sort_by(|a, b| b.1.waiting_secs.total_cmp(&a.1.waiting_secs));
@@ -65,27 +68,23 @@ impl Report<'_> {
         let mut text = format!("traffic in {:.0} s: robots waited for {waiting:.0} s\n", self.secs);
         for (edge, figures) in rows.into_iter().filter(|row| row.1.waiting_secs > 0.0).take(LISTED)
         {
-            let EdgeTraffic {
-                occupancy,
-                entered_per_hour,
-                relative_speed,
-                waiting_secs,
-                contact_secs,
-                ..
-            } = figures;
             let [from, to] = edge.nodes;
             let _ = writeln!(
                 text,
-                "edge {:>6} ({from} to {to}): waiting {waiting_secs:.0} s, {entered_per_hour:.0} robots/h, \
-                 {occupancy:.2} at a time, {:.0} % of the speed limit, touching {contact_secs:.0} s",
+                "edge {:>6} ({from} to {to}): waiting {:.0} s, {:.0} robots/h, {:.2} at a time, \
+                 {:.0} % of the speed limit, touching {:.0} s",
                 edge.id,
-                100.0 * relative_speed
+                figures.waiting_secs,
+                figures.entered_per_hour,
+                figures.occupancy,
+                100.0 * figures.relative_speed,
+                figures.contact_secs
             );
         }
         text
     }
 
-    /// All edges as CSV.
+    /// Writes all edges as CSV.
     pub fn csv(&self) -> String {
         let names = FIGURES.map(|(name, _)| name).join(",");
         let mut text = format!("edge,origin,destination,name,{names}\n");
@@ -97,30 +96,33 @@ impl Report<'_> {
         text
     }
 
-    /// All edges as JSON.
+    /// Writes all edges as JSON.
     pub fn json(&self) -> String {
-        let edge = |(edge, figures): (&Edge, &EdgeTraffic)| {
-            json!({
-                "edge": edge.id, "origin": edge.nodes[0], "destination": edge.nodes[1], "name": edge.name,
-                "occupancy": figures.occupancy, "entered_per_hour": figures.entered_per_hour,
-                "relative_speed": figures.relative_speed, "waiting_secs": figures.waiting_secs,
-                "contact_secs": figures.contact_secs, "released": figures.released, "planned": figures.planned,
-            })
-        };
-        let edges: Vec<_> = self.edges.iter().zip(self.figures).map(edge).collect();
+        let mut edges = Vec::new();
+        for (edge, figures) in self.edges.iter().zip(self.figures) {
+            let [origin, destination] = edge.nodes;
+            let mut row = json!({
+                "edge": edge.id, "origin": origin, "destination": destination, "name": edge.name,
+            });
+            for (name, figure) in FIGURES {
+                row[name] = figure(figures).into();
+            }
+            edges.push(row);
+        }
         format!("{:#}\n", json!({ "secs": self.secs, "edges": edges }))
     }
 }
 
-/// A field of CSV (RFC 4180).
+/// Returns a text as a field of CSV (RFC 4180).
 fn quoted(text: &str) -> String {
-    match text.contains([',', '"', '\n', '\r']) {
-        true => format!("\"{}\"", text.replace('"', "\"\"")),
-        false => text.to_owned(),
+    if text.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
     }
 }
 
-/// Makes sure that a file can be written, before the run.
+/// Checks before the run that a file can be written.
 ///
 /// # Errors
 /// If its folder doesn't exist or can't be written to.
@@ -137,7 +139,7 @@ pub fn write(path: &Path, text: &str) -> Result {
     std::fs::write(path, text).map_err(|error| failed(path, &error))
 }
 
-/// The error of a file that can't be written.
+/// Returns the error of a file that can't be written.
 pub fn failed(path: &Path, error: &std::io::Error) -> Error {
     Error::new(format_args!("can't write {} ({error}); choose another file", path.display()))
 }

@@ -89,11 +89,12 @@ impl PoseLine {
         // whatever its id.
         let (x, y, theta) = (number(x)?, number(y)?, number(theta)?);
         let line = Self { id: id_of(id)?, x, y, theta };
-        if x.is_finite() && y.is_finite() && theta.is_finite() {
-            Ok(line)
-        } else {
-            Err(LineFault::NotFinite)
-        }
+        if line.is_finite() { Ok(line) } else { Err(LineFault::NotFinite) }
+    }
+
+    /// Whether all numbers are finite.
+    pub fn is_finite(&self) -> bool {
+        self.x.is_finite() && self.y.is_finite() && self.theta.is_finite()
     }
 
     /// Appends the line with its newline, at most [`MAX_LINE_BYTES`] bytes.

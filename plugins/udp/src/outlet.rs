@@ -1,12 +1,13 @@
-//! Sends a frame's batches of datagrams to one address.
+//! Sends batches of datagrams to one address.
 
 use std::net::SocketAddr;
 use std::time::{Duration, Instant};
 
 use regatta_plugin::frame::FrameHeader;
 
+use crate::line::{LineFormat, PoseLine};
 use crate::pacer::Pacer;
-use crate::packer::Batch;
+use crate::packer::{Batch, Packer};
 use crate::socket::{Socket, SocketError};
 
 /// An unreachable receiver is reported again after it has been reachable for this long.
@@ -35,8 +36,8 @@ pub struct Outlet {
     pacer: Pacer,
     /// The counts so far.
     pub sent: SendTotals,
-    /// The numbers of batches of this frame and of the previous one.
-    batches: [usize; 2],
+    /// The number of batches of this frame so far.
+    batches: usize,
     /// The time at which the receiver was last found to be unreachable.
     unreachable_at: Option<Instant>,
     /// The last error that isn't reported yet.
@@ -53,7 +54,7 @@ impl Outlet {
             to,
             pacer: Pacer::new(pace),
             sent: SendTotals::default(),
-            batches: [0; 2],
+            batches: 0,
             unreachable_at: None,
             failure: None,
         })
@@ -61,17 +62,17 @@ impl Outlet {
 
     /// Starts the batches of a frame that was received at `now`.
     pub fn start_frame(&mut self, now: Instant, frame: &FrameHeader) {
-        self.batches = [0, self.batches[0]];
+        let batches = std::mem::take(&mut self.batches);
         // At infinite speed the scheduled time is always 0, so that batches aren't delayed.
         let schedule =
             Duration::from_nanos((frame.sim_time_nanos as f64 / f64::from(frame.speed)) as u64);
-        self.pacer.start_frame(now, schedule, self.batches[1], frame.lockstep != 0);
+        self.pacer.start_frame(now, schedule, batches, frame.lockstep != 0);
     }
 
     /// Waits until a batch is due and sends it.
     pub fn send(&mut self, batch: Batch<'_>) {
         std::thread::sleep(self.pacer.next_pause(Instant::now()));
-        self.batches[0] += 1;
+        self.batches += 1;
         match self.socket.send(self.to, batch.bytes, batch.datagram_bytes) {
             Ok(reachable) => {
                 if !reachable {
@@ -98,5 +99,43 @@ impl Outlet {
             );
         }
         self.unreachable_at = Some(now);
+    }
+}
+
+/// The sender of answers: a line `id x y theta` for each accepted line. Positions are those in the
+/// fleet, with the offset added.
+#[derive(Debug)]
+pub struct Answers {
+    packer: Packer,
+    /// The sender of datagrams.
+    pub outlet: Outlet,
+}
+
+impl Answers {
+    /// Opens a socket that sends answers to `to`.
+    ///
+    /// # Errors
+    /// Returns [`SocketError::Send`].
+    pub fn open(
+        to: SocketAddr,
+        format: LineFormat,
+        datagram_bytes: usize,
+    ) -> Result<Self, SocketError> {
+        Ok(Self {
+            packer: Packer::new(format, datagram_bytes),
+            outlet: Outlet::open("udp-source", to, 0.0)?,
+        })
+    }
+
+    /// Adds an answer. Answers are sent when a batch is full, or by [`flush`](Self::flush).
+    pub fn push(&mut self, line: &PoseLine) {
+        let Self { packer, outlet } = self;
+        packer.push(line, |batch| outlet.send(batch));
+    }
+
+    /// Sends the remaining answers.
+    pub fn flush(&mut self) {
+        let Self { packer, outlet } = self;
+        packer.flush(|batch| outlet.send(batch));
     }
 }

@@ -21,7 +21,7 @@ const TYPES_WAIT: Duration = Duration::from_secs(2);
 #[command(bin_name = "regatta plugin validator", max_term_width = 100)]
 #[command(about = "Judges a fleet: contacts, motion, tasks; fails if it finds anything")]
 pub struct Cli {
-    /// What counts, and where the report goes.
+    /// Options of the judgement and its report.
     #[command(flatten)]
     pub judge: JudgeOptions,
     /// Options of every plugin.
@@ -63,7 +63,7 @@ impl Validator {
         Self { options, judge, ports: None, run_id: 0, robot_types: 0 }
     }
 
-    /// Gives the judge the robots' types. At the start of a run they may come a little after the
+    /// Gives the judge the robots' types. At the start of a run they may arrive shortly after the
     /// first frame.
     fn take_types(&mut self, frame: &Frame<'_>) -> Result {
         let Some((types, _)) = &mut self.ports else { return Ok(()) };
@@ -132,7 +132,7 @@ impl Plugin for Validator {
         self.take_tasks()?;
         let judge = std::mem::replace(&mut self.judge, Judge::new(self.options.settings()));
         let report = judge.finish();
-        // Whoever reads this may be gone, which is no finding.
+        // A closed standard output is no finding.
         let _ = write!(std::io::stdout(), "{report}");
         Ok(self.options.conclude(&report)?)
     }

@@ -1,12 +1,16 @@
-//! A robot in a frame.
+//! A robot in a frame, and its move since the frame before.
 
+use glam::Vec2;
 use regatta_plugin::frame::{NO_EDGE, RobotState};
+use regatta_plugin::world::RobotTypeRecord;
+
+use crate::findings::Kind;
+use crate::world_model::WorldModel;
 
 /// One robot's values of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Row {
-    pub x: f32,
-    pub y: f32,
+    pub position: Vec2,
     pub theta: f32,
     pub speed: f32,
     pub s: f32,
@@ -15,10 +19,9 @@ pub(crate) struct Row {
 }
 
 impl Row {
-    /// Whether all values are numbers of a sensible size.
+    /// Whether all values are numbers of a plausible size.
     pub fn is_valid(&self) -> bool {
-        let place = [self.x, self.y].iter().all(|value| value.abs() <= 1e7);
-        place
+        self.position.abs().cmple(Vec2::splat(1e7)).all()
             && self.theta.abs() <= 1e3
             && self.speed.is_finite()
             && (self.edge == NO_EDGE || self.s.is_finite())
@@ -28,27 +31,46 @@ impl Row {
         self.state == RobotState::Absent
     }
 
-    /// The distance to another place, in metres.
-    pub fn distance_to(&self, [x, y]: [f32; 2]) -> f64 {
-        let (dx, dy) = (f64::from(x) - f64::from(self.x), f64::from(y) - f64::from(self.y));
-        (dx * dx + dy * dy).sqrt()
+    /// The distance to a point, in metres.
+    pub fn distance_to(&self, point: Vec2) -> f64 {
+        (point.as_dvec2() - self.position.as_dvec2()).length()
     }
 }
 
-/// What is wrong with a robot in a frame: the kind, what was measured, and what is allowed.
+/// The time between two frames.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Gap {
+    /// Seconds of simulated time.
+    pub seconds: f64,
+    /// Seconds of one tick.
+    pub period: f64,
+}
+
+/// The move of a robot from one frame to the next.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Move<'a> {
+    pub world: &'a WorldModel,
+    pub robot_type: &'a RobotTypeRecord,
+    pub before: &'a Row,
+    pub now: &'a Row,
+    pub gap: Gap,
+}
+
+/// A fault of a robot in a frame: its kind, the measured and the allowed value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Fault {
-    pub kind: crate::findings::Kind,
+    pub kind: Kind,
     pub value: f64,
     pub limit: f64,
 }
 
-/// Returns an angle turned by whole turns into (-π, π].
+/// Wraps an angle into (-π, π].
 pub(crate) fn wrap(angle: f64) -> f64 {
-    // Nearly all are there already, and a remainder takes longer than the rest of most rules.
-    if angle.abs() < std::f64::consts::PI {
+    use std::f64::consts::{PI, TAU};
+    // Most angles are there already, and a remainder takes longer than most rules.
+    if angle.abs() < PI {
         return angle;
     }
-    let wrapped = angle.rem_euclid(std::f64::consts::TAU);
-    if wrapped > std::f64::consts::PI { wrapped - std::f64::consts::TAU } else { wrapped }
+    let wrapped = angle.rem_euclid(TAU);
+    if wrapped > PI { wrapped - TAU } else { wrapped }
 }

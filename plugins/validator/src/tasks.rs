@@ -1,5 +1,4 @@
-//! Rules of tasks: what the task log says is checked against itself and against where the robots
-//! were.
+//! Rules of tasks: the task log is checked against itself and against the places of the robots.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -7,8 +6,9 @@ use regatta_plugin::task::{NO_ROBOT, StopAction, TaskHeader, TaskKind, TaskRecor
 
 use crate::findings::{Finding, Findings, Kind};
 use crate::stands::{Presence, Stands};
+use crate::world_model::WorldModel;
 
-/// Metres between a robot and the node of the stop that it handles.
+/// The largest distance, in metres, between a robot and the node of the stop that it handles.
 const STOP_TOLERANCE: f64 = 0.05;
 
 /// The clock of a frame.
@@ -50,168 +50,135 @@ pub(crate) struct Tasks {
     robots: BTreeMap<u32, u64>,
     /// Records that came before the frame of their tick.
     early: VecDeque<(u64, TaskRecord)>,
-    /// Whether records are missing: then a task may have begun or gone on without the judge.
+    /// Whether records are missing: then a task may have begun or continued unseen.
     pub has_gaps: bool,
     /// Whether a sample of the log has come.
     has_begun: bool,
     /// Open tasks without a robot.
     waiting: u64,
-    pub records: u64,
 }
 
-/// What a record is checked against.
-pub(crate) struct Context<'a> {
-    pub stands: &'a Stands,
-    pub node: &'a dyn Fn(u32) -> Option<[f32; 2]>,
-    pub findings: &'a mut Findings,
+/// A record under judgement, and all that it is checked against.
+struct Check<'a> {
+    at: Now,
+    record: &'a TaskRecord,
+    world: &'a WorldModel,
+    stands: &'a Stands,
+    findings: &'a mut Findings,
 }
 
 impl Tasks {
     /// Takes the records of a tick. `is_incomplete` says that samples before them are missing.
     pub fn take(&mut self, header: &TaskHeader, records: &[TaskRecord], is_incomplete: bool) {
-        // What was published before the judge joined the log isn't counted as missing, but isn't
-        // known either.
+        // Samples published before the judge joined the log don't count as missing, but are
+        // unknown.
         let joined_late = !std::mem::replace(&mut self.has_begun, true) && header.sequence > 1;
         if is_incomplete || joined_late || header.dropped > 0 {
-            self.lose();
+            self.has_gaps = true;
+            for task in self.tasks.values_mut() {
+                task.is_whole = false;
+            }
         }
         self.early.extend(records.iter().map(|record| (header.tick, *record)));
     }
 
-    /// Records are missing: what is known of open tasks may be wrong from here on.
-    fn lose(&mut self) {
-        self.has_gaps = true;
-        self.tasks.values_mut().for_each(|task| task.is_whole = false);
-    }
-
     /// Judges the records up to a frame.
-    pub fn judge(&mut self, now: Now, context: &mut Context<'_>) {
+    pub fn judge(
+        &mut self,
+        now: Now,
+        world: &WorldModel,
+        stands: &Stands,
+        findings: &mut Findings,
+    ) {
         while let Some((tick, record)) = self.early.pop_front_if(|(tick, _)| *tick <= now.tick) {
             let at = Now { tick, seconds: tick as f64 * now.period, ..now };
-            self.records += 1;
-            self.judge_record(at, &record, context);
+            self.judge_record(&mut Check { at, record: &record, world, stands, findings });
         }
     }
 
-    fn judge_record(&mut self, at: Now, record: &TaskRecord, context: &mut Context<'_>) {
-        let Some(kind) = record.kind() else {
-            return report(context, at, record, Kind::TaskOrder, "a record of an unknown kind");
+    fn judge_record(&mut self, check: &mut Check<'_>) {
+        let (number, created_secs) = (check.record.task, check.at.seconds);
+        let Some(kind) = check.record.kind() else {
+            return check.report(Kind::TaskOrder, "a record of an unknown kind");
         };
-        let has_gaps = self.has_gaps;
         if kind == TaskKind::Created {
-            return self.create(at, record, context);
+            return self.create(check);
         }
-        let Some(task) = self.tasks.get(&record.task) else {
-            if !has_gaps {
-                report(
-                    context,
-                    at,
-                    record,
-                    Kind::TaskOrder,
-                    "a record of a task that wasn't created",
-                );
+        match self.tasks.get(&number) {
+            Some(task) if task.is_closed => {
+                return check.report(Kind::DoneTwice, "a record after the task's end");
             }
-            let unknown = Task { created_secs: at.seconds, ..Task::default() };
-            self.tasks.insert(record.task, unknown);
-            self.waiting += 1;
-            return self.follow(kind, at, record, context);
-        };
-        if task.is_closed {
-            return report(context, at, record, Kind::DoneTwice, "a record after the task's end");
+            Some(_) => {}
+            None => {
+                if !self.has_gaps {
+                    check.report(Kind::TaskOrder, "a record of a task that wasn't created");
+                }
+                self.tasks.insert(number, Task { created_secs, ..Task::default() });
+                self.waiting += 1;
+            }
         }
-        self.follow(kind, at, record, context);
+        match kind {
+            TaskKind::Created => {}
+            TaskKind::Stop => self.stop(check),
+            TaskKind::Assigned => self.assign(check),
+            TaskKind::Withdrawn => self.withdraw(check),
+            TaskKind::Arrived => self.arrive(check),
+            TaskKind::Handled => self.handle(check),
+            TaskKind::Finished => self.finish(check),
+            TaskKind::Failed | TaskKind::Cancelled => self.close(number),
+        }
     }
 
-    fn create(&mut self, at: Now, record: &TaskRecord, context: &mut Context<'_>) {
-        if self.tasks.contains_key(&record.task) {
-            return report(context, at, record, Kind::TaskOrder, "created twice");
+    fn create(&mut self, check: &mut Check<'_>) {
+        let &TaskRecord { task: number, detail: wanted_stops, .. } = check.record;
+        if self.tasks.contains_key(&number) {
+            return check.report(Kind::TaskOrder, "created twice");
         }
-        let (is_whole, wanted_stops) = (true, record.detail);
-        let task = Task { is_whole, wanted_stops, created_secs: at.seconds, ..Task::default() };
-        self.tasks.insert(record.task, task);
+        let (is_whole, created_secs) = (true, check.at.seconds);
+        self.tasks.insert(number, Task { is_whole, wanted_stops, created_secs, ..Task::default() });
         self.waiting += 1;
     }
 
-    /// Takes a record of an open task.
-    fn follow(&mut self, kind: TaskKind, at: Now, record: &TaskRecord, context: &mut Context<'_>) {
-        match kind {
-            TaskKind::Created => {}
-            TaskKind::Stop => self.stop(at, record, context),
-            TaskKind::Assigned => self.assign(at, record, context),
-            TaskKind::Withdrawn => self.withdraw(at, record, context),
-            TaskKind::Arrived => self.arrive(at, record, context),
-            TaskKind::Handled => self.handle(at, record, context),
-            TaskKind::Finished => self.finish(at, record, context),
-            TaskKind::Failed | TaskKind::Cancelled => self.close(record.task),
-        }
-    }
-
-    fn stop(&mut self, at: Now, record: &TaskRecord, context: &mut Context<'_>) {
+    fn stop(&mut self, check: &mut Check<'_>) {
+        let record = check.record;
         let Some(task) = self.tasks.get_mut(&record.task) else { return };
         let is_next = record.stop as usize == task.stops.len() && record.stop < task.wanted_stops;
         if task.is_whole && (!is_next || task.robot.is_some()) {
-            report(
-                context,
-                at,
-                record,
-                Kind::TaskOrder,
-                "a stop that isn't the next one of a new task",
-            );
+            check.report(Kind::TaskOrder, "a stop that isn't the next one of a new task");
         }
-        task.stops.push(Stop {
-            node: record.node,
-            action: record.action(),
-            dwell_secs: record.dwell_secs,
-        });
+        let (node, action, dwell_secs) = (record.node, record.action(), record.dwell_secs);
+        task.stops.push(Stop { node, action, dwell_secs });
     }
 
-    fn assign(&mut self, at: Now, record: &TaskRecord, context: &mut Context<'_>) {
-        let Some(task) = self.tasks.get_mut(&record.task) else { return };
+    fn assign(&mut self, check: &mut Check<'_>) {
+        let &TaskRecord { task: number, robot, .. } = check.record;
+        let Some(task) = self.tasks.get_mut(&number) else { return };
         if task.is_whole && task.stops.len() != task.wanted_stops as usize {
-            report(
-                context,
-                at,
-                record,
-                Kind::TaskOrder,
-                "assigned before all of its stops were told",
-            );
+            check.report(Kind::TaskOrder, "assigned before all of its stops were told");
         }
         if task.is_whole && task.robot.is_some() {
-            report(context, at, record, Kind::TaskOrder, "assigned although it has a robot");
+            check.report(Kind::TaskOrder, "assigned although it has a robot");
         }
-        if record.robot == NO_ROBOT {
-            return report(context, at, record, Kind::TaskOrder, "assigned to no robot");
+        if robot == NO_ROBOT {
+            return check.report(Kind::TaskOrder, "assigned to no robot");
         }
-        if let Some(before) = task.robot.replace(record.robot) {
+        if let Some(before) = task.robot.replace(robot) {
             self.robots.remove(&before);
         } else {
             self.waiting -= 1;
         }
-        let other =
-            self.robots.insert(record.robot, record.task).filter(|other| *other != record.task);
+        let other = self.robots.insert(robot, number).filter(|other| *other != number);
         if other.and_then(|other| self.tasks.get(&other)).is_some_and(|other| other.is_whole) {
-            report(
-                context,
-                at,
-                record,
-                Kind::TwoTasks,
-                "assigned to a robot that has another task",
-            );
+            check.report(Kind::TwoTasks, "assigned to a robot that has another task");
         }
     }
 
-    fn withdraw(&mut self, at: Now, record: &TaskRecord, context: &mut Context<'_>) {
-        let Some(task) = self.tasks.get_mut(&record.task) else { return };
-        if task.is_whole && task.robot != Some(record.robot) {
-            report(
-                context,
-                at,
-                record,
-                Kind::TaskOrder,
-                "withdrawn from a robot that doesn't have it",
-            );
+    fn withdraw(&mut self, check: &mut Check<'_>) {
+        let Some(task) = self.tasks.get_mut(&check.record.task) else { return };
+        if task.is_whole && task.robot != Some(check.record.robot) {
+            check.report(Kind::TaskOrder, "withdrawn from a robot that doesn't have it");
         } else if task.is_whole && task.loads > 0 {
-            report(context, at, record, Kind::TaskOrder, "withdrawn after the pick");
+            check.report(Kind::TaskOrder, "withdrawn after the pick");
         }
         (task.handled, task.arrived) = (0, None);
         if let Some(robot) = task.robot.take() {
@@ -220,45 +187,37 @@ impl Tasks {
         }
     }
 
-    fn arrive(&mut self, at: Now, record: &TaskRecord, context: &mut Context<'_>) {
-        let Some(task) = self.tasks.get_mut(&record.task) else { return };
+    fn arrive(&mut self, check: &mut Check<'_>) {
+        let Some(task) = self.tasks.get_mut(&check.record.task) else { return };
         if task.is_whole {
-            check_stop(task, at, record, context);
-            check_turn(task, at, record, context);
+            check.stop(task);
+            check.turn(task);
             if task.arrived.is_some() {
-                report(
-                    context,
-                    at,
-                    record,
-                    Kind::TaskOrder,
-                    "arrived at a stop before the last one was handled",
-                );
+                check.report(Kind::TaskOrder, "arrived at a stop before the last one was handled");
             }
         }
-        check_presence(at, record, context);
-        task.arrived = Some((record.stop, at.tick));
+        check.presence();
+        task.arrived = Some((check.record.stop, check.at.tick));
     }
 
-    fn handle(&mut self, at: Now, record: &TaskRecord, context: &mut Context<'_>) {
+    fn handle(&mut self, check: &mut Check<'_>) {
+        let record = check.record;
         let Some(task) = self.tasks.get_mut(&record.task) else { return };
         let arrived = task.arrived.take().filter(|(stop, _)| *stop == record.stop);
         if task.is_whole {
-            check_stop(task, at, record, context);
-            match arrived {
-                None => {
-                    report(context, at, record, Kind::TaskOrder, "handled without an arrival");
-                    check_turn(task, at, record, context);
-                }
-                Some((_, since)) => check_dwell(task, since, at, record, context),
+            check.stop(task);
+            if let Some((_, since)) = arrived {
+                check.dwell(task, since);
+            } else {
+                check.report(Kind::TaskOrder, "handled without an arrival");
+                check.turn(task);
             }
         }
-        check_presence(at, record, context);
-        let action =
-            task.stops.get(record.stop as usize).map_or(record.action(), |stop| stop.action);
-        match action {
+        check.presence();
+        match task.stops.get(record.stop as usize).map_or(record.action(), |stop| stop.action) {
             StopAction::Pick => task.loads += 1,
             StopAction::Drop if task.loads == 0 && task.is_whole => {
-                report(context, at, record, Kind::DropWithoutPick, "");
+                check.report(Kind::DropWithoutPick, "");
             }
             StopAction::Drop => task.loads = task.loads.saturating_sub(1),
             _ => {}
@@ -266,28 +225,22 @@ impl Tasks {
         task.handled = task.handled.max(record.stop + 1);
     }
 
-    fn finish(&mut self, at: Now, record: &TaskRecord, context: &mut Context<'_>) {
-        let Some(task) = self.tasks.get(&record.task) else { return };
+    fn finish(&mut self, check: &mut Check<'_>) {
+        let Some(task) = self.tasks.get(&check.record.task) else { return };
         if task.is_whole && task.handled < task.wanted_stops {
-            report(
-                context,
-                at,
-                record,
-                Kind::SkippedStop,
-                "finished before all of its stops were handled",
-            );
+            check.report(Kind::SkippedStop, "finished before all of its stops were handled");
         }
         if task.is_whole && task.robot.is_none() {
-            report(context, at, record, Kind::TaskOrder, "finished without a robot");
+            check.report(Kind::TaskOrder, "finished without a robot");
         }
-        self.close(record.task);
+        self.close(check.record.task);
     }
 
     fn close(&mut self, number: u64) {
         let Some(task) = self.tasks.get_mut(&number) else { return };
         match task.robot.take() {
             Some(robot) if self.robots.get(&robot) == Some(&number) => {
-                drop(self.robots.remove(&robot))
+                self.robots.remove(&robot);
             }
             Some(_) => {}
             None => self.waiting -= 1,
@@ -295,7 +248,7 @@ impl Tasks {
         *task = Task { is_closed: true, ..Task::default() };
     }
 
-    /// Finds tasks that are open for longer than this.
+    /// Finds tasks that have been open for longer than `after_secs`.
     pub fn judge_waiting(&mut self, now: Now, after_secs: f64, findings: &mut Findings) {
         for (number, task) in &mut self.tasks {
             let age = now.seconds - task.created_secs;
@@ -327,80 +280,84 @@ impl Tasks {
     }
 }
 
-/// Checks that a record is of its task's robot, and of the node of its stop.
-fn check_stop(task: &Task, at: Now, record: &TaskRecord, context: &mut Context<'_>) {
-    if task.robot != Some(record.robot) {
-        report(context, at, record, Kind::TaskOrder, "a robot that doesn't have the task");
-    }
-    match task.stops.get(record.stop as usize) {
-        Some(stop) if stop.node != record.node => {
-            report(context, at, record, Kind::WrongPlace, "not the stop's node")
+impl Check<'_> {
+    /// Checks that the record is of its task's robot, and of the node of its stop.
+    fn stop(&mut self, task: &Task) {
+        if task.robot != Some(self.record.robot) {
+            self.report(Kind::TaskOrder, "a robot that doesn't have the task");
         }
-        None => report(context, at, record, Kind::TaskOrder, "a stop that the task doesn't have"),
-        _ => {}
+        match task.stops.get(self.record.stop as usize) {
+            Some(stop) if stop.node != self.record.node => {
+                self.report(Kind::WrongPlace, "not the stop's node");
+            }
+            Some(_) => {}
+            None => self.report(Kind::TaskOrder, "a stop that the task doesn't have"),
+        }
     }
-}
 
-/// Checks that a stop is its task's next one.
-fn check_turn(task: &Task, at: Now, record: &TaskRecord, context: &mut Context<'_>) {
-    if record.stop > task.handled {
-        report(context, at, record, Kind::SkippedStop, "a later stop than the next one");
-    } else if record.stop < task.handled {
-        report(context, at, record, Kind::DoneTwice, "a stop that was handled before");
+    /// Checks that the stop is its task's next one.
+    fn turn(&mut self, task: &Task) {
+        if self.record.stop > task.handled {
+            self.report(Kind::SkippedStop, "a later stop than the next one");
+        } else if self.record.stop < task.handled {
+            self.report(Kind::DoneTwice, "a stop that was handled before");
+        }
     }
-}
 
-/// Checks that a robot stood at the stop for its dwell time.
-fn check_dwell(task: &Task, since: u64, at: Now, record: &TaskRecord, context: &mut Context<'_>) {
-    let wanted =
-        task.stops.get(record.stop as usize).map_or(0.0, |stop| f64::from(stop.dwell_secs));
-    let stayed = at.tick.saturating_sub(since) as f64 * at.period;
-    // A dwell is over in the tick that completes it, however the time is rounded to ticks.
-    if stayed + 1e-6 + 0.5 * at.period < wanted {
-        context.findings.add(Kind::ShortDwell, || Finding {
-            value: Some(stayed),
-            limit: Some(wanted),
-            ..finding(at, record, "")
-        });
+    /// Checks that the robot stood at the stop for its dwell time.
+    fn dwell(&mut self, task: &Task, since: u64) {
+        let Now { tick, period, .. } = self.at;
+        let stop = task.stops.get(self.record.stop as usize);
+        let wanted = stop.map_or(0.0, |stop| f64::from(stop.dwell_secs));
+        let stayed = tick.saturating_sub(since) as f64 * period;
+        // A dwell is over in the tick that completes it, however the time is rounded to ticks.
+        if stayed + 1e-6 + 0.5 * period < wanted {
+            let (value, limit) = (Some(stayed), Some(wanted));
+            self.add(Kind::ShortDwell, |finding| Finding { value, limit, ..finding });
+        }
+        if self.stands.moved(self.record.robot, since, tick) {
+            self.report(Kind::MovedInDwell, "");
+        }
     }
-    if context.stands.moved(record.robot, since, at.tick) {
-        report(context, at, record, Kind::MovedInDwell, "");
-    }
-}
 
-/// Checks that a robot stands at the node of a record.
-fn check_presence(at: Now, record: &TaskRecord, context: &mut Context<'_>) {
-    let Some(node) = (context.node)(record.node) else {
-        return report(context, at, record, Kind::WrongPlace, "a node that the world doesn't have");
-    };
-    match context.stands.place(record.robot, at.tick) {
-        Presence::Unknown => {}
-        Presence::Moving => report(
-            context,
-            at,
-            record,
-            Kind::WrongPlace,
-            "the robot moves, or there is no such robot",
-        ),
-        Presence::Stands([x, y]) => {
-            let away = (f64::from(x) - f64::from(node[0])).hypot(f64::from(y) - f64::from(node[1]));
-            if away > STOP_TOLERANCE {
-                context.findings.add(Kind::WrongPlace, || Finding {
-                    place: Some([x, y]),
-                    value: Some(away),
-                    limit: Some(STOP_TOLERANCE),
-                    ..finding(at, record, "")
-                });
+    /// Checks that the robot stands at the record's node.
+    fn presence(&mut self) {
+        let Some(node) = self.world.node_position(self.record.node) else {
+            return self.report(Kind::WrongPlace, "a node that the world doesn't have");
+        };
+        match self.stands.place(self.record.robot, self.at.tick) {
+            Presence::Unknown => {}
+            Presence::Moving => {
+                self.report(Kind::WrongPlace, "the robot moves, or there is no such robot");
+            }
+            Presence::Stands(place) => {
+                let away = (place.as_dvec2() - node.as_dvec2()).length();
+                if away > STOP_TOLERANCE {
+                    self.add(Kind::WrongPlace, |finding| Finding {
+                        place: Some(place.into()),
+                        value: Some(away),
+                        limit: Some(STOP_TOLERANCE),
+                        ..finding
+                    });
+                }
             }
         }
     }
-}
 
-fn finding(at: Now, record: &TaskRecord, note: &'static str) -> Finding {
-    let robots = Some(record.robot).filter(|robot| *robot != NO_ROBOT).into_iter().collect();
-    Finding { robots, task: Some(record.task), note, ..Finding::at(at.tick, at.seconds) }
-}
+    fn report(&mut self, kind: Kind, note: &'static str) {
+        self.add(kind, |finding| Finding { note, ..finding });
+    }
 
-fn report(context: &mut Context<'_>, at: Now, record: &TaskRecord, kind: Kind, note: &'static str) {
-    context.findings.add(kind, || finding(at, record, note));
+    /// Adds a finding about the record, with the details that `complete` fills in.
+    fn add(&mut self, kind: Kind, complete: impl FnOnce(Finding) -> Finding) {
+        let (at, record) = (self.at, self.record);
+        self.findings.add(kind, || {
+            let robots = Some(record.robot).filter(|robot| *robot != NO_ROBOT);
+            complete(Finding {
+                robots: robots.into_iter().collect(),
+                task: Some(record.task),
+                ..Finding::at(at.tick, at.seconds)
+            })
+        });
+    }
 }

@@ -62,14 +62,11 @@ impl SpeedProfile {
     /// Computes the stretches of a path. The speed at the end of each is limited by all that comes
     /// after it.
     fn plan(&mut self, start: &Start, rest: f32, path: &[PathLeg], end: RouteEnd) {
-        let stretch = |length: f32, speed: f32| Stretch {
-            length,
-            cruise: start.cruise(speed),
-            exit: f32::INFINITY,
-        };
+        let legs = path.iter().map(|leg| (leg.length, leg.speed));
         self.0.clear();
-        self.0.push(stretch(rest, start.leg_speed()));
-        self.0.extend(path.iter().map(|leg| stretch(leg.length, leg.speed)));
+        self.0.extend(std::iter::once((rest, start.leg_speed())).chain(legs).map(
+            |(length, speed)| Stretch { length, cruise: start.cruise(speed), exit: f32::INFINITY },
+        ));
         let mut sign = path.last().map_or(start.sign(), |leg| leg.sign());
         let mut exit = if end == RouteEnd::Stop { 0.0 } else { f32::INFINITY };
         if let Some(last) = self.0.last_mut().filter(|_| end == RouteEnd::Open) {
@@ -103,7 +100,7 @@ fn drive_stretch(tracer: &mut Tracer, stretch: Stretch, speed: f32, acceleration
         (length, speed) = (length - braking, slower);
     }
     if exit < speed && speed * speed - exit * exit > 2.0 * acceleration * length {
-        // Too late: it brakes harder, for it never leaves its base.
+        // Too late: it brakes harder, because it never leaves its base.
         drive_phase(tracer, length, speed, exit);
         return exit;
     }

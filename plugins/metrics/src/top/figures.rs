@@ -6,7 +6,7 @@ use ratatui::style::{Color, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
-use super::section::section;
+use super::theme::section;
 use super::view::View;
 use super::{format, theme};
 use crate::snapshot::Run;
@@ -53,7 +53,7 @@ pub fn draw_robots(frame: &mut Frame<'_>, area: Rect, state_counts: &StateCounts
         ])
     };
     let mut shown = ORDER.to_vec();
-    // Where there is no room for all, states without robots are left out.
+    // If there is no room for all, states without robots are left out.
     while shown.len() > usize::from(area.height)
         && let Some(empty) = shown.iter().rposition(|state| state_counts.by_state[*state] == 0)
     {

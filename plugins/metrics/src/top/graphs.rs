@@ -6,8 +6,8 @@ use ratatui::style::Color;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{RenderDirection, Sparkline, SparklineBar};
 
-use super::history::{History, Slot};
-use super::section::section;
+use super::theme::section;
+use super::view::{History, Slot};
 use super::{format, theme};
 use crate::snapshot::Run;
 

@@ -9,7 +9,7 @@ use ratatui::widgets::{Block, Clear, Padding, Paragraph, Wrap};
 use regatta_plugin::frame::ClockState;
 
 use super::view::View;
-use super::{figures, format, graphs, jams, lists, theme, work};
+use super::{figures, format, graphs, lists, theme, work};
 use crate::snapshot::Run;
 
 /// The least size of the terminal, in columns and lines.
@@ -79,7 +79,7 @@ fn draw_run(frame: &mut Frame<'_>, area: Rect, view: &View, run: &Run) -> usize 
         .areas(below);
     lists::draw_processes(frame, right, view);
     if view.shows_jams {
-        jams::draw(frame, left, view.snapshot.jams.as_deref());
+        lists::draw_jams(frame, left, view.snapshot.jams.as_deref());
         return view.scroll;
     }
     lists::draw_collisions(frame, left, &view.snapshot, run, view.scroll)

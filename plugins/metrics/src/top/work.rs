@@ -7,7 +7,7 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 use regatta_plugin::activity::Activity;
 
-use super::section::section;
+use super::theme::section;
 use super::{format, theme};
 use crate::snapshot::{TaskFigures, Work};
 use crate::task_times::TimeSummary;

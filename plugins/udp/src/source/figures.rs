@@ -8,7 +8,7 @@ use super::Source;
 use super::intake::Intake;
 use crate::tally::Faults;
 
-/// Counts of what was ignored or failed.
+/// Counts of ignored and failed messages.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Trouble {
     pub faults: Faults,
@@ -45,7 +45,7 @@ impl Source {
 
     fn summary(&self, session: &Session) -> String {
         let Intake { lines, datagrams, bytes, .. } = self.intake;
-        let [standing, driving] = self.intake.robots.standing_and_driving(self.now());
+        let (standing, driving) = self.intake.robots.standing_and_driving(self.now());
         let answered = self
             .answers
             .as_ref()

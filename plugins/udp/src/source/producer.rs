@@ -38,7 +38,7 @@ impl Producer for Source {
     }
 
     fn robots_by_state(&self) -> [u32; RobotState::COUNT] {
-        let [standing, driving] = self.intake.robots.standing_and_driving(self.now());
+        let (standing, driving) = self.intake.robots.standing_and_driving(self.now());
         let mut by_state = [0; RobotState::COUNT];
         (by_state[RobotState::Idle as usize], by_state[RobotState::Driving as usize]) =
             (standing, driving);

@@ -38,14 +38,16 @@ fn world() -> WorldData {
 /// A robot on an edge of the line, at a distance along it and a speed.
 fn on(edge: u32, s: f32, speed: f32) -> Row {
     let state = if speed == 0.0 { RobotState::Idle } else { RobotState::Driving };
-    Row { x: 10.0 * edge as f32 + s, y: 0.0, theta: 0.0, speed, s, edge, state }
+    let position = Vec2::new(10.0 * edge as f32 + s, 0.0);
+    Row { position, theta: 0.0, speed, s, edge, state }
 }
 
 fn show(judge: &mut Judge, tick: u64, rows: &[Row]) {
     let mut lines = vec![Line::default(); frame_lines(rows.len())];
     let columns = ColumnsMut::split(&mut lines, rows.len());
     for (robot, row) in rows.iter().enumerate() {
-        (columns.x[robot], columns.y[robot], columns.theta[robot]) = (row.x, row.y, row.theta);
+        (columns.x[robot], columns.y[robot]) = row.position.into();
+        columns.theta[robot] = row.theta;
         (columns.speed[robot], columns.s[robot]) = (row.speed, row.s);
         (columns.edge[robot], columns.state[robot]) = (row.edge, row.state as u8);
     }
@@ -71,11 +73,7 @@ fn judge() -> Judge {
 /// The kinds and counts of a report.
 fn found(judge: Judge) -> Vec<(Kind, u64)> {
     let report = judge.finish();
-    Kind::ALL
-        .into_iter()
-        .map(|kind| (kind, report.count(kind)))
-        .filter(|(_, count)| *count > 0)
-        .collect()
+    Kind::all().map(|kind| (kind, report.count(kind))).filter(|(_, count)| *count > 0).collect()
 }
 
 /// Judges frames of one robot, one a tick.
@@ -118,7 +116,14 @@ fn each_fault_of_motion_is_found_once() {
     let stand = on(0, 5.0, 0.0);
     let turning = |theta| Row { theta, state: RobotState::Turning, ..on(0, 10.0, 0.0) };
     let cases: [(Kind, Vec<Row>); 13] = [
-        (OffGraph, vec![stand, Row { y: 0.01, ..stand }, Row { y: 0.01, ..stand }]),
+        (
+            OffGraph,
+            vec![
+                stand,
+                Row { position: Vec2::new(stand.position.x, 0.01), ..stand },
+                Row { position: Vec2::new(stand.position.x, 0.01), ..stand },
+            ],
+        ),
         (OffGraph, vec![Row { s: 11.0, ..on(0, 10.0, 0.0) }]),
         (Heading, vec![Row { theta: 0.05, ..stand }]),
         (WrongDirection, vec![on(0, 5.0, 1.0), on(0, 4.95, 1.0)]),
@@ -134,15 +139,14 @@ fn each_fault_of_motion_is_found_once() {
             vec![
                 on(0, 0.02, 0.0),
                 Row {
-                    x: 0.0,
-                    y: 0.02,
+                    position: Vec2::new(0.0, 0.02),
                     theta: -std::f32::consts::FRAC_PI_2,
                     s: 29.98,
                     ..on(2, 0.0, 0.0)
                 },
             ],
         ),
-        (InvalidPose, vec![stand, Row { x: f32::NAN, ..stand }, stand]),
+        (InvalidPose, vec![stand, Row { position: Vec2::NAN, ..stand }, stand]),
     ];
     for (kind, rows) in cases {
         let found = judged(&rows);
@@ -172,8 +176,16 @@ fn a_robot_that_was_spawned_elsewhere_has_not_jumped() {
     judge.take_events(&header(2), &[spawned], false);
     show(&mut judge, 1, &[on(0, 5.0, 0.0)]);
     show(&mut judge, 2, &[on(1, 5.0, 0.0)]);
-    show(&mut judge, 3, &[Row { state: RobotState::Absent, x: 99.0, ..on(1, 5.0, 0.0) }]);
-    show(&mut judge, 4, &[Row { x: 20.0, y: 0.0, edge: NO_EDGE, ..on(1, 5.0, 0.0) }]);
+    show(
+        &mut judge,
+        3,
+        &[Row { state: RobotState::Absent, position: Vec2::splat(99.0), ..on(1, 5.0, 0.0) }],
+    );
+    show(
+        &mut judge,
+        4,
+        &[Row { position: Vec2::new(20.0, 0.0), edge: NO_EDGE, ..on(1, 5.0, 0.0) }],
+    );
     judge.take_events(&header(5), &[], true);
     show(&mut judge, 5, &[on(0, 2.0, 0.0)]);
     assert_eq!(found(judge), [], "a robot that the events, or lost ones, may have placed");
@@ -197,13 +209,13 @@ fn a_contact_counts_once_and_has_a_duration() {
     for tick in 0..50 {
         let apart = if (10..30).contains(&tick) || tick == 40 { 0.99 } else { 1.01 };
         // On no edge: this is about contacts alone.
-        let row = |x| Row { x, edge: NO_EDGE, ..on(0, 0.0, 0.0) };
+        let row = |x| Row { position: Vec2::new(x, 0.0), edge: NO_EDGE, ..on(0, 0.0, 0.0) };
         show(&mut judge, tick, &[row(5.0), row(5.0 + apart), row(9.0)]);
     }
     assert_eq!(judge.contacts(), 1);
     let report = judge.finish();
     let contact = &report.kinds[0];
-    assert_eq!((contact.kind, contact.count), ("contact", 1));
+    assert_eq!((contact.kind, contact.count), (Kind::Contact, 1));
     let example = &contact.examples[0];
     assert_eq!((example.tick, &example.robots[..]), (10, &[0, 1][..]));
     assert!((example.duration_secs.expect("it lasted") - 1.9).abs() < 1e-9);
@@ -239,7 +251,7 @@ fn transport() -> Log {
     ]
 }
 
-/// Where robot 0 is at a tick of the transport.
+/// Returns the row of robot 0 at a tick of the transport.
 fn carrier(tick: u64) -> Row {
     match tick {
         0..10 => on(0, 10.0 - 0.01 * (10 - tick) as f32, 0.1),
@@ -252,8 +264,8 @@ fn carrier(tick: u64) -> Row {
 /// Judges a task log; records come `late` ticks after their frame.
 fn judged_log(log: &[(u64, TaskRecord)], late: u64, last: u64) -> Vec<(Kind, u64)> {
     let mut judge = judge();
-    // What the carrier's speed does between stops is another test's matter.
-    judge.site.types[0].max_acceleration = f32::INFINITY;
+    // Another test checks the carrier's speed between stops.
+    judge.world.robot_types[0].max_acceleration = f32::INFINITY;
     for tick in 0..=last {
         show(&mut judge, tick, &[carrier(tick)]);
         for (at, record) in log.iter().filter(|(at, _)| at + late == tick) {
@@ -331,7 +343,7 @@ fn each_fault_of_a_task_is_found() {
 #[test]
 fn a_log_with_a_gap_is_judged_as_far_as_it_is_known() {
     let mut judge = judge();
-    judge.site.types[0].max_acceleration = f32::INFINITY;
+    judge.world.robot_types[0].max_acceleration = f32::INFINITY;
     for tick in 0..=400 {
         show(&mut judge, tick, &[carrier(tick)]);
         for (number, (at, record)) in
@@ -352,7 +364,7 @@ fn a_log_with_a_gap_is_judged_as_far_as_it_is_known() {
 /// first one.
 fn numbered(log: &[(u64, TaskRecord)], first: u64, early: u64) -> Vec<(Kind, u64)> {
     let mut judge = judge();
-    judge.site.types[0].max_acceleration = f32::INFINITY;
+    judge.world.robot_types[0].max_acceleration = f32::INFINITY;
     let mut samples = log.iter().zip(first..).peekable();
     for tick in 0..=400 {
         while let Some(((at, record), sequence)) =
@@ -384,13 +396,13 @@ fn what_was_logged_before_the_judge_joined_is_unknown() {
 fn a_log_that_is_ahead_of_its_run_is_kept() {
     assert_eq!(numbered(&transport(), 1, 30), []);
     let mut judge = judge();
-    judge.site.types[0].max_acceleration = f32::INFINITY;
+    judge.world.robot_types[0].max_acceleration = f32::INFINITY;
     show(&mut judge, 0, &[carrier(0)]);
     judge.take_tasks(
         &TaskHeader { run_id: 8, tick: 1, ..TaskHeader::default() },
         0,
         &[transport()[0].1],
     );
-    assert_eq!(judge.tasks.records, 0);
+    assert_eq!(judge.tasks.len(), 0);
     assert_eq!(judge.next_tasks.as_ref().map(|(run, _)| *run), Some(8));
 }

@@ -284,7 +284,7 @@ fn totals_list_the_worst_first() {
         .into_iter()
         .map(|(pair, score)| (pair, score.touching_nanos, score.contacts))
         .collect();
-    assert_eq!(scores, [((2, 3), 4_000_000_000, 1), ((0, 1), 3_000_000_000, 3)]);
+    assert_eq!(scores, [([2, 3], 4_000_000_000, 1), ([0, 1], 3_000_000_000, 3)]);
     let edges: Vec<_> =
         totals.worst_edges(1).into_iter().map(|(edge, score)| (edge, score.contacts)).collect();
     assert_eq!(edges, [(9, 1)]);

@@ -38,10 +38,10 @@ fn fork() -> LegTable {
 }
 
 fn robot(x: f32) -> Body {
-    Body { position: [x, 0.0], heading: [1.0, 0.0], half_length: 0.45, half_width: 0.3 }
+    Body { position: Vec2::new(x, 0.0), heading: Vec2::X, half_length: 0.45, half_width: 0.3 }
 }
 
-fn end(segments: &[Segment]) -> [f32; 2] {
+fn end(segments: &[Segment]) -> Vec2 {
     let mut start = 0.0;
     for segment in &segments[..segments.len() - 1] {
         start = segment.until;
@@ -49,8 +49,8 @@ fn end(segments: &[Segment]) -> [f32; 2] {
     segments[segments.len() - 1].end(start)
 }
 
-fn near(a: [f32; 2], b: [f32; 2]) -> bool {
-    (a[0] - b[0]).hypot(a[1] - b[1]) < 0.02
+fn near(a: Vec2, b: impl Into<Vec2>) -> bool {
+    a.distance(b.into()) < 0.02
 }
 
 const LIMITS: Limits = Limits { max_speed: 1.5, max_acceleration: 0.8 };
@@ -130,7 +130,7 @@ fn a_held_robot_brakes_and_stands_at_once_without_a_limit() {
     let way = trajectory(&robot(0.0), &motion, &fork());
     assert!(near(end(&way), [1.5 * 1.5 / 1.6, 0.0]), "{:?}", end(&way));
     let way = trajectory(&robot(0.0), &Motion { limits: Limits::NONE, ..motion }, &fork());
-    assert_eq!(end(&way), [0.0, 0.0]);
+    assert_eq!(end(&way), Vec2::ZERO);
 }
 
 #[test]
@@ -249,8 +249,7 @@ proptest! {
         let intent = if hold { Intent::Hold } else { Intent::Drive };
         for way in trajectories(&robot(2.0), &Motion { speed, s, intent, limits, route, ..FREE }, &fork()) {
             for segment in way {
-                let [x, y] = segment.velocity;
-                prop_assert!(x.hypot(y) <= 1.001 * speed.abs().max(1.5), "{segment:?}");
+                prop_assert!(segment.velocity.length() <= 1.001 * speed.abs().max(1.5), "{segment:?}");
             }
         }
     }
