@@ -166,28 +166,8 @@ pub(crate) fn tasks(message: &[u8]) -> Result<(TaskHeader, Vec<TaskRecord>, u64)
     Ok((header, tasks.tasks.iter().map(task).collect(), tasks.missed))
 }
 
-/// Returns a whole list of contacts and its number.
-pub(crate) fn contacts(
-    message: &[u8],
-) -> Result<(ContactHeader, Vec<ContactRecord>, u64), MessageError> {
-    let contacts = regatta::Contacts::decode(message)?;
-    let header = ContactHeader {
-        run_id: contacts.run_id,
-        tick: contacts.tick,
-        sim_time_nanos: contacts.sim_time_nanos,
-        touching_ever: contacts.touching_ever,
-        possible_ever: contacts.possible_ever,
-        frames_skipped: contacts.frames_skipped,
-        touching: contacts.touching,
-        possible: contacts.possible,
-        capped: contacts.capped,
-        ..ContactHeader::default()
-    };
-    Ok((header, contacts.pairs.iter().map(contact).collect(), contacts.number))
-}
-
-/// Returns the header of an updated list of contacts.
-pub(crate) fn contact_update(update: &regatta::ContactUpdate) -> ContactHeader {
+/// Returns the header of a list of contacts.
+pub(crate) fn contact_header(update: &regatta::ContactUpdate) -> ContactHeader {
     ContactHeader {
         run_id: update.run_id,
         tick: update.tick,

@@ -236,23 +236,11 @@ fn task(task: &TaskRecord) -> regatta::Task {
     }
 }
 
-/// Encodes a whole list of contacts.
-pub(crate) fn contacts(list: &ContactList, number: u64) -> Vec<u8> {
-    let ContactList { header, pairs } = list;
-    regatta::Contacts {
-        run_id: header.run_id,
-        tick: header.tick,
-        sim_time_nanos: header.sim_time_nanos,
-        touching_ever: header.touching_ever,
-        possible_ever: header.possible_ever,
-        frames_skipped: header.frames_skipped,
-        touching: header.touching,
-        possible: header.possible,
-        capped: header.capped,
-        pairs: pairs.iter().map(contact).collect(),
-        number,
-    }
-    .encode_to_vec()
+/// Returns a whole list of contacts. It is an update that adds every pair: the fields of `Contacts`
+/// are the first ones of `ContactUpdate`.
+pub(crate) fn contacts(list: &ContactList, number: u64) -> regatta::ContactUpdate {
+    let added = list.pairs.iter().map(contact).collect();
+    regatta::ContactUpdate { added, ..contact_update(&list.header, number) }
 }
 
 /// Returns an update of contacts without pairs.

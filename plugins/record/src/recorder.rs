@@ -5,12 +5,12 @@ use std::time::Duration;
 use regatta_plugin::frame::FrameHeader;
 use regatta_plugin::{Error, Events, Frame, Participant, Plugin, Result, World};
 
+use crate::arguments::TopicSet;
 use crate::schema::Topic;
 use crate::sink::{Payload, Sink, SinkError, Tally};
 use crate::sources::Sources;
 use crate::thinning::{Held, Thinning};
 use crate::timeline::Timeline;
-use crate::topics::TopicSet;
 use crate::{encode, scene};
 
 /// The plugin that records a fleet until it is stopped.
