@@ -3,15 +3,15 @@
 use regatta_plugin::ColumnName;
 
 /// The messages of `proto/regatta.proto`.
-#[allow(clippy::all, clippy::pedantic, missing_docs, reason = "generated")]
+#[allow(clippy::all, clippy::pedantic, missing_docs, dead_code, reason = "generated")]
 pub(crate) mod regatta {
-    include!("generated/regatta.rs");
+    include!(concat!(env!("OUT_DIR"), "/regatta.rs"));
 }
 
 /// Foxglove's messages, which Foxglove, Rerun and other tools show.
 #[allow(clippy::all, clippy::pedantic, missing_docs, dead_code, reason = "generated")]
 pub(crate) mod foxglove {
-    include!("generated/foxglove.rs");
+    include!(concat!(env!("OUT_DIR"), "/foxglove.rs"));
 }
 
 /// MCAP's name of the encoding of protocol buffers, for messages and for schemas.
@@ -120,9 +120,9 @@ impl Topic {
     pub(crate) fn descriptors(&self) -> &'static [u8] {
         match self {
             Self::Poses | Self::Robots | Self::Graph | Self::GraphPoints => {
-                include_bytes!("generated/foxglove.descriptors")
+                include_bytes!(concat!(env!("OUT_DIR"), "/foxglove.descriptors"))
             }
-            _ => include_bytes!("generated/regatta.descriptors"),
+            _ => include_bytes!(concat!(env!("OUT_DIR"), "/regatta.descriptors")),
         }
     }
 
