@@ -94,7 +94,8 @@ impl FromStr for Limit {
             }
             (_, Some(bytes)) => Ok(Self::Bytes(bytes)),
             _ => Err(format!(
-                "invalid limit '{text}'; give a time or a size, for example 10min, 90s, 500MB or 1GB"
+                "invalid limit '{text}'; give a time or a size, for example 10min, 90s, 500MB \
+                 or 1GB"
             )),
         }
     }
@@ -204,9 +205,13 @@ impl FromStr for RobotIds {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let mut ranges = text.split(',').map(parse_range).collect::<Option<Vec<_>>>().ok_or_else(|| {
-            format!("invalid list of robots '{text}'; give ids and ranges with both ends, for example 1,5,7..9")
-        })?;
+        let mut ranges =
+            text.split(',').map(parse_range).collect::<Option<Vec<_>>>().ok_or_else(|| {
+                format!(
+                    "invalid list of robots '{text}'; give ids and ranges with both ends, \
+                 for example 1,5,7..9"
+                )
+            })?;
         ranges.sort_by_key(|range| *range.start());
         let mut merged: Vec<RangeInclusive<u32>> = Vec::new();
         for range in ranges {

@@ -7,7 +7,7 @@
 use bytemuck::Pod;
 use prost::Message;
 use prost::encoding::{WireType, encode_key, encode_varint};
-use regatta_plugin::contact::{ContactHeader, ContactRecord};
+use regatta_plugin::contact::{ContactEvent, ContactHeader, ContactRecord};
 use regatta_plugin::event::{EventKind, EventRecord};
 use regatta_plugin::frame::FrameHeader;
 use regatta_plugin::order::OrderRecord;
@@ -275,7 +275,17 @@ pub(crate) fn contact(pair: &ContactRecord) -> regatta::Contact {
 }
 
 pub(crate) fn contact_events(events: &ContactEvents<'_>) -> Vec<u8> {
-    let event = |event: &regatta_plugin::contact::ContactEvent| regatta::ContactEvent {
+    regatta::ContactEvents {
+        run_id: events.header.run_id,
+        tick: events.header.tick,
+        missed: events.missed,
+        events: events.records.iter().map(contact_event).collect(),
+    }
+    .encode_to_vec()
+}
+
+fn contact_event(event: &ContactEvent) -> regatta::ContactEvent {
+    regatta::ContactEvent {
         tick: event.tick,
         sim_time_nanos: event.sim_time_nanos,
         robot: event.robots[0],
@@ -286,14 +296,7 @@ pub(crate) fn contact_events(events: &ContactEvents<'_>) -> Vec<u8> {
         x: event.x,
         y: event.y,
         relative_speed: event.relative_speed,
-    };
-    regatta::ContactEvents {
-        run_id: events.header.run_id,
-        tick: events.header.tick,
-        missed: events.missed,
-        events: events.records.iter().map(event).collect(),
     }
-    .encode_to_vec()
 }
 
 #[cfg(test)]

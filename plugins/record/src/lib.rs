@@ -81,7 +81,8 @@ pub struct RecordArgs {
     #[arg(long, value_enum, default_value_t)]
     compression: Compression,
     /// Poses per second for Foxglove, Rerun and PlotJuggler; 0 for none
-    #[arg(long, value_name = "HZ", default_value = "10", value_parser = parse_poses_rate, allow_negative_numbers = true)]
+    #[arg(long, value_name = "HZ", default_value = "10", allow_negative_numbers = true)]
+    #[arg(value_parser = parse_poses_rate)]
     poses_rate: f64,
     /// Repair a recording that was cut off, instead of recording: a copy with --output, or else the
     /// file itself

@@ -82,8 +82,13 @@ pub(crate) struct Folder {
 
 impl Folder {
     pub fn create(path: &Path) -> io::Result<Self> {
-        let is_missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
-        let created = path.ancestors().take_while(is_missing).map(Path::to_owned).collect();
+        let mut created = Vec::new();
+        for folder in path.ancestors() {
+            if folder.as_os_str().is_empty() || folder.exists() {
+                break;
+            }
+            created.push(folder.to_owned());
+        }
         fs::create_dir_all(path)?;
         Ok(Self { created })
     }
@@ -92,7 +97,9 @@ impl Folder {
 impl Drop for Folder {
     fn drop(&mut self) {
         // A folder that has files can't be removed, as intended.
-        let _ = self.created.iter().try_for_each(fs::remove_dir);
+        for folder in &self.created {
+            let _ = fs::remove_dir(folder);
+        }
     }
 }
 

@@ -7,7 +7,7 @@ mod map;
 mod svg;
 
 use std::io::{self, Write as _};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::Args;
@@ -53,7 +53,8 @@ pub enum PlotError {
     Reading(#[from] ReadingError),
     /// The robot isn't in the recording in the requested time range.
     #[error(
-        "robot {robot} is not in {path} between {from:.2} s and {to:.2} s; its robots have ids from 0 to {last}"
+        "robot {robot} is not in {path} between {from:.2} s and {to:.2} s; its robots have ids \
+         from 0 to {last}"
     )]
     NoRobot {
         /// The robot's id.
@@ -157,19 +158,24 @@ pub fn plot(args: &PlotArgs) -> Result<String, PlotError> {
         return Err(PlotError::Format { path: args.output.clone() });
     }
     let recording = Recording::open_frames(&args.file)?;
-    let failed = |reason| PlotError::Write { path: args.output.clone(), reason };
-    let (draft, mut file) = Draft::create(&args.output, args.force).map_err(failed)?;
+    let (draft, mut file) = Draft::create(&args.output, args.force)
+        .map_err(|reason| unwritable(&args.output, reason))?;
     let track = track(&recording, args)?;
     let name = args.file.file_name().unwrap_or_default().to_string_lossy();
     let svg = picture(&track, &format!("Robot {}", args.robot), &name);
     let bytes = if is_png {
-        png(&svg).map_err(|reason| failed(io::Error::other(reason)))?
+        png(&svg).map_err(|reason| unwritable(&args.output, io::Error::other(reason)))?
     } else {
         svg.into_bytes()
     };
-    file.write_all(&bytes).and_then(|()| draft.commit()).map_err(failed)?;
+    let written = file.write_all(&bytes).and_then(|()| draft.commit());
+    written.map_err(|reason| unwritable(&args.output, reason))?;
     let samples = track.samples().count();
     Ok(format!("{}: {samples} frames of robot {}", args.output.display(), args.robot))
+}
+
+fn unwritable(path: &Path, reason: io::Error) -> PlotError {
+    PlotError::Write { path: path.to_owned(), reason }
 }
 
 fn track(recording: &Recording, args: &PlotArgs) -> Result<Track, PlotError> {
@@ -230,7 +236,8 @@ fn picture(track: &Track, title: &str, recording: &str) -> String {
     svg.text(DVec2::new(MARGIN, 52.0), "title", title);
     let mean = if seconds > 0.0 { metres / seconds } else { 0.0 };
     let about = format!(
-        "{recording} · {start:.2} s to {end:.2} s · {metres:.1} m driven · {mean:.2} m/s on average"
+        "{recording} · {start:.2} s to {end:.2} s · {metres:.1} m driven · \
+         {mean:.2} m/s on average"
     );
     svg.text(DVec2::new(MARGIN, 76.0), "about", &about);
     let middle = SIZE.x * 0.53;

@@ -32,7 +32,8 @@ pub enum ReadingError {
     },
     /// The file is not an MCAP file, or is damaged.
     #[error(
-        "can't read {path} as a recording ({reason}); `regatta record --repair` keeps its undamaged parts"
+        "can't read {path} as a recording ({reason}); \
+         `regatta record --repair` keeps its undamaged parts"
     )]
     Mcap {
         /// The file.
@@ -83,15 +84,14 @@ impl Recording {
     /// # Errors
     /// Returns a [`ReadingError`] if the file can't be read or isn't a recording.
     pub fn open(path: &Path) -> Result<Self, ReadingError> {
-        let failed = |reason| ReadingError::Io { path: path.to_owned(), reason };
-        let mut file = File::open(path).map_err(failed)?;
+        let mut file = File::open(path).map_err(|reason| unreadable(path, reason))?;
         let (summary, is_closed) = match summary(&mut file) {
             Ok(Some(summary)) => (summary, true),
-            Err(McapError::Io(error)) => return Err(failed(error)),
+            Err(McapError::Io(reason)) => return Err(unreadable(path, reason)),
             _ => {
                 let mut progress = Progress::start("reading");
-                let scan = scan(&mut file, &BTreeSet::new(), &mut progress).map_err(failed)?;
-                (scan.summary, false)
+                let scan = scan(&mut file, &BTreeSet::new(), &mut progress);
+                (scan.map_err(|reason| unreadable(path, reason))?.summary, false)
             }
         };
         let channels = summary.channels.iter();
@@ -153,10 +153,9 @@ impl Recording {
     }
 
     fn damaged(&self, reason: McapError) -> ReadingError {
-        let path = self.path.clone();
         match reason {
-            McapError::Io(reason) => ReadingError::Io { path, reason },
-            reason => ReadingError::Mcap { path, reason },
+            McapError::Io(reason) => unreadable(&self.path, reason),
+            reason => ReadingError::Mcap { path: self.path.clone(), reason },
         }
     }
 
@@ -174,6 +173,10 @@ impl Recording {
             reason,
         })
     }
+}
+
+fn unreadable(path: &Path, reason: io::Error) -> ReadingError {
+    ReadingError::Io { path: path.to_owned(), reason }
 }
 
 /// Reads the summary at the end of a file. Returns `None` if the file was never closed.

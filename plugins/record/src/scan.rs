@@ -34,8 +34,8 @@ pub(crate) struct Scan {
 /// without one, the damage ends the scan.
 ///
 /// # Errors
-/// Returns an error if the process was asked to end (`Interrupted`), or if the file can't be read, doesn't start like an MCAP
-/// file (`InvalidData`), or ends within its header (`UnexpectedEof`).
+/// Returns an error if the process was asked to end (`Interrupted`), or if the file can't be read,
+/// doesn't start like an MCAP file (`InvalidData`), or ends within its header (`UnexpectedEof`).
 pub(crate) fn scan(
     file: &mut (impl Read + Seek),
     record_starts: &BTreeSet<u64>,

@@ -31,7 +31,7 @@ pub enum Topic {
     Events,
     /// Orders that took effect or were refused.
     Orders,
-    /// What happened to transport tasks.
+    /// The log of transport orders.
     Tasks,
     /// Pairs of robots that touch or may touch: whole lists.
     Contacts,

@@ -1,5 +1,4 @@
-//! Reads what a fleet publishes besides frames, world and events: columns, orders, tasks and
-//! contacts.
+//! Reads columns, orders, tasks and contacts. The plugin runner reads frames, the world and events.
 
 use std::collections::BTreeSet;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -66,22 +65,29 @@ impl Sources {
         let is_needed = Arc::downgrade(&search);
         let thread = std::thread::Builder::new().name("columns".to_owned());
         thread.spawn(move || search_columns(&fleet, &sender, &is_needed))?;
-        let has = |topic: Topic| topics.includes(&topic);
         let mut sources = Self {
             participant: participant.clone(),
             columns: Vec::new(),
             new_columns,
             _search: search,
             topics: topics.clone(),
-            orders: has(Topic::Orders).then(|| OrderLogReader::open_on(participant)).transpose()?,
-            tasks: has(Topic::Tasks).then(|| TaskReader::open_on(participant)).transpose()?,
-            contacts: has(Topic::Contacts)
-                .then(|| ContactReader::open_for_all_on(participant))
-                .transpose()?,
-            contact_events: has(Topic::ContactEvents)
-                .then(|| ContactEventReader::open_on(participant))
-                .transpose()?,
+            orders: None,
+            tasks: None,
+            contacts: None,
+            contact_events: None,
         };
+        if topics.includes(&Topic::Orders) {
+            sources.orders = Some(OrderLogReader::open_on(participant)?);
+        }
+        if topics.includes(&Topic::Tasks) {
+            sources.tasks = Some(TaskReader::open_on(participant)?);
+        }
+        if topics.includes(&Topic::Contacts) {
+            sources.contacts = Some(ContactReader::open_for_all_on(participant)?);
+        }
+        if topics.includes(&Topic::ContactEvents) {
+            sources.contact_events = Some(ContactEventReader::open_on(participant)?);
+        }
         // Opening takes a while, so that the producer's column and all existing ones are opened
         // before the first frame.
         if let Some(types) = Topic::types().as_ref().and_then(Topic::column) {

@@ -11,7 +11,8 @@ use crate::arguments::{RobotIds, path_parser};
 /// Options of `regatta export`.
 #[derive(Args, Clone, Debug)]
 #[group(skip)]
-#[command(group(ArgGroup::new("target").required(true).multiple(true).args(["output", "csv", "parquet"])))]
+#[command(group = ArgGroup::new("target").required(true).multiple(true)
+    .args(["output", "csv", "parquet"]))]
 pub struct ExportArgs {
     /// The recording
     pub(super) file: PathBuf,

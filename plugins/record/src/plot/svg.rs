@@ -34,7 +34,10 @@ pub(super) struct Svg {
 }
 
 const STYLE: &str = "
-text { font-family: 'Inter', 'Helvetica Neue', Helvetica, Arial, 'DejaVu Sans', sans-serif; font-size: 12px; fill: #52606d; }
+text {
+  font-family: 'Inter', 'Helvetica Neue', Helvetica, Arial, 'DejaVu Sans', sans-serif;
+  font-size: 12px; fill: #52606d;
+}
 .title { font-size: 26px; font-weight: 600; fill: #1f2933; }
 .about { font-size: 13px; fill: #7b8794; }
 .name { font-size: 13px; font-weight: 600; fill: #3e4c59; }
@@ -47,7 +50,9 @@ text { font-family: 'Inter', 'Helvetica Neue', Helvetica, Arial, 'DejaVu Sans', 
 .frame { stroke: #cbd2d9; stroke-width: 1; fill: none; }
 .edge { stroke: #d5dbe1; stroke-width: 2; fill: none; stroke-linecap: round; }
 .line { stroke-width: 1.6; fill: none; stroke-linejoin: round; stroke-linecap: round; }
-.path { stroke: #0072b2; stroke-width: 3; fill: none; stroke-linejoin: round; stroke-linecap: round; }
+.path {
+  stroke: #0072b2; stroke-width: 3; fill: none; stroke-linejoin: round; stroke-linecap: round;
+}
 .time { fill: #fff; stroke: #0072b2; stroke-width: 1.5; }
 .end { fill: #d55e00; stroke: #fff; stroke-width: 1.5; stroke-linejoin: round; }
 .start { fill: #009e73; stroke: #fff; stroke-width: 1.5; }
@@ -82,7 +87,8 @@ impl Svg {
         let Area { left, top, .. } = area;
         let (width, height) = (area.width(), area.height());
         self.push(format_args!(
-            "<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" class=\"{class}\"/>"
+            "<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" \
+             class=\"{class}\"/>"
         ));
     }
 
@@ -91,7 +97,8 @@ impl Svg {
         let Area { left, top, .. } = area;
         let (width, height) = (area.width(), area.height());
         self.push(format_args!(
-            "<rect x=\"{left:.2}\" y=\"{top:.1}\" width=\"{width:.2}\" height=\"{height:.1}\" fill=\"{colour}\"/>"
+            "<rect x=\"{left:.2}\" y=\"{top:.1}\" width=\"{width:.2}\" height=\"{height:.1}\" \
+             fill=\"{colour}\"/>"
         ));
     }
 
@@ -129,7 +136,8 @@ impl Svg {
     pub fn arrow(&mut self, DVec2 { x, y }: DVec2, theta: f64, class: &str) {
         let turn = -theta.to_degrees();
         self.push(format_args!(
-            "<path d=\"M11 0L-7 7L-3 0L-7 -7Z\" transform=\"translate({x:.1} {y:.1}) rotate({turn:.1})\" class=\"{class}\"/>"
+            "<path d=\"M11 0L-7 7L-3 0L-7 -7Z\" \
+             transform=\"translate({x:.1} {y:.1}) rotate({turn:.1})\" class=\"{class}\"/>"
         ));
     }
 

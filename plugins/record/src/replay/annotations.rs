@@ -1,5 +1,5 @@
-//! The annotations of a replayed recording: its marks, notes, closures and history, and the file and
-//! the time that are shown.
+//! The annotations of a replayed recording: its marks, notes, closures and history, and the file
+//! and the time that are shown.
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::Receiver;

@@ -120,8 +120,8 @@ struct Throughput {
 }
 
 impl Throughput {
-    /// Counts a frame. Returns the rate at which robots entered an edge in the last minute, per hour;
-    /// `None` for the first frame of a run.
+    /// Counts a frame. Returns the rate at which robots entered an edge in the last minute, per
+    /// hour; `None` for the first frame of a run.
     fn count(&mut self, frame: &Frame<'_>) -> Option<f32> {
         let secs = frame.sim_time().as_secs_f64();
         if self.run_id != frame.run_id() {

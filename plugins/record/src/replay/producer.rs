@@ -254,7 +254,7 @@ impl Producer for Replay<'_> {
     }
 }
 
-/// Returns the part of a recording that a replay reads: everything but the topics for other programs.
+/// Returns the part of a recording that a replay reads: all topics but those for other programs.
 fn selection(recording: &Recording) -> Selection {
     let mut topics = recording.topics();
     topics.retain(|topic| {

@@ -29,7 +29,7 @@ pub(super) fn join<'p>(
     let mut whole = Joined::open(first).map_err(|reason| failed(first, reason))?;
     for part in parts {
         if let Err(reason) = whole.append(part).and_then(|()| whole.close()) {
-            // What was appended so far can be read, too.
+            // The parts appended so far can be read, too.
             let _ = repair::close(&mut whole.file, &mut Progress::hidden());
             return Err(failed(part, reason));
         }
