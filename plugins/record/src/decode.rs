@@ -119,20 +119,27 @@ pub(crate) fn events(message: &[u8]) -> Result<(EventHeader, Vec<EventRecord>), 
         dropped: events.dropped,
         ..EventHeader::default()
     };
-    let event = |event: &regatta::Event| EventRecord {
+    Ok((header, events.events.iter().map(event).collect()))
+}
+
+fn event(event: &regatta::Event) -> EventRecord {
+    EventRecord {
         token: event.token,
         kind: event.kind as u32,
         robot: event.robot,
         id: event.id,
         detail: (event.detail | event.cause) as u32,
-    };
-    Ok((header, events.events.iter().map(event).collect()))
+    }
 }
 
 /// Returns the run, the tick, and the orders that took effect or were refused in it.
 pub(crate) fn orders(message: &[u8]) -> Result<(u64, u64, Vec<OrderRecord>), MessageError> {
     let orders = regatta::Orders::decode(message)?;
-    let order = |order: &regatta::Order| OrderRecord {
+    Ok((orders.run_id, orders.tick, orders.orders.iter().map(order).collect()))
+}
+
+fn order(order: &regatta::Order) -> OrderRecord {
+    OrderRecord {
         token: order.token,
         kind: order.kind as u32,
         robot: order.robot,
@@ -142,17 +149,20 @@ pub(crate) fn orders(message: &[u8]) -> Result<(u64, u64, Vec<OrderRecord>), Mes
         released: order.released,
         robot_type: order.robot_type,
         s: order.s,
-    };
-    Ok((orders.run_id, orders.tick, orders.orders.iter().map(order).collect()))
+    }
 }
 
-/// Returns the header of the task log's records of a tick, the records, and how many ticks the
-/// recorder missed before it.
+/// Returns the header of the task log's records of a tick, the records, and the number of ticks
+/// that the recorder missed before it.
 pub(crate) fn tasks(message: &[u8]) -> Result<(TaskHeader, Vec<TaskRecord>, u64), MessageError> {
     let tasks = regatta::Tasks::decode(message)?;
     let regatta::Tasks { run_id, tick, dropped, sequence, .. } = tasks;
     let header = TaskHeader { run_id, tick, dropped, sequence };
-    let task = |task: &regatta::Task| TaskRecord {
+    Ok((header, tasks.tasks.iter().map(task).collect(), tasks.missed))
+}
+
+fn task(task: &regatta::Task) -> TaskRecord {
+    TaskRecord {
         task: task.task,
         kind: task.kind as u32,
         robot: task.robot,
@@ -162,32 +172,11 @@ pub(crate) fn tasks(message: &[u8]) -> Result<(TaskHeader, Vec<TaskRecord>, u64)
         dwell_secs: task.dwell_secs,
         detail: task.detail,
         reserved: 0,
-    };
-    Ok((header, tasks.tasks.iter().map(task).collect(), tasks.missed))
+    }
 }
 
-/// Returns a whole list of contacts and its number.
-pub(crate) fn contacts(
-    message: &[u8],
-) -> Result<(ContactHeader, Vec<ContactRecord>, u64), MessageError> {
-    let contacts = regatta::Contacts::decode(message)?;
-    let header = ContactHeader {
-        run_id: contacts.run_id,
-        tick: contacts.tick,
-        sim_time_nanos: contacts.sim_time_nanos,
-        touching_ever: contacts.touching_ever,
-        possible_ever: contacts.possible_ever,
-        frames_skipped: contacts.frames_skipped,
-        touching: contacts.touching,
-        possible: contacts.possible,
-        capped: contacts.capped,
-        ..ContactHeader::default()
-    };
-    Ok((header, contacts.pairs.iter().map(contact).collect(), contacts.number))
-}
-
-/// Returns the header of an updated list of contacts.
-pub(crate) fn contact_update(update: &regatta::ContactUpdate) -> ContactHeader {
+/// Returns the header of a list of contacts.
+pub(crate) fn contact_header(update: &regatta::ContactUpdate) -> ContactHeader {
     ContactHeader {
         run_id: update.run_id,
         tick: update.tick,
@@ -221,7 +210,11 @@ pub(crate) fn contact_events(
     message: &[u8],
 ) -> Result<(u64, u64, Vec<ContactEvent>), MessageError> {
     let events = regatta::ContactEvents::decode(message)?;
-    let event = |event: &regatta::ContactEvent| ContactEvent {
+    Ok((events.run_id, events.tick, events.events.iter().map(contact_event).collect()))
+}
+
+fn contact_event(event: &regatta::ContactEvent) -> ContactEvent {
+    ContactEvent {
         tick: event.tick,
         sim_time_nanos: event.sim_time_nanos,
         robots: [event.robot, event.other_robot],
@@ -231,6 +224,5 @@ pub(crate) fn contact_events(
         x: event.x,
         y: event.y,
         relative_speed: event.relative_speed,
-    };
-    Ok((events.run_id, events.tick, events.events.iter().map(event).collect()))
+    }
 }

@@ -7,7 +7,7 @@
 use bytemuck::Pod;
 use prost::Message;
 use prost::encoding::{WireType, encode_key, encode_varint};
-use regatta_plugin::contact::{ContactHeader, ContactRecord};
+use regatta_plugin::contact::{ContactEvent, ContactHeader, ContactRecord};
 use regatta_plugin::event::{EventKind, EventRecord};
 use regatta_plugin::frame::FrameHeader;
 use regatta_plugin::order::OrderRecord;
@@ -236,23 +236,11 @@ fn task(task: &TaskRecord) -> regatta::Task {
     }
 }
 
-/// Encodes a whole list of contacts.
-pub(crate) fn contacts(list: &ContactList, number: u64) -> Vec<u8> {
-    let ContactList { header, pairs } = list;
-    regatta::Contacts {
-        run_id: header.run_id,
-        tick: header.tick,
-        sim_time_nanos: header.sim_time_nanos,
-        touching_ever: header.touching_ever,
-        possible_ever: header.possible_ever,
-        frames_skipped: header.frames_skipped,
-        touching: header.touching,
-        possible: header.possible,
-        capped: header.capped,
-        pairs: pairs.iter().map(contact).collect(),
-        number,
-    }
-    .encode_to_vec()
+/// Returns a whole list of contacts. It is an update that adds every pair: the fields of `Contacts`
+/// are the first ones of `ContactUpdate`.
+pub(crate) fn contacts(list: &ContactList, number: u64) -> regatta::ContactUpdate {
+    let added = list.pairs.iter().map(contact).collect();
+    regatta::ContactUpdate { added, ..contact_update(&list.header, number) }
 }
 
 /// Returns an update of contacts without pairs.
@@ -287,7 +275,17 @@ pub(crate) fn contact(pair: &ContactRecord) -> regatta::Contact {
 }
 
 pub(crate) fn contact_events(events: &ContactEvents<'_>) -> Vec<u8> {
-    let event = |event: &regatta_plugin::contact::ContactEvent| regatta::ContactEvent {
+    regatta::ContactEvents {
+        run_id: events.header.run_id,
+        tick: events.header.tick,
+        missed: events.missed,
+        events: events.records.iter().map(contact_event).collect(),
+    }
+    .encode_to_vec()
+}
+
+fn contact_event(event: &ContactEvent) -> regatta::ContactEvent {
+    regatta::ContactEvent {
         tick: event.tick,
         sim_time_nanos: event.sim_time_nanos,
         robot: event.robots[0],
@@ -298,14 +296,7 @@ pub(crate) fn contact_events(events: &ContactEvents<'_>) -> Vec<u8> {
         x: event.x,
         y: event.y,
         relative_speed: event.relative_speed,
-    };
-    regatta::ContactEvents {
-        run_id: events.header.run_id,
-        tick: events.header.tick,
-        missed: events.missed,
-        events: events.records.iter().map(event).collect(),
     }
-    .encode_to_vec()
 }
 
 #[cfg(test)]

@@ -5,20 +5,10 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use clap::builder::{PathBufValueParser, TypedValueParser};
 use mcap::MAGIC;
 use regatta_kit::WholeFile;
 
-/// Parses the path of an option. Recordings, pictures and tables are files that are complete or not
-/// there, so standard output is none of them.
-pub(crate) fn path_parser() -> impl TypedValueParser<Value = PathBuf> {
-    PathBufValueParser::new().try_map(|path| match path.as_os_str() == "-" {
-        true => Err("this command can't write to standard output; give a path"),
-        false => Ok(path),
-    })
-}
-
-/// A file that is being written, and is removed unless it is committed.
+/// A file that is being written. It is removed unless it is committed.
 #[derive(Debug)]
 pub(crate) struct Draft {
     path: PathBuf,
@@ -30,24 +20,14 @@ impl Draft {
     /// Starts to write a file. An existing file is replaced only with `force`, and a recording
     /// never: it may be the one that is being read.
     pub fn create(path: &Path, force: bool) -> io::Result<(Self, File)> {
-        let existing = path.metadata().ok();
-        if existing.as_ref().is_some_and(|metadata| !metadata.is_file() && !metadata.is_dir()) {
-            let file = OpenOptions::new().write(true).open(path)?;
-            return Ok((Self { path: path.to_owned(), draft: None }, file));
-        }
-        let refused =
-            |reason: &str| Err(io::Error::new(io::ErrorKind::AlreadyExists, reason.to_owned()));
-        match existing {
-            Some(metadata) if metadata.is_dir() => return refused("it is a folder"),
-            Some(_) if is_recording(path) => {
-                return refused("it is a recording; choose another file, or remove it");
+        if let Ok(existing) = path.metadata() {
+            if !existing.is_file() && !existing.is_dir() {
+                let file = OpenOptions::new().write(true).open(path)?;
+                return Ok((Self { path: path.to_owned(), draft: None }, file));
             }
-            Some(_) if !force => {
-                return refused(
-                    "it exists already; choose another file, or --force to overwrite it",
-                );
+            if let Some(reason) = refusal(path, existing.is_dir(), force) {
+                return Err(io::Error::new(io::ErrorKind::AlreadyExists, reason));
             }
-            _ => {}
         }
         let draft = WholeFile::create(path)?;
         let file = draft.file().try_clone()?;
@@ -66,6 +46,19 @@ impl Draft {
     }
 }
 
+/// Returns the reason if an existing file or folder can't be replaced.
+fn refusal(path: &Path, is_folder: bool, force: bool) -> Option<&'static str> {
+    if is_folder {
+        Some("it is a folder")
+    } else if is_recording(path) {
+        Some("it is a recording; choose another file, or remove it")
+    } else if !force {
+        Some("it exists already; choose another file, or --force to overwrite it")
+    } else {
+        None
+    }
+}
+
 fn is_recording(path: &Path) -> bool {
     let mut magic = [0; MAGIC.len()];
     File::open(path).and_then(|mut file| file.read_exact(&mut magic)).is_ok() && magic == *MAGIC
@@ -80,8 +73,13 @@ pub(crate) struct Folder {
 
 impl Folder {
     pub fn create(path: &Path) -> io::Result<Self> {
-        let is_missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
-        let created = path.ancestors().take_while(is_missing).map(Path::to_owned).collect();
+        let mut created = Vec::new();
+        for folder in path.ancestors() {
+            if folder.as_os_str().is_empty() || folder.exists() {
+                break;
+            }
+            created.push(folder.to_owned());
+        }
         fs::create_dir_all(path)?;
         Ok(Self { created })
     }
@@ -89,8 +87,10 @@ impl Folder {
 
 impl Drop for Folder {
     fn drop(&mut self) {
-        // Removing fails for a folder that has files, and that is what it should do.
-        let _ = self.created.iter().try_for_each(fs::remove_dir);
+        // A folder that has files can't be removed, as intended.
+        for folder in &self.created {
+            let _ = fs::remove_dir(folder);
+        }
     }
 }
 

@@ -179,8 +179,12 @@ fn contacts_are_decoded_as_they_were_encoded() {
         capped: 1,
         ..ContactHeader::default()
     };
-    let message = encode::contacts(&ContactList { header, pairs: vec![pair] }, 7);
-    assert_eq!(decode::contacts(&message).unwrap(), (header, vec![pair], 7));
+    let message = encode::contacts(&ContactList { header, pairs: vec![pair] }, 7).encode_to_vec();
+    let update = regatta::ContactUpdate::decode(&message[..]).unwrap();
+    let pairs: Vec<_> = update.added.iter().map(decode::contact).collect();
+    assert_eq!((decode::contact_header(&update), pairs, update.number), (header, vec![pair], 7));
+    let whole = regatta::Contacts::decode(&message[..]).unwrap();
+    assert_eq!((whole.touching_ever, whole.number, whole.pairs), (8, 7, update.added));
 
     let event = ContactEvent {
         tick: 9,

@@ -1,6 +1,6 @@
 //! The names of kinds and levels in tables, by the numbers of the contract.
 
-use super::super::value::Value;
+use super::Value;
 
 /// The names of events, by number.
 pub(super) const EVENTS: [&str; 17] = [
