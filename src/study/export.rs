@@ -20,8 +20,7 @@ pub fn export(plan: &Plan, folder: &Path) -> Result<(), Failure> {
         let layout = store.keep_layout(&variant.layout_text())?;
         for robots in plan.robots.grid().into_iter().rev() {
             for seed in 1..=plan.precision.least_seeds {
-                let job =
-                    variant.job(&layout, robots, seed, (plan.secs, plan.rate_hz), &plan.program);
+                let job = variant.job(&layout, robots, seed, plan.time, &plan.program);
                 store.keep_job(&job)?;
                 ids.push(job.id().to_string());
             }

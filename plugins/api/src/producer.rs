@@ -9,7 +9,6 @@ mod control;
 mod figures;
 mod options;
 mod overload;
-mod pending;
 mod session;
 mod speed;
 

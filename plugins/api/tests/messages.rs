@@ -12,6 +12,7 @@ use regatta_plugin::control::{ControlKind, ControlResponse};
 use regatta_plugin::event::{EventKind, EventRecord};
 use regatta_plugin::frame::{CONTRACT_VERSION, FrameHeader, Line};
 use regatta_plugin::order::{OrderKind, OrderRecord, RouteLeg};
+use regatta_plugin::ports::error::RequestError;
 use regatta_plugin::route::{LegAhead, RouteRequest, RouteResponse};
 use regatta_plugin::{
     ColumnPublisher, ColumnReader, Control, ControlError, EventReader, FleetName, LockstepError,
@@ -161,7 +162,8 @@ fn requests_are_answered_now_later_or_never() {
     let refused = ControlError::Refused { fleet: fleet.clone(), reason: "not today".to_owned() };
     assert_eq!(control.pause(), Err(refused));
     // The engine keeps this one, then ends.
-    assert_eq!(control.resume(), Err(ControlError::Gone { fleet: fleet.clone() }));
+    let gone = RequestError::Gone { server: "the engine", fleet: fleet.clone() };
+    assert_eq!(control.resume(), Err(gone.into()));
     engine.join().unwrap();
     assert_eq!(control.status(), Err(ControlError::NoEngine { fleet }));
 }
@@ -190,7 +192,8 @@ fn routes_are_told_by_whoever_knows_them() {
         let robots = [0; services::MAX_OPEN_ROUTES];
         assert_eq!(
             client.routes(&robots, timeout),
-            Err(RouteError::Timeout { fleet: fleet.clone(), timeout })
+            Err(RequestError::Timeout { server: "the engine", fleet: fleet.clone(), timeout }
+                .into())
         );
     }
     let asker = std::thread::spawn({
@@ -237,7 +240,8 @@ fn an_engine_that_stands_still_times_out() {
     for _ in 0..2 * services::MAX_OPEN_REQUESTS {
         assert_eq!(
             control.request(request, timeout),
-            Err(ControlError::Timeout { fleet: fleet.clone(), timeout })
+            Err(RequestError::Timeout { server: "the engine", fleet: fleet.clone(), timeout }
+                .into())
         );
     }
 }

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::Path;
 
+use regatta_plugin::ports::error::RequestError;
 use regatta_plugin::{Control, ControlError, Orders};
 use serde_json::Value;
 
@@ -92,9 +93,10 @@ impl<'a> Run<'a> {
             }
             match control.pause() {
                 Ok(status) => break status.tick,
-                Err(ControlError::NoEngine { .. } | ControlError::Timeout { .. }) => {
-                    wait(POLL_INTERVAL)?
-                }
+                Err(
+                    ControlError::NoEngine { .. }
+                    | ControlError::Request(RequestError::Timeout { .. }),
+                ) => wait(POLL_INTERVAL)?,
                 Err(error) => return Err(error.into()),
             }
         };

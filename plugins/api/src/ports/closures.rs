@@ -6,7 +6,7 @@ use super::services;
 use crate::process::join::Participant;
 use crate::records::closure::{ClosedEdge, ClosureHeader};
 
-/// Reads which edges of a fleet are closed. Nothing arrives before the first one is.
+/// Reads the closed edges of a fleet. Nothing arrives before the first one is closed.
 #[derive(Debug)]
 pub struct ClosureReader {
     closures: Newest<ClosedEdge, ClosureHeader>,
@@ -18,8 +18,7 @@ impl ClosureReader {
     /// # Errors
     /// As [`Subscriber::open`](crate::Subscriber::open).
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        let service = services::closures(participant.node(), participant.fleet())?;
-        Ok(Self { closures: Newest::open(&service, "closures", 1)? })
+        Ok(Self { closures: Newest::open(&services::CLOSURES, participant)? })
     }
 
     /// Takes the newest sample, and returns whether there was one that this hasn't taken yet.

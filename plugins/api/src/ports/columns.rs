@@ -30,17 +30,16 @@ impl ColumnPublisher {
     /// [`OpenError::SharedMemory`].
     pub fn open_on(participant: &Participant, name: &str) -> Result<Self, OpenError> {
         let name: ColumnName = name.parse()?;
-        let (node, fleet) = (participant.node(), participant.fleet());
-        let service = services::column(node, fleet, &name)?;
-        let taken =
-            |owner| OpenError::ColumnTaken { fleet: fleet.clone(), column: name.clone(), owner };
-        Ok(Self {
-            sender: SliceSender::open_only(service, "a column", 1, node, taken)?,
-            cost_micros: 0,
-        })
+        let service = services::COLUMNS.open_named(participant, &name)?;
+        let fleet = participant.fleet().clone();
+        let subject = services::COLUMNS.subject;
+        let sender = SliceSender::only(service, subject, 1, participant, |owner| {
+            OpenError::ColumnTaken { fleet, column: name, owner }
+        })?;
+        Ok(Self { sender, cost_micros: 0 })
     }
 
-    /// Sets what the next samples tell of the time that their publisher spent on a frame.
+    /// Sets the time that the publisher spent on a frame, for the headers of the next samples.
     pub fn set_cost(&mut self, cost: Duration) {
         self.cost_micros = cost.as_micros().min(u32::MAX.into()) as u32;
     }
@@ -100,7 +99,6 @@ pub struct ColumnValues<'sample> {
 #[derive(Debug)]
 pub struct ColumnReader {
     columns: Newest<Line, ColumnHeader>,
-    service: services::Column,
 }
 
 impl ColumnReader {
@@ -122,8 +120,8 @@ impl ColumnReader {
     }
 
     fn open(participant: &Participant, name: &str, buffer: usize) -> Result<Self, OpenError> {
-        let service = services::column(participant.node(), participant.fleet(), &name.parse()?)?;
-        Ok(Self { columns: Newest::open(&service, "a column", buffer)?, service })
+        let columns = Newest::of_column(&services::COLUMNS, participant, &name.parse()?, buffer)?;
+        Ok(Self { columns })
     }
 
     /// Returns the oldest values that this hasn't returned yet.
@@ -158,7 +156,7 @@ impl ColumnReader {
     /// Whether a process publishes it. One that was killed counts until another process joins the
     /// fleet.
     pub fn has_publisher(&self) -> bool {
-        self.service.dynamic_config().number_of_publishers() > 0
+        self.columns.has_publisher()
     }
 }
 

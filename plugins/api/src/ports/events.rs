@@ -27,6 +27,6 @@ impl EventReader {
     /// # Errors
     /// As [`Subscriber::open`](crate::Subscriber::open).
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        Self::of(&services::events(participant.node(), participant.fleet())?, "events")
+        Self::of(&services::EVENTS, participant)
     }
 }

@@ -1,15 +1,15 @@
-//! Every tick in: the receiving end of a service that carries what happened, tick by tick.
+//! The receiving end of a service that carries records tick by tick.
 
 use core::fmt::Debug;
 
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::*;
-use iceoryx2::service::port_factory::publish_subscribe;
 
 use super::error::{OpenError, ReadError};
 use super::full_memory::received;
 use super::places::place;
-use super::services::{self, Ipc};
+use super::services::{self, Ipc, SliceService};
+use crate::process::join::Participant;
 use crate::records::sequence::{LostSamples, Sequenced};
 
 /// The records of one tick, borrowed from shared memory.
@@ -43,11 +43,12 @@ where
     H: Debug + Sequenced + ZeroCopySend + 'static,
 {
     pub(super) fn of(
-        service: &publish_subscribe::PortFactory<Ipc, [T], H>,
-        what: &'static str,
+        service: &SliceService<T, H>,
+        participant: &Participant,
     ) -> Result<Self, OpenError> {
-        let port = place(service, services::MAX_READERS, || service.subscriber_builder().create())?;
-        Ok(Self { port, lost: LostSamples::default(), what })
+        let opened = service.open(participant)?;
+        let port = place(&opened, services::MAX_READERS, || opened.subscriber_builder().create())?;
+        Ok(Self { port, lost: LostSamples::default(), what: service.subject })
     }
 
     /// Passes all samples that have arrived to `each`, oldest first.
@@ -69,7 +70,7 @@ where
         Ok(())
     }
 
-    /// How many samples this reader lost so far.
+    /// The number of samples that this reader has lost so far.
     pub fn lost(&self) -> u64 {
         self.lost.total()
     }

@@ -20,6 +20,6 @@ impl OrderLogReader {
     /// # Errors
     /// As [`Subscriber::open`](crate::Subscriber::open).
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        Self::of(&services::order_log(participant.node(), participant.fleet())?, "the order log")
+        Self::of(&services::ORDER_LOG, participant)
     }
 }

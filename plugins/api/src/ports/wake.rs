@@ -24,8 +24,7 @@ pub(super) struct Wake {
 impl Wake {
     /// Opens the event service of a name.
     pub(super) fn open(participant: &Participant, service: &str) -> Result<Self, OpenError> {
-        let service = services::event(participant.node(), participant.fleet(), service)?;
-        Ok(Self { listener: services::listener(&service)? })
+        Ok(Self { listener: services::listener(participant, service)? })
     }
 
     /// Forgets the wake-ups so far. Must be followed by a check for the news that they announced:

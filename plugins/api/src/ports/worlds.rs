@@ -28,8 +28,7 @@ impl WorldReader {
     /// # Errors
     /// As [`Subscriber::open`](crate::Subscriber::open).
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        let service = services::world(participant.node(), participant.fleet())?;
-        Ok(Self { worlds: Newest::open(&service, "the world", 1)? })
+        Ok(Self { worlds: Newest::open(&services::WORLD, participant)? })
     }
 
     /// Returns the newest world, if there is one that this hasn't returned yet.

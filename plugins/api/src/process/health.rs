@@ -123,7 +123,7 @@ pub fn bytes_elsewhere() -> Result<u64, HealthError> {
     segments::bytes_elsewhere()
 }
 
-/// Returns how much shared memory there is.
+/// Returns the amount of shared memory.
 ///
 /// # Errors
 /// [`HealthError::Io`] if there is none.
@@ -134,7 +134,7 @@ pub fn space() -> Result<Space, HealthError> {
     Ok(Space { total: stat.f_blocks * stat.f_frsize, available: stat.f_bavail * stat.f_frsize })
 }
 
-/// Returns how much shared memory there is.
+/// Returns the amount of shared memory.
 ///
 /// # Errors
 /// [`HealthError::Io`]: this system doesn't say.
@@ -184,20 +184,17 @@ pub fn orphans() -> Result<Vec<Orphan>, HealthError> {
     let mut owned = service_ids()?;
     each_node(|node| owned.extend(port_ids(node.node_id().value())))?;
     let mapped = mapped_files();
-    let orphaned = |s: &Segment| {
-        s.settled
-            && !s.ids.is_empty()
-            && !s.ids.iter().any(|id| owned.contains(id))
-            && !mapped.contains(&s.path)
-    };
-    Ok(segments()?
-        .into_iter()
-        .filter(orphaned)
-        .map(|s| Orphan { path: s.path, bytes: s.bytes })
-        .collect())
+    let mut orphans = Vec::new();
+    for Segment { path, ids, bytes, settled } in segments()? {
+        let is_owned = ids.is_empty() || ids.iter().any(|id| owned.contains(id));
+        if settled && !is_owned && !mapped.contains(&path) {
+            orphans.push(Orphan { path, bytes });
+        }
+    }
+    Ok(orphans)
 }
 
-/// Removes what a process that is joining would wait for in vain.
+/// Removes unfinished segments, which a process that is joining would wait for in vain.
 pub(super) fn remove_unfinished() {
     remnants::remove_unfinished();
 }
@@ -245,8 +242,8 @@ pub fn services_of(fleet: &FleetName) -> Result<Vec<String>, HealthError> {
     Ok(names)
 }
 
-/// Returns the contract versions of open services, and how many services have each: `unknown` for a
-/// service of Regatta's without one.
+/// Returns the number of open services by contract version, which is `unknown` for a service of
+/// Regatta's without one.
 ///
 /// # Errors
 /// [`HealthError::List`] if services can't be listed.

@@ -111,7 +111,7 @@ pub trait Plugin {
         Ok(())
     }
 
-    /// How often to call [`on_frame`](Self::on_frame), unless `--rate` says otherwise.
+    /// The rate at which [`on_frame`](Self::on_frame) is called, unless `--rate` gives another.
     fn rate(&self) -> Rate {
         Rate::EveryFrame
     }

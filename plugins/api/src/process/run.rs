@@ -48,12 +48,6 @@ fn parse_plugin_name(text: &str) -> Result<String, NameError> {
     text.parse::<FleetName>().map(|name| name.to_string())
 }
 
-#[derive(Parser)]
-struct Cli {
-    #[command(flatten)]
-    options: Options,
-}
-
 /// Runs a plugin until Ctrl-C or `SIGTERM`, with the options on this process's command line.
 ///
 /// Waits for an engine if there is none yet, and continues when the engine is replaced.
@@ -74,26 +68,47 @@ pub fn run_from<A: Into<OsString> + Clone>(
     plugin: impl Plugin,
     args: impl IntoIterator<Item = A>,
 ) -> Result {
+    let about = "A Regatta plugin: reads the frames of a fleet";
+    let Some((options, program)) = parse::<Options, A>(args, "plugin", about)? else {
+        return Ok(());
+    };
+    options.run(plugin, program.rsplit(' ').next().unwrap_or(&program))
+}
+
+/// A command line that has these options and no others.
+#[derive(Parser)]
+struct Cli<T: Args> {
+    #[command(flatten)]
+    options: T,
+}
+
+/// Parses a command line. Returns its options and the name of the program, or `None` if the help was
+/// printed.
+pub(crate) fn parse<T: Args, A: Into<OsString>>(
+    args: impl IntoIterator<Item = A>,
+    default_program: &str,
+    about: &'static str,
+) -> Result<Option<(T, String)>> {
     let args: Vec<OsString> = args.into_iter().map(Into::into).collect();
-    let program = args
-        .first()
-        .and_then(|path| Path::new(path).file_stem()?.to_str())
-        .unwrap_or("plugin")
-        .to_owned();
-    let command =
-        Cli::command().bin_name(&program).about("A Regatta plugin: reads the frames of a fleet");
-    let parsed =
-        command.try_get_matches_from(args).and_then(|matches| Cli::from_arg_matches(&matches));
-    match parsed {
-        Ok(cli) => cli.options.run(plugin, program.rsplit(' ').next().unwrap_or(&program)),
-        Err(error) if error.kind() == ErrorKind::DisplayHelp => Ok(error.print()?),
-        Err(error) => Err(one_line(&error)),
+    let program = args.first().and_then(|path| Path::new(path).file_stem()?.to_str());
+    let program = program.unwrap_or(default_program).to_owned();
+    let parsed = Cli::<T>::command().bin_name(&program).about(about).try_get_matches_from(args);
+    match parsed.and_then(|matches| Cli::from_arg_matches(&matches)) {
+        Ok(cli) => Ok(Some((cli.options, program))),
+        Err(error) if error.kind() == ErrorKind::DisplayHelp => {
+            error.print()?;
+            Ok(None)
+        }
+        Err(error) => {
+            Err(Error::new(format_args!("{}; --help lists the options", usage_line(&error))))
+        }
     }
 }
 
-/// An error of clap's in one line.
-pub(crate) fn one_line(error: &clap::Error) -> Error {
-    Error::new(format_args!("{}; --help lists the options", usage_line(error)))
+/// Joins a fleet under a given name, or else that of the environment, or else the program's.
+pub(crate) fn join(fleet: &FleetName, name: Option<&str>, program: &str) -> Result<Participant> {
+    let of_environment = std::env::var(NAME_VARIABLE).ok();
+    Ok(Participant::join(fleet, name.or(of_environment.as_deref()).unwrap_or(program))?)
 }
 
 impl Options {
@@ -104,9 +119,7 @@ impl Options {
     pub fn run(&self, mut plugin: impl Plugin, program: &str) -> Result {
         set_verbosity(self.verbose);
         let termination = Termination::watch()?;
-        let given = std::env::var(NAME_VARIABLE).ok();
-        let name = self.name.as_deref().or(given.as_deref()).unwrap_or(program);
-        let participant = Participant::join(&self.fleet, name)?;
+        let participant = join(&self.fleet, self.name.as_deref(), program)?;
         let result =
             Runner::open(&participant, &plugin, self, &termination).and_then(|mut runner| {
                 plugin.on_start(&participant)?;
@@ -139,10 +152,10 @@ pub const LOAD_VARIABLE: &str = "REGATTA_LOAD";
 
 /// The longest sleep between two checks of the termination flag.
 const SLICE: Duration = Duration::from_millis(100);
-/// How long to wait for the world that a frame refers to.
+/// The time to wait for the world that a frame refers to.
 const WORLD_WAIT: Duration = Duration::from_millis(500);
 
-/// Receives what a plugin wants, and calls it.
+/// Receives worlds, events and frames for a plugin, and calls it.
 struct Runner<'a> {
     termination: &'a Termination,
     worlds: WorldReader,
@@ -151,7 +164,7 @@ struct Runner<'a> {
     lockstep: LockstepTurn,
     limiter: RateLimiter,
     silence: Silence,
-    /// When the last frame came, or the plugin was last told that none does.
+    /// The time when the last frame came, or the plugin was last told that none does.
     quiet_since: Instant,
     /// Ticks with events that were lost, as last reported.
     reported_lost: u64,
@@ -191,7 +204,7 @@ impl<'a> Runner<'a> {
         })
     }
 
-    /// Hands over what has come, or else sleeps until the next wake-up, for a [`SLICE`] at most.
+    /// Hands over the events and the frame that have come, or else sleeps until the next wake-up, for a [`SLICE`] at most.
     fn turn(&mut self, plugin: &mut impl Plugin) -> Result {
         if self.take(plugin)? {
             return Ok(());

@@ -1,4 +1,4 @@
-//! What is wrong with a command line, in one line.
+//! Errors of command lines, in one line.
 
 use core::num::{ParseFloatError, ParseIntError};
 use std::error::Error;

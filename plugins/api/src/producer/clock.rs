@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use super::speed::Speed;
 use crate::records::frame::ClockState;
 
-/// How far behind its schedule a clock may fall before it gives up catching up.
+/// The largest backlog that a clock catches up with. Beyond it, the schedule moves.
 pub const MAX_BACKLOG: Duration = Duration::from_millis(100);
 
 /// The farthest moment that can be scheduled: 136 years ahead.
@@ -62,7 +62,7 @@ impl Clock {
         self.steps_left
     }
 
-    /// Returns when a moment is due.
+    /// Returns the time when a moment is due.
     pub fn due(&self, sim_nanos: u64) -> Instant {
         let (at, anchor) = self.anchor;
         let simulated = Duration::from_nanos(sim_nanos.saturating_sub(anchor));

@@ -5,9 +5,8 @@ use std::time::{Duration, Instant};
 use super::clock::Clock;
 use super::figures::Figures;
 use super::overload::Overload;
-use super::pending::Pending;
 use super::speed::Speed;
-use super::{LockstepOptions, Producer};
+use super::{LockstepOptions, Producer, RefusalReason};
 use crate::ports::error::{PublishError, ReadError};
 use crate::ports::lockstep::LockstepError;
 use crate::ports::producer::{FrameLoan, ProducerPorts};
@@ -26,6 +25,17 @@ pub struct Moment {
     pub tick: u64,
     /// Simulated time since the start of the run, in nanoseconds.
     pub sim_nanos: u64,
+}
+
+/// A control request that was carried out or refused, and waits for its answer.
+#[derive(Debug)]
+pub(super) struct Pending {
+    /// The ticket by which to answer it.
+    pub(super) ticket: u64,
+    /// The number of steps in all after which it is answered.
+    pub(super) due: u64,
+    /// The reason if it is refused.
+    pub(super) refusal: Option<RefusalReason>,
 }
 
 /// Runs a [`Producer`], and gives it its ports and its time.
@@ -53,7 +63,7 @@ pub struct Session {
     refused: Vec<EventRecord>,
     /// Whether the first frame has been published.
     has_begun: bool,
-    /// Since when shared memory has been full.
+    /// The time since when shared memory has been full.
     full_since: Option<Instant>,
     frames_left_out: u64,
 }

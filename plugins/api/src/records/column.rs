@@ -27,12 +27,4 @@ pub struct ColumnHeader {
     pub cost_micros: u32,
 }
 
-impl Sequenced for ColumnHeader {
-    fn run_id(&self) -> u64 {
-        self.run_id
-    }
-
-    fn sequence(&self) -> u64 {
-        self.sequence
-    }
-}
+super::sequence::sequenced!(ColumnHeader: sequence);
