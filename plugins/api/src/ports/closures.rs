@@ -7,6 +7,21 @@ use crate::process::join::Participant;
 use crate::records::closure::{ClosedEdge, ClosureHeader};
 
 /// Reads the closed edges of a fleet. Nothing arrives before the first one is closed.
+///
+/// ```
+/// use regatta_plugin::closure::ClosedEdge;
+/// use regatta_plugin::{ClosureReader, ProducerPorts, Result};
+///
+/// # fn main() -> Result {
+/// # let fleet = format!("doc-closures-{}", std::process::id()).parse()?;
+/// let mut producer = ProducerPorts::create(&fleet, 1)?;
+/// let mut reader = ClosureReader::open_on(producer.participant())?;
+/// producer.publish_closures(5, &[ClosedEdge { edge: 7 }])?;
+/// assert!(reader.take()?);
+/// assert_eq!(reader.closed(producer.run_id()), [ClosedEdge { edge: 7 }]);
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct ClosureReader {
     closures: Newest<ClosedEdge, ClosureHeader>,

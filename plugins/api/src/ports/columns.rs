@@ -96,6 +96,21 @@ pub struct ColumnValues<'sample> {
 }
 
 /// Reads a column: the newest values, or [all of them](Self::take_next).
+///
+/// ```
+/// use regatta_plugin::{ColumnReader, ProducerPorts, Result};
+///
+/// # fn main() -> Result {
+/// # let fleet = format!("doc-column-{}", std::process::id()).parse()?;
+/// let mut producer = ProducerPorts::create(&fleet, 2)?;
+/// producer.publish_column("battery", 1, &[99.5, 42.0])?;
+/// let mut batteries = ColumnReader::open_on(producer.participant(), "battery")?;
+/// # producer.update();
+/// let column = batteries.latest()?.expect("a column");
+/// assert_eq!((column.header.tick, column.values), (1, &[99.5, 42.0][..]));
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct ColumnReader {
     columns: Newest<Line, ColumnHeader>,

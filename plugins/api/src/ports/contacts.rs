@@ -9,6 +9,23 @@ use crate::process::join::Participant;
 use crate::records::contact::{ContactEvent, ContactEventHeader, ContactHeader, ContactRecord};
 
 /// Publishes a fleet's contacts. A fleet has one such publisher at a time.
+///
+/// ```
+/// use regatta_plugin::contact::{ContactHeader, ContactLevel, ContactRecord};
+/// use regatta_plugin::{ContactPublisher, ContactReader, Participant, Result};
+///
+/// # fn main() -> Result {
+/// # let fleet = format!("doc-contacts-{}", std::process::id()).parse()?;
+/// let participant = Participant::join(&fleet, "checker")?;
+/// let mut publisher = ContactPublisher::open_on(&participant)?;
+/// let mut reader = ContactReader::open_on(&participant)?;
+/// let level = ContactLevel::Touching as u32;
+/// let pair = ContactRecord { robots: [3, 8], level, ..ContactRecord::default() };
+/// publisher.publish(&ContactHeader { tick: 9, touching: 1, ..ContactHeader::default() }, &[pair])?;
+/// assert_eq!(reader.latest()?.expect("contacts").pairs, [pair]);
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct ContactPublisher {
     contacts: SliceSender<ContactRecord, ContactHeader>,

@@ -11,6 +11,21 @@ use crate::records::name::FleetName;
 pub type Events<'sample> = TickRecords<'sample, EventHeader, EventRecord>;
 
 /// Reads a fleet's events.
+///
+/// ```no_run
+/// use regatta_plugin::{EventReader, FleetName, Result};
+///
+/// # fn main() -> Result {
+/// let mut events = EventReader::open(&FleetName::default())?;
+/// events.take(|tick| -> Result {
+///     for event in tick.records {
+///         println!("tick {}: robot {}: {:?}", tick.header.tick, event.robot, event.kind());
+///     }
+///     Ok(())
+/// })?;
+/// # Ok(())
+/// # }
+/// ```
 pub type EventReader = TickReader<EventHeader, EventRecord>;
 
 impl EventReader {

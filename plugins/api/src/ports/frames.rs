@@ -14,6 +14,20 @@ use crate::records::name::FleetName;
 ///
 /// It outlives producers: without one it has nothing new, and it continues with the frames of the
 /// next.
+///
+/// ```no_run
+/// use std::time::Duration;
+///
+/// use regatta_plugin::{FleetName, Result, Subscriber};
+///
+/// # fn main() -> Result {
+/// let mut frames = Subscriber::open(&FleetName::default())?;
+/// while let Some(frame) = frames.wait(Duration::from_secs(10))? {
+///     println!("tick {}: {} robots", frame.tick(), frame.len());
+/// }
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct Subscriber {
     frames: Newest<Line, FrameHeader>,

@@ -49,6 +49,24 @@ impl HistoryPublisher {
 }
 
 /// Reads the newest history of a fleet's run.
+///
+/// ```
+/// use regatta_plugin::history::{FleetSample, HistoryHeader};
+/// use regatta_plugin::{HistoryPublisher, HistoryReader, Participant, Result};
+///
+/// # fn main() -> Result {
+/// # let fleet = format!("doc-history-{}", std::process::id()).parse()?;
+/// let participant = Participant::join(&fleet, "traffic")?;
+/// let mut publisher = HistoryPublisher::open_on(&participant)?;
+/// let mut reader = HistoryReader::open_on(&participant)?;
+/// let sample = FleetSample { secs: 60.0, mean_speed: 0.8, ..FleetSample::default() };
+/// publisher.publish(&HistoryHeader::default(), &[sample], &[])?;
+/// assert!(reader.update()?);
+/// let (_, samples) = reader.samples().expect("samples");
+/// assert_eq!(samples[0].mean_speed, 0.8);
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct HistoryReader {
     samples: Newest<FleetSample, HistoryHeader>,

@@ -113,7 +113,25 @@ impl DoneReports {
     }
 }
 
-/// A reader's sending end: reports ticks under the reader's name.
+/// A reader's sending end: reports ticks under the reader's name. [`run`](crate::run) has one for
+/// each plugin.
+///
+/// ```no_run
+/// use std::time::Duration;
+///
+/// use regatta_plugin::{FleetName, Participant, Reporter, Result, Subscriber};
+///
+/// # fn main() -> Result {
+/// let participant = Participant::join(&FleetName::default(), "planner")?;
+/// let reporter = Reporter::open_on(&participant)?;
+/// let mut frames = Subscriber::open_on(&participant)?;
+/// while let Some(frame) = frames.wait(Duration::from_secs(10))? {
+///     // Send orders and columns for the tick here.
+///     reporter.done(frame.run_id(), frame.tick())?;
+/// }
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct Reporter {
     reports: Publisher<Ipc, Done, ()>,

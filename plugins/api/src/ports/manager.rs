@@ -123,6 +123,18 @@ impl ManagerClient {
 }
 
 /// Answers for a fleet manager.
+///
+/// ```
+/// use regatta_plugin::manager::{ManagerAnswer, ManagerResponse};
+/// use regatta_plugin::{ManagerServer, Participant, Result};
+///
+/// # fn main() -> Result {
+/// # let fleet = format!("doc-manager-{}", std::process::id()).parse()?;
+/// let mut server = ManagerServer::open_on(&Participant::join(&fleet, "manager")?)?;
+/// server.answer(|request| ManagerResponse::new(request, ManagerAnswer::NotReady, 0))?;
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct ManagerServer {
     server: Responder<ManagerRequest, ManagerResponse>,

@@ -53,6 +53,19 @@ pub struct ReplayedRecording<'sample> {
 
 /// Reads the description of the recording that a fleet's producer replays. Nothing arrives unless it
 /// is a replay.
+///
+/// ```no_run
+/// use regatta_plugin::{FleetName, Participant, RecordingReader, Result};
+///
+/// # fn main() -> Result {
+/// let participant = Participant::join(&FleetName::default(), "reader")?;
+/// let mut reader = RecordingReader::open_on(&participant)?;
+/// if reader.take()? && let Some(recording) = reader.current() {
+///     println!("{} has {} marks", recording.header.file(), recording.marks.len());
+/// }
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct RecordingReader {
     recording: Newest<RecordingMark, RecordingHeader>,

@@ -143,6 +143,22 @@ impl core::fmt::Debug for PendingRoute {
 }
 
 /// Answers for a producer that knows routes.
+///
+/// ```
+/// use regatta_plugin::route::RouteResponse;
+/// use regatta_plugin::{Participant, Result, RouteServer};
+///
+/// # fn main() -> Result {
+/// # let fleet = format!("doc-routes-{}", std::process::id()).parse()?;
+/// let mut server = RouteServer::open_on(&Participant::join(&fleet, "producer")?)?;
+/// // Between two ticks: robots have two legs left, along the edges 4 and 5, the first one released.
+/// server.answer(100, |request| {
+///     let edges = [(4, false), (5, false)];
+///     RouteResponse::unknown(1, 7, request.robot).with_legs(1, 2, edges.into_iter())
+/// })?;
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct RouteServer {
     server: Responder<RouteRequest, RouteResponse>,

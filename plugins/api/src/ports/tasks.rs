@@ -8,6 +8,24 @@ use crate::process::join::Participant;
 use crate::records::task::{TaskHeader, TaskRecord};
 
 /// Publishes a fleet's task log. A fleet has one such publisher at a time.
+///
+/// ```
+/// use regatta_plugin::task::{TaskKind, TaskRecord};
+/// use regatta_plugin::{Participant, Result, TaskPublisher, TaskReader};
+///
+/// # fn main() -> Result {
+/// # let fleet = format!("doc-tasks-{}", std::process::id()).parse()?;
+/// let participant = Participant::join(&fleet, "manager")?;
+/// let mut log = TaskPublisher::open_on(&participant)?;
+/// let mut reader = TaskReader::open_on(&participant)?;
+/// log.publish(1, 7, 0, &[TaskRecord::new(3, TaskKind::Assigned).of_robot(5)])?;
+/// reader.take(|tick| -> Result {
+///     assert_eq!((tick.header.tick, tick.records[0].robot), (7, 5));
+///     Ok(())
+/// })?;
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct TaskPublisher {
     tasks: SliceSender<TaskRecord, TaskHeader>,

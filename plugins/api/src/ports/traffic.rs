@@ -60,6 +60,20 @@ pub struct Traffic<'sample> {
 }
 
 /// Reads the newest traffic on a fleet's edges.
+///
+/// ```no_run
+/// use regatta_plugin::{FleetName, Participant, Result, TrafficReader};
+///
+/// # fn main() -> Result {
+/// let participant = Participant::join(&FleetName::default(), "reader")?;
+/// let mut reader = TrafficReader::open_on(&participant)?;
+/// if let Some(traffic) = reader.latest()? {
+///     let [minute, ..] = traffic.periods;
+///     println!("{} robots an hour entered the first edge", minute[0].entered_per_hour);
+/// }
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct TrafficReader {
     traffic: Newest<EdgeTraffic, TrafficHeader>,

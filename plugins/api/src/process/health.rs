@@ -157,6 +157,15 @@ pub fn check_rights() -> Result<(), HealthError> {
 
 /// Returns all processes that use shared memory, dead ones included, sorted by name.
 ///
+/// ```
+/// # fn main() -> regatta_plugin::Result {
+/// for occupant in regatta_plugin::health::occupants()? {
+///     println!("{} (process {}): {} bytes", occupant.name, occupant.pid, occupant.bytes);
+/// }
+/// # Ok(())
+/// # }
+/// ```
+///
 /// # Errors
 /// [`HealthError`] if they can't be listed.
 pub fn occupants() -> Result<Vec<Occupant>, HealthError> {

@@ -24,6 +24,35 @@ use crate::records::name::{FleetName, NameError};
 
 /// The command-line options of every plugin. A plugin with options of its own flattens these into
 /// them (`#[command(flatten)]`) and calls [`run`](Self::run).
+///
+/// ```no_run
+/// use clap::Parser;
+/// use regatta_plugin::{Frame, Options, Plugin, Result};
+///
+/// #[derive(Parser)]
+/// struct Cli {
+///     /// The speed above which a robot is reported, in metres per second
+///     #[arg(long, default_value_t = 1.0)]
+///     limit: f32,
+///     #[command(flatten)]
+///     options: Options,
+/// }
+///
+/// struct Watch(f32);
+///
+/// impl Plugin for Watch {
+///     fn on_frame(&mut self, frame: &Frame) -> Result {
+///         let fast = frame.speed().iter().filter(|speed| **speed > self.0).count();
+///         println!("tick {}: {fast} robots are fast", frame.tick());
+///         Ok(())
+///     }
+/// }
+///
+/// fn main() -> Result {
+///     let cli = Cli::parse();
+///     cli.options.run(Watch(cli.limit), "watch")
+/// }
+/// ```
 #[derive(Args, Clone, Debug)]
 pub struct Options {
     /// The fleet to read
@@ -51,6 +80,23 @@ fn parse_plugin_name(text: &str) -> Result<String, NameError> {
 /// Runs a plugin until Ctrl-C or `SIGTERM`, with the options on this process's command line.
 ///
 /// Waits for an engine if there is none yet, and continues when the engine is replaced.
+///
+/// ```no_run
+/// use regatta_plugin::{Frame, Plugin, Result};
+///
+/// struct Counter;
+///
+/// impl Plugin for Counter {
+///     fn on_frame(&mut self, frame: &Frame) -> Result {
+///         println!("tick {}: {} robots", frame.tick(), frame.len());
+///         Ok(())
+///     }
+/// }
+///
+/// fn main() -> Result {
+///     regatta_plugin::run(Counter)
+/// }
+/// ```
 ///
 /// # Errors
 /// If an option is invalid, shared memory can't be used, the fleet uses another version of the

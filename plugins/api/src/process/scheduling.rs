@@ -32,6 +32,13 @@ impl SchedulingOptions {
 }
 
 /// The priority of this process over others.
+///
+/// ```
+/// use regatta_plugin::Priority;
+///
+/// assert_eq!("-5".parse::<Priority>().unwrap(), Priority::Nice(-5));
+/// assert_eq!("fifo:80".parse::<Priority>().unwrap(), Priority::Fifo(80));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Priority {
     /// A nice value, -20 (preferred) to 19. Below 0, the system may require a right to it

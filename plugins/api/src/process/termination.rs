@@ -70,6 +70,16 @@ pub(super) fn reopen_on_hangup() -> io::Result<Option<Arc<AtomicBool>>> {
 
 /// Whether this process was asked to end: by Ctrl-C, `SIGTERM`, or its terminal being closed.
 ///
+/// ```no_run
+/// # fn main() -> regatta_plugin::Result {
+/// let termination = regatta_plugin::Termination::watch()?;
+/// while !termination.requested() {
+///     // Work for some milliseconds.
+/// }
+/// # Ok(())
+/// # }
+/// ```
+///
 /// Only these count: a process that is stopped and continued goes on. A second Ctrl-C, 200 ms or
 /// more after the first, ends the process at once, in case it hangs; the next process to join a
 /// fleet then cleans up its shared memory. (One Ctrl-C may arrive twice: from the terminal, and

@@ -20,6 +20,16 @@ pub const MAX_BACKLOG: Duration = Duration::from_millis(100);
 const FARTHEST: Duration = Duration::from_secs(1 << 32);
 
 /// Decides when moments are due, counts the late ones, and pauses and steps.
+///
+/// ```
+/// use std::time::{Duration, Instant};
+///
+/// use regatta_plugin::producer::{Clock, Speed};
+///
+/// let start = Instant::now();
+/// let clock = Clock::new(Speed::Factor(2.0), 0, start);
+/// assert_eq!(clock.due(1_000_000_000), start + Duration::from_millis(500));
+/// ```
 #[derive(Debug)]
 pub struct Clock {
     speed: Speed,

@@ -38,7 +38,21 @@ pub(super) struct Pending {
     pub(super) refusal: Option<RefusalReason>,
 }
 
-/// Runs a [`Producer`], and gives it its ports and its time.
+/// Runs a [`Producer`], and gives it its ports and its time. [`produce`](crate::produce) makes one
+/// from a command line; a larger program makes its own:
+///
+/// ```no_run
+/// use std::time::Duration;
+///
+/// use regatta_plugin::producer::{LockstepOptions, Producer, Session, Speed};
+/// use regatta_plugin::{Error, FleetName, ProducerPorts, Result, Termination};
+///
+/// fn serve(producer: &mut impl Producer<Error = Error>) -> Result {
+///     let ports = ProducerPorts::create(&FleetName::default(), 100)?;
+///     let (tick, lockstep) = (Duration::from_millis(20), LockstepOptions::default());
+///     Session::new(ports, tick, Speed::default(), lockstep).run(producer, &Termination::watch()?)
+/// }
+/// ```
 #[derive(Debug)]
 pub struct Session {
     ports: ProducerPorts,

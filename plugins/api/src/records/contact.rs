@@ -99,7 +99,8 @@ pub struct ContactEventHeader {
 }
 
 numbered! {
-    /// The distance of two robots from a collision: the values of the column `collision`, where 0 is
+    /// The distance of two robots from a collision: the values of the column
+    /// [`COLLISION`](super::column::COLLISION), where 0 is
     /// clear.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
     pub enum ContactLevel: u32 {

@@ -153,7 +153,7 @@ impl<'sample> World<'sample> {
         self.curves
     }
 
-    /// The robot types; the column `type` holds indices into them.
+    /// The robot types; the column [`TYPE`](crate::column::TYPE) has indices into them.
     pub fn robot_types(&self) -> &'sample [RobotTypeRecord] {
         self.robot_types
     }
