@@ -53,7 +53,7 @@ impl LockstepRun {
         &self.fleet
     }
 
-    /// The folder for what the processes write.
+    /// The folder for the files of the processes.
     pub fn folder(&self) -> &Path {
         self.folder.path()
     }
@@ -109,9 +109,9 @@ impl LockstepRun {
     /// If a process has ended too early.
     pub fn engine_has_ended(&mut self) -> Result<bool, Failure> {
         let ended = self.supervisor.take_ended();
-        let is_fault = |child: &&EndedChild| child.name != ENGINE || !child.status.success();
-        // If another one has failed, that is why the engine has.
-        match ended.iter().filter(is_fault).max_by_key(|child| child.name != ENGINE) {
+        let faults = ended.iter().filter(|child| child.name != ENGINE || !child.status.success());
+        // If another process has failed, the engine has failed for that reason.
+        match faults.max_by_key(|child| child.name != ENGINE) {
             Some(child) => {
                 let failure =
                     child.failure().unwrap_or_else(|| format!("{} ended early", child.name));
@@ -136,13 +136,13 @@ impl LockstepRun {
         }
         let log = self.log(name);
         let line = log.lines().rfind(|line| !line.trim().is_empty()).unwrap_or("it said nothing");
-        // Nobody finds the files of a run that is over.
+        // The files of a run that is over are gone.
         let line =
             line.trim_start_matches("regatta: ").replace(&format!("{}/", folder.display()), "");
         format!("{failure}: {line}").into()
     }
 
-    /// What a process wrote on standard output and standard error.
+    /// The text that a process wrote to standard output and standard error.
     pub fn log(&self, name: &str) -> String {
         fs::read_to_string(self.folder().join(format!("{name}.log"))).unwrap_or_default()
     }

@@ -99,7 +99,7 @@ impl Plugin for Observers {
     }
 
     fn on_stop(&mut self) -> Result {
-        // Each writes its figures, whatever becomes of the others.
+        // Each writes its figures, even if others fail.
         let ends: Vec<Result> = self.readers.iter_mut().map(|reader| reader.on_stop()).collect();
         ends.into_iter().collect()
     }

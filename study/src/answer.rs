@@ -6,7 +6,7 @@ use crate::bottleneck::Bottleneck;
 use crate::outcome::EdgeOutcome;
 use crate::plan::{Plan, Precision, Variant};
 use crate::statistics::Interval;
-use crate::sweep::{Curve, Fate, Known, Point, Run};
+use crate::sweep::{Curve, Known, Point, Run};
 
 /// The answer of a study. As JSON it is the same, byte by byte, for the same study on any machine.
 #[derive(Clone, Debug, Serialize)]
@@ -265,10 +265,7 @@ impl Difference {
 }
 
 fn orders(known: &Known, run: &Run) -> Option<f64> {
-    match known.get(run)? {
-        Fate::Done(measured) => Some(measured.orders_per_hour),
-        Fate::Failed(_) => None,
-    }
+    Some(known.get(run)?.as_ref().ok()?.orders_per_hour)
 }
 
 impl Comparison {

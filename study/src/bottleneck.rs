@@ -56,7 +56,7 @@ pub struct Relief {
     pub difference: Difference,
 }
 
-/// Returns the places that robots wait for the most. `edges` are figures of runs of so many
+/// Returns the places that robots wait for the most. `edges` are the figures of runs of `secs`
 /// simulated seconds.
 pub fn bottlenecks(variant: &Variant, edges: &[EdgeOutcome], secs: u64) -> Vec<Bottleneck> {
     let graph = &variant.graph;
@@ -90,9 +90,9 @@ pub fn bottlenecks(variant: &Variant, edges: &[EdgeOutcome], secs: u64) -> Vec<B
     found
 }
 
-/// Returns what may relieve a node: faster edges, if robots can drive faster than these allow, or
-/// else a second edge beside the one that robots are kept out of the most, or else beside the one
-/// that most robots leave the node by.
+/// Returns a remedy for a node: faster edges, if robots can drive faster than these allow, or else a
+/// second edge beside the one that robots are kept out of the most, or else beside the one by which
+/// most robots leave the node.
 fn remedy(
     variant: &Variant,
     node: NodeIndex,

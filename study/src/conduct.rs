@@ -10,7 +10,7 @@ use crate::job::{Job, JobId};
 use crate::outcome::Measured;
 use crate::plan::{Plan, PlanError, Variant, robots_in_words};
 use crate::store::{Label, Store, StoreError};
-use crate::sweep::{self, Curve, Fate, Known, Run, Step};
+use crate::sweep::{self, Curve, Known, Run, RunResult, Step};
 use crate::workers::{Report, Task, Workers, WorkersError};
 
 /// The observer of a study.
@@ -188,7 +188,7 @@ impl<'a> Conductor<'a> {
             let job = self.job(experiment, wanted.run);
             let id = job.id();
             if let Some(measured) = self.finished(experiment.variant, &id, wanted.run)? {
-                experiment.known.insert(wanted.run, Fate::Done(measured));
+                experiment.known.insert(wanted.run, Ok(measured));
                 continue;
             }
             // Two experiments may want the same job: reliefs of neighbouring places, or settings
@@ -215,30 +215,31 @@ impl<'a> Conductor<'a> {
         for Report { id, failure } in reports {
             let Some(wanting) = by_id.get(&id) else { continue };
             let Some(first) = wanting.first() else { continue };
-            let fate = self.fate(experiments[first.experiment].variant, &id, first.run, failure)?;
+            let result =
+                self.result(experiments[first.experiment].variant, &id, first.run, failure)?;
             for wanted in wanting {
-                experiments[wanted.experiment].known.insert(wanted.run, fate.clone());
+                experiments[wanted.experiment].known.insert(wanted.run, result.clone());
             }
         }
         Ok(done?)
     }
 
-    fn fate(
+    fn result(
         &self,
         variant: &Variant,
         id: &JobId,
         run: Run,
         failure: Option<String>,
-    ) -> Result<Fate, StudyError> {
+    ) -> Result<RunResult, StudyError> {
         let failure = match failure {
             Some(failure) => failure,
             None => match self.take_result(variant, id, run)? {
-                Some(measured) => return Ok(Fate::Done(measured)),
+                Some(measured) => return Ok(Ok(measured)),
                 None => "it left no result".to_owned(),
             },
         };
         self.watcher.fail(&describe(variant, run), &failure);
-        Ok(Fate::Failed(failure))
+        Ok(Err(failure))
     }
 
     /// Returns the figures of a run that was done before.

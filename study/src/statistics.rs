@@ -128,7 +128,8 @@ fn hull(points: &[(f64, f64)]) -> Vec<usize> {
 /// The number of values in a batch of MSER-5.
 pub const BATCH: usize = 5;
 
-/// Returns how many values at the beginning of a series are warm-up: whole batches of [`BATCH`].
+/// Returns the number of values at the beginning of a series that are warm-up: whole batches of
+/// [`BATCH`].
 ///
 /// This is MSER-5 (White, "An effective truncation heuristic for bias reduction in simulation
 /// output", Simulation 69, 1997; with batches of five: White, Cobb and Spratt, "A comparison of five

@@ -12,20 +12,14 @@ use crate::outcome::Measured;
 use crate::plan::{Precision, Robots};
 use crate::statistics::{Interval, knee};
 
-/// The end of a run.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Fate {
-    /// It is finished.
-    Done(Measured),
-    /// It failed, for this reason.
-    Failed(String),
-}
+/// The figures of a finished run, or the reason why it failed.
+pub type RunResult = Result<Measured, String>;
 
 /// A run of a variant: the number of robots and the seed.
 pub type Run = (u32, u64);
 
 /// The finished runs of a variant.
-pub type Known = BTreeMap<Run, Fate>;
+pub type Known = BTreeMap<Run, RunResult>;
 
 /// The next step.
 #[derive(Clone, Debug, PartialEq)]
@@ -115,8 +109,8 @@ fn curve(wanted: &BTreeMap<u32, u64>, precision: &Precision, known: &Known) -> C
         let mut runs = Vec::new();
         for seed in 1..=seeds {
             match known.get(&(robots, seed)) {
-                Some(Fate::Done(measured)) => runs.push(measured.clone()),
-                Some(Fate::Failed(reason))
+                Some(Ok(measured)) => runs.push(measured.clone()),
+                Some(Err(reason))
                     if curve.failed.last().is_none_or(|(last, _)| *last != robots) =>
                 {
                     curve.failed.push((robots, reason.clone()));
@@ -211,8 +205,8 @@ mod tests {
                 Step::Needs(runs) => {
                     assert!(!runs.is_empty());
                     for (robots, seed) in runs {
-                        let fate = plant(robots, seed)
-                            .map_or_else(Fate::Failed, |orders| Fate::Done(measured(orders)));
+                        let fate =
+                            plant(robots, seed).map_or_else(Err, |orders| Ok(measured(orders)));
                         assert!(
                             known.insert((robots, seed), fate).is_none(),
                             "asked twice for {robots}, {seed}"

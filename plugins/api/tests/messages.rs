@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use iceoryx2::prelude::*;
 use iceoryx2::service::attribute::{AttributeKey, AttributeValue};
 use regatta_plugin::ProducerPorts;
+use regatta_plugin::column::TYPE;
 use regatta_plugin::control::{ControlKind, ControlResponse};
 use regatta_plugin::event::{EventKind, EventRecord};
 use regatta_plugin::frame::{CONTRACT_VERSION, FrameHeader, Line};
@@ -271,8 +272,8 @@ fn columns_belong_to_a_frame_and_grow_with_the_fleet() {
             (tick, frame.run_id(), &values[..])
         );
     }
-    producer.publish_column("type", 0, &[0.0, 1.0, 0.0]).unwrap();
-    let mut types = ColumnReader::open_on(&plugin, "type").unwrap();
+    producer.publish_column(TYPE.name(), 0, &[0.0, 1.0, 0.0]).unwrap();
+    let mut types = ColumnReader::open_on(&plugin, TYPE.name()).unwrap();
     producer.update();
     assert_eq!(types.latest().unwrap().unwrap().values, [0.0, 1.0, 0.0]);
     let names: Vec<_> = column_names(&fleet).iter().map(ToString::to_string).collect();
@@ -284,11 +285,11 @@ fn a_reader_for_all_gets_every_column_and_is_told_what_it_missed() {
     let fleet = fleet();
     let mut producer = ProducerPorts::create(&fleet, 1).unwrap();
     let plugin = Participant::join(&fleet, "plugin").unwrap();
-    let mut all = ColumnReader::open_for_all_on(&plugin, "type").unwrap();
-    let mut newest = ColumnReader::open_on(&plugin, "type").unwrap();
+    let mut all = ColumnReader::open_for_all_on(&plugin, TYPE.name()).unwrap();
+    let mut newest = ColumnReader::open_on(&plugin, TYPE.name()).unwrap();
     let mut publish = |ticks: std::ops::RangeInclusive<u64>| {
         for tick in ticks {
-            producer.publish_column("type", tick, &[0.5]).unwrap();
+            producer.publish_column(TYPE.name(), tick, &[0.5]).unwrap();
         }
     };
     let mut take_all = || {

@@ -118,7 +118,7 @@ impl Plan {
         Self { west, north, scale, width, height: height * scale + 2.0 * MARGIN }
     }
 
-    /// Returns the place of a point that is so many metres east and north.
+    /// Returns the place of a point, given in metres east and north.
     fn pixel(&self, x: f64, y: f64) -> Pixel {
         Pixel {
             x: (x - self.west) * self.scale + MARGIN,

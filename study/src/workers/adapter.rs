@@ -17,7 +17,7 @@ use serde::Deserialize;
 use super::{Report, Task, Workers, WorkersError};
 use crate::job::JobId;
 
-/// The time between two looks at what has come.
+/// The time between two checks for lines of the adapter.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
 /// The longest time until an adapter has reached its cluster.
 const START_TIMEOUT: Duration = Duration::from_secs(120);

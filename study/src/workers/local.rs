@@ -99,7 +99,7 @@ impl Workers for Local {
                 return Ok(());
             }
             std::thread::sleep(POLL_INTERVAL);
-            // An interrupt reaches the processes, too: what they say then is no failure.
+            // An interrupt reaches the processes, too: their messages then are no failures.
             if is_interrupted() {
                 return Err(WorkersError::Interrupted);
             }
@@ -121,7 +121,7 @@ impl Workers for Local {
     }
 }
 
-/// Asks a process to end, so that it removes what it has in shared memory.
+/// Asks a process to end, so that it removes its shared memory.
 #[cfg(unix)]
 fn request_end(child: &mut Child) {
     use rustix::process::{Pid, Signal, kill_process};

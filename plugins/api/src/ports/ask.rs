@@ -179,8 +179,8 @@ impl<Q: Debug + ZeroCopySend, A: Debug + ZeroCopySend> Responder<Q, A> {
         Ok(())
     }
 
-    /// Answers a request. A client that has gone away, or is stopped, misses its answer; nobody
-    /// waits for it.
+    /// Answers a request. A client that has gone away, or is stopped, misses its answer; the server
+    /// doesn't wait for it.
     pub(super) fn answer(&self, request: &Request<Q, A>, response: A) {
         let loaned = loan_record(|| request.loan_uninit(), |loaned| loaned.payload_mut());
         let sent = loaned.and_then(|loaned| unless_full(|| loaned.write_payload(response).send()));

@@ -25,7 +25,7 @@ pub struct TickRecords<'sample, H, T> {
 }
 
 /// Reads the records of a service tick by tick. A reader that lags more than
-/// [`EVENT_BUFFER`](services::EVENT_BUFFER) samples behind loses the oldest, and is told how many.
+/// [`EVENT_BUFFER`](services::EVENT_BUFFER) samples behind loses the oldest, and gets their number.
 #[derive(Debug)]
 pub struct TickReader<H, T>
 where
@@ -54,8 +54,7 @@ where
     /// Passes all samples that have arrived to `each`, oldest first.
     ///
     /// # Errors
-    /// [`ReadError::Receive`] if the connection to the publisher is broken, else what `each`
-    /// returns.
+    /// [`ReadError::Receive`] if the connection to the publisher is broken, else the error of `each`.
     pub fn take<E: From<ReadError>>(
         &mut self,
         mut each: impl FnMut(&TickRecords<'_, H, T>) -> Result<(), E>,

@@ -100,8 +100,8 @@ impl DoneReports {
         }))
     }
 
-    /// Forgets the wake-ups so far. Must be followed by a check of what is
-    /// [missing](Self::missing).
+    /// Forgets the wake-ups so far. Must be followed by a check for [missing](Self::missing)
+    /// readers.
     pub(crate) fn forget_wake_ups(&self) -> Result<(), ReadError> {
         self.wake.forget()
     }

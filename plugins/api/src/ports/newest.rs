@@ -19,8 +19,7 @@ use crate::records::sequence::{LostSamples, Sequenced};
 /// faster than the reader can't keep it busy.
 const MAX_ROUNDS: u64 = 2 * services::COLUMN_BUFFER as u64;
 
-/// Takes samples of records `T` under headers `H`, and holds the last one, so that what is handed
-/// out only borrows.
+/// Takes samples of records `T` under headers `H`, and holds the last one, which readers borrow.
 #[derive(Debug)]
 pub(super) struct Newest<T, H>
 where

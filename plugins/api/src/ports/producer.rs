@@ -124,7 +124,7 @@ impl ProducerPorts {
         self.run_id
     }
 
-    /// Begins another run: what is sent from here on carries a new [run id](Self::run_id). A replay
+    /// Begins another run: samples from here on carry a new [run id](Self::run_id). A replay
     /// that goes back in time does this, for example: readers then start afresh. The world must be
     /// published again.
     pub fn begin_run(&mut self) {
@@ -170,7 +170,7 @@ impl ProducerPorts {
     /// check before the first frame of a size.
     ///
     /// # Errors
-    /// [`PublishError::NoRoom`] says how much is missing.
+    /// [`PublishError::NoRoom`], with the missing amount.
     pub fn check_room(&self, robots: usize) -> Result<(), PublishError> {
         let lines = frame_lines(robots);
         if lines <= self.roomy_lines.get() {

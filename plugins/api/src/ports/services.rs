@@ -266,32 +266,32 @@ pub(crate) struct RequestService<Q, A> {
 }
 
 /// The control service: pause, resume, step, speed, number of robots, status.
-pub(crate) const CONTROL: RequestService<ControlRequest, ControlResponse> = RequestService {
-    name: "control",
-    subject: "control requests",
-    server: "the engine",
-    clients: MAX_CONTROL_CLIENTS,
-    open_requests: MAX_OPEN_REQUESTS,
-    exchange: PhantomData,
-};
+pub(crate) const CONTROL: RequestService<ControlRequest, ControlResponse> =
+    RequestService::new("control", "control requests", "the engine", MAX_CONTROL_CLIENTS);
 /// The routes: the remaining legs of robots.
 pub(crate) const ROUTES: RequestService<RouteRequest, RouteResponse> = RequestService {
-    name: "routes",
-    subject: "route requests",
-    server: "the engine",
-    clients: MAX_ROUTE_CLIENTS,
     open_requests: MAX_OPEN_ROUTES,
-    exchange: PhantomData,
+    ..RequestService::new("routes", "route requests", "the engine", MAX_ROUTE_CLIENTS)
 };
 /// The requests to the fleet manager.
-pub(crate) const MANAGER: RequestService<ManagerRequest, ManagerResponse> = RequestService {
-    name: "manager",
-    subject: "requests to the manager",
-    server: "the fleet manager",
-    clients: MAX_CONTROL_CLIENTS,
-    open_requests: MAX_OPEN_REQUESTS,
-    exchange: PhantomData,
-};
+pub(crate) const MANAGER: RequestService<ManagerRequest, ManagerResponse> = RequestService::new(
+    "manager",
+    "requests to the manager",
+    "the fleet manager",
+    MAX_CONTROL_CLIENTS,
+);
+
+impl<Q, A> RequestService<Q, A> {
+    const fn new(
+        name: &'static str,
+        subject: &'static str,
+        server: &'static str,
+        clients: usize,
+    ) -> Self {
+        let open_requests = MAX_OPEN_REQUESTS;
+        Self { name, subject, server, clients, open_requests, exchange: PhantomData }
+    }
+}
 
 impl<Q: Debug + ZeroCopySend, A: Debug + ZeroCopySend> RequestService<Q, A> {
     /// Opens the service in a fleet. No overflow: a request arrives, or its sender gets an error.

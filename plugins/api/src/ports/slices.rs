@@ -144,7 +144,7 @@ where
         }
     }
 
-    /// Sends copies of `records`, and returns how many readers have them.
+    /// Sends copies of `records`, and returns the number of readers that have them.
     pub(super) fn send(&self, header: H, records: &[T]) -> Result<usize, PublishError> {
         let mut sample = self.loan_uninit(records.len())?.write_from_slice(records);
         *sample.user_header_mut() = header;
@@ -199,8 +199,8 @@ where
         &self.sequence
     }
 
-    /// Connects readers that have joined since, and gives them what the service keeps for late
-    /// joiners.
+    /// Connects readers that have joined since, and gives them the samples that the service keeps for
+    /// late joiners.
     pub(super) fn update(&self) {
         let (updated, missing) = full_memory::guarded(|| self.publisher.update_connections());
         if missing.any() {
@@ -222,7 +222,7 @@ where
     }
 }
 
-/// The allowance in bytes for what a new segment takes beside its chunks: ten times the 24 KiB that
+/// The allowance in bytes for the management data of a new segment: ten times the 24 KiB that
 /// the one with the most chunks (4161, of events) was measured to take.
 const SEGMENT_MANAGEMENT: u64 = 256 << 10;
 
@@ -233,7 +233,7 @@ fn has_room(bytes: usize) -> bool {
     health::space().map_or(true, |space| space.available >= bytes as u64 + SEGMENT_MANAGEMENT)
 }
 
-/// Sends a sample, and returns how many readers have it.
+/// Sends a sample, and returns the number of readers that have it.
 pub(super) fn send<T, H>(
     sample: SampleMut<Ipc, [T], H>,
     what: &'static str,

@@ -28,7 +28,7 @@ impl Wake {
     }
 
     /// Forgets the wake-ups so far. Must be followed by a check for the news that they announced:
-    /// what is sent after this check wakes again.
+    /// samples that are sent after this check wake again.
     pub(super) fn forget(&self) -> Result<(), ReadError> {
         match self.listener.try_wait(|_| ()) {
             Ok(_) | Err(ListenerWaitError::InterruptSignal) => Ok(()),

@@ -111,7 +111,7 @@ pub fn location() -> Result<(String, String), HealthError> {
 /// Returns the damage of iceoryx2's management segment, if there is any: no process can join a
 /// fleet then.
 pub fn damage() -> Option<String> {
-    management::damage().map(|damage| damage.to_string())
+    management::damage()
 }
 
 /// Returns the size, in bytes, of this user's segments that belong to another directory than the
@@ -203,7 +203,7 @@ pub fn orphans() -> Result<Vec<Orphan>, HealthError> {
     Ok(orphans)
 }
 
-/// Removes unfinished segments, which a process that is joining would wait for in vain.
+/// Removes unfinished segments, for which a process that is joining would wait for ever.
 pub(super) fn remove_unfinished() {
     remnants::remove_unfinished();
 }

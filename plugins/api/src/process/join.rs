@@ -40,8 +40,7 @@ pub struct Participant {
 }
 
 impl Participant {
-    /// Joins a fleet, whether or not it has a producer yet. Cleans up what dead processes left
-    /// behind.
+    /// Joins a fleet, whether or not it has a producer yet. Removes the resources of dead processes.
     ///
     /// `name` is cut to 64 bytes.
     ///
@@ -55,7 +54,7 @@ impl Participant {
         let config = config()?;
         // Checked first: iceoryx2 would wait for ever for a segment without contents.
         if let Some(damage) = management::damage() {
-            return Err(failed(damage.to_string()));
+            return Err(failed(damage));
         }
         let node_name = format!("regatta/{fleet}/{name}");
         let builder = NodeBuilder::new()

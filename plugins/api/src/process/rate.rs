@@ -63,7 +63,7 @@ impl FromStr for Rate {
     }
 }
 
-/// Limits how often a plugin gets a frame: by the wall clock, or in lockstep by simulated time so
+/// Limits the rate at which a plugin gets frames: by the wall clock, or in lockstep by simulated time so
 /// that runs repeat.
 #[derive(Debug)]
 pub(super) struct RateLimiter {

@@ -276,7 +276,7 @@ impl<'a> Runner<'a> {
         {
             self.quiet_since = Instant::now();
             self.silence.check(&self.frames);
-            // First its columns, then its report: whoever has the report finds the columns.
+            // First its columns, then its report: a reader of the report finds the columns.
             plugin.on_idle(self.frames.has_producer())?;
             self.lockstep.update();
         }
@@ -364,14 +364,14 @@ struct LockstepTurn {
 }
 
 impl LockstepTurn {
-    /// Records a frame. In lockstep each tick counts once: whether a frame that is published again
-    /// is seen would depend on who is faster.
+    /// Records a frame. In lockstep each tick counts once: the speed of processes would decide
+    /// whether a frame that is published again is seen.
     fn is_new(&mut self, frame: &Frame<'_>) -> bool {
         let this = (frame.run_id(), frame.tick());
         std::mem::replace(&mut self.last, this) != this || frame.header().lockstep == 0
     }
 
-    /// Adjusts what a frame says it missed. In lockstep no tick is lost, but a frame that is
+    /// Adjusts the number of frames that were missed before a frame. In lockstep no tick is lost, but a frame that is
     /// published again may be: only the frames that the plugin's rate has skipped count, so that
     /// runs repeat.
     fn count_missed<'frame>(&mut self, frame: Frame<'frame>) -> Frame<'frame> {

@@ -26,7 +26,7 @@ static HUNG_UP: OnceLock<Arc<AtomicBool>> = OnceLock::new();
 /// The shortest time in milliseconds between two requests of a person.
 const SECOND_REQUEST_MILLIS: u64 = 200;
 
-/// Ends the process at the second Ctrl-C, whatever it is doing.
+/// Ends the process at the second Ctrl-C, even if it hangs.
 #[expect(unsafe_code, reason = "only a handler knows when a signal came while the process hangs")]
 fn end_at_second_interrupt() -> Result {
     let start = Instant::now();

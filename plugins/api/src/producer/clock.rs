@@ -82,7 +82,7 @@ impl Clock {
         }
     }
 
-    /// Schedules `sim_nanos` for `now`, and what comes after it accordingly.
+    /// Schedules `sim_nanos` for `now`, and the moments after it accordingly.
     pub fn restart(&mut self, sim_nanos: u64, now: Instant) {
         self.anchor = (now, sim_nanos);
     }

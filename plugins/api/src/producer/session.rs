@@ -126,7 +126,7 @@ impl Session {
     ) -> Result<(), P::Error> {
         producer.start(self)?;
         self.has_begun = true;
-        // The first frame too: or else it would depend on who is faster whether a reader sees it.
+        // The first frame too: else the speed of processes would decide whether a reader sees it.
         self.wait_for_lockstep()?;
         self.started = Instant::now();
         let first = producer.next_moment(self)?.unwrap_or(self.now);
@@ -352,8 +352,8 @@ impl Session {
         self.frames_left_out
     }
 
-    /// Publishes a loaned frame and wakes the readers. Whatever belongs to its tick was published
-    /// before.
+    /// Publishes a loaned frame and wakes the readers. Everything that belongs to its tick must have
+    /// been published before.
     ///
     /// # Errors
     /// As [`FrameLoan::send`].

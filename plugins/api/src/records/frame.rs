@@ -70,8 +70,8 @@ pub struct FrameHeader {
     /// Nonzero if an earlier frame of the run has the same tick.
     pub repeated: u32,
     /// Counts the jumps of the producer's clock in its run: a replay that is sent to another time
-    /// jumps. Between two frames with different counts no simulated time has passed, whatever their
-    /// times are.
+    /// jumps. Between two frames with different counts no simulated time has passed, even if their
+    /// times differ.
     pub jumps: u64,
 }
 
@@ -232,8 +232,8 @@ impl RobotState {
     /// are below it.
     pub const COUNT: usize = 8;
 
-    /// Whether the robot may not drive, whatever its route: it is held, stalled or broken, and
-    /// stands or brakes to a stop.
+    /// Whether the robot may not drive along its route: it is held, stalled or broken, and stands or
+    /// brakes to a stop.
     pub const fn is_stopped(self) -> bool {
         matches!(self, Self::Held | Self::Stalled | Self::Broken)
     }

@@ -84,11 +84,11 @@ numbered! {
         Break = 10,
         /// Repair a robot that is broken. It goes on with its route, unless it is held.
         Repair = 11,
-        /// Close an edge in both gears: from now on no robot enters it, whatever its route, and no new
-        /// route may lead along it. Who is on it leaves it. Who comes to it waits at the node before
-        /// it, and brakes harder than usual if need be.
+        /// Close an edge in both gears: from now on no robot enters it, also along a route that it has,
+        /// and no new route may lead along it. A robot on the edge leaves it. A robot that comes to it
+        /// waits at the node before it, and brakes harder than usual if need be.
         CloseEdge = 12,
-        /// Open a closed edge again. Who waits before it drives on.
+        /// Open a closed edge again. Robots that wait before it drive on.
         OpenEdge = 13,
     }
 }

@@ -65,7 +65,7 @@ numbered! {
         Fault = 2,
         /// A robot was held and has come to a stop, or stalls.
         Stop = 3,
-        /// A note that somebody has written.
+        /// A note of a user.
         Note = 4,
     }
 }

@@ -54,8 +54,8 @@ pub struct LostSamples {
 }
 
 impl LostSamples {
-    /// Records a received sample, and returns how many were lost between the one before and this
-    /// one.
+    /// Records a received sample, and returns the number of samples that were lost since the one
+    /// before.
     ///
     /// Samples that were published before the reader joined are not lost. When the run changes, the
     /// samples of the new run before this one are; the number of missing last ones of the old run is
