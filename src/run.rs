@@ -7,6 +7,7 @@ use std::process::{Command, ExitCode};
 use std::time::{Duration, Instant};
 
 use clap::Args;
+use regatta_plugin::column::ACTIVITY;
 use regatta_plugin::{AFTER_VARIABLE, Control, FleetName, LOAD_VARIABLE, Termination};
 use regatta_scenario::{CameraEntry, LightEntry, PluginCommand, Scenario, Viewer};
 use tempfile::NamedTempFile;
@@ -276,7 +277,7 @@ fn viewer_command(fleet: &FleetName, scenario: &Scenario) -> Result<Command, Fai
     let mut command = this_program()?;
     command.args(["viewer", "--fleet", &fleet.to_string()]);
     if scenario.plugins.iter().any(|plugin| plugin.name == FLEET_MANAGER) {
-        command.args(["--colour", "activity"]);
+        command.args(["--colour", ACTIVITY.name()]);
     }
     for LightEntry { x, y, z, colour: [red, green, blue] } in &scenario.lights {
         command.args(["--light", &format!("{x},{y},{z},{red},{green},{blue}")]);

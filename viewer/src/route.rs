@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use bytemuck::{Pod, Zeroable};
 use regatta_plugin::frame::RobotState;
+use regatta_plugin::ports::error::RequestError;
 use regatta_plugin::route::RouteResponse;
 use regatta_plugin::world::EdgeRecord;
 use regatta_plugin::{Frame, OpenError, Participant, RouteClient, RouteError, World};
@@ -177,7 +178,7 @@ impl RoutePoller {
         self.due = Some(Instant::now() + POLL_EVERY);
         Ok(match answers {
             Ok(routes) => Some(routes),
-            Err(RouteError::Timeout { .. }) => None,
+            Err(RouteError::Request(RequestError::Timeout { .. })) => None,
             Err(error) => {
                 tracing::debug!(%error, "polling routes");
                 Some(Vec::new())

@@ -7,6 +7,7 @@ use regatta::experiment::{check_interrupt, wait};
 use regatta::failure::Failure;
 use regatta::lockstep_run::{ENGINE, LockstepRun, POLL_INTERVAL, findings};
 use regatta::program::Program;
+use regatta_plugin::ports::error::RequestError;
 use regatta_plugin::{Control, ControlError, Orders};
 use serde_json::Value;
 
@@ -98,9 +99,10 @@ impl<'a> Run<'a> {
             }
             match control.pause() {
                 Ok(status) => break status.tick,
-                Err(ControlError::NoEngine { .. } | ControlError::Timeout { .. }) => {
-                    wait(POLL_INTERVAL)?
-                }
+                Err(
+                    ControlError::NoEngine { .. }
+                    | ControlError::Request(RequestError::Timeout { .. }),
+                ) => wait(POLL_INTERVAL)?,
                 Err(error) => return Err(error.into()),
             }
         };

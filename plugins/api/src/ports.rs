@@ -1,10 +1,9 @@
-//! Ports: who sends and who takes each record.
+//! Ports: the senders and the receivers of records.
 //!
-//! Three generic ports do the work, and the others only give them names and types: [`slices`] sends
+//! Four generic ports do the work, and the others only give them names and types: [`slices`] sends
 //! slices of records, [`newest`] takes the newest sample, [`every_tick`] takes all of them in
-//! order. Request-response services have [`ask`] on the client's side. [`services`] holds the name
-//! and the quality of service of each. `full_memory` turns shared memory that is full into an
-//! error.
+//! order, and [`ask`] has both sides of request-response services. [`services`] has the name and
+//! the quality of each service. `full_memory` turns shared memory that is full into an error.
 //!
 //! Imports lead from the services up to the ports and on to [`process`](crate::process), never
 //! back.

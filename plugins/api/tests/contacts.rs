@@ -50,10 +50,7 @@ fn a_late_reader_gets_all_pairs_and_nobody_else_may_publish_them() {
 
     publisher.publish(&ContactHeader { tick: 8, ..ContactHeader::default() }, &[]).unwrap();
     assert!(reader.latest().unwrap().expect("contacts").pairs.is_empty());
-    assert!(matches!(
-        ContactPublisher::open_on(&participant),
-        Err(OpenError::ContactsTaken { .. })
-    ));
+    assert!(matches!(ContactPublisher::open_on(&participant), Err(OpenError::Taken { .. })));
     assert!(reader.has_publisher());
 }
 
@@ -110,7 +107,7 @@ fn the_task_log_is_read_tick_by_tick_and_has_one_writer() {
         TaskPublisher::open_on(&Participant::join(&fleet, "manager").unwrap()).unwrap();
     assert!(!publisher.has_readers());
     let second = TaskPublisher::open_on(&Participant::join(&fleet, "second").unwrap());
-    assert!(matches!(second, Err(OpenError::TasksTaken { .. })));
+    assert!(matches!(second, Err(OpenError::Taken { .. })));
     let mut reader = TaskReader::open_on(&Participant::join(&fleet, "validator").unwrap()).unwrap();
     assert!(publisher.has_readers());
     let record =

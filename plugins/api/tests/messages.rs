@@ -8,10 +8,12 @@ use std::time::{Duration, Instant};
 use iceoryx2::prelude::*;
 use iceoryx2::service::attribute::{AttributeKey, AttributeValue};
 use regatta_plugin::ProducerPorts;
+use regatta_plugin::column::TYPE;
 use regatta_plugin::control::{ControlKind, ControlResponse};
 use regatta_plugin::event::{EventKind, EventRecord};
 use regatta_plugin::frame::{CONTRACT_VERSION, FrameHeader, Line};
 use regatta_plugin::order::{OrderKind, OrderRecord, RouteLeg};
+use regatta_plugin::ports::error::RequestError;
 use regatta_plugin::route::{LegAhead, RouteRequest, RouteResponse};
 use regatta_plugin::{
     ColumnPublisher, ColumnReader, Control, ControlError, EventReader, FleetName, LockstepError,
@@ -161,7 +163,8 @@ fn requests_are_answered_now_later_or_never() {
     let refused = ControlError::Refused { fleet: fleet.clone(), reason: "not today".to_owned() };
     assert_eq!(control.pause(), Err(refused));
     // The engine keeps this one, then ends.
-    assert_eq!(control.resume(), Err(ControlError::Gone { fleet: fleet.clone() }));
+    let gone = RequestError::Gone { server: "the engine", fleet: fleet.clone() };
+    assert_eq!(control.resume(), Err(gone.into()));
     engine.join().unwrap();
     assert_eq!(control.status(), Err(ControlError::NoEngine { fleet }));
 }
@@ -190,7 +193,8 @@ fn routes_are_told_by_whoever_knows_them() {
         let robots = [0; services::MAX_OPEN_ROUTES];
         assert_eq!(
             client.routes(&robots, timeout),
-            Err(RouteError::Timeout { fleet: fleet.clone(), timeout })
+            Err(RequestError::Timeout { server: "the engine", fleet: fleet.clone(), timeout }
+                .into())
         );
     }
     let asker = std::thread::spawn({
@@ -237,7 +241,8 @@ fn an_engine_that_stands_still_times_out() {
     for _ in 0..2 * services::MAX_OPEN_REQUESTS {
         assert_eq!(
             control.request(request, timeout),
-            Err(ControlError::Timeout { fleet: fleet.clone(), timeout })
+            Err(RequestError::Timeout { server: "the engine", fleet: fleet.clone(), timeout }
+                .into())
         );
     }
 }
@@ -267,8 +272,8 @@ fn columns_belong_to_a_frame_and_grow_with_the_fleet() {
             (tick, frame.run_id(), &values[..])
         );
     }
-    producer.publish_column("type", 0, &[0.0, 1.0, 0.0]).unwrap();
-    let mut types = ColumnReader::open_on(&plugin, "type").unwrap();
+    producer.publish_column(TYPE.name(), 0, &[0.0, 1.0, 0.0]).unwrap();
+    let mut types = ColumnReader::open_on(&plugin, TYPE.name()).unwrap();
     producer.update();
     assert_eq!(types.latest().unwrap().unwrap().values, [0.0, 1.0, 0.0]);
     let names: Vec<_> = column_names(&fleet).iter().map(ToString::to_string).collect();
@@ -280,11 +285,11 @@ fn a_reader_for_all_gets_every_column_and_is_told_what_it_missed() {
     let fleet = fleet();
     let mut producer = ProducerPorts::create(&fleet, 1).unwrap();
     let plugin = Participant::join(&fleet, "plugin").unwrap();
-    let mut all = ColumnReader::open_for_all_on(&plugin, "type").unwrap();
-    let mut newest = ColumnReader::open_on(&plugin, "type").unwrap();
+    let mut all = ColumnReader::open_for_all_on(&plugin, TYPE.name()).unwrap();
+    let mut newest = ColumnReader::open_on(&plugin, TYPE.name()).unwrap();
     let mut publish = |ticks: std::ops::RangeInclusive<u64>| {
         for tick in ticks {
-            producer.publish_column("type", tick, &[0.5]).unwrap();
+            producer.publish_column(TYPE.name(), tick, &[0.5]).unwrap();
         }
     };
     let mut take_all = || {

@@ -413,7 +413,7 @@ impl Plugin for FleetManager {
 /// Whoever writes the task log of a fleet is its manager.
 fn only_one(error: OpenError) -> Error {
     match error {
-        OpenError::TasksTaken { fleet, owner } => Error::new(format_args!(
+        OpenError::Taken { fleet, owner, .. } => Error::new(format_args!(
             "fleet '{fleet}' has a fleet manager already, {owner}; stop that one first"
         )),
         error => error.into(),

@@ -18,9 +18,7 @@ from collections.abc import Iterable
 from typing import SupportsIndex
 from weakref import WeakValueDictionary
 
-from regatta._closures import ClosureReader
 from regatta._columns import ColumnPublisher
-from regatta._contacts import ContactReader, Contacts
 from regatta._contract import (
     CONTRACT_VERSION,
     NO_EDGE,
@@ -68,10 +66,10 @@ from regatta._events import TickReader, TickRecords
 from regatta._fleet import Fleet, checked_name
 from regatta._frame import ColumnValues, Frame
 from regatta._frames import Frames
+from regatta._newest import ClosureReader, ContactReader, Contacts, Traffic, TrafficReader
 from regatta._orders import Leg, Orders
 from regatta._rate import checked_rate
 from regatta._routes import Route
-from regatta._traffic import Traffic, TrafficReader
 from regatta._world import Orientation, World
 
 _joined: WeakValueDictionary[str, Fleet] = WeakValueDictionary()

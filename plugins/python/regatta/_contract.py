@@ -297,7 +297,7 @@ class TrafficHeader(Sequenced):
 
 @record
 class EdgeTraffic(Record):
-    """What happened on an edge in a period."""
+    """The figures of an edge in a period."""
 
     occupancy: f32
     entered_per_hour: f32
@@ -492,8 +492,8 @@ class ClosedEdge(Record):
 
 @record
 class RecordingHeader(Sequenced):
-    """What a replay tells about its recording. Times are nanoseconds on the recording's clock, which is ``ahead_nanos`` ahead of
-    the simulated time of the run's frames."""
+    """The description of a recording that is replayed. Times are nanoseconds on the recording's clock, which is
+    ``ahead_nanos`` ahead of the simulated time of the run's frames."""
 
     run_id: u64
     sequence: u64
@@ -508,7 +508,7 @@ class RecordingHeader(Sequenced):
 
 @record
 class RecordingMark(Record):
-    """Something that happened in a recording."""
+    """An incident in a recording."""
 
     time_nanos: u64
     kind: u32

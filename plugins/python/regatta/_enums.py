@@ -47,7 +47,7 @@ class Shape(IntEnum):
 
 
 class NodeRole(IntEnum):
-    """What robots do at a node."""
+    """The purpose of a node."""
 
     NONE = 0
     """Nothing in particular."""
@@ -181,7 +181,7 @@ class TaskKind(IntEnum):
 
 
 class StopAction(IntEnum):
-    """What a robot does at a stop of a task."""
+    """The action of a robot at a stop of a task."""
 
     NONE = 0
     """Nothing but to stand there."""
@@ -196,7 +196,7 @@ class StopAction(IntEnum):
 
 
 class ContactLevel(IntEnum):
-    """How close two robots are to a collision: the values of the column ``collision``, where 0 is clear."""
+    """The distance of two robots from a collision: the values of the column ``collision``, where 0 is clear."""
 
     POSSIBLE = 1
     """They are within the safety margin, or will touch within the horizon if both continue as they do."""
@@ -226,16 +226,16 @@ class ControlKind(IntEnum):
 
 
 class ManagerRequestKind(IntEnum):
-    """What a fleet manager is asked for."""
+    """Kinds of requests to a fleet manager."""
 
     SEND = 1
     """Send a robot to a node."""
     RECALL = 2
-    """Take back what a robot was sent for."""
+    """Call a robot back, and manage it as before."""
 
 
 class ManagerAnswer(IntEnum):
-    """What a fleet manager answers."""
+    """Answers of a fleet manager."""
 
     NOW = 1
     """It does so now."""
@@ -253,7 +253,7 @@ class ManagerAnswer(IntEnum):
 
 
 class Trend(IntEnum):
-    """Whether a place where robots lose time gets worse."""
+    """The development of a place where robots lose time."""
 
     GROWING = 1
     """It costs more time than it used to."""
@@ -265,7 +265,7 @@ class Trend(IntEnum):
     """It costs less."""
 
     OVER = 4
-    """Nobody loses time there any more."""
+    """No robot loses time there any more."""
 
 
 class MarkKind(IntEnum):
@@ -281,4 +281,4 @@ class MarkKind(IntEnum):
     """A robot was held and has come to a stop, or stalls."""
 
     NOTE = 4
-    """A note that somebody has written."""
+    """A note of a user."""

@@ -14,7 +14,7 @@ class VersionError(OpenError):
 
 
 class TakenError(OpenError):
-    """Another process already publishes what only one process may publish."""
+    """Another process already publishes a service that only one process may publish."""
 
 
 class FullError(OpenError):

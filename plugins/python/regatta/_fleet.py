@@ -14,9 +14,7 @@ from pathlib import Path
 from typing import Any, SupportsIndex
 from weakref import WeakSet
 
-from regatta._closures import ClosureReader
 from regatta._columns import ColumnPublisher, ColumnReader
-from regatta._contacts import ContactReader
 from regatta._contract import (
     ContactEvent,
     ContactEventHeader,
@@ -37,12 +35,12 @@ from regatta._events import TickReader
 from regatta._frame import ColumnValues
 from regatta._frames import Frames
 from regatta._manager import Manager
+from regatta._newest import ClosureReader, ContactReader, TrafficReader
 from regatta._node import Node
 from regatta._open import Closes, Open
 from regatta._orders import Orders
 from regatta._routes import Route, Routes
 from regatta._tokens import Tokens
-from regatta._traffic import TrafficReader
 from regatta._world import World, world_of
 
 MAX_NAME_BYTES = 64
@@ -138,7 +136,7 @@ class Fleet(Closes):
     def route(self, robot: SupportsIndex) -> Route | None:
         """Returns the legs that a robot has still to drive; ``None`` if there is no such robot.
 
-        Raises :class:`NoEngineError <regatta.NoEngineError>` if nobody serves routes (a replay doesn't), or
+        Raises :class:`NoEngineError <regatta.NoEngineError>` if no process serves routes (a replay doesn't), or
         :class:`ControlError <regatta.ControlError>` if the engine ends or doesn't answer in time.
         """
         return self.routes([robot])[0]
@@ -160,7 +158,7 @@ class Fleet(Closes):
         return self._manager.send(robot, node)
 
     def recall(self, robot: SupportsIndex) -> ManagerAnswer:
-        """Asks the fleet manager to take back what a robot was sent for. Raises the same errors as :meth:`send`."""
+        """Asks the fleet manager to call a robot back. Raises the same errors as :meth:`send`."""
         self._manager = self._manager or Manager(self._node)
         return self._manager.recall(robot)
 
@@ -183,7 +181,7 @@ class Fleet(Closes):
         return TickReader(self, "order_log", "the order log", OrderRecord, OrderLogHeader)
 
     def tasks(self) -> TickReader[TaskHeader]:
-        """Opens the task log, which a fleet manager writes: what became of transport tasks. Records have ``task``, ``kind``
+        """Opens the task log, which a fleet manager writes: the progress of transport tasks. Records have ``task``, ``kind``
         (a :class:`TaskKind <regatta.TaskKind>`), ``robot`` (``NO_ROBOT`` for none), ``stop``, ``node``, ``action`` (a
         :class:`StopAction <regatta.StopAction>`), ``dwell_secs`` and ``detail``."""
         return TickReader(self, "tasks", "the task log", TaskRecord, TaskHeader)

@@ -152,7 +152,7 @@ class Orders(Open):
     @overload
     def close_edge(self, edge: Numbers) -> TokenArray: ...
     def close_edge(self, edge: Number | Numbers) -> int | TokenArray:
-        """Closes an edge, by its id: no robot enters it any more, and who is on it leaves it. Returns the order's token."""
+        """Closes an edge, by its id: no robot enters it any more, and robots on it leave it. Returns the order's token."""
         return self._push(OrderKind.CLOSE_EDGE, robot=NO_ROBOT, id=numbers(edge, "edge"))
 
     @overload

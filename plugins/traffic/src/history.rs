@@ -28,7 +28,7 @@ impl PublishedHistory {
     pub fn open(fleet: &Participant) -> Result<Option<Self>> {
         let publisher = match HistoryPublisher::open_on(fleet) {
             Ok(publisher) => publisher,
-            Err(OpenError::HistoryTaken { .. }) => return Ok(None),
+            Err(OpenError::Taken { .. }) => return Ok(None),
             Err(error) => return Err(error.into()),
         };
         Ok(Some(Self {

@@ -51,20 +51,23 @@ impl FromStr for Robots {
     type Err = ParseRobotsError;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let error = || ParseRobotsError(text.to_owned());
-        let number = |text: &str| {
-            let number: u32 = text.trim().parse().map_err(|_| error())?;
-            if (1..=MAX_ROBOTS).contains(&number) { Ok(number) } else { Err(error()) }
-        };
-        if let Some((from, to)) = text.split_once("..") {
-            let (from, to) = (number(from)?, number(to)?);
-            return if from <= to { Ok(Self::Range(from, to)) } else { Err(error()) };
-        }
-        let mut list: Vec<u32> = text.split(',').map(number).collect::<Result<_, _>>()?;
-        list.sort_unstable();
-        list.dedup();
-        Ok(Self::List(list))
+        parse(text).ok_or_else(|| ParseRobotsError(text.to_owned()))
     }
+}
+
+fn parse(text: &str) -> Option<Robots> {
+    if let Some((from, to)) = text.split_once("..") {
+        let (from, to) = (parse_number(from)?, parse_number(to)?);
+        return (from <= to).then_some(Robots::Range(from, to));
+    }
+    let mut list: Vec<u32> = text.split(',').map(parse_number).collect::<Option<_>>()?;
+    list.sort_unstable();
+    list.dedup();
+    Some(Robots::List(list))
+}
+
+fn parse_number(text: &str) -> Option<u32> {
+    text.trim().parse().ok().filter(|number| (1..=MAX_ROBOTS).contains(number))
 }
 
 impl fmt::Display for Robots {

@@ -1,6 +1,7 @@
 //! The messages from the background threads to the window.
 
 use regatta_plugin::control::ControlResponse;
+use regatta_plugin::ports::error::RequestError;
 use regatta_plugin::route::RouteResponse;
 use regatta_plugin::{ColumnName, ControlError};
 
@@ -55,7 +56,7 @@ impl Report {
     pub fn of_answer(answer: Result<ControlResponse, ControlError>, is_requested: bool) -> Self {
         match answer {
             Ok(status) => Fact::Status(Some(Box::new(status))).into(),
-            Err(ControlError::Gone { .. }) => Fact::Status(None).into(),
+            Err(ControlError::Request(RequestError::Gone { .. })) => Fact::Status(None).into(),
             Err(error) if is_requested => Self::Notice(error.to_string()),
             Err(ControlError::NoEngine { .. }) => Fact::Status(None).into(),
             Err(error) => {

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::ask::{Asker, NoAnswer};
-use super::error::OpenError;
+use super::error::{OpenError, RequestError};
 use super::services;
 use crate::process::join::Participant;
 use crate::records::control::{ControlKind, ControlRequest, ControlResponse};
@@ -20,20 +20,6 @@ pub enum ControlError {
         /// The fleet.
         fleet: FleetName,
     },
-    /// The engine ended before it answered.
-    #[error("the engine of fleet '{fleet}' ended before it answered")]
-    Gone {
-        /// The fleet.
-        fleet: FleetName,
-    },
-    /// The engine has not answered in time.
-    #[error("the engine of fleet '{fleet}' has not answered within {:.1} s; is it stopped or overloaded?", timeout.as_secs_f32())]
-    Timeout {
-        /// The fleet.
-        fleet: FleetName,
-        /// How long the client waited.
-        timeout: Duration,
-    },
     /// The engine refused the request.
     #[error("the engine of fleet '{fleet}' refused: {reason}")]
     Refused {
@@ -42,26 +28,30 @@ pub enum ControlError {
         /// The engine's reason.
         reason: String,
     },
-    /// iceoryx2 can't deliver the request.
-    #[error(
-        "can't reach the engine of fleet '{fleet}' ({reason}); `regatta doctor` reports what is wrong"
-    )]
-    Connection {
-        /// The fleet.
-        fleet: FleetName,
-        /// iceoryx2's reason.
-        reason: String,
-    },
+    /// The engine hasn't answered.
+    #[error(transparent)]
+    Request(#[from] RequestError),
 }
 
-/// How long requests wait for an answer, except those that take time of their own.
+/// The time that requests wait for an answer, except steps, which take time of their own.
 pub const TIMEOUT: Duration = Duration::from_secs(5);
 
 /// Controls a fleet's engine.
+///
+/// ```no_run
+/// use regatta_plugin::{Control, FleetName, Result};
+///
+/// # fn main() -> Result {
+/// let mut control = Control::open(&FleetName::default())?;
+/// control.pause()?;
+/// let status = control.step(100)?;
+/// println!("{} robots at tick {}", status.robots, status.tick);
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct Control {
     asker: Asker<ControlRequest, ControlResponse>,
-    fleet: FleetName,
 }
 
 impl Control {
@@ -80,11 +70,7 @@ impl Control {
     /// # Errors
     /// As [`open`](Self::open).
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        let service = services::control(participant.node(), participant.fleet())?;
-        Ok(Self {
-            asker: Asker::open(service, services::MAX_CONTROL_CLIENTS)?,
-            fleet: participant.fleet().clone(),
-        })
+        Ok(Self { asker: Asker::open(&services::CONTROL, participant)? })
     }
 
     /// Whether the fleet has an engine. One that was killed counts until another process joins the
@@ -167,19 +153,16 @@ impl Control {
         request: ControlRequest,
         timeout: Duration,
     ) -> Result<ControlResponse, ControlError> {
-        let answer = self.asker.send(request).and_then(|asked| self.asker.wait(&asked, timeout));
-        let fleet = || self.fleet.clone();
-        match answer {
-            Ok(response) if response.accepted == 0 => {
-                Err(ControlError::Refused { fleet: fleet(), reason: response.reason().to_owned() })
-            }
+        match self.asker.ask(request, timeout) {
+            Ok(response) if response.accepted == 0 => Err(ControlError::Refused {
+                fleet: self.asker.fleet().clone(),
+                reason: response.reason().to_owned(),
+            }),
             Ok(response) => Ok(response),
-            Err(NoAnswer::NoServer) => Err(ControlError::NoEngine { fleet: fleet() }),
-            Err(NoAnswer::Gone) => Err(ControlError::Gone { fleet: fleet() }),
-            Err(NoAnswer::Timeout) => Err(ControlError::Timeout { fleet: fleet(), timeout }),
-            Err(NoAnswer::Connection(reason)) => {
-                Err(ControlError::Connection { fleet: fleet(), reason })
+            Err(NoAnswer::NoServer) => {
+                Err(ControlError::NoEngine { fleet: self.asker.fleet().clone() })
             }
+            Err(NoAnswer::Failed(error)) => Err(error.into()),
         }
     }
 }

@@ -1,15 +1,15 @@
-//! Every tick in: the receiving end of a service that carries what happened, tick by tick.
+//! The receiving end of a service that carries records tick by tick.
 
 use core::fmt::Debug;
 
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::*;
-use iceoryx2::service::port_factory::publish_subscribe;
 
 use super::error::{OpenError, ReadError};
 use super::full_memory::received;
 use super::places::place;
-use super::services::{self, Ipc};
+use super::services::{self, Ipc, SliceService};
+use crate::process::join::Participant;
 use crate::records::sequence::{LostSamples, Sequenced};
 
 /// The records of one tick, borrowed from shared memory.
@@ -25,7 +25,7 @@ pub struct TickRecords<'sample, H, T> {
 }
 
 /// Reads the records of a service tick by tick. A reader that lags more than
-/// [`EVENT_BUFFER`](services::EVENT_BUFFER) samples behind loses the oldest, and is told how many.
+/// [`EVENT_BUFFER`](services::EVENT_BUFFER) samples behind loses the oldest, and gets their number.
 #[derive(Debug)]
 pub struct TickReader<H, T>
 where
@@ -43,18 +43,18 @@ where
     H: Debug + Sequenced + ZeroCopySend + 'static,
 {
     pub(super) fn of(
-        service: &publish_subscribe::PortFactory<Ipc, [T], H>,
-        what: &'static str,
+        service: &SliceService<T, H>,
+        participant: &Participant,
     ) -> Result<Self, OpenError> {
-        let port = place(service, services::MAX_READERS, || service.subscriber_builder().create())?;
-        Ok(Self { port, lost: LostSamples::default(), what })
+        let opened = service.open(participant)?;
+        let port = place(&opened, services::MAX_READERS, || opened.subscriber_builder().create())?;
+        Ok(Self { port, lost: LostSamples::default(), what: service.subject })
     }
 
     /// Passes all samples that have arrived to `each`, oldest first.
     ///
     /// # Errors
-    /// [`ReadError::Receive`] if the connection to the publisher is broken, else what `each`
-    /// returns.
+    /// [`ReadError::Receive`] if the connection to the publisher is broken, else the error of `each`.
     pub fn take<E: From<ReadError>>(
         &mut self,
         mut each: impl FnMut(&TickRecords<'_, H, T>) -> Result<(), E>,
@@ -69,7 +69,7 @@ where
         Ok(())
     }
 
-    /// How many samples this reader lost so far.
+    /// The number of samples that this reader has lost so far.
     pub fn lost(&self) -> u64 {
         self.lost.total()
     }

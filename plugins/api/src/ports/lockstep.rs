@@ -31,7 +31,7 @@ pub enum LockstepError {
     Timeout {
         /// The tick.
         tick: u64,
-        /// How long the producer waited.
+        /// The time that the producer waited.
         timeout: Duration,
         /// The names of the readers that haven't reported the tick.
         missing: Vec<String>,
@@ -61,11 +61,11 @@ impl DoneReports {
     /// Opens the reports of a fleet. Readers that have reported before report their last tick
     /// again.
     pub(crate) fn open(participant: &Participant) -> Result<Self, OpenError> {
-        let service = services::done(participant.node(), participant.fleet())?;
+        let service = services::done(participant)?;
+        let reports =
+            place(&service, services::MAX_READERS, || service.subscriber_builder().create())?;
         Ok(Self {
-            reports: place(&service, services::MAX_READERS, || {
-                service.subscriber_builder().create()
-            })?,
+            reports,
             wake: Wake::open(participant, "done")?,
             finished: Vec::new(),
             left: Vec::new(),
@@ -93,15 +93,15 @@ impl DoneReports {
                 None => self.finished.push(*done),
             }
         }
-        let has_finished = move |name: &str| {
-            let is_of = |done: &&Done| text(&done.name) == name && done.run_id == run_id;
-            self.finished.iter().find(is_of).is_some_and(|done| done.tick >= tick)
-        };
-        Ok(names.iter().filter(move |name| !has_finished(name)))
+        Ok(names.iter().filter(move |name| {
+            !self.finished.iter().any(|done| {
+                text(&done.name) == **name && done.run_id == run_id && done.tick >= tick
+            })
+        }))
     }
 
-    /// Forgets the wake-ups so far. Must be followed by a check of what is
-    /// [missing](Self::missing).
+    /// Forgets the wake-ups so far. Must be followed by a check for [missing](Self::missing)
+    /// readers.
     pub(crate) fn forget_wake_ups(&self) -> Result<(), ReadError> {
         self.wake.forget()
     }
@@ -113,7 +113,25 @@ impl DoneReports {
     }
 }
 
-/// A reader's sending end: reports ticks under the reader's name.
+/// A reader's sending end: reports ticks under the reader's name. [`run`](crate::run) has one for
+/// each plugin.
+///
+/// ```no_run
+/// use std::time::Duration;
+///
+/// use regatta_plugin::{FleetName, Participant, Reporter, Result, Subscriber};
+///
+/// # fn main() -> Result {
+/// let participant = Participant::join(&FleetName::default(), "planner")?;
+/// let reporter = Reporter::open_on(&participant)?;
+/// let mut frames = Subscriber::open_on(&participant)?;
+/// while let Some(frame) = frames.wait(Duration::from_secs(10))? {
+///     // Send orders and columns for the tick here.
+///     reporter.done(frame.run_id(), frame.tick())?;
+/// }
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct Reporter {
     reports: Publisher<Ipc, Done, ()>,
@@ -128,18 +146,14 @@ impl Reporter {
     /// [`OpenError::OtherVersion`] if the fleet uses another contract, [`OpenError::Full`] if it
     /// has [`MAX_READERS`](services::MAX_READERS) reporters, else [`OpenError::SharedMemory`].
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        let service = services::done(participant.node(), participant.fleet())?;
-        let create = || {
+        let service = services::done(participant)?;
+        let reports = place(&service, services::MAX_READERS, || {
             let builder = service.publisher_builder().max_loaned_samples(1);
             builder.backpressure_strategy(BackpressureStrategy::DiscardData).create()
-        };
+        })?;
         Ok(Self {
-            reports: place(&service, services::MAX_READERS, create)?,
-            wake: services::notifier(&services::event(
-                participant.node(),
-                participant.fleet(),
-                "done",
-            )?)?,
+            reports,
+            wake: services::notifier(participant, "done")?,
             name: padded(participant.name()),
         })
     }
@@ -159,8 +173,8 @@ impl Reporter {
         Ok(())
     }
 
-    /// Reports that this reader leaves the lockstep of a run: nobody is to wait for it any more. To
-    /// be called before a reader ends; a run whose reader ends without it, or dies, ends by
+    /// Reports that this reader leaves the lockstep of a run, so that no process waits for it any
+    /// more. To be called before a reader ends; a run whose reader ends without it, or dies, ends by
     /// [`LockstepError::Timeout`].
     ///
     /// # Errors

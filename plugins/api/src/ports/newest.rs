@@ -1,17 +1,17 @@
-//! Newest in: the receiving end of a service of which a reader wants the newest sample, or all of
-//! the last few.
+//! The receiving end of a service of which a reader wants the newest sample, or all of the last few.
 
 use core::fmt::Debug;
 
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::*;
 use iceoryx2::sample::Sample;
-use iceoryx2::service::port_factory::publish_subscribe;
 
 use super::error::{OpenError, ReadError};
 use super::full_memory::received;
 use super::places::place;
-use super::services::{self, Ipc};
+use super::services::{self, Ipc, SliceService, Slices};
+use crate::process::join::Participant;
+use crate::records::name::ColumnName;
 use crate::records::sequence::{LostSamples, Sequenced};
 
 /// The largest number of samples that one search for the newest goes through: samples that dead
@@ -19,8 +19,7 @@ use crate::records::sequence::{LostSamples, Sequenced};
 /// faster than the reader can't keep it busy.
 const MAX_ROUNDS: u64 = 2 * services::COLUMN_BUFFER as u64;
 
-/// Takes samples of records `T` under headers `H`, and holds the last one, so that what is handed
-/// out only borrows.
+/// Takes samples of records `T` under headers `H`, and holds the last one, which readers borrow.
 #[derive(Debug)]
 pub(super) struct Newest<T, H>
 where
@@ -28,6 +27,7 @@ where
     H: Debug + Sequenced + ZeroCopySend + 'static,
 {
     port: Subscriber<Ipc, [T], H>,
+    service: Slices<T, H>,
     held: Option<Sample<Ipc, [T], H>>,
     lost: LostSamples,
     /// Samples between the one that was handed out before and the held one.
@@ -41,15 +41,50 @@ where
     T: Debug + ZeroCopySend + 'static,
     H: Debug + Sequenced + ZeroCopySend + 'static,
 {
-    /// Opens the receiving end of a service. The last `buffer` samples wait to be taken.
+    /// Opens the receiving end of a service for the newest sample.
     pub(super) fn open(
-        service: &publish_subscribe::PortFactory<Ipc, [T], H>,
-        what: &'static str,
+        service: &SliceService<T, H>,
+        participant: &Participant,
+    ) -> Result<Self, OpenError> {
+        Self::with_buffer(service, participant, 1)
+    }
+
+    /// Opens the receiving end of a service. The last `buffer` samples wait to be taken.
+    pub(super) fn with_buffer(
+        service: &SliceService<T, H>,
+        participant: &Participant,
         buffer: usize,
     ) -> Result<Self, OpenError> {
-        let create = || service.subscriber_builder().buffer_size(buffer).create();
-        let port = place(service, services::MAX_READERS, create)?;
-        Ok(Self { port, held: None, lost: LostSamples::default(), missed: 0, what })
+        Self::of(service.open(participant)?, service.subject, buffer)
+    }
+
+    /// Opens the receiving end of a column.
+    pub(super) fn of_column(
+        service: &SliceService<T, H>,
+        participant: &Participant,
+        name: &ColumnName,
+        buffer: usize,
+    ) -> Result<Self, OpenError> {
+        Self::of(service.open_named(participant, name)?, service.subject, buffer)
+    }
+
+    fn of(service: Slices<T, H>, what: &'static str, buffer: usize) -> Result<Self, OpenError> {
+        let port = place(&service, services::MAX_READERS, || {
+            service.subscriber_builder().buffer_size(buffer).create()
+        })?;
+        Ok(Self { port, service, held: None, lost: LostSamples::default(), missed: 0, what })
+    }
+
+    /// Whether a process publishes the service. One that was killed counts until another process
+    /// joins the fleet.
+    pub(super) fn has_publisher(&self) -> bool {
+        self.service.dynamic_config().number_of_publishers() > 0
+    }
+
+    /// Removes the resources of dead processes at the service, so that
+    /// [`has_publisher`](Self::has_publisher) is exact. Takes a millisecond or so.
+    pub(super) fn forget_dead(&self) {
+        self.service.try_cleanup_dead_nodes();
     }
 
     /// Whether a sample waits to be taken.
@@ -92,7 +127,8 @@ where
         self.held.as_ref().map(|sample| (sample.user_header(), sample.payload()))
     }
 
-    /// How many samples were published between the one that was handed out before and the held one.
+    /// The number of samples that were published between the one that was handed out before and the
+    /// held one.
     pub(super) fn missed(&self) -> u64 {
         self.missed
     }

@@ -11,7 +11,8 @@ use crate::records::order_log::OrderLogHeader;
 /// The orders of one tick, refused ones too, in the order in which they were applied.
 pub type OrderLog<'sample> = TickRecords<'sample, OrderLogHeader, OrderRecord>;
 
-/// Reads the orders that a fleet's producer applied.
+/// Reads the orders that a fleet's producer applied, as an [`EventReader`](crate::EventReader) reads
+/// events.
 pub type OrderLogReader = TickReader<OrderLogHeader, OrderRecord>;
 
 impl OrderLogReader {
@@ -20,6 +21,6 @@ impl OrderLogReader {
     /// # Errors
     /// As [`Subscriber::open`](crate::Subscriber::open).
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        Self::of(&services::order_log(participant.node(), participant.fleet())?, "the order log")
+        Self::of(&services::ORDER_LOG, participant)
     }
 }

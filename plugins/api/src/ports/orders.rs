@@ -82,15 +82,10 @@ impl Orders {
     /// # Errors
     /// As [`open`](Self::open).
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        let service = services::orders(participant.node(), participant.fleet())?;
+        let (few, senders) = (services::FIRST_RECORDS, services::MAX_ORDER_SENDERS);
         let sender_hash = fnv1a(participant.name().as_bytes());
         Ok(Self {
-            sender: SliceSender::open(
-                service,
-                "orders",
-                services::FIRST_RECORDS,
-                services::MAX_ORDER_SENDERS,
-            )?,
+            sender: SliceSender::open(&services::ORDERS, participant, few, senders)?,
             fleet: participant.fleet().clone(),
             sender_hash,
             last_token: sender_hash << 32,

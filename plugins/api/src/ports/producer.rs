@@ -92,27 +92,22 @@ impl ProducerPorts {
     /// # Errors
     /// As [`create`](Self::create).
     pub fn create_on(participant: Participant, robots: usize) -> Result<Self, OpenError> {
-        let (node, fleet) = (participant.node(), participant.fleet());
-        let taken = |owner| OpenError::AlreadyRunning { fleet: fleet.clone(), owner };
         let lines = frame_lines(robots.max(1));
         // First, because this publisher is the lock against a second producer.
-        let frames =
-            SliceSender::open_only(services::frames(node, fleet)?, "a frame", lines, node, taken)?;
+        let (service, subject) = (services::FRAMES.open(&participant)?, services::FRAMES.subject);
+        let frames = SliceSender::only(service, subject, lines, &participant, |owner| {
+            OpenError::AlreadyRunning { fleet: participant.fleet().clone(), owner }
+        })?;
         let few = services::FIRST_RECORDS;
         Ok(Self {
             run_id: new_run_id(),
             revision: 0,
             frames,
-            wake: services::notifier(&services::event(node, fleet, "wake")?)?,
-            world: SliceSender::open(services::world(node, fleet)?, "the world", 1, 1)?,
-            events: SliceSender::open(services::events(node, fleet)?, "events", few, 1)?,
-            order_log: SliceSender::open(
-                services::order_log(node, fleet)?,
-                "the order log",
-                few,
-                1,
-            )?,
-            closures: SliceSender::open(services::closures(node, fleet)?, "closures", few, 1)?,
+            wake: services::notifier(&participant, "wake")?,
+            world: SliceSender::open(&services::WORLD, &participant, 1, 1)?,
+            events: SliceSender::open(&services::EVENTS, &participant, few, 1)?,
+            order_log: SliceSender::open(&services::ORDER_LOG, &participant, few, 1)?,
+            closures: SliceSender::open(&services::CLOSURES, &participant, few, 1)?,
             columns: BTreeMap::new(),
             orders: OrderInbox::open(&participant)?,
             requests: RequestInbox::open(&participant)?,
@@ -129,7 +124,7 @@ impl ProducerPorts {
         self.run_id
     }
 
-    /// Begins another run: what is sent from here on carries a new [run id](Self::run_id). A replay
+    /// Begins another run: samples from here on carry a new [run id](Self::run_id). A replay
     /// that goes back in time does this, for example: readers then start afresh. The world must be
     /// published again.
     pub fn begin_run(&mut self) {
@@ -175,7 +170,7 @@ impl ProducerPorts {
     /// check before the first frame of a size.
     ///
     /// # Errors
-    /// [`PublishError::NoRoom`] says how much is missing.
+    /// [`PublishError::NoRoom`], with the missing amount.
     pub fn check_room(&self, robots: usize) -> Result<(), PublishError> {
         let lines = frame_lines(robots);
         if lines <= self.roomy_lines.get() {
@@ -258,10 +253,8 @@ impl ProducerPorts {
         dropped: u64,
         events: &[EventRecord],
     ) -> Result<(), PublishError> {
-        let sequence = self.events.sequence().next(self.run_id);
-        self.events
-            .send(EventHeader { run_id: self.run_id, tick, dropped, sequence }, events)
-            .map(drop)
+        let header = EventHeader { run_id: self.run_id, tick, dropped, sequence: 0 };
+        self.events.publish(header, events)
     }
 
     /// Publishes the orders that took effect in a tick, for readers of the order log.
@@ -273,10 +266,8 @@ impl ProducerPorts {
         tick: u64,
         orders: &[OrderRecord],
     ) -> Result<(), PublishError> {
-        let sequence = self.order_log.sequence().next(self.run_id);
-        self.order_log
-            .send(OrderLogHeader { run_id: self.run_id, tick, sequence }, orders)
-            .map(drop)
+        let header = OrderLogHeader { run_id: self.run_id, tick, sequence: 0 };
+        self.order_log.publish(header, orders)
     }
 
     /// Publishes the edges that are closed from a tick on, sorted by id, in place of those before.
@@ -288,8 +279,7 @@ impl ProducerPorts {
         tick: u64,
         edges: &[ClosedEdge],
     ) -> Result<(), PublishError> {
-        let sequence = self.closures.sequence().next(self.run_id);
-        self.closures.send(ClosureHeader { run_id: self.run_id, tick, sequence }, edges).map(drop)
+        self.closures.publish(ClosureHeader { run_id: self.run_id, tick, sequence: 0 }, edges)
     }
 
     /// Connects readers that have joined since, and gives them the newest frame, world, columns and
@@ -357,7 +347,7 @@ impl ProducerPorts {
         tick: u64,
         timeout: Duration,
     ) -> Result<(), LockstepError> {
-        /// How long to spin before sleeping: a reader that is nearly done then costs no wake-up.
+        /// The time to spin before sleeping: a reader that is nearly done then costs no wake-up.
         const SPIN: Duration = Duration::from_micros(20);
         let start = Instant::now();
         loop {
@@ -396,7 +386,7 @@ impl ProducerPorts {
 }
 
 impl ProducerPorts {
-    /// Tells the user, once, which of the readers in lockstep have left it.
+    /// Tells the user, once, that readers have left the lockstep.
     fn tell_who_left(&mut self, names: &[String]) {
         for name in self.reports.take_left() {
             if names.contains(&name) && !Termination::was_requested() {

@@ -8,6 +8,24 @@ use crate::process::join::Participant;
 use crate::records::task::{TaskHeader, TaskRecord};
 
 /// Publishes a fleet's task log. A fleet has one such publisher at a time.
+///
+/// ```
+/// use regatta_plugin::task::{TaskKind, TaskRecord};
+/// use regatta_plugin::{Participant, Result, TaskPublisher, TaskReader};
+///
+/// # fn main() -> Result {
+/// # let fleet = format!("doc-tasks-{}", std::process::id()).parse()?;
+/// let participant = Participant::join(&fleet, "manager")?;
+/// let mut log = TaskPublisher::open_on(&participant)?;
+/// let mut reader = TaskReader::open_on(&participant)?;
+/// log.publish(1, 7, 0, &[TaskRecord::new(3, TaskKind::Assigned).of_robot(5)])?;
+/// reader.take(|tick| -> Result {
+///     assert_eq!((tick.header.tick, tick.records[0].robot), (7, 5));
+///     Ok(())
+/// })?;
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct TaskPublisher {
     tasks: SliceSender<TaskRecord, TaskHeader>,
@@ -17,21 +35,10 @@ impl TaskPublisher {
     /// Opens a fleet's task log for writing.
     ///
     /// # Errors
-    /// [`OpenError::TasksTaken`] if a live process publishes it, [`OpenError::OtherVersion`] if the
+    /// [`OpenError::Taken`] if a live process publishes it, [`OpenError::OtherVersion`] if the
     /// fleet uses another contract, else [`OpenError::SharedMemory`].
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        let (node, fleet) = (participant.node(), participant.fleet());
-        let service = services::tasks(node, fleet)?;
-        let taken = |owner| OpenError::TasksTaken { fleet: fleet.clone(), owner };
-        Ok(Self {
-            tasks: SliceSender::open_only(
-                service,
-                "the task log",
-                services::FIRST_RECORDS,
-                node,
-                taken,
-            )?,
-        })
+        Ok(Self { tasks: SliceSender::open_only(&services::TASKS, participant)? })
     }
 
     /// Publishes the records of one tick, `dropped` of which were left out because there were too
@@ -46,8 +53,7 @@ impl TaskPublisher {
         dropped: u64,
         records: &[TaskRecord],
     ) -> Result<(), PublishError> {
-        let sequence = self.tasks.sequence().next(run_id);
-        self.tasks.send(TaskHeader { run_id, tick, dropped, sequence }, records).map(drop)
+        self.tasks.publish(TaskHeader { run_id, tick, dropped, sequence: 0 }, records)
     }
 
     /// Connects readers that have joined since. Publishing does so as well.
@@ -61,7 +67,7 @@ impl TaskPublisher {
     }
 }
 
-/// What happened to tasks in one tick, borrowed from shared memory, in the order in which it
+/// The records of tasks of one tick, borrowed from shared memory, in the order in which they
 /// happened.
 pub type Tasks<'sample> = TickRecords<'sample, TaskHeader, TaskRecord>;
 
@@ -74,6 +80,6 @@ impl TaskReader {
     /// # Errors
     /// As [`Subscriber::open`](crate::Subscriber::open).
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        Self::of(&services::tasks(participant.node(), participant.fleet())?, "the task log")
+        Self::of(&services::TASKS, participant)
     }
 }

@@ -1,7 +1,5 @@
 //! Both sides of the traffic on edges: a plugin publishes it, any process reads it.
 
-use iceoryx2::service::port_factory::PortFactory as _;
-
 use super::error::{OpenError, PublishError, ReadError};
 use super::newest::Newest;
 use super::services;
@@ -19,21 +17,10 @@ impl TrafficPublisher {
     /// Opens a fleet's traffic for writing.
     ///
     /// # Errors
-    /// [`OpenError::TrafficTaken`] if a live process publishes it, [`OpenError::OtherVersion`] if
+    /// [`OpenError::Taken`] if a live process publishes it, [`OpenError::OtherVersion`] if
     /// the fleet uses another contract, else [`OpenError::SharedMemory`].
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        let (node, fleet) = (participant.node(), participant.fleet());
-        let service = services::traffic(node, fleet)?;
-        let taken = |owner| OpenError::TrafficTaken { fleet: fleet.clone(), owner };
-        Ok(Self {
-            sender: SliceSender::open_only(
-                service,
-                "traffic",
-                services::FIRST_RECORDS,
-                node,
-                taken,
-            )?,
-        })
+        Ok(Self { sender: SliceSender::open_only(&services::TRAFFIC, participant)? })
     }
 
     /// Publishes the figures of all edges for each period. Fills in the header's `sequence` and
@@ -50,9 +37,8 @@ impl TrafficPublisher {
         figures: &[EdgeTraffic],
     ) -> Result<(), PublishError> {
         assert_eq!(figures.len() % TRAFFIC_PERIODS, 0, "a figure for each edge and period");
-        let sequence = self.sender.sequence().next(header.run_id);
         let edges = (figures.len() / TRAFFIC_PERIODS) as u32;
-        self.sender.send(TrafficHeader { sequence, edges, ..*header }, figures).map(drop)
+        self.sender.publish(TrafficHeader { edges, ..*header }, figures)
     }
 
     /// Gives the newest figures to readers that have joined since. Publishing does so as well.
@@ -74,10 +60,23 @@ pub struct Traffic<'sample> {
 }
 
 /// Reads the newest traffic on a fleet's edges.
+///
+/// ```no_run
+/// use regatta_plugin::{FleetName, Participant, Result, TrafficReader};
+///
+/// # fn main() -> Result {
+/// let participant = Participant::join(&FleetName::default(), "reader")?;
+/// let mut reader = TrafficReader::open_on(&participant)?;
+/// if let Some(traffic) = reader.latest()? {
+///     let [minute, ..] = traffic.periods;
+///     println!("{} robots an hour entered the first edge", minute[0].entered_per_hour);
+/// }
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct TrafficReader {
     traffic: Newest<EdgeTraffic, TrafficHeader>,
-    service: services::Traffic,
 }
 
 impl TrafficReader {
@@ -86,8 +85,7 @@ impl TrafficReader {
     /// # Errors
     /// As [`Subscriber::open`](crate::Subscriber::open).
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        let service = services::traffic(participant.node(), participant.fleet())?;
-        Ok(Self { traffic: Newest::open(&service, "traffic", 1)?, service })
+        Ok(Self { traffic: Newest::open(&services::TRAFFIC, participant)? })
     }
 
     /// Returns the newest figures, if there are some that this hasn't returned yet.
@@ -115,7 +113,7 @@ impl TrafficReader {
     /// Whether a process publishes it. One that was killed counts until another process joins the
     /// fleet.
     pub fn has_publisher(&self) -> bool {
-        self.service.dynamic_config().number_of_publishers() > 0
+        self.traffic.has_publisher()
     }
 }
 
@@ -131,7 +129,7 @@ mod tests {
         let participant = Participant::join(&name, "test").expect("joined");
         let mut publisher = TrafficPublisher::open_on(&participant).expect("a publisher");
         let second = TrafficPublisher::open_on(&participant).expect_err("one at a time");
-        assert!(matches!(second, OpenError::TrafficTaken { .. }), "{second}");
+        assert!(matches!(second, OpenError::Taken { .. }), "{second}");
         let mut reader = TrafficReader::open_on(&participant).expect("a reader");
         assert!(reader.latest().expect("readable").is_none() && reader.has_publisher());
         let figures: Vec<_> =

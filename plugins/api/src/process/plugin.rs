@@ -58,7 +58,7 @@ pub trait Plugin {
     }
 
     /// Called with the newest frame, at the plugin's [rate](Self::rate). Frames in between are
-    /// skipped if this takes longer than a tick; [`Frame::missed`] is how many. A frame is
+    /// skipped if this takes longer than a tick; [`Frame::missed`] is their number. A frame is
     /// delivered again, with the same tick, if the clock or the number of robots has changed
     /// between two ticks (not in lockstep, where each tick comes once).
     ///
@@ -68,7 +68,7 @@ pub trait Plugin {
 
     /// Called about ten times a second while no new frame comes: to give a column to readers that
     /// have joined since ([`ColumnPublisher::update`](crate::ColumnPublisher::update)), for
-    /// example, or to read what other plugins publish after the last frame. `has_producer` is
+    /// example, or to read samples that other plugins publish after the last frame. `has_producer` is
     /// whether the fleet has a producer that could publish the next one.
     ///
     /// # Errors
@@ -79,8 +79,8 @@ pub trait Plugin {
     }
 
     /// Called with the events of each tick, if the plugin [wants](Self::wants_events) them: before
-    /// the frame of that tick, and as soon as they arrive, whatever the plugin's rate of frames is.
-    /// [`Events::missed`](crate::Events) is how many ticks with events were lost;
+    /// the frame of that tick, and as soon as they arrive, independent of the plugin's rate of frames.
+    /// [`Events::missed`](crate::Events) is the number of ticks with events that were lost;
     /// [`run`](crate::run) reports them on stderr, too.
     ///
     /// # Errors
@@ -111,7 +111,7 @@ pub trait Plugin {
         Ok(())
     }
 
-    /// How often to call [`on_frame`](Self::on_frame), unless `--rate` says otherwise.
+    /// The rate at which [`on_frame`](Self::on_frame) is called, unless `--rate` gives another.
     fn rate(&self) -> Rate {
         Rate::EveryFrame
     }

@@ -5,9 +5,8 @@ use std::time::{Duration, Instant};
 use super::clock::Clock;
 use super::figures::Figures;
 use super::overload::Overload;
-use super::pending::Pending;
 use super::speed::Speed;
-use super::{LockstepOptions, Producer};
+use super::{LockstepOptions, Producer, RefusalReason};
 use crate::ports::error::{PublishError, ReadError};
 use crate::ports::lockstep::LockstepError;
 use crate::ports::producer::{FrameLoan, ProducerPorts};
@@ -28,7 +27,32 @@ pub struct Moment {
     pub sim_nanos: u64,
 }
 
-/// Runs a [`Producer`], and gives it its ports and its time.
+/// A control request that was carried out or refused, and waits for its answer.
+#[derive(Debug)]
+pub(super) struct Pending {
+    /// The ticket by which to answer it.
+    pub(super) ticket: u64,
+    /// The number of steps in all after which it is answered.
+    pub(super) due: u64,
+    /// The reason if it is refused.
+    pub(super) refusal: Option<RefusalReason>,
+}
+
+/// Runs a [`Producer`], and gives it its ports and its time. [`produce`](crate::produce) makes one
+/// from a command line; a larger program makes its own:
+///
+/// ```no_run
+/// use std::time::Duration;
+///
+/// use regatta_plugin::producer::{LockstepOptions, Producer, Session, Speed};
+/// use regatta_plugin::{Error, FleetName, ProducerPorts, Result, Termination};
+///
+/// fn serve(producer: &mut impl Producer<Error = Error>) -> Result {
+///     let ports = ProducerPorts::create(&FleetName::default(), 100)?;
+///     let (tick, lockstep) = (Duration::from_millis(20), LockstepOptions::default());
+///     Session::new(ports, tick, Speed::default(), lockstep).run(producer, &Termination::watch()?)
+/// }
+/// ```
 #[derive(Debug)]
 pub struct Session {
     ports: ProducerPorts,
@@ -53,7 +77,7 @@ pub struct Session {
     refused: Vec<EventRecord>,
     /// Whether the first frame has been published.
     has_begun: bool,
-    /// Since when shared memory has been full.
+    /// The time since when shared memory has been full.
     full_since: Option<Instant>,
     frames_left_out: u64,
 }
@@ -102,7 +126,7 @@ impl Session {
     ) -> Result<(), P::Error> {
         producer.start(self)?;
         self.has_begun = true;
-        // The first frame too: or else it would depend on who is faster whether a reader sees it.
+        // The first frame too: else the speed of processes would decide whether a reader sees it.
         self.wait_for_lockstep()?;
         self.started = Instant::now();
         let first = producer.next_moment(self)?.unwrap_or(self.now);
@@ -328,8 +352,8 @@ impl Session {
         self.frames_left_out
     }
 
-    /// Publishes a loaned frame and wakes the readers. Whatever belongs to its tick was published
-    /// before.
+    /// Publishes a loaned frame and wakes the readers. Everything that belongs to its tick must have
+    /// been published before.
     ///
     /// # Errors
     /// As [`FrameLoan::send`].

@@ -31,12 +31,4 @@ pub struct ClosedEdge {
     pub edge: u32,
 }
 
-impl Sequenced for ClosureHeader {
-    fn run_id(&self) -> u64 {
-        self.run_id
-    }
-
-    fn sequence(&self) -> u64 {
-        self.sequence
-    }
-}
+super::sequence::sequenced!(ClosureHeader: sequence);

@@ -98,57 +98,30 @@ pub struct ContactEventHeader {
     pub sequence: u64,
 }
 
-/// How close two robots are to a collision: the values of the column `collision`, where 0 is clear.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[repr(u32)]
-pub enum ContactLevel {
-    /// They are within the safety margin, or will touch within the horizon if both continue as they
-    /// do.
-    Possible = 1,
-    /// Their footprints overlap.
-    Touching = 2,
-}
-
-/// The change that a [`ContactEvent`] reports.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[repr(u32)]
-pub enum ContactChange {
-    /// The pair reached the level.
-    Began = 1,
-    /// The pair left the level.
-    Ended = 2,
-}
-
-impl ContactLevel {
-    /// Returns the level with a number, if there is one.
-    pub fn from_number(number: u32) -> Option<Self> {
-        [Self::Possible, Self::Touching].into_iter().find(|level| *level as u32 == number)
+numbered! {
+    /// The distance of two robots from a collision: the values of the column
+    /// [`COLLISION`](super::column::COLLISION), where 0 is
+    /// clear.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub enum ContactLevel: u32 {
+        /// They are within the safety margin, or will touch within the horizon if both continue as they
+        /// do.
+        Possible = 1,
+        /// Their footprints overlap.
+        Touching = 2,
     }
 }
 
-impl ContactChange {
-    /// Returns the change with a number, if there is one.
-    pub fn from_number(number: u32) -> Option<Self> {
-        [Self::Began, Self::Ended].into_iter().find(|change| *change as u32 == number)
+numbered! {
+    /// The change that a [`ContactEvent`] reports.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+    pub enum ContactChange: u32 {
+        /// The pair reached the level.
+        Began = 1,
+        /// The pair left the level.
+        Ended = 2,
     }
 }
 
-impl Sequenced for ContactHeader {
-    fn run_id(&self) -> u64 {
-        self.run_id
-    }
-
-    fn sequence(&self) -> u64 {
-        self.sequence
-    }
-}
-
-impl Sequenced for ContactEventHeader {
-    fn run_id(&self) -> u64 {
-        self.run_id
-    }
-
-    fn sequence(&self) -> u64 {
-        self.sequence
-    }
-}
+super::sequence::sequenced!(ContactHeader: sequence);
+super::sequence::sequenced!(ContactEventHeader: sequence);

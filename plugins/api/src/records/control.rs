@@ -20,26 +20,27 @@ pub struct ControlRequest {
     pub speed: f32,
 }
 
-/// Kinds of [`ControlRequest`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
-pub enum ControlKind {
-    /// Answer, and do nothing else.
-    Status = 0,
-    /// Stop ticking.
-    Pause = 1,
-    /// Tick again.
-    Resume = 2,
-    /// Pause and advance by `count` ticks; the answer comes when they are done. A pause, a resume
-    /// or a seek in between ends the steps, and their request is then refused.
-    Step = 3,
-    /// Change the requested speed.
-    Speed = 4,
-    /// Change the number of robots: new ones are spawned as the scenario defines, surplus ones
-    /// removed (highest ids first).
-    Robots = 5,
-    /// Go to a simulated time. Replays can.
-    Seek = 6,
+numbered! {
+    /// Kinds of [`ControlRequest`].
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum ControlKind: u32 {
+        /// Answer, and do nothing else.
+        Status = 0,
+        /// Stop ticking.
+        Pause = 1,
+        /// Tick again.
+        Resume = 2,
+        /// Pause and advance by `count` ticks; the answer comes when they are done. A pause, a resume
+        /// or a seek in between ends the steps, and their request is then refused.
+        Step = 3,
+        /// Change the requested speed.
+        Speed = 4,
+        /// Change the number of robots: new ones are spawned as the scenario defines, surplus ones
+        /// removed (highest ids first).
+        Robots = 5,
+        /// Go to a simulated time. Replays can.
+        Seek = 6,
+    }
 }
 
 /// The answer: whether the request was carried out, and the status after it.
@@ -89,10 +90,7 @@ impl ControlRequest {
 
     /// The kind of the request; `None` if this contract doesn't know it.
     pub fn kind(&self) -> Option<ControlKind> {
-        use ControlKind::{Pause, Resume, Robots, Seek, Speed, Status, Step};
-        [Status, Pause, Resume, Step, Speed, Robots, Seek]
-            .into_iter()
-            .find(|kind| *kind as u32 == self.kind)
+        ControlKind::from_number(self.kind)
     }
 }
 

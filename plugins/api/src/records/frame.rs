@@ -70,8 +70,8 @@ pub struct FrameHeader {
     /// Nonzero if an earlier frame of the run has the same tick.
     pub repeated: u32,
     /// Counts the jumps of the producer's clock in its run: a replay that is sent to another time
-    /// jumps. Between two frames with different counts no simulated time has passed, whatever their
-    /// times are.
+    /// jumps. Between two frames with different counts no simulated time has passed, even if their
+    /// times differ.
     pub jumps: u64,
 }
 
@@ -198,29 +198,19 @@ impl<'frame> Columns<'frame> {
             return None;
         }
         let stride = stride_lines(robots);
-        let column = |i: usize| &lines[i * stride..(i + 1) * stride];
-        let metres = |i: usize| -> &'frame [f32] { &bytemuck::cast_slice(column(i))[..robots] };
         Some(Self {
-            x: metres(0),
-            y: metres(1),
-            theta: metres(2),
-            speed: metres(3),
-            s: metres(4),
-            edge: &bytemuck::cast_slice(column(5))[..robots],
+            x: &bytemuck::cast_slice(lines)[..robots],
+            y: &bytemuck::cast_slice(&lines[stride..])[..robots],
+            theta: &bytemuck::cast_slice(&lines[2 * stride..])[..robots],
+            speed: &bytemuck::cast_slice(&lines[3 * stride..])[..robots],
+            s: &bytemuck::cast_slice(&lines[4 * stride..])[..robots],
+            edge: &bytemuck::cast_slice(&lines[5 * stride..])[..robots],
             state: &bytemuck::cast_slice(&lines[6 * stride..])[..robots],
         })
     }
 }
 
-impl Sequenced for FrameHeader {
-    fn run_id(&self) -> u64 {
-        self.run_id
-    }
-
-    fn sequence(&self) -> u64 {
-        self.sequence
-    }
-}
+super::sequence::sequenced!(FrameHeader: sequence);
 
 impl RobotState {
     /// The name, for people.
@@ -242,8 +232,8 @@ impl RobotState {
     /// are below it.
     pub const COUNT: usize = 8;
 
-    /// Whether the robot may not drive, whatever its route: it is held, stalled or broken, and
-    /// stands or brakes to a stop.
+    /// Whether the robot may not drive along its route: it is held, stalled or broken, and stands or
+    /// brakes to a stop.
     pub const fn is_stopped(self) -> bool {
         matches!(self, Self::Held | Self::Stalled | Self::Broken)
     }

@@ -13,7 +13,7 @@ use super::sequence::Sequenced;
 pub const FLEET_STATES: usize = 8;
 /// The most edges of a [`HotSpot`].
 pub const SPOT_EDGES: usize = 4;
-/// The value of [`FleetSample::touching`] if nobody checks for contacts.
+/// The value of [`FleetSample::touching`] if no process checks for contacts.
 const UNKNOWN: u32 = u32::MAX;
 
 /// The iceoryx2 user header of `regatta/F/history`, with a payload of [`FleetSample`]s, and of
@@ -28,7 +28,7 @@ pub struct HistoryHeader {
     pub tick: u64,
     /// Its simulated time, in nanoseconds.
     pub sim_time_nanos: u64,
-    /// The simulated time of the first frame that is counted, in nanoseconds: what was before isn't
+    /// The simulated time of the first frame that is counted, in nanoseconds; the time before isn't
     /// known.
     pub began_nanos: u64,
     /// Counts the samples of the run, from 1. The publisher fills it in.
@@ -70,13 +70,13 @@ impl FleetSample {
         Self { secs: frame.sim_time().as_secs_f64(), states, mean_speed, ..Self::default() }
     }
 
-    /// Adds the pairs that touch; `None` if nobody checks.
+    /// Adds the pairs that touch; `None` if no process checks.
     #[must_use]
     pub fn with_touching(self, pairs: Option<u32>) -> Self {
         Self { touching: pairs.unwrap_or(UNKNOWN), ..self }
     }
 
-    /// Pairs of robots that touch; `None` if nobody checks.
+    /// Pairs of robots that touch; `None` if no process checks.
     pub fn touching(&self) -> Option<u32> {
         (self.touching != UNKNOWN).then_some(self.touching)
     }
@@ -101,18 +101,19 @@ impl Default for FleetSample {
     }
 }
 
-/// Whether a [`HotSpot`] gets worse.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
-pub enum Trend {
-    /// It costs more time than it used to.
-    Growing = 1,
-    /// It costs about as much as before.
-    Steady = 2,
-    /// It costs less.
-    Easing = 3,
-    /// Nobody loses time there any more.
-    Over = 4,
+numbered! {
+    /// The development of a [`HotSpot`].
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Trend: u32 {
+        /// It costs more time than it used to.
+        Growing = 1,
+        /// It costs about as much as before.
+        Steady = 2,
+        /// It costs less.
+        Easing = 3,
+        /// No robot loses time there any more.
+        Over = 4,
+    }
 }
 
 impl Trend {
@@ -168,19 +169,10 @@ impl HotSpot {
         self.edges.into_iter().filter(|edge| *edge != NO_EDGE)
     }
 
-    /// Whether it gets worse. A number that this version doesn't know is [`Steady`](Trend::Steady).
+    /// Its development. A number that this version doesn't know is [`Steady`](Trend::Steady).
     pub fn trend(&self) -> Trend {
-        let all = [Trend::Growing, Trend::Easing, Trend::Over];
-        all.into_iter().find(|trend| *trend as u32 == self.trend).unwrap_or(Trend::Steady)
+        Trend::from_number(self.trend).unwrap_or(Trend::Steady)
     }
 }
 
-impl Sequenced for HistoryHeader {
-    fn run_id(&self) -> u64 {
-        self.run_id
-    }
-
-    fn sequence(&self) -> u64 {
-        self.sequence
-    }
-}
+super::sequence::sequenced!(HistoryHeader: sequence);

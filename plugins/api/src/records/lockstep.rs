@@ -17,7 +17,6 @@ pub struct Done {
 }
 
 impl Done {
-    /// Stands for all ticks to come: the reader has ended as it was asked to, and isn't to be
-    /// waited for.
+    /// All ticks from now on: the reader has ended on request, and the producer doesn't wait for it.
     pub const LEFT: u64 = u64::MAX;
 }

@@ -19,12 +19,4 @@ pub struct OrderLogHeader {
     pub sequence: u64,
 }
 
-impl Sequenced for OrderLogHeader {
-    fn run_id(&self) -> u64 {
-        self.run_id
-    }
-
-    fn sequence(&self) -> u64 {
-        self.sequence
-    }
-}
+super::sequence::sequenced!(OrderLogHeader: sequence);

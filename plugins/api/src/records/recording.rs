@@ -1,6 +1,5 @@
-//! What a replay tells about its recording: its name, its time, and where something happened in it.
-//! A replay publishes this on `regatta/F/recording`, so that any reader can show a bar with marks,
-//! whoever started the replay.
+//! The description of a recording: its name, its time, and marks at the times of incidents. A replay
+//! publishes it on `regatta/F/recording`, so that any reader can show a timeline with marks.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
@@ -39,12 +38,12 @@ pub struct RecordingHeader {
     pub note: [u8; 128],
 }
 
-/// Something that happened in a recording.
+/// An incident in a recording.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("regatta_RecordingMark")]
 pub struct RecordingMark {
-    /// When, on the recording's clock, in nanoseconds.
+    /// The time on the recording's clock, in nanoseconds.
     pub time_nanos: u64,
     /// A [`MarkKind`].
     pub kind: u32,
@@ -56,18 +55,19 @@ pub struct RecordingMark {
     pub reserved: u32,
 }
 
-/// Kinds of [`RecordingMark`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-#[repr(u32)]
-pub enum MarkKind {
-    /// Two robots began to touch.
-    Contact = 1,
-    /// A robot can't continue, or is broken.
-    Fault = 2,
-    /// A robot was held and has come to a stop, or stalls.
-    Stop = 3,
-    /// A note that somebody has written.
-    Note = 4,
+numbered! {
+    /// Kinds of [`RecordingMark`].
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+    pub enum MarkKind: u32 {
+        /// Two robots began to touch.
+        Contact = 1,
+        /// A robot can't continue, or is broken.
+        Fault = 2,
+        /// A robot was held and has come to a stop, or stalls.
+        Stop = 3,
+        /// A note of a user.
+        Note = 4,
+    }
 }
 
 impl RecordingHeader {
@@ -106,17 +106,8 @@ impl Default for RecordingHeader {
 impl RecordingMark {
     /// The kind of the mark; `None` if this contract doesn't know it.
     pub fn kind(&self) -> Option<MarkKind> {
-        use MarkKind::{Contact, Fault, Note, Stop};
-        [Contact, Fault, Stop, Note].into_iter().find(|kind| *kind as u32 == self.kind)
+        MarkKind::from_number(self.kind)
     }
 }
 
-impl Sequenced for RecordingHeader {
-    fn run_id(&self) -> u64 {
-        self.run_id
-    }
-
-    fn sequence(&self) -> u64 {
-        self.sequence
-    }
-}
+super::sequence::sequenced!(RecordingHeader: sequence);

@@ -111,7 +111,7 @@ impl RouteResponse {
         response
     }
 
-    /// Turns this into a response where only so many metres of the last released leg are released.
+    /// Turns this into a response with the released metres of the last released leg.
     #[must_use]
     pub fn up_to(self, released_metres: f32) -> Self {
         Self { released_metres, ..self }

@@ -1,4 +1,4 @@
-//! The task log: what became of each transport task, on `regatta/F/tasks`. One sample holds all
+//! The task log: the progress of each transport task, on `regatta/F/tasks`. One sample holds all
 //! records of one tick of the fleet manager that writes it.
 
 use bytemuck::{Pod, Zeroable};
@@ -51,65 +51,47 @@ pub struct TaskRecord {
     pub reserved: u32,
 }
 
-/// Kinds of [`TaskRecord`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[repr(u32)]
-pub enum TaskKind {
-    /// The task exists. One `Stop` for each of its stops follows in the same sample.
-    Created = 1,
-    /// A stop of the task: its node, action and dwell.
-    Stop = 2,
-    /// The task was given to a robot.
-    Assigned = 3,
-    /// The task was taken from its robot before the first pick.
-    Withdrawn = 4,
-    /// The robot stands at a stop, and its dwell begins.
-    Arrived = 5,
-    /// The dwell is over: the load is picked or dropped, for example.
-    Handled = 6,
-    /// All stops were handled.
-    Finished = 7,
-    /// The fleet manager has given the task up.
-    Failed = 8,
-    /// The task was cancelled on request.
-    Cancelled = 9,
+numbered! {
+    /// Kinds of [`TaskRecord`].
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub enum TaskKind: u32 {
+        /// The task exists. One `Stop` for each of its stops follows in the same sample.
+        Created = 1,
+        /// A stop of the task: its node, action and dwell.
+        Stop = 2,
+        /// The task was given to a robot.
+        Assigned = 3,
+        /// The task was taken from its robot before the first pick.
+        Withdrawn = 4,
+        /// The robot stands at a stop, and its dwell begins.
+        Arrived = 5,
+        /// The dwell is over: the load is picked or dropped, for example.
+        Handled = 6,
+        /// All stops were handled.
+        Finished = 7,
+        /// The fleet manager has given the task up.
+        Failed = 8,
+        /// The task was cancelled on request.
+        Cancelled = 9,
+    }
 }
 
-/// What a robot does at a stop of a task.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[repr(u32)]
-pub enum StopAction {
-    /// Nothing but to stand there.
-    #[default]
-    None = 0,
-    /// Pick a load up.
-    Pick = 1,
-    /// Drop the load.
-    Drop = 2,
-    /// Charge.
-    Charge = 3,
-    /// Park.
-    Park = 4,
-}
-
-impl TaskKind {
-    /// All kinds, by number from 1.
-    pub const ALL: [Self; 9] = [
-        Self::Created,
-        Self::Stop,
-        Self::Assigned,
-        Self::Withdrawn,
-        Self::Arrived,
-        Self::Handled,
-        Self::Finished,
-        Self::Failed,
-        Self::Cancelled,
-    ];
-}
-
-impl StopAction {
-    /// All actions, by number.
-    pub const ALL: [Self; 5] = [Self::None, Self::Pick, Self::Drop, Self::Charge, Self::Park];
+numbered! {
+    /// The action of a robot at a stop of a task.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub enum StopAction: u32 {
+        /// Nothing but to stand there.
+        #[default]
+        None = 0,
+        /// Pick a load up.
+        Pick = 1,
+        /// Drop the load.
+        Drop = 2,
+        /// Charge.
+        Charge = 3,
+        /// Park.
+        Park = 4,
+    }
 }
 
 impl TaskRecord {
@@ -144,12 +126,12 @@ impl TaskRecord {
 
     /// The kind; `None` if this contract doesn't know it.
     pub fn kind(&self) -> Option<TaskKind> {
-        TaskKind::ALL.into_iter().find(|kind| *kind as u32 == self.kind)
+        TaskKind::from_number(self.kind)
     }
 
     /// The action. An unknown number counts as nothing.
     pub fn action(&self) -> StopAction {
-        StopAction::ALL.into_iter().find(|action| *action as u32 == self.action).unwrap_or_default()
+        StopAction::from_number(self.action).unwrap_or_default()
     }
 }
 
@@ -160,15 +142,7 @@ impl Default for TaskRecord {
     }
 }
 
-impl Sequenced for TaskHeader {
-    fn run_id(&self) -> u64 {
-        self.run_id
-    }
-
-    fn sequence(&self) -> u64 {
-        self.sequence
-    }
-}
+super::sequence::sequenced!(TaskHeader: sequence);
 
 #[cfg(test)]
 mod tests {

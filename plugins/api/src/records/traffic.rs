@@ -1,4 +1,4 @@
-//! Traffic: what happens on each edge, published by a plugin on `regatta/F/traffic`.
+//! Traffic: the figures of each edge, published by a plugin on `regatta/F/traffic`.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
@@ -24,19 +24,19 @@ pub struct TrafficHeader {
     pub world_revision: u64,
     /// Counts the samples of the run, from 1. The publisher fills it in.
     pub sequence: u64,
-    /// How long each period is so far, in simulated seconds: the last minute and the last ten
+    /// The length of each period so far, in simulated seconds: the last minute and the last ten
     /// minutes grow to their lengths first, and end up to a sixth and up to a tenth longer.
     pub period_secs: [f32; TRAFFIC_PERIODS],
     /// The number of edges.
     pub edges: u32,
     /// 1 if a collision checker publishes contacts; if not, contact times are 0.
     pub has_contacts: u32,
-    /// 1 if routes are known; if not, `released` and `planned` are 0. They aren't asked for in
+    /// 1 if routes are known; if not, `released` and `planned` are 0. Readers don't ask for routes in
     /// lockstep, and replays know none.
     pub has_routes: u32,
 }
 
-/// What happened on an edge in a period. Times are simulated.
+/// The figures of an edge in a period. Times are simulated.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[repr(C)]
 #[type_name("regatta_EdgeTraffic")]
@@ -60,12 +60,4 @@ pub struct EdgeTraffic {
     pub planned: f32,
 }
 
-impl Sequenced for TrafficHeader {
-    fn run_id(&self) -> u64 {
-        self.run_id
-    }
-
-    fn sequence(&self) -> u64 {
-        self.sequence
-    }
-}
+super::sequence::sequenced!(TrafficHeader: sequence);

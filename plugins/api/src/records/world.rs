@@ -67,21 +67,22 @@ pub struct NodeRecord {
     pub role: u32,
 }
 
-/// What robots do at a node.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[repr(u32)]
-pub enum NodeRole {
-    /// Nothing in particular.
-    #[default]
-    None = 0,
-    /// Pick a load up.
-    Pick = 1,
-    /// Drop a load.
-    Drop = 2,
-    /// Park.
-    Park = 3,
-    /// Charge.
-    Charge = 4,
+numbered! {
+    /// The purpose of a node.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub enum NodeRole: u32 {
+        /// Nothing in particular.
+        #[default]
+        None = 0,
+        /// Pick a load up.
+        Pick = 1,
+        /// Drop a load.
+        Drop = 2,
+        /// Park.
+        Park = 3,
+        /// Charge.
+        Charge = 4,
+    }
 }
 
 /// An edge of the route graph: one or more cubic Bézier curves, end to end.
@@ -190,16 +191,13 @@ pub enum Shape {
 }
 
 impl NodeRecord {
-    /// What robots do here. An unknown number counts as nothing in particular.
+    /// The purpose of the node. An unknown number counts as nothing in particular.
     pub fn role(&self) -> NodeRole {
-        NodeRole::ALL.into_iter().find(|role| *role as u32 == self.role).unwrap_or_default()
+        NodeRole::from_number(self.role).unwrap_or_default()
     }
 }
 
 impl NodeRole {
-    /// All roles, by number.
-    pub const ALL: [Self; 5] = [Self::None, Self::Pick, Self::Drop, Self::Park, Self::Charge];
-
     /// The name, in lower case.
     pub fn name(self) -> &'static str {
         match self {
@@ -255,8 +253,9 @@ impl Orientation {
 impl CurveRecord {
     /// Returns a straight line between two points, each metres east and north.
     pub fn straight(from: [f32; 2], to: [f32; 2]) -> Self {
-        let at = |part: f32| [0, 1].map(|axis| from[axis] + part * (to[axis] - from[axis]));
-        Self { control_points: [from, at(1.0 / 3.0), at(2.0 / 3.0), to] }
+        let [second, third] = [1.0 / 3.0, 2.0 / 3.0]
+            .map(|part| [0, 1].map(|axis| from[axis] + part * (to[axis] - from[axis])));
+        Self { control_points: [from, second, third, to] }
     }
 }
 
@@ -297,15 +296,7 @@ impl RobotTypeRecord {
     }
 }
 
-impl Sequenced for WorldHeader {
-    fn run_id(&self) -> u64 {
-        self.run_id
-    }
-
-    fn sequence(&self) -> u64 {
-        self.revision
-    }
-}
+super::sequence::sequenced!(WorldHeader: revision);
 
 #[cfg(test)]
 mod tests {

@@ -37,7 +37,7 @@ class ClusterError(Exception):
 
 
 class NoAnswerError(Exception):
-    """What answers at an address isn't a cluster."""
+    """The server at an address isn't a cluster."""
 
 
 class Cluster(Protocol):
@@ -103,7 +103,7 @@ class Dask:
         return self._layouts[path.name]
 
     def close(self) -> None:
-        # A scheduler that doesn't answer any more finds out itself that nobody wants the tasks.
+        # A scheduler that doesn't answer any more notices the end of this client by itself.
         with contextlib.suppress(Exception):
             self._executor.shutdown(wait=False)
             self._client.close(timeout=CLOSE_SECS)
@@ -166,7 +166,7 @@ def connect(address: str, call: Call) -> Cluster:
     what, secs = ("Ray cluster", RAY_SECS) if is_ray else ("Dask scheduler", DASK_SECS)
     try:
         parts = urlsplit(address)
-        # Both libraries would try again and again where nobody listens.
+        # Both libraries would retry for ever if nothing listens at the address.
         socket.create_connection((parts.hostname or "", parts.port or 0), REACH_SECS).close()
         return _within(secs, lambda: Ray(address, call) if is_ray else Dask(address, call))
     except (OSError, ValueError, FutureTimeoutError, NoAnswerError):

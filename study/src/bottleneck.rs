@@ -1,24 +1,23 @@
-//! Bottlenecks: what robots wait for, and what it brings to relieve it.
+//! Bottlenecks: the places that robots wait for, and the effect of relieving them.
 
 use std::collections::BTreeMap;
 
 use regatta_layout::{EdgeChange, NodeIndex, RouteGraph};
 use serde::Serialize;
 
-use super::comparison::Difference;
+use crate::answer::Difference;
 use crate::outcome::EdgeOutcome;
 use crate::plan::Variant;
-use crate::sweep::Known;
 
 /// The number of bottlenecks in an answer.
 const LISTED: usize = 10;
 /// The factor of the speed on edges whose speed is raised.
 const FASTER: f64 = 1.5;
-/// The room beside a robot on a doubled edge, in metres: then robots on both don't touch in their
-/// middles.
+/// The room beside a robot on a doubled edge, in metres, so that robots on both edges don't touch
+/// in their middles.
 const CLEARANCE: f64 = 0.6;
 
-/// A place that robots wait for, wherever they stand: a node.
+/// A node that robots wait for, wherever they stand.
 #[derive(Clone, Debug, Serialize)]
 pub struct Bottleneck {
     /// The node's id.
@@ -27,16 +26,16 @@ pub struct Bottleneck {
     pub name: Option<String>,
     /// Metres east and north.
     pub position: [f64; 2],
-    /// The edges that they, or those before them, are kept out of, by id: those that end at the
-    /// node, the worst first.
+    /// The edges that they, or the robots before them, are kept out of, by id: those that end at
+    /// the node, the worst first.
     pub edges: Vec<u32>,
     /// Robot hours that it costs in an hour.
     pub robots_waiting: f64,
     /// The part of all waiting, from 0 to 1.
     pub share: f64,
-    /// What is changed to relieve it.
+    /// The change that may relieve it.
     pub remedy: Option<Remedy>,
-    /// What that brings, if it was tried.
+    /// The effect of the remedy, if it was tried.
     pub relief: Option<Relief>,
 }
 
@@ -50,21 +49,14 @@ pub enum Remedy {
     Second(u32),
 }
 
-/// What a relief brings.
+/// The effect of a remedy.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Relief {
     /// The difference at the knee.
     pub difference: Difference,
 }
 
-impl Relief {
-    /// Compares runs with and without it.
-    pub fn of(base: &Known, relieved: &Known, robots: u32) -> Option<Self> {
-        Difference::of(base, relieved, robots).map(|difference| Self { difference })
-    }
-}
-
-/// Returns the places that robots wait for the most. `edges` are figures of runs of so many
+/// Returns the places that robots wait for the most. `edges` are the figures of runs of `secs`
 /// simulated seconds.
 pub fn bottlenecks(variant: &Variant, edges: &[EdgeOutcome], secs: u64) -> Vec<Bottleneck> {
     let graph = &variant.graph;
@@ -98,9 +90,9 @@ pub fn bottlenecks(variant: &Variant, edges: &[EdgeOutcome], secs: u64) -> Vec<B
     found
 }
 
-/// Returns what may relieve a node: faster edges, if robots can drive faster than these allow, or
-/// else a second edge beside the one that robots are kept out of the most, or else beside the one
-/// that most robots leave the node by.
+/// Returns a remedy for a node: faster edges, if robots can drive faster than these allow, or else a
+/// second edge beside the one that robots are kept out of the most, or else beside the one by which
+/// most robots leave the node.
 fn remedy(
     variant: &Variant,
     node: NodeIndex,
@@ -108,7 +100,7 @@ fn remedy(
     edges: &[EdgeOutcome],
 ) -> Option<Remedy> {
     let graph: &RouteGraph = &variant.graph;
-    let (max_speed, _) = variant.robot_limits();
+    let max_speed = variant.max_speed();
     let at_node =
         graph.edges().iter().filter(|edge| edge.origin == node || edge.destination == node);
     let slow: Vec<u32> = at_node
@@ -118,30 +110,32 @@ fn remedy(
     if !slow.is_empty() {
         return Some(Remedy::Faster(slow));
     }
-    let can_be_doubled = |edge: &&EdgeOutcome| {
-        graph.edge_by_id(edge.edge).is_some_and(|index| graph.edge(index).path.single().is_some())
-    };
-    if let Some(worst) = kept_out.iter().find(can_be_doubled) {
-        return Some(Remedy::Second(worst.edge));
+    // An edge of several curves can't be doubled.
+    for edge in kept_out {
+        let edge = graph.edge(graph.edge_by_id(edge.edge)?);
+        if edge.path.single().is_some() {
+            return Some(Remedy::Second(edge.id));
+        }
     }
-    let entered = |id: u32| {
-        edges.iter().find(|edge| edge.edge == id).map_or(0.0, |edge| edge.entered_per_hour)
-    };
     let leaving =
         graph.edges().iter().filter(|edge| edge.origin == node && edge.path.single().is_some());
-    let busiest = leaving.max_by(|a, b| entered(a.id).total_cmp(&entered(b.id)))?;
+    let busiest = leaving.max_by(|a, b| entered(edges, a.id).total_cmp(&entered(edges, b.id)))?;
     Some(Remedy::Second(busiest.id))
+}
+
+/// Returns the number of robots that entered an edge, an hour.
+fn entered(edges: &[EdgeOutcome], id: u32) -> f64 {
+    edges.iter().find(|edge| edge.edge == id).map_or(0.0, |edge| edge.entered_per_hour)
 }
 
 impl Bottleneck {
     /// Returns a variant in which it is relieved; `None` if there is no remedy.
     pub fn relieved(&self, variant: &Variant) -> Option<Variant> {
         let mut relieved = variant.clone();
-        let (_, width) = variant.robot_limits();
         let changed = match self.remedy.as_ref()? {
             Remedy::Faster(edges) => relieved.change(edges, EdgeChange::Speed(FASTER)),
             Remedy::Second(edge) => {
-                relieved.change(&[*edge], EdgeChange::Double(width + CLEARANCE))
+                relieved.change(&[*edge], EdgeChange::Double(variant.max_width() + CLEARANCE))
             }
         };
         relieved.name = format!("relief of node {}", self.node);
