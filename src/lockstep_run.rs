@@ -140,7 +140,7 @@ impl LockstepRun {
         format!("{failure}: {line}").into()
     }
 
-    /// What a process wrote on standard output and standard error.
+    /// The text that a process wrote on standard output and standard error.
     pub fn log(&self, name: &str) -> String {
         fs::read_to_string(self.folder().join(format!("{name}.log"))).unwrap_or_default()
     }
