@@ -14,7 +14,7 @@ use crate::failure::{Failure, plugin_failure};
 /// The name of standard input or standard output in place of a file.
 pub const STANDARD_STREAM: &str = "-";
 
-/// Where a command writes.
+/// The destination of a text that a command writes.
 #[derive(Clone, Debug)]
 pub enum Destination {
     /// Standard output, written as `-`.

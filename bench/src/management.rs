@@ -63,7 +63,7 @@ fn parse_duration(text: &str) -> Result<Time, String> {
     if is_possible { Ok(time) } else { Err("give 40 s to 7 days".to_owned()) }
 }
 
-/// What is measured: the arguments with all defaults filled in.
+/// The plan of a report: its arguments, with all defaults filled in.
 struct Plan {
     parts: Vec<Part>,
     seeds: Vec<u64>,
@@ -98,11 +98,11 @@ impl Plan {
     }
 }
 
-/// What came of all runs.
+/// The results of all runs.
 #[derive(Default)]
 struct Results {
     measured: BTreeMap<Setup, Measured>,
-    /// Runs that failed, and why.
+    /// Runs that failed, with the reason.
     failed: Vec<(Setup, String)>,
 }
 
@@ -154,24 +154,6 @@ fn measure(program: &Program, plan: &Plan, site: &Site) -> Result<Results, Failu
 /// Draws the throughput over the number of robots on the left, and the duration of a cycle on the
 /// right.
 fn draw(plan: &Plan, results: &Results) -> Result<String, Failure> {
-    let lines = |select: fn(&Measured) -> f64, conflicts: &[bool]| -> Vec<Series> {
-        let line = |(limited, conflicts): (bool, bool)| {
-            let rows = parts::throughput_rows(plan, limited, conflicts);
-            let rows = rows.iter().filter_map(|row| {
-                Some((f64::from(row[0].robots), tables::mean_of(results, row, select)?))
-            });
-            let (who, how) = (
-                if conflicts { "manager" } else { "bound" },
-                if limited { ", 0.8 m/s²" } else { "" },
-            );
-            Series { name: format!("{who}{how}"), points: rows.collect() }
-        };
-        [false, true]
-            .into_iter()
-            .flat_map(|limited| conflicts.iter().map(move |&bound| (limited, bound)))
-            .map(line)
-            .collect()
-    };
     let (x, scale) = ("robots", Scale::Linear);
     plot::side_by_side(
         &Chart {
@@ -179,16 +161,39 @@ fn draw(plan: &Plan, results: &Results) -> Result<String, Failure> {
             x,
             y: "goals a second",
             scale,
-            series: lines(|run| run.goals_per_sec, &[true, false]),
+            series: lines(plan, results, &[true, false], |run| run.goals_per_sec),
         },
         &Chart {
             caption: "A cycle of the manager",
             x,
             y: "milliseconds",
             scale,
-            series: lines(|run| run.mean_cycle_ms, &[true]),
+            series: lines(plan, results, &[true], |run| run.mean_cycle_ms),
         },
     )
+}
+
+/// Returns a figure over the number of robots: lines with and without acceleration limits, each with
+/// and without conflicts, or as `conflicts` says.
+fn lines(
+    plan: &Plan,
+    results: &Results,
+    conflicts: &[bool],
+    select: fn(&Measured) -> f64,
+) -> Vec<Series> {
+    let mut lines = Vec::new();
+    for limited in [false, true] {
+        for &conflicts in conflicts {
+            let name = if conflicts { "manager" } else { "bound" };
+            let limit = if limited { ", 0.8 m/s²" } else { "" };
+            let rows = parts::throughput_rows(plan, limited, conflicts);
+            let points = rows.iter().filter_map(|row| {
+                Some((f64::from(row[0].robots), tables::mean_of(results, row, select)?))
+            });
+            lines.push(Series { name: format!("{name}{limit}"), points: points.collect() });
+        }
+    }
+    lines
 }
 
 fn json(plan: &Plan, results: &Results, rate: u32, machine: Value) -> Value {

@@ -193,8 +193,6 @@ fn markdown(figures: &[Figures], environment: &str) -> String {
          |---|---|---|---|---|---|---|---|---|\n"
     );
     for Figures { robots, hz, sender, receiver } in figures {
-        let number = |side: &Value, key: &str| side[key].as_f64().unwrap_or(f64::NAN);
-        let cores = |side: &Value| number(side, "cpu_secs") / number(side, "wall_secs");
         let (sent, received) = (number(sender, "lines"), number(receiver, "lines"));
         let _ = writeln!(
             text,
@@ -212,6 +210,15 @@ fn markdown(figures: &[Figures], environment: &str) -> String {
         );
     }
     text
+}
+
+fn number(side: &Value, key: &str) -> f64 {
+    side[key].as_f64().unwrap_or(f64::NAN)
+}
+
+/// Returns the processor time of a side over its wall time.
+fn cores(side: &Value) -> f64 {
+    number(side, "cpu_secs") / number(side, "wall_secs")
 }
 
 #[cfg(test)]

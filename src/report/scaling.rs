@@ -121,12 +121,17 @@ fn route_times(
     progress: &Progress,
 ) -> Result<Vec<Vec<RouteTime>>, Failure> {
     let folder = folder_with_porto()?;
-    let one = |route, robots| {
-        progress.set_current(format!("driving route {route:?} with {robots} robots"));
-        route_time(program, folder.path(), route, robots, speed).inspect(|_| progress.step("next"))
-    };
-    let all_sizes = |route| FLEET_SIZES.iter().map(|&robots| one(route, robots)).collect();
-    DURATIONS.iter().map(|row| all_sizes(row.route)).collect()
+    let mut times = Vec::new();
+    for row in DURATIONS {
+        let mut row_times = Vec::new();
+        for robots in FLEET_SIZES {
+            progress.set_current(format!("driving route {:?} with {robots} robots", row.route));
+            row_times.push(route_time(program, folder.path(), row.route, robots, speed)?);
+            progress.step("next");
+        }
+        times.push(row_times);
+    }
+    Ok(times)
 }
 
 fn route_time(
@@ -168,12 +173,10 @@ fn costs(
     write(&folder.path().join("warehouse.yaml"), &LARGE_WAREHOUSE.generate()?)?;
     let scenario = folder.path().join("load.yaml");
     write(&scenario, "graph: warehouse.yaml\nseed: 1\nrobots: [{count: 1, routes: random}]\n")?;
-    let one = |load: (u32, u32), empty_bytes| {
-        progress.set_current(format!("measuring {} robots at {} Hz", load.0, load.1));
-        cost(program, &scenario, load, args, empty_bytes).inspect(|_| progress.step("next"))
-    };
-    let empty_bytes = one((1, 100), 0)?.bytes_per_robot as u64;
-    loads.iter().map(|&load| one(load, empty_bytes)).collect()
+    let empty_bytes = cost(program, &scenario, (1, 100), args, 0, progress)?.bytes_per_robot as u64;
+    let costs =
+        loads.iter().map(|&load| cost(program, &scenario, load, args, empty_bytes, progress));
+    costs.collect()
 }
 
 /// Measures one fleet; `empty_bytes` is the resident memory of an engine with a single robot.
@@ -183,7 +186,9 @@ fn cost(
     (robots, rate_hz): (u32, u32),
     args: &ScalingArgs,
     empty_bytes: u64,
+    progress: &Progress,
 ) -> Result<Cost, Failure> {
+    progress.set_current(format!("measuring {robots} robots at {rate_hz} Hz"));
     let options = [
         ("robots", robots.to_string()),
         ("rate", rate_hz.to_string()),
@@ -197,6 +202,7 @@ fn cost(
     let mut ages = read_for(&mut experiment, Duration::from_secs(args.secs))?;
     let after = experiment.status()?;
     experiment.finish()?;
+    progress.step("next");
     ages.sort_by(f64::total_cmp);
     let percentile =
         |part: f64| ages.get((ages.len() as f64 * part) as usize).copied().unwrap_or(f64::NAN);

@@ -13,7 +13,7 @@ use super::processes::Run;
 
 /// The warehouse of the largest fleet: 122,158 edges.
 const LARGE_WAREHOUSE: Warehouse = Warehouse { aisles: 144, rows: 64, bays: 4 };
-/// How often a robot that stalls does so, and for how long on average.
+/// The stalls of a robot that stalls at random: how many an hour, and their mean duration.
 pub const STALLS_PER_HOUR: u32 = 60;
 pub const STALL_SECS: u32 = 10;
 /// The acceleration limit of robots that have one.
@@ -21,7 +21,7 @@ pub const MAX_ACCELERATION: f32 = 0.8;
 /// Finished stops before this time don't count.
 const WARM_UP_SECS: u64 = 300;
 
-/// Where robots drive.
+/// The layout on which robots drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Place {
     /// On the layout of the report.
@@ -30,7 +30,7 @@ pub enum Place {
     Large,
 }
 
-/// What is measured.
+/// The setup of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Setup {
     pub place: Place,
@@ -101,7 +101,7 @@ pub struct Measured {
     pub goals_per_sec: f64,
     /// The longest time that a robot has gone without finishing an order, in simulated seconds.
     pub longest_without_finish_secs: f64,
-    /// How long the manager took to work the roads out, in milliseconds.
+    /// The time that the manager took to work the roads out, in milliseconds.
     pub start_ms: f64,
     pub mean_cycle_ms: f64,
     pub longest_cycle_ms: f64,

@@ -14,7 +14,7 @@ pub enum Part {
     Stalls,
     /// Robots that break down
     Breakdowns,
-    /// How fast a run is
+    /// The speed of a run
     Hour,
     /// Ten thousand robots
     Large,
@@ -87,21 +87,22 @@ pub fn stall_rows(plan: &Plan) -> Vec<Row> {
     let mut rows = Vec::new();
     for robots in Part::Stalls.robots(plan) {
         for limited in [false, true] {
-            let stalling = |stalling_percent| {
-                row(plan, Setup { limited, stalling_percent, ..setup(plan, robots) })
-            };
-            rows.extend(STALLING_PERCENT.map(stalling));
+            for stalling_percent in STALLING_PERCENT {
+                rows.push(row(plan, Setup { limited, stalling_percent, ..setup(plan, robots) }));
+            }
         }
     }
     rows
 }
 
 pub fn breakdown_rows(plan: &Plan) -> Vec<Row> {
-    let robots = Part::Breakdowns.robots(plan).into_iter();
-    let broken = |robots: u32| {
-        BROKEN.map(|broken| row(plan, Setup { broken: broken.min(robots), ..setup(plan, robots) }))
-    };
-    robots.flat_map(broken).collect()
+    let mut rows = Vec::new();
+    for robots in Part::Breakdowns.robots(plan) {
+        for broken in BROKEN {
+            rows.push(row(plan, Setup { broken: broken.min(robots), ..setup(plan, robots) }));
+        }
+    }
+    rows
 }
 
 pub fn hour_rows(plan: &Plan) -> Vec<Row> {
@@ -110,6 +111,8 @@ pub fn hour_rows(plan: &Plan) -> Vec<Row> {
 
 pub fn large_rows(plan: &Plan) -> Vec<Row> {
     let secs = plan.secs.min(if plan.quick { LARGE_SECS / 10 } else { LARGE_SECS });
-    let large = |robots| row(plan, Setup { place: Place::Large, secs, ..Setup::of(robots) });
-    Part::Large.robots(plan).into_iter().map(large).collect()
+    let robots = Part::Large.robots(plan).into_iter();
+    robots
+        .map(|robots| row(plan, Setup { place: Place::Large, secs, ..Setup::of(robots) }))
+        .collect()
 }

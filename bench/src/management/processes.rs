@@ -136,7 +136,8 @@ impl<'a> Run<'a> {
             wall_secs(&self.run.log(ENGINE), self.ticks()).ok_or("the engine ended early")?;
         let findings =
             validator.map(|figures| findings(figures).collect::<Vec<_>>()).unwrap_or_default();
-        let is_contact = |(kind, _): &(String, u64)| kind == "contact";
+        let (contacts, other_findings): (Vec<_>, Vec<_>) =
+            findings.into_iter().partition(|(kind, _)| kind == "contact");
         Ok(Measured {
             goals_per_sec: goals_per_sec(run, self.setup),
             longest_without_finish_secs: number("longest_without_finish_secs")?,
@@ -145,12 +146,8 @@ impl<'a> Run<'a> {
             longest_cycle_ms: number("longest_cycle_ms")?,
             manager_cores: secs.map(|secs| secs / simulated_secs),
             real_time_factor: simulated_secs / wall_secs,
-            contacts: findings
-                .iter()
-                .filter(|finding| is_contact(finding))
-                .map(|(_, count)| count)
-                .sum(),
-            other_findings: findings.into_iter().filter(|finding| !is_contact(finding)).collect(),
+            contacts: contacts.iter().map(|(_, count)| count).sum(),
+            other_findings,
         })
     }
 }

@@ -13,7 +13,7 @@ use serde::Deserialize;
 use serde_json::Number;
 
 use super::scenario::{Load, RobotGroup, Routes, RunScenario, Setup};
-use super::{PlanError, Setting};
+use super::PlanError;
 use crate::job::{Job, Manager};
 
 /// The name of Regatta's manager as a value of [`Setting::Manager`](super::Setting::Manager).
