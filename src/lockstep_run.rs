@@ -11,7 +11,7 @@ use serde_json::Value;
 
 use crate::failure::Failure;
 use crate::program::Program;
-use crate::supervisor::{EndedChild, Supervisor};
+use crate::supervisor::Supervisor;
 
 /// The name of the engine's process.
 pub const ENGINE: &str = "engine";
