@@ -16,5 +16,6 @@ pub mod bezier;
 pub mod graph;
 mod ln;
 pub mod random;
+pub mod yaml;
 
 pub use ln::ln;
