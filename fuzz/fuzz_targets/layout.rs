@@ -3,7 +3,6 @@
 
 use regatta_engine::arc_length;
 use regatta_layout::{Format, Millimetres, ReadOptions, parse, write};
-use regatta_motion::Tracks;
 
 /// Reads a text as a layout of a format.
 pub fn read(text: &str, format: Format) {

@@ -8,7 +8,6 @@
 use libfuzzer_sys::fuzz_target;
 use regatta_engine::arc_length;
 use regatta_layout::{NodeIndex, ReadOptions, parse};
-use regatta_motion::Tracks;
 
 fuzz_target!(|text: &str| {
     let Ok((graph, _)) = parse(text, "fuzzed.yaml", &ReadOptions::default()) else { return };

@@ -16,5 +16,6 @@ pub mod bezier;
 pub mod graph;
 pub mod logarithm;
 pub mod random;
+pub mod yaml;
 
 pub use logarithm::ln;

@@ -7,10 +7,10 @@ use std::fmt::{self, Write};
 use glam::DVec2;
 use regatta_base::bezier::CubicBezier;
 
+use crate::model::angle::unit;
 use crate::model::info::BoundingBox;
 use crate::model::path::Path;
 use crate::model::route_graph::{Edge, Node, RouteGraph};
-use crate::model::spline::unit;
 use crate::model::tags::{Role, Station};
 
 /// The longer side of the map in pixels, margins included.

@@ -1,5 +1,6 @@
 //! The model of a layout: a route graph, before and after its validation.
 
+pub mod angle;
 pub mod change;
 pub mod components;
 pub mod finding;

@@ -7,7 +7,7 @@
 //!
 //! let layout = "
 //! Edges:
-//! - {Id: 1, From: 1, To: 2, VelocityForward: 1.5}
+//! - {Id: 1, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: 1.5}
 //! Vertices:
 //! - {Id: 1, X: 0.0, Y: 0.0, Theta: 0.0}
 //! - {Id: 2, X: 4.0, Y: 0.0, Theta: 0.0}

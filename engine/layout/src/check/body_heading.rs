@@ -1,10 +1,10 @@
 //! The key `ThetaHolonomic`: the heading of a robot's body at a node, where `Theta` is that of the
 //! curve.
 
+use crate::model::angle::normalize_angle;
 use crate::model::finding::Report;
 use crate::model::raw::RawGraph;
 use crate::model::route_graph::Edge;
-use crate::model::spline::normalize_angle;
 use crate::model::tags::Orientation;
 use crate::model::value::plural;
 

@@ -122,7 +122,7 @@ impl Sides<'_> {
     fn node_changes(&self, a: &Node, b: &Node) -> Vec<String> {
         let distance =
             (a.position + self.first.origin()).distance(b.position + self.second.origin());
-        let turn = crate::model::spline::normalize_angle(b.theta - a.theta).abs();
+        let turn = crate::model::angle::normalize_angle(b.theta - a.theta).abs();
         let mut changes = Vec::new();
         if distance > TOLERANCE {
             changes.push(format!("moved by {distance:.3} m"));

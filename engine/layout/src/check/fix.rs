@@ -7,8 +7,8 @@ use glam::DVec2;
 use regatta_base::bezier::CubicBezier;
 
 use super::validate::{MAX_GAP, SUSPICIOUS_ANGLE};
+use crate::model::angle::normalize_angle;
 use crate::model::raw::{RawCurve, RawEdge, RawGraph, RawNode};
-use crate::model::spline::normalize_angle;
 use crate::model::tags::{Orientation, Tags};
 use crate::model::value::shorten;
 

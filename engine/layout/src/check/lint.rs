@@ -5,11 +5,12 @@ use std::f64::consts::PI;
 
 use regatta_base::graph::{EdgeIndex, Gear, Leg, NodeIndex, SMOOTH_TURN};
 
+use crate::model::angle::normalize_angle;
 use crate::model::components::Components;
 use crate::model::finding::{Report, Subject};
 use crate::model::raw::{RawCurve, RawGraph};
 use crate::model::route_graph::{Edge, RouteGraph};
-use crate::model::spline::{HandleLengths, Handles, normalize_angle, spline};
+use crate::model::spline::{HandleLengths, Handles, spline};
 use crate::model::tags::Orientation;
 use crate::model::value::{plural, shorten};
 

@@ -8,11 +8,12 @@ use regatta_base::bezier::CubicBezier;
 use regatta_base::graph::NodeIndex;
 
 use super::body_heading;
+use crate::model::angle::normalize_angle;
 use crate::model::finding::{Report, Subject};
 use crate::model::path::Path;
 use crate::model::raw::{RawCurve, RawEdge, RawGraph, RawNode, RawStation};
 use crate::model::route_graph::{Edge, Node, RouteGraph};
-use crate::model::spline::{HandleLengths, Handles, normalize_angle, spline};
+use crate::model::spline::{HandleLengths, Handles, spline};
 use crate::model::tags::{Orientation, Station};
 use crate::model::value::{plural, shorten};
 

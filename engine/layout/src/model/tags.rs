@@ -102,7 +102,7 @@ impl Orientation {
     pub fn heading(self, tangent: f64) -> f64 {
         match self {
             Self::Tangential => tangent,
-            Self::Offset(offset) => super::spline::normalize_angle(tangent + offset),
+            Self::Offset(offset) => super::angle::normalize_angle(tangent + offset),
             Self::Fixed(heading) => heading,
         }
     }

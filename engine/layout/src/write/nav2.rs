@@ -127,7 +127,7 @@ fn reverse(graph: &RouteGraph, edge: &Edge, speed: f64, id: u32) -> Feature {
     let orientation = match edge.orientation {
         Orientation::Tangential => Orientation::Offset(PI),
         Orientation::Offset(offset) => {
-            Orientation::Offset(crate::model::spline::normalize_angle(offset + PI))
+            Orientation::Offset(crate::model::angle::normalize_angle(offset + PI))
         }
         fixed @ Orientation::Fixed(_) => fixed,
     };

@@ -9,9 +9,9 @@ use serde_json::{Value, json};
 
 use super::properties::{Kind, Properties};
 use super::{Object, Writer, for_each_type, level, point};
+use crate::model::angle::normalize_angle;
 use crate::model::path::Path;
 use crate::model::route_graph::Edge;
-use crate::model::spline::normalize_angle;
 use crate::model::tags::Orientation;
 
 /// The distance in metres within which control points are those of a straight segment.
