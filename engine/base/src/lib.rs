@@ -2,5 +2,7 @@
 //! contract. The motion kernel and the validator keep implementations of their own on purpose: the
 //! kernel for its bits, the validator for its independence.
 
-pub mod logarithm;
+mod ln;
 pub mod random;
+
+pub use ln::ln;

@@ -5,7 +5,7 @@
 /// operations only.
 ///
 /// ```
-/// use regatta_base::logarithm::ln;
+/// use regatta_base::ln;
 ///
 /// assert_eq!(ln(1.0), 0.0);
 /// assert!((ln(10.0) - 2.302585092994046).abs() < 1e-15);
