@@ -14,8 +14,8 @@
 
 pub mod bezier;
 pub mod graph;
-pub mod logarithm;
+mod ln;
 pub mod random;
 pub mod yaml;
 
-pub use logarithm::ln;
+pub use ln::ln;

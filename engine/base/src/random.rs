@@ -1,7 +1,7 @@
-//! Random numbers by counter: a number depends on the seed and on the number of the draw, and on
-//! nothing that was drawn before.
+//! Random numbers by counter: a value depends on a seed and on the purpose of the draw, and on
+//! nothing that was drawn before, so that the order of draws and threads has no influence.
 
-use crate::logarithm::ln;
+use crate::ln;
 
 /// The random numbers of a seed.
 ///
@@ -44,8 +44,8 @@ impl Random {
     }
 }
 
-/// Returns random bits for any number: the finaliser of SplitMix64 after one step of its sequence
-/// (Steele, Lea, Flood: Fast splittable pseudorandom number generators, 2014).
+/// Returns random bits for any counter: the finaliser of SplitMix64 (Steele, Lea, Flood: Fast
+/// splittable pseudorandom number generators, 2014), after one step of its sequence.
 ///
 /// ```
 /// use regatta_base::random::mix;
@@ -55,11 +55,11 @@ impl Random {
 /// assert_eq!(bits, mix(seed ^ mix(robot)));
 /// assert_ne!(bits, mix(seed ^ mix(robot + 1)));
 /// ```
-pub const fn mix(value: u64) -> u64 {
-    let value = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let value = (value ^ (value >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let value = (value ^ (value >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    value ^ (value >> 31)
+pub const fn mix(counter: u64) -> u64 {
+    let z = counter.wrapping_add(0x9E37_79B9_7F4A_7C15);
+    let z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    z ^ (z >> 31)
 }
 
 /// Returns a number in [0, 1) made of the upper 53 bits.

@@ -87,8 +87,9 @@ pub struct CsvFile {
 
 impl CsvFile {
     /// Opens a file, or creates it, with the header unless it has it. A row at its end that a crash
-    /// has cut is removed. To be called before the process [watches](regatta_plugin::Termination::watch) for
-    /// signals, or else `SIGHUP` still ends it.
+    /// has cut is removed. To be called before
+    /// [`Termination::watch`](regatta_plugin::Termination::watch), or else `SIGHUP` still ends the
+    /// process.
     ///
     /// # Errors
     /// [`CsvError`] if the file can't be opened, or begins with another line. One that can be

@@ -1,4 +1,4 @@
-//! Transport orders: where they come from, which robot gets them, and what has become of them.
+//! Transport orders: their sources, their assignment to robots, their states and their store.
 //!
 //! | module | |
 //! |---|---|
@@ -6,9 +6,9 @@
 //! | [`places`], [`draft`] | the nodes that orders may name; orders as users write them |
 //! | [`file`](mod@file), [`load`] | files of orders, descriptions of loads |
 //! | [`pool`] | all open orders: the one place where their states change |
-//! | [`assign`] | which robot gets which order |
-//! | [`figures`] | how many, how long |
-//! | [`store`], [`web`], [`client`] | where orders are kept; orders over HTTP, and a client of it |
+//! | [`assign`] | the assignment of orders to robots |
+//! | [`figures`] | counts, durations and rates of orders |
+//! | [`store`], [`web`], [`client`] | the store of orders; orders over HTTP, and a client of it |
 //!
 //! A manager calls the [`OrderPool`] once a tick, like this. All times are in seconds of simulated
 //! time; nodes are indices in the world's nodes.
@@ -23,13 +23,15 @@
 //! orders.add_load(&Load::parse("load: {per_hour: 600, seed: 7}", &places)?);
 //!
 //! let driving_secs = |robot: u32, node: u32| Some(f64::from(robot.abs_diff(node)));
-//! let robots = [Candidate { robot: 0, position: [0.0, 0.0] }, Candidate { robot: 1, position: [3.0, 0.0] }];
+//! let robots = [0, 3].map(|x| Candidate { robot: x / 3, position: [x as f32, 0.0] });
 //! for tick in 0..600 {
 //!     let now = f64::from(tick);
 //!     orders.generate_until(now, robots.len());
-//!     let freed = orders.take_requests(now); // robots whose orders somebody has withdrawn: stop them
+//!     let freed = orders.take_requests(now); // robots whose orders were withdrawn by somebody
 //!     let changes = orders.assign(now, &robots, &driving_secs);
-//!     for robot in changes.withdrawn.iter().map(|(_, robot)| *robot).chain(freed) { /* cancel its route */ }
+//!     for robot in changes.withdrawn.iter().map(|(_, robot)| *robot).chain(freed) {
+//!         // cancel its route
+//!     }
 //!     for (_id, robot) in changes.assigned {
 //!         let stop = orders.current_stop(robot).expect("a stop"); // plan a route to stop.node
 //!     }

@@ -8,8 +8,8 @@ use strum::{EnumString, IntoStaticStr, VariantNames};
 #[serde(transparent)]
 pub struct OrderId(pub u64);
 
-/// The action of a robot at a stop. It is parsed from its name, in any case; clients of openTCS may say
-/// `NOP` and `MOVE` for none, `Load cargo` and `Unload cargo`.
+/// The action of a robot at a stop. It is parsed from its name, in any case. Clients of openTCS may
+/// say `NOP` and `MOVE` for none, `Load cargo` and `Unload cargo`.
 ///
 /// ```
 /// use regatta_orders::Action;
@@ -154,8 +154,8 @@ impl std::fmt::Display for OrderName {
     }
 }
 
-/// The valid content of an order: it has at least one stop, and all its times are finite. It is made
-/// by checking an [`OrderDraft`](crate::OrderDraft).
+/// The valid content of an order: it has at least one stop, and all its times are finite. Checking
+/// an [`OrderDraft`](crate::OrderDraft) makes it.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct NewOrder {

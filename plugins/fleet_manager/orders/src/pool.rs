@@ -14,7 +14,6 @@ use super::requests::{ABSENT, Reply, Request, Update, Vehicle, WithdrawError};
 use super::threads::Threads;
 
 mod assignment;
-mod intended;
 mod requests;
 mod sources;
 

@@ -143,4 +143,44 @@ impl OrderPool {
         self.by_robot.insert(robot, id);
         self.note(id, now_secs, Change::Assigned { robot });
     }
+
+    /// Gives robots the waiting orders that only they may get, the most urgent first. These robots
+    /// are candidates no longer.
+    pub(super) fn assign_intended(
+        &mut self,
+        robots: &mut Vec<Candidate>,
+        now_secs: f64,
+        driving_secs: &dyn Fn(u32, u32) -> Option<f64>,
+    ) -> Assignments {
+        let mut changes = Assignments::default();
+        if self.intended.is_empty() {
+            return changes;
+        }
+        robots.retain(|candidate| {
+            let robot = candidate.robot;
+            let Some(id) = self.next_intended(robot, driving_secs) else { return true };
+            changes.withdrawn.extend(self.withdraw(robot, now_secs).map(|id| (id, robot)));
+            self.give(id, robot, now_secs);
+            changes.assigned.push((id, robot));
+            false
+        });
+        changes
+    }
+
+    /// Returns the waiting order for a robot only that comes next: of the highest priority, then
+    /// the oldest.
+    fn next_intended(
+        &self,
+        robot: u32,
+        driving_secs: &dyn Fn(u32, u32) -> Option<f64>,
+    ) -> Option<OrderId> {
+        let theirs = self.intended.range((robot, OrderId(0))..=(robot, OrderId(u64::MAX)));
+        let waiting = theirs.map(|(_, id)| *id).filter(|id| self.waiting.contains(id));
+        let orders = waiting.filter_map(|id| self.open.get(&id));
+        let possible =
+            orders.filter(|order| driving_secs(robot, order.content.stops[0].node).is_some());
+        possible
+            .max_by_key(|order| (order.content.priority, std::cmp::Reverse(order.id)))
+            .map(|order| order.id)
+    }
 }

@@ -1,7 +1,7 @@
-//! Requests from the web API.
+//! Requests: from the web API, and to send a robot somewhere at once.
 
-use super::{Change, OrderPool, Request, Threads, WithdrawError};
-use crate::order::{OrderName, State};
+use super::{Change, NewOrder, OrderId, OrderPool, Request, Stop, Threads, WithdrawError};
+use crate::order::{Action, OrderName, State};
 
 impl OrderPool {
     /// Takes what has come over the web API since the last call. Returns the robots whose orders
@@ -47,5 +47,41 @@ impl OrderPool {
         let change = Change::Cancelled { robot, reason: "withdrawn".to_owned() };
         self.close(id, State::Cancelled, now_secs, change);
         Ok(robot)
+    }
+
+    /// Sends a robot to a node, in place of what it was sent for before. An order that it hasn't
+    /// begun is taken from it; one that it has begun is finished first. `run_id` is that of the
+    /// world. Returns the new order, and whether the robot is free for it now.
+    pub fn send(&mut self, robot: u32, node: u32, run_id: u64, now_secs: f64) -> (OrderId, bool) {
+        self.recall(robot, now_secs);
+        let name = OrderName::of_request(robot, self.next_id, run_id);
+        let stops = vec![Stop { node, action: Action::None, dwell_secs: 0.0 }];
+        let content = NewOrder {
+            name,
+            stops,
+            priority: u8::MAX,
+            earliest_secs: 0.0,
+            deadline_secs: None,
+            intended_robot: Some(robot),
+        };
+        let id = OrderId(self.next_id);
+        self.create(now_secs, now_secs, content);
+        let is_free = self.order_of(robot).is_none() || self.withdraw(robot, now_secs).is_ok();
+        (id, is_free)
+    }
+
+    /// Takes back what a robot was sent for. Returns whether it was sent anywhere.
+    pub fn recall(&mut self, robot: u32, now_secs: f64) -> bool {
+        let is_sent = |(other, id): &&(u32, OrderId)| {
+            *other == robot
+                && self.open.get(id).is_some_and(|order| order.content.name.is_of_request())
+        };
+        let sent: Vec<OrderId> = self.intended.iter().filter(is_sent).map(|(_, id)| *id).collect();
+        for id in &sent {
+            let holder = self.open.get(id).and_then(|order| order.state.robot());
+            let change = Change::Cancelled { robot: holder, reason: "recalled".to_owned() };
+            self.close(*id, State::Cancelled, now_secs, change);
+        }
+        !sent.is_empty()
     }
 }
