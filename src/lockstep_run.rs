@@ -10,7 +10,7 @@ use regatta_plugin::FleetName;
 use serde_json::Value;
 
 use crate::failure::Failure;
-use crate::supervisor::{EndedChild, Supervisor};
+use crate::supervisor::Supervisor;
 
 /// The name of the engine's process.
 pub const ENGINE: &str = "engine";

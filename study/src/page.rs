@@ -8,7 +8,7 @@ mod heat_map;
 use std::fmt::Write as _;
 
 pub use chart::COLOURS;
-pub use content::content;
+pub use content::{content, title};
 
 /// A part of a page.
 #[derive(Clone, Debug, PartialEq)]
