@@ -1,6 +1,6 @@
-//! `regatta study-observe`: the readers of a study's run in one process. In lockstep each additional
-//! process costs some wake-ups a tick, which with small fleets would cost more than the work of the
-//! readers.
+//! `regatta study-observe`: the readers of a study's run in one process. In lockstep each
+//! additional process costs some wake-ups a tick, which with small fleets would cost more than the
+//! work of the readers.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};

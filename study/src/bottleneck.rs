@@ -90,9 +90,9 @@ pub fn bottlenecks(variant: &Variant, edges: &[EdgeOutcome], secs: u64) -> Vec<B
     found
 }
 
-/// Returns a remedy for a node: faster edges, if robots can drive faster than these allow, or else a
-/// second edge beside the one that robots are kept out of the most, or else beside the one by which
-/// most robots leave the node.
+/// Returns a remedy for a node: faster edges, if robots can drive faster than these allow, or else
+/// a second edge beside the one that robots are kept out of the most, or else beside the one by
+/// which most robots leave the node.
 fn remedy(
     variant: &Variant,
     node: NodeIndex,

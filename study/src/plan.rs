@@ -85,14 +85,6 @@ pub enum PlanError {
         /// The reason.
         error: ScenarioError,
     },
-    /// A file can't be read.
-    #[error("{}: can't read: {reason}; check the path", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// The reason.
-        reason: std::io::Error,
-    },
     /// A setting doesn't fit the scenario, or its value is invalid.
     #[error("{setting}: {message}")]
     Setting {
@@ -102,7 +94,11 @@ pub enum PlanError {
         message: String,
     },
     /// A station isn't connected to the others.
-    #[error("{file}: {station} can't be reached from the other stations, or not be left again: connect it, or `regatta graph check` shows more", file = file.display())]
+    #[error(
+        "{file}: {station} can't be reached from the other stations, or not be left again: \
+         connect it, or `regatta graph check` shows more",
+        file = file.display()
+    )]
     Unreachable {
         /// The layout.
         file: PathBuf,

@@ -79,8 +79,8 @@ pub struct Knee {
     pub is_last: bool,
 }
 
-/// Returns the knee: the first point of a curve from which on each additional robot brings less than
-/// a part of what one brings alone; `None` if there are no points, or none has any throughput.
+/// Returns the knee: the first point of a curve from which on each additional robot brings less
+/// than a part of what one brings alone; `None` if there are no points, or none has any throughput.
 ///
 /// Points are (robots, throughput), by ascending robots, which are above 0. The curve is replaced
 /// by its upper concave hull, with the origin as its first point, because noise makes a measured
@@ -132,12 +132,12 @@ pub const BATCH: usize = 5;
 /// [`BATCH`].
 ///
 /// This is MSER-5 (White, "An effective truncation heuristic for bias reduction in simulation
-/// output", Simulation 69, 1997; with batches of five: White, Cobb and Spratt, "A comparison of five
-/// steady-state truncation heuristics for simulation", Winter Simulation Conference, 2000): the
-/// number makes the standard error of the mean of the rest smallest: min over d of Σ
-/// (zⱼ - z̄)² / (n - d)², with the batch means zⱼ, j > d, and their mean z̄. Only the first half of
-/// the series is considered, as is usual: a minimum beyond it says that the series is too short. Of
-/// equal minima, the first one is taken.
+/// output", Simulation 69, 1997; with batches of five: White, Cobb and Spratt, "A comparison of
+/// five steady-state truncation heuristics for simulation", Winter Simulation Conference, 2000):
+/// the number makes the standard error of the mean of the rest smallest: min over d of Σ (zⱼ - z̄)²
+/// / (n - d)², with the batch means zⱼ, j > d, and their mean z̄. Only the first half of the series
+/// is considered, as is usual: a minimum beyond it says that the series is too short. Of equal
+/// minima, the first one is taken.
 pub fn warm_up(series: &[f64]) -> usize {
     let batches: Vec<f64> =
         series.chunks_exact(BATCH).map(|batch| batch.iter().sum::<f64>() / BATCH as f64).collect();

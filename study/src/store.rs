@@ -8,8 +8,8 @@
 //! results/ID.json       its outcome
 //! ```
 //!
-//! A result exists as a whole or not at all. A study that was killed continues: a run that has a row
-//! or a result isn't done again.
+//! A result exists as a whole or not at all. A study that was killed continues: a run that has a
+//! row or a result isn't done again.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -43,7 +43,10 @@ pub enum StoreError {
         reason: std::io::Error,
     },
     /// The database can't be used.
-    #[error("{}: {reason}; finished runs are kept beside it, and the same command goes on", path.display())]
+    #[error(
+        "{}: {reason}; finished runs are kept beside it, and the same command goes on",
+        path.display()
+    )]
     Database {
         /// The file.
         path: PathBuf,

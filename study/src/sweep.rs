@@ -1,9 +1,9 @@
 //! The sweep of a variant: which numbers of robots and which seeds come next.
 //!
 //! Each step is a function of the finished runs, and asks only for runs that it needs whatever the
-//! others give: first the grid with the least number of seeds, then the middles between the knee and
-//! its neighbours, then seeds at the knee until its interval is narrow enough. All variants use the
-//! same seeds 1, 2, 3 …, which are common random numbers: differences between variants have
+//! others give: first the grid with the least number of seeds, then the middles between the knee
+//! and its neighbours, then seeds at the knee until its interval is narrow enough. All variants use
+//! the same seeds 1, 2, 3 …, which are common random numbers: differences between variants have
 //! narrower intervals than the variants themselves.
 
 use std::collections::BTreeMap;
@@ -67,7 +67,8 @@ impl Point {
     }
 }
 
-/// The largest number of rounds of refinement. Each at least halves a distance, so fewer are needed.
+/// The largest number of rounds of refinement. Each at least halves a distance, so fewer are
+/// needed.
 const MAX_ROUNDS: usize = 64;
 
 /// Returns the next step of a sweep.
@@ -151,8 +152,8 @@ fn refined(curve: &Curve, precision: &Precision, wanted: &BTreeMap<u32, u64>) ->
     far.map(|other| knee.midpoint(other)).filter(|robots| !wanted.contains_key(robots)).collect()
 }
 
-/// Returns the knee's robots with the number of seeds that they need; `None` if the interval is narrow
-/// enough.
+/// Returns the knee's robots with the number of seeds that they need; `None` if the interval is
+/// narrow enough.
 fn more_seeds(curve: &Curve, precision: &Precision) -> Option<Run> {
     let point = &curve.points[curve.knee?];
     let interval = point.throughput()?;

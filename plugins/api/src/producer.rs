@@ -1,5 +1,6 @@
-//! The kit for producers: all publishers of fleets (the engine, a replay, a UDP source, a gateway to
-//! real robots) have the same clock, figures and control service, and the same rules of lockstep.
+//! The kit for producers: all publishers of fleets (the engine, a replay, a UDP source, a gateway
+//! to real robots) have the same clock, figures and control service, and the same rules of
+//! lockstep.
 //!
 //! A producer implements [`Producer`], and a [`Session`] runs it: [`produce`] for a program of its
 //! own, with a command line, or [`Session::run`] inside a larger one.

@@ -58,7 +58,8 @@ fn verdict(answer: &Answer, variant: &VariantAnswer) -> String {
         let more = variant.failed.iter().find(|(failed, _)| failed > robots);
         return match (more, variant.points.len()) {
             (Some((failed, reason)), _) => format!(
-                "{name}{count}, which {throughput}: more would carry more, but with {failed}, runs fail: {reason}."
+                "{name}{count}, which {throughput}: more would carry more, but with {failed}, runs \
+                 fail: {reason}."
             ),
             (None, 1) => {
                 format!("{name}{count} {throughput}. No other number of robots was tried.")
@@ -74,7 +75,8 @@ fn verdict(answer: &Answer, variant: &VariantAnswer) -> String {
         false => String::new(),
     };
     format!(
-        "{name}{count}, which {throughput}. More bring less than {part:.0} % each of what one brings alone.{half}"
+        "{name}{count}, which {throughput}. More bring less than {part:.0} % each of what one \
+         brings alone.{half}"
     )
 }
 
@@ -95,7 +97,8 @@ fn safety(answer: &Answer) -> String {
     };
     match contacts {
         0 => format!(
-            "No robot touched another in {runs} runs, as an independent validator judged them; {others}."
+            "No robot touched another in {runs} runs, as an independent validator judged them; \
+             {others}."
         ),
         count => format!("**Robots touched each other {count} times** in {runs} runs; {others}."),
     }
@@ -344,27 +347,34 @@ fn method(answer: &Answer) -> [String; 5] {
         (method.secs as f64 / 60.0, method.interval * 100.0, method.knee * 100.0);
     [
         format!(
-            "Regatta {}. The layout has {nodes} nodes and {edges} edges. Load: {load}. Each run is the real engine with the fleet manager, the \
-             validator, and meters of traffic and orders in lockstep: {minutes:.0} simulated minutes at {} ticks a second. A run \
+            "Regatta {}. The layout has {nodes} nodes and {edges} edges. Load: {load}. Each run is \
+             the real engine with the fleet manager, the validator, and meters of traffic and \
+             orders in lockstep: {minutes:.0} simulated minutes at {} ticks a second. A run \
              repeats bit by bit; `runs` in `study.sqlite` has the command and the digest of each.",
             answer.program, method.rate_hz,
         ),
         format!(
-            "Warm-up: cut off by MSER-5 on the orders finished in each ten seconds (White, Simulation 69, 1997; White, Cobb and \
-             Spratt, Winter Simulation Conference, 2000); at most {longest:.0} s on average over the seeds of a point. Intervals \
-             are Student's at 95 % over independent replications (Law, Simulation Modeling and Analysis, 5th edition, 9.4.1): \
-             {least} seeds a point, and at the knee up to {most}, until the interval is within ± {interval:.0} %."
+            "Warm-up: cut off by MSER-5 on the orders finished in each ten seconds (White, \
+             Simulation 69, 1997; White, Cobb and Spratt, Winter Simulation Conference, 2000); at \
+             most {longest:.0} s on average over the seeds of a point. Intervals are Student's at \
+             95 % over independent replications (Law, Simulation Modeling and Analysis, 5th \
+             edition, 9.4.1): {least} seeds a point, and at the knee up to {most}, until the \
+             interval is within ± {interval:.0} %."
         ),
-        "Seeds are common random numbers: variants and reliefs get the same orders and disturbances, and differences are \
-             paired, seed by seed (Law, 10.2.1 and 11.2)."
+        "Seeds are common random numbers: variants and reliefs get the same orders and \
+         disturbances, and differences are paired, seed by seed (Law, 10.2.1 and 11.2)."
             .to_owned(),
         format!(
-            "The knee: robots are doubled, then the distance round the knee is halved again and again. On the upper concave hull of \
-             the means, it is the first point from which on each more robot brings less than {knee:.0} % of what one brings alone."
+            "The knee: robots are doubled, then the distance round the knee is halved again and \
+             again. On the upper concave hull of the means, it is the first point from which on \
+             each more robot brings less than {knee:.0} % of what one brings alone."
         ),
-        "A robot that stands and wants to drive on is kept out of the next edge of its way, and those behind it are kept back by it: \
-         so all of a queue waits for the edge that its head is kept out of, and for the node where that ends. 'Robots waiting for it' \
-         is their mean number. It is measured by where robots are and where they go next, whoever steers them. What relieves a bottleneck was tried: the same runs with that one change. 'Within chance': the interval holds 0."
+        "A robot that stands and wants to drive on is kept out of the next edge of its way, and \
+         those behind it are kept back by it: so all of a queue waits for the edge that its head \
+         is kept out of, and for the node where that ends. 'Robots waiting for it' is their mean \
+         number. It is measured by where robots are and where they go next, whoever steers them. \
+         What relieves a bottleneck was tried: the same runs with that one change. 'Within \
+         chance': the interval holds 0."
             .to_owned(),
     ]
 }

@@ -61,8 +61,8 @@ pub fn heat_map(
     svg + &legend(plan.height, most) + "</svg>\n"
 }
 
-/// Returns the class of a figure. Each class holds half of the figures of the next, since few places
-/// have nearly all of the waiting.
+/// Returns the class of a figure. Each class holds half of the figures of the next, since few
+/// places have nearly all of the waiting.
 fn class(value: f64, most: f64) -> usize {
     let halvings = if value > 0.0 { (most / value).log2() } else { f64::INFINITY };
     RAMP.len() - 1 - (halvings.floor().max(0.0) as usize).min(RAMP.len() - 1)

@@ -8,12 +8,12 @@ use std::sync::Arc;
 use regatta_layout::model::components::Components;
 use regatta_layout::{Format, NodeIndex, ReadOptions, Role, RouteGraph, write};
 use regatta_scenario::yaml::{PluginEntry, RobotGroupEntry};
-use regatta_scenario::{Overrides, Scenario, document, made_up_scenario};
+use regatta_scenario::{Overrides, Scenario, ScenarioError, document, made_up_scenario};
 use serde::Deserialize;
 use serde_json::Number;
 
-use super::scenario::{Load, RobotGroup, Routes, RunScenario, Setup};
 use super::PlanError;
+use super::scenario::{Load, RobotGroup, Routes, RunScenario, Setup};
 use crate::job::{Job, Manager};
 
 /// The name of Regatta's manager as a value of [`Setting::Manager`](super::Setting::Manager).
@@ -89,7 +89,7 @@ impl Variant {
             made_up_scenario(&read.graph, "layout", options)
         } else {
             std::fs::read_to_string(path)
-                .map_err(|reason| PlanError::Read { path: path.to_owned(), reason })?
+                .map_err(|source| ScenarioError::Read { path: path.to_owned(), source })?
         };
         let PlantScenario { robots, plugins, setup } = document(&text, path)?;
         let mut variant = Self {
@@ -125,8 +125,8 @@ impl Variant {
         checked.map(drop).map_err(|error| PlanError::Variant { name, error })
     }
 
-    /// Returns the largest speed of the robot types, in metres per second; infinite if a type has no
-    /// limit.
+    /// Returns the largest speed of the robot types, in metres per second; infinite if a type has
+    /// no limit.
     pub fn max_speed(&self) -> f64 {
         let types = self.setup.robot_types.iter().flatten();
         let speeds = types.map(|kind| kind.max_speed.as_ref().and_then(Number::as_f64));

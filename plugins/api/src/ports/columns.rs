@@ -177,6 +177,14 @@ impl ColumnReader {
 
 /// Returns the columns of a fleet that a process publishes or reads, sorted. Lists all services of
 /// the machine, which is too slow to do for every frame.
+///
+/// ```
+/// use regatta_plugin::{FleetName, column_names};
+///
+/// for name in column_names(&FleetName::default()) {
+///     println!("{name}");
+/// }
+/// ```
 pub fn column_names(fleet: &FleetName) -> Vec<ColumnName> {
     let prefix = services::service_name(fleet, "columns/");
     let mut names = Vec::new();

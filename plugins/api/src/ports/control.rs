@@ -14,7 +14,8 @@ use crate::records::name::FleetName;
 pub enum ControlError {
     /// The fleet has no engine.
     #[error(
-        "fleet '{fleet}' has no engine; start one with `regatta run`, or name another fleet with --fleet"
+        "fleet '{fleet}' has no engine; start one with `regatta run`, or name another fleet with \
+         --fleet"
     )]
     NoEngine {
         /// The fleet.

@@ -28,7 +28,8 @@ pub enum OpenError {
     Name(#[from] NameError),
     /// Another producer of the fleet is alive.
     #[error(
-        "fleet '{fleet}' is already running: {owner} publishes it; stop that one, or choose another name with --fleet"
+        "fleet '{fleet}' is already running: {owner} publishes it; stop that one, or choose \
+         another name with --fleet"
     )]
     AlreadyRunning {
         /// The fleet.
@@ -38,7 +39,8 @@ pub enum OpenError {
     },
     /// Another plugin publishes a column of that name.
     #[error(
-        "column '{column}' of fleet '{fleet}' is already published by {owner}; stop that one, or choose another name"
+        "column '{column}' of fleet '{fleet}' is already published by {owner}; stop that one, or \
+         choose another name"
     )]
     ColumnTaken {
         /// The fleet.
@@ -135,7 +137,8 @@ pub enum PublishError {
     Name(#[from] NameError),
     /// The values of the column are not one per robot.
     #[error(
-        "a column of {values} values doesn't fit a frame of {robots} robots; it needs one value per robot"
+        "a column of {values} values doesn't fit a frame of {robots} robots; it needs one value \
+         per robot"
     )]
     ColumnLength {
         /// The number of values given.
@@ -158,7 +161,8 @@ pub enum ReadError {
     },
     /// The producer sent something that contradicts its own header.
     #[error(
-        "{what} is malformed: it has {lines} lines, fewer than its header requires; the fault is its producer's"
+        "{what} is malformed: it has {lines} lines, fewer than its header requires; the fault is \
+         its producer's"
     )]
     Malformed {
         /// The sample.
@@ -180,7 +184,11 @@ pub enum RequestError {
         fleet: FleetName,
     },
     /// The server has not answered in time.
-    #[error("{server} of fleet '{fleet}' has not answered within {:.1} s; is it stopped or overloaded?", timeout.as_secs_f32())]
+    #[error(
+        "{server} of fleet '{fleet}' has not answered within {:.1} s; is it stopped or \
+         overloaded?",
+        timeout.as_secs_f32()
+    )]
     Timeout {
         /// The server, such as `the engine`.
         server: &'static str,

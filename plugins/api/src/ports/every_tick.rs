@@ -54,7 +54,8 @@ where
     /// Passes all samples that have arrived to `each`, oldest first.
     ///
     /// # Errors
-    /// [`ReadError::Receive`] if the connection to the publisher is broken, else the error of `each`.
+    /// [`ReadError::Receive`] if the connection to the publisher is broken, else the error of
+    /// `each`.
     pub fn take<E: From<ReadError>>(
         &mut self,
         mut each: impl FnMut(&TickRecords<'_, H, T>) -> Result<(), E>,

@@ -1,8 +1,8 @@
 //! Shared memory that is full, as an error rather than the end of the process.
 //!
 //! The kernel takes a page of shared memory from the file system at the first write to it, and
-//! raises `SIGBUS` if there is none left: by default that ends the process, even if another one filled
-//! the memory. Two measures turn it into an error:
+//! raises `SIGBUS` if there is none left: by default that ends the process, even if another one
+//! filled the memory. Two measures turn it into an error:
 //!
 //! - [`reserve`] takes the pages of a chunk before it is written, by
 //!   `madvise(MADV_POPULATE_WRITE)`, which fails where a write would raise `SIGBUS`.
@@ -47,8 +47,8 @@ impl Missing {
 /// The reason that errors give.
 pub(crate) const FULL: &str = "shared memory is full: make /dev/shm larger (`mount -o remount,size=…`, `docker run --shm-size=…`), or free some";
 
-/// Receives by `receive`, which connects new senders first. A sender for whose connection there is no
-/// memory is left out: it has an error, and the others are served.
+/// Receives by `receive`, which connects new senders first. A sender for whose connection there is
+/// no memory is left out: it has an error, and the others are served.
 pub(super) fn received<T: Default, E: core::fmt::Display>(
     what: &'static str,
     receive: impl FnOnce() -> Result<T, E>,

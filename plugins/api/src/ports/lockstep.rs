@@ -27,7 +27,11 @@ use crate::records::{padded, text};
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LockstepError {
     /// Not all readers have finished the tick in time.
-    #[error("tick {tick}: no report within {:.1} s from {}; are they running under these names, or waiting for each other (--after)?", timeout.as_secs_f32(), missing.join(", "))]
+    #[error(
+        "tick {tick}: no report within {:.1} s from {}; are they running under these names, or \
+         waiting for each other (--after)?",
+        timeout.as_secs_f32(), missing.join(", ")
+    )]
     Timeout {
         /// The tick.
         tick: u64,
@@ -174,8 +178,8 @@ impl Reporter {
     }
 
     /// Reports that this reader leaves the lockstep of a run, so that no process waits for it any
-    /// more. To be called before a reader ends; a run whose reader ends without it, or dies, ends by
-    /// [`LockstepError::Timeout`].
+    /// more. To be called before a reader ends; a run whose reader ends without it, or dies, ends
+    /// by [`LockstepError::Timeout`].
     ///
     /// # Errors
     /// [`PublishError`] if the report can't be delivered.

@@ -14,7 +14,8 @@ use crate::records::name::FleetName;
 pub enum ManagerError {
     /// The fleet has no manager that takes requests.
     #[error(
-        "fleet '{fleet}' has no fleet manager that takes requests; `regatta order assign` sends a robot without one"
+        "fleet '{fleet}' has no fleet manager that takes requests; `regatta order assign` sends a \
+         robot without one"
     )]
     NoManager {
         /// The fleet.
@@ -85,8 +86,8 @@ impl ManagerClient {
         Ok(Self { asker: Asker::open(&services::MANAGER, participant)? })
     }
 
-    /// Whether the fleet has a manager that takes requests. A manager that was killed counts until another process joins the
-    /// fleet.
+    /// Whether the fleet has a manager that takes requests. A manager that was killed counts until
+    /// another process joins the fleet.
     pub fn has_manager(&self) -> bool {
         self.asker.has_server()
     }

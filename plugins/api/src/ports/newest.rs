@@ -1,4 +1,5 @@
-//! The receiving end of a service of which a reader wants the newest sample, or all of the last few.
+//! The receiving end of a service of which a reader wants the newest sample, or all of the last
+//! few.
 
 use core::fmt::Debug;
 

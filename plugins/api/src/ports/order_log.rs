@@ -11,8 +11,8 @@ use crate::records::order_log::OrderLogHeader;
 /// The orders of one tick, refused ones too, in the order in which they were applied.
 pub type OrderLog<'sample> = TickRecords<'sample, OrderLogHeader, OrderRecord>;
 
-/// Reads the orders that a fleet's producer applied, as an [`EventReader`](crate::EventReader) reads
-/// events.
+/// Reads the orders that a fleet's producer applied, as an [`EventReader`](crate::EventReader)
+/// reads events.
 pub type OrderLogReader = TickReader<OrderLogHeader, OrderRecord>;
 
 impl OrderLogReader {

@@ -13,7 +13,8 @@ use crate::records::task::NO_ROBOT;
 pub enum OrderError {
     /// The fleet has no engine.
     #[error(
-        "fleet '{fleet}' has no engine to take orders; start one, or name another fleet with --fleet"
+        "fleet '{fleet}' has no engine to take orders; start one, or name another fleet with \
+         --fleet"
     )]
     NoEngine {
         /// The fleet.
@@ -21,7 +22,8 @@ pub enum OrderError {
     },
     /// [`ORDER_BUFFER`](services::ORDER_BUFFER) samples wait already.
     #[error(
-        "fleet '{fleet}' has not taken the last {} samples of orders (is it paused?); send fewer, or wait",
+        "fleet '{fleet}' has not taken the last {} samples of orders (is it paused?); send fewer, \
+         or wait",
         services::ORDER_BUFFER
     )]
     Full {

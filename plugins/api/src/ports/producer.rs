@@ -392,7 +392,8 @@ impl ProducerPorts {
             if names.contains(&name) && !Termination::was_requested() {
                 let fleet = self.participant.fleet();
                 crate::tell!(
-                    "fleet '{fleet}': {name} has left the lockstep; the run goes on without waiting for it"
+                    "fleet '{fleet}': {name} has left the lockstep; the run goes on without \
+                     waiting for it"
                 );
             }
         }

@@ -9,6 +9,18 @@ use crate::records::recording::{RecordingHeader, RecordingMark};
 
 /// Publishes the description of a recording and its marks. Only a replay does, as the fleet's
 /// producer.
+///
+/// ```
+/// use regatta_plugin::recording::RecordingHeader;
+/// use regatta_plugin::{Participant, RecordingPublisher, Result};
+///
+/// # fn main() -> Result {
+/// # let fleet = format!("doc-recording-{}", std::process::id()).parse()?;
+/// let mut publisher = RecordingPublisher::open_on(&Participant::join(&fleet, "replay")?)?;
+/// publisher.publish(&RecordingHeader::new("night shift.mcap"), &[])?;
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct RecordingPublisher {
     sender: SliceSender<RecordingMark, RecordingHeader>,
@@ -51,8 +63,8 @@ pub struct ReplayedRecording<'sample> {
     pub marks: &'sample [RecordingMark],
 }
 
-/// Reads the description of the recording that a fleet's producer replays. Nothing arrives unless it
-/// is a replay.
+/// Reads the description of the recording that a fleet's producer replays. Nothing arrives unless
+/// it is a replay.
 ///
 /// ```no_run
 /// use regatta_plugin::{FleetName, Participant, RecordingReader, Result};

@@ -65,8 +65,8 @@ impl RouteClient {
         Ok(Self { asker: Asker::open(&services::ROUTES, participant)? })
     }
 
-    /// Whether the fleet has a server of routes, which an engine is. One that was killed counts until another process
-    /// joins the fleet.
+    /// Whether the fleet has a server of routes, which an engine is. One that was killed counts
+    /// until another process joins the fleet.
     pub fn has_routes(&self) -> bool {
         self.asker.has_server()
     }
@@ -174,8 +174,8 @@ impl RouteServer {
         Ok(Self { server: Responder::open(&services::ROUTES, participant)? })
     }
 
-    /// Answers the requests that have come since the last call, at most `most` requests; the rest waits for the
-    /// next call. Allocates nothing of its own.
+    /// Answers the requests that have come since the last call, at most `most` requests; the rest
+    /// waits for the next call. Allocates nothing of its own.
     ///
     /// # Errors
     /// [`ReadError::Receive`] if a connection is broken.

@@ -199,8 +199,8 @@ where
         &self.sequence
     }
 
-    /// Connects readers that have joined since, and gives them the samples that the service keeps for
-    /// late joiners.
+    /// Connects readers that have joined since, and gives them the samples that the service keeps
+    /// for late joiners.
     pub(super) fn update(&self) {
         let (updated, missing) = full_memory::guarded(|| self.publisher.update_connections());
         if missing.any() {

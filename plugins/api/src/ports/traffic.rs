@@ -8,6 +8,20 @@ use crate::process::join::Participant;
 use crate::records::traffic::{EdgeTraffic, TRAFFIC_PERIODS, TrafficHeader};
 
 /// Publishes the traffic on a fleet's edges. A fleet has one such publisher at a time.
+///
+/// ```
+/// use regatta_plugin::traffic::{EdgeTraffic, TRAFFIC_PERIODS, TrafficHeader};
+/// use regatta_plugin::{Participant, Result, TrafficPublisher};
+///
+/// # fn main() -> Result {
+/// # let fleet = format!("doc-traffic-{}", std::process::id()).parse()?;
+/// let mut publisher = TrafficPublisher::open_on(&Participant::join(&fleet, "traffic")?)?;
+/// // One edge: a figure for each period.
+/// let edge = EdgeTraffic { occupancy: 1.5, ..EdgeTraffic::default() };
+/// publisher.publish(&TrafficHeader::default(), &[edge; TRAFFIC_PERIODS])?;
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct TrafficPublisher {
     sender: SliceSender<EdgeTraffic, TrafficHeader>,

@@ -1,5 +1,5 @@
-//! The place of this user's shared memory: a directory and a file prefix of its own, so that users of
-//! one machine, and containers that share `/dev/shm`, don't meet.
+//! The place of this user's shared memory: a directory and a file prefix of its own, so that users
+//! of one machine, and containers that share `/dev/shm`, don't meet.
 
 #[cfg(unix)]
 use std::path::{Path, PathBuf};
@@ -21,7 +21,8 @@ pub const RUNTIME_DIR_VARIABLE: &str = "REGATTA_RUNTIME_DIR";
 /// The error of a directory of iceoryx2's files that can't be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "can't keep the files of shared memory in {path} ({reason}); set {RUNTIME_DIR_VARIABLE} to a directory of your own"
+    "can't keep the files of shared memory in {path} ({reason}); set {RUNTIME_DIR_VARIABLE} to a \
+     directory of your own"
 )]
 pub struct DomainError {
     path: String,

@@ -40,7 +40,8 @@ pub struct Participant {
 }
 
 impl Participant {
-    /// Joins a fleet, whether or not it has a producer yet. Removes the resources of dead processes.
+    /// Joins a fleet, whether or not it has a producer yet. Removes the resources of dead
+    /// processes.
     ///
     /// `name` is cut to 64 bytes.
     ///

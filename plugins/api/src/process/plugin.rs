@@ -68,8 +68,8 @@ pub trait Plugin {
 
     /// Called about ten times a second while no new frame comes: to give a column to readers that
     /// have joined since ([`ColumnPublisher::update`](crate::ColumnPublisher::update)), for
-    /// example, or to read samples that other plugins publish after the last frame. `has_producer` is
-    /// whether the fleet has a producer that could publish the next one.
+    /// example, or to read samples that other plugins publish after the last frame. `has_producer`
+    /// is whether the fleet has a producer that could publish the next one.
     ///
     /// # Errors
     /// Any error that prevents the plugin from continuing.
@@ -79,8 +79,8 @@ pub trait Plugin {
     }
 
     /// Called with the events of each tick, if the plugin [wants](Self::wants_events) them: before
-    /// the frame of that tick, and as soon as they arrive, independent of the plugin's rate of frames.
-    /// [`Events::missed`](crate::Events) is the number of ticks with events that were lost;
+    /// the frame of that tick, and as soon as they arrive, independent of the plugin's rate of
+    /// frames. [`Events::missed`](crate::Events) is the number of ticks with events that were lost;
     /// [`run`](crate::run) reports them on stderr, too.
     ///
     /// # Errors

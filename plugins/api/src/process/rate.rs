@@ -63,8 +63,8 @@ impl FromStr for Rate {
     }
 }
 
-/// Limits the rate at which a plugin gets frames: by the wall clock, or in lockstep by simulated time so
-/// that runs repeat.
+/// Limits the rate at which a plugin gets frames: by the wall clock, or in lockstep by simulated
+/// time so that runs repeat.
 #[derive(Debug)]
 pub(super) struct RateLimiter {
     period: Duration,

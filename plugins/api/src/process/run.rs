@@ -108,6 +108,14 @@ pub fn run(plugin: impl Plugin) -> Result {
 /// Runs a plugin with a given command line. Its first argument is the program (`regatta plugin
 /// hello`, for example), whose last word is the plugin's name unless `--name` gives one.
 ///
+/// ```
+/// # use regatta_plugin::{Frame, Plugin, Result};
+/// # struct Quiet;
+/// # impl Plugin for Quiet { fn on_frame(&mut self, _: &Frame) -> Result { Ok(()) } }
+/// regatta_plugin::run_from(Quiet, ["my-plugin", "--help"])?;
+/// # Ok::<(), regatta_plugin::Error>(())
+/// ```
+///
 /// # Errors
 /// As [`run`].
 pub fn run_from<A: Into<OsString> + Clone>(
@@ -128,8 +136,8 @@ struct Cli<T: Args> {
     options: T,
 }
 
-/// Parses a command line. Returns its options and the name of the program, or `None` if the help was
-/// printed.
+/// Parses a command line. Returns its options and the name of the program, or `None` if the help
+/// was printed.
 pub(crate) fn parse<T: Args, A: Into<OsString>>(
     args: impl IntoIterator<Item = A>,
     default_program: &str,
@@ -250,7 +258,8 @@ impl<'a> Runner<'a> {
         })
     }
 
-    /// Hands over the events and the frame that have come, or else sleeps until the next wake-up, for a [`SLICE`] at most.
+    /// Hands over the events and the frame that have come, or else sleeps until the next wake-up,
+    /// for a [`SLICE`] at most.
     fn turn(&mut self, plugin: &mut impl Plugin) -> Result {
         if self.take(plugin)? {
             return Ok(());
@@ -371,9 +380,9 @@ impl LockstepTurn {
         std::mem::replace(&mut self.last, this) != this || frame.header().lockstep == 0
     }
 
-    /// Adjusts the number of frames that were missed before a frame. In lockstep no tick is lost, but a frame that is
-    /// published again may be: only the frames that the plugin's rate has skipped count, so that
-    /// runs repeat.
+    /// Adjusts the number of frames that were missed before a frame. In lockstep no tick is lost,
+    /// but a frame that is published again may be: only the frames that the plugin's rate has
+    /// skipped count, so that runs repeat.
     fn count_missed<'frame>(&mut self, frame: Frame<'frame>) -> Frame<'frame> {
         let skipped = std::mem::take(&mut self.skipped);
         if frame.header().lockstep == 0 { frame } else { frame.after_missing(skipped) }

@@ -61,12 +61,14 @@ pub struct ParsePriorityError(String);
 pub enum SchedulingError {
     /// The priority can't be changed.
     #[error(
-        "can't set the priority ({0}); the right to it comes with CAP_SYS_NICE, `ulimit -e` or `ulimit -r`"
+        "can't set the priority ({0}); the right to it comes with CAP_SYS_NICE, `ulimit -e` or \
+         `ulimit -r`"
     )]
     Priority(io::Error),
     /// The process can't be kept on these processors.
     #[error(
-        "can't keep the process on processors {cores:?} ({error}); the system has processors 0 to {last}"
+        "can't keep the process on processors {cores:?} ({error}); the system has processors 0 to \
+         {last}"
     )]
     Pin {
         /// The processors that were asked for.

@@ -3,8 +3,8 @@
 use core::num::{ParseFloatError, ParseIntError};
 use std::error::Error;
 
-/// Returns clap's error as one line: the fault, and clap's suggestion. The usage that clap appends is
-/// left out; `--help` shows it.
+/// Returns clap's error as one line: the fault, and clap's suggestion. The usage that clap appends
+/// is left out; `--help` shows it.
 pub fn usage_line(error: &clap::Error) -> String {
     let text = error.to_string();
     // The first paragraph has the fault, in several lines if arguments are missing or values are

@@ -78,7 +78,8 @@ impl Overload {
 fn tell(begin: String, share: f64) {
     if share < CROWDED {
         crate::tell!(
-            "{begin}: a tick takes longer than its period; try fewer robots, a lower --rate or more --threads"
+            "{begin}: a tick takes longer than its period; try fewer robots, a lower --rate or \
+             more --threads"
         );
         return;
     }
@@ -87,7 +88,8 @@ fn tell(begin: String, share: f64) {
         let others = others().join(", ");
         let others = if others.is_empty() { String::new() } else { format!(": {others}") };
         crate::tell!(
-            "{begin}: {:.0} % of the time it waited for a processor that others used{others}; --priority and --pin may help",
+            "{begin}: {:.0} % of the time it waited for a processor that others used{others}; \
+             --priority and --pin may help",
             share * 100.0
         );
     });

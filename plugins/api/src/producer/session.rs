@@ -352,8 +352,8 @@ impl Session {
         self.frames_left_out
     }
 
-    /// Publishes a loaned frame and wakes the readers. Everything that belongs to its tick must have
-    /// been published before.
+    /// Publishes a loaned frame and wakes the readers. Everything that belongs to its tick must
+    /// have been published before.
     ///
     /// # Errors
     /// As [`FrameLoan::send`].

@@ -44,7 +44,8 @@ pub struct ColumnOf<T> {
 
 /// The type of each robot, as an index into the world's robot types. The producer publishes it.
 pub const TYPE: ColumnOf<u32> = ColumnOf { name: "type", element: index };
-/// The charge of each robot's battery in per cent. The producer publishes it if robots have batteries.
+/// The charge of each robot's battery in per cent. The producer publishes it if robots have
+/// batteries.
 pub const BATTERY: ColumnOf<f32> = ColumnOf { name: "battery", element: number };
 /// The activity of each robot. A fleet manager publishes it.
 pub const ACTIVITY: ColumnOf<Activity> =

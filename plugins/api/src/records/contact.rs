@@ -104,8 +104,8 @@ numbered! {
     /// clear.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
     pub enum ContactLevel: u32 {
-        /// They are within the safety margin, or will touch within the horizon if both continue as they
-        /// do.
+        /// They are within the safety margin, or will touch within the horizon if both continue as
+        /// they do.
         Possible = 1,
         /// Their footprints overlap.
         Touching = 2,

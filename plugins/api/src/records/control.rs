@@ -30,8 +30,8 @@ numbered! {
         Pause = 1,
         /// Tick again.
         Resume = 2,
-        /// Pause and advance by `count` ticks; the answer comes when they are done. A pause, a resume
-        /// or a seek in between ends the steps, and their request is then refused.
+        /// Pause and advance by `count` ticks; the answer comes when they are done. A pause, a
+        /// resume or a seek in between ends the steps, and their request is then refused.
         Step = 3,
         /// Change the requested speed.
         Speed = 4,

@@ -47,8 +47,8 @@ numbered! {
         ReachedNode = 1,
         /// A robot reached the end of its route.
         RouteDone = 2,
-        /// A robot reached the end of its released base and waits for a release, or comes to a closed
-        /// edge and waits for it.
+        /// A robot reached the end of its released base and waits for a release, or comes to a
+        /// closed edge and waits for it.
         WaitingForRelease = 3,
         /// A held robot has come to a stop.
         Held = 4,
@@ -86,8 +86,8 @@ numbered! {
         /// Not known.
         #[default]
         Unknown = 0,
-        /// Its battery is flat. It stays broken until it is repaired, which brings a full battery, or
-        /// until it has been charged.
+        /// Its battery is flat. It stays broken until it is repaired, which brings a full battery,
+        /// or until it has been charged.
         FlatBattery = 1,
     }
 }

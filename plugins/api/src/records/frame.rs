@@ -232,8 +232,8 @@ impl RobotState {
     /// are below it.
     pub const COUNT: usize = 8;
 
-    /// Whether the robot may not drive along its route: it is held, stalled or broken, and stands or
-    /// brakes to a stop.
+    /// Whether the robot may not drive along its route: it is held, stalled or broken, and stands
+    /// or brakes to a stop.
     pub const fn is_stopped(self) -> bool {
         matches!(self, Self::Held | Self::Stalled | Self::Broken)
     }

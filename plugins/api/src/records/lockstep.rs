@@ -17,6 +17,7 @@ pub struct Done {
 }
 
 impl Done {
-    /// All ticks from now on: the reader has ended on request, and the producer doesn't wait for it.
+    /// All ticks from now on: the reader has ended on request, and the producer doesn't wait for
+    /// it.
     pub const LEFT: u64 = u64::MAX;
 }

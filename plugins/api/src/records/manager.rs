@@ -8,8 +8,8 @@ numbered! {
     /// Kinds of [`ManagerRequest`].
     #[derive(Clone, Copy, Debug, PartialEq, Eq)]
     pub enum ManagerRequestKind: u32 {
-        /// Send a robot to a node: at once, or if it carries a load, as soon as its order is finished.
-        /// It takes the place of an earlier request for the same robot.
+        /// Send a robot to a node: at once, or if it carries a load, as soon as its order is
+        /// finished. It takes the place of an earlier request for the same robot.
         Send = 1,
         /// Call a robot back, and manage it as before.
         Recall = 2,

@@ -40,7 +40,8 @@ pub enum NameError {
     },
     /// The text has a character that a service name can't have.
     #[error(
-        "{character:?} in the name {name:?} is not allowed; use letters (a-z, A-Z), digits, '-', '_' and '.'"
+        "{character:?} in the name {name:?} is not allowed; use letters (a-z, A-Z), digits, '-', \
+         '_' and '.'"
     )]
     Character {
         /// The whole text.

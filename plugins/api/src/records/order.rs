@@ -52,14 +52,14 @@ numbered! {
         Leg = 0,
         /// Give a robot a new route. The route starts where the robot is: at the end of its current
         /// edge, which it finishes first, or at its node. If no leg is released, a base that ends
-        /// within the current edge still ends there; that of a robot that stands within an edge without
-        /// a route ends where it stands.
+        /// within the current edge still ends there; that of a robot that stands within an edge
+        /// without a route ends where it stands.
         Assign = 1,
-        /// Drop the horizon and append legs at the end of the released base. If it ends within a leg
-        /// and an appended leg is released, the rest of that leg is, too.
+        /// Drop the horizon and append legs at the end of the released base. If it ends within a
+        /// leg and an appended leg is released, the rest of that leg is, too.
         Extend = 2,
-        /// Drop the whole route beyond the end of the robot's current edge, or of its base if that is
-        /// on the edge.
+        /// Drop the whole route beyond the end of the robot's current edge, or of its base if that
+        /// is on the edge.
         Cancel = 3,
         /// Brake, stop and keep the route.
         Hold = 4,
@@ -71,22 +71,22 @@ numbered! {
         SpawnOnEdge = 7,
         /// Remove a robot from the fleet. A later spawn may reuse its id.
         Remove = 8,
-        /// Release the horizon up to `s` metres along a leg: the first leg with this edge and gear at
-        /// or after the end of the base. All legs before it become wholly released. `s` at or beyond
-        /// the leg's length, or infinity, releases all of it; the end of the base may be within the leg
-        /// that the robot is on.
+        /// Release the horizon up to `s` metres along a leg: the first leg with this edge and gear
+        /// at or after the end of the base. All legs before it become wholly released. `s` at or
+        /// beyond the leg's length, or infinity, releases all of it; the end of the base may be
+        /// within the leg that the robot is on.
         ///
-        /// Nothing is ever taken back: less than is released already changes nothing. So the order may
-        /// be sent again. It takes one record; the legs aren't sent again.
+        /// Nothing is ever taken back: less than is released already changes nothing. So the order
+        /// may be sent again. It takes one record; the legs aren't sent again.
         Release = 9,
-        /// Make a robot break down: it brakes, stops and keeps its route until it is repaired. Orders
-        /// for its route are accepted, and take effect afterwards.
+        /// Make a robot break down: it brakes, stops and keeps its route until it is repaired.
+        /// Orders for its route are accepted, and take effect afterwards.
         Break = 10,
         /// Repair a robot that is broken. It goes on with its route, unless it is held.
         Repair = 11,
-        /// Close an edge in both gears: from now on no robot enters it, also along a route that it has,
-        /// and no new route may lead along it. A robot on the edge leaves it. A robot that comes to it
-        /// waits at the node before it, and brakes harder than usual if need be.
+        /// Close an edge in both gears: from now on no robot enters it, also along a route that it
+        /// has, and no new route may lead along it. A robot on the edge leaves it. A robot that
+        /// comes to it waits at the node before it, and brakes harder than usual if need be.
         CloseEdge = 12,
         /// Open a closed edge again. Robots that wait before it drive on.
         OpenEdge = 13,

@@ -1,5 +1,5 @@
-//! The description of a recording: its name, its time, and marks at the times of incidents. A replay
-//! publishes it on `regatta/F/recording`, so that any reader can show a timeline with marks.
+//! The description of a recording: its name, its time, and marks at the times of incidents. A
+//! replay publishes it on `regatta/F/recording`, so that any reader can show a timeline with marks.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;

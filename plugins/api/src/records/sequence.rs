@@ -58,8 +58,8 @@ impl LostSamples {
     /// before.
     ///
     /// Samples that were published before the reader joined are not lost. When the run changes, the
-    /// samples of the new run before this one are; the number of missing last ones of the old run is
-    /// unknown, and counts as none. A lower number than before within a run means that the
+    /// samples of the new run before this one are; the number of missing last ones of the old run
+    /// is unknown, and counts as none. A lower number than before within a run means that the
     /// publisher was replaced; nothing counts as lost then.
     pub fn before(&mut self, header: &impl Sequenced) -> u64 {
         let (run_id, sequence) = (header.run_id(), header.sequence());

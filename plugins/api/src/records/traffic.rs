@@ -31,8 +31,8 @@ pub struct TrafficHeader {
     pub edges: u32,
     /// 1 if a collision checker publishes contacts; if not, contact times are 0.
     pub has_contacts: u32,
-    /// 1 if routes are known; if not, `released` and `planned` are 0. Readers don't ask for routes in
-    /// lockstep, and replays know none.
+    /// 1 if routes are known; if not, `released` and `planned` are 0. Readers don't ask for routes
+    /// in lockstep, and replays know none.
     pub has_routes: u32,
 }
 
