@@ -53,7 +53,7 @@ pub struct LayoutArgs {
     /// Handle length at an edge's origin instead of the file's setting
     #[arg(long, value_parser = one_of::<Handles>(HANDLES.map(Handles::name)))]
     pub handles: Option<Handles>,
-    /// Format of the layout; told by its content if not given
+    /// Format of the layout; detected by its content if not given
     #[arg(long, value_parser = one_of::<Format>(Format::ALL.map(Format::name)))]
     pub format: Option<Format>,
     /// Level (floor) or layout to read; all if not given

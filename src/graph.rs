@@ -65,7 +65,7 @@ pub enum GraphCommand {
         /// File to write; - for standard output
         #[arg(short, long, value_name = "FILE")]
         output: Destination,
-        /// Format to write; told by the ending (.yaml, .json, .geojson, .xml) if not given
+        /// Format to write; that of the ending (.yaml, .json, .geojson, .xml) if not given
         #[arg(long, value_name = "FORMAT")]
         #[arg(value_parser = one_of::<Format>(Format::ALL.map(Format::name)))]
         to: Option<Format>,

@@ -30,14 +30,14 @@ pub enum OrderCommand {
         #[arg(long)]
         reverse: bool,
     },
-    /// Append edges to what a robot may drive, in place of what it plans.
+    /// Append edges to the released base of a robot, in place of its horizon.
     Extend {
         #[command(flatten)]
         robot: Robot,
         #[command(flatten)]
         edges: Edges,
     },
-    /// Release what a robot plans, up to a number of metres along an edge.
+    /// Release the horizon of a robot, up to a number of metres along an edge.
     #[command(allow_negative_numbers = true)]
     Release {
         #[command(flatten)]
