@@ -15,16 +15,15 @@ use crate::arguments::Time;
 use crate::control::Target;
 use crate::failure::Failure;
 use crate::output::{Force, write_file};
-use crate::{
-    doctor, engine, graph, order, orders, plugin, recording, report, run, study, validate, version,
-};
+use crate::{doctor, engine, graph, order, orders, plugin, recording, report, run, study, version};
 
 static SHORT_VERSION: LazyLock<String> = LazyLock::new(version::short);
 static LONG_VERSION: LazyLock<String> = LazyLock::new(version::long);
 
 /// Simulate, watch and steer a large fleet of mobile robots.
 #[derive(Parser)]
-#[command(name = "regatta", version = SHORT_VERSION.as_str(), long_version = LONG_VERSION.as_str())]
+#[command(name = "regatta", version = SHORT_VERSION.as_str())]
+#[command(long_version = LONG_VERSION.as_str())]
 #[command(arg_required_else_help = false, max_term_width = 100)]
 pub struct Cli {
     /// Print more: -v shows progress and the causes of errors, -vv also details.
@@ -129,7 +128,7 @@ pub enum Command {
     /// time.
     Plot(regatta_record::PlotArgs),
     /// Judge a recording: contacts, motion, tasks. Fails if anything is found.
-    Validate(validate::ValidateArgs),
+    Validate(recording::ValidateArgs),
     /// Watch and steer a running fleet live in this terminal.
     Top(Target),
     /// List, show, cancel and import the transport orders of a running fleet manager.
@@ -195,7 +194,7 @@ pub fn start_logging(verbose: u8) {
         .init();
 }
 
-/// Prints the requested help or version, or one line that says what is wrong with the arguments.
+/// Prints the requested help or version, or the error of the arguments in one line.
 pub fn print_usage(error: &clap::Error) -> ExitCode {
     if !error.use_stderr() {
         // Printing fails if the reader of a pipe is gone, which is no error here.
@@ -230,6 +229,8 @@ fn write_man_page(command: &clap::Command, folder: &Path, force: Force) -> Resul
     let mut page = Vec::new();
     man.render(&mut page)?;
     write_file(&folder.join(man.get_filename()), &page, force)?;
-    let mut shown = command.get_subcommands().filter(|command| !command.is_hide_set());
-    shown.try_for_each(|command| write_man_page(command, folder, force))
+    for command in command.get_subcommands().filter(|command| !command.is_hide_set()) {
+        write_man_page(command, folder, force)?;
+    }
+    Ok(())
 }

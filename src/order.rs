@@ -1,6 +1,5 @@
 //! `regatta order`: sends one order to a running fleet, and waits for the answer.
 
-use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::{Args, Subcommand};
@@ -32,14 +31,14 @@ pub enum OrderCommand {
         #[arg(long)]
         reverse: bool,
     },
-    /// Append edges to what a robot may drive, in place of what it plans.
+    /// Append edges to the released base of a robot, in place of its horizon.
     Extend {
         #[command(flatten)]
         robot: Robot,
         #[command(flatten)]
         edges: Edges,
     },
-    /// Release what a robot plans, up to a number of metres along an edge.
+    /// Release the horizon of a robot, up to a number of metres along an edge.
     #[command(allow_negative_numbers = true)]
     Release {
         #[command(flatten)]
@@ -62,8 +61,7 @@ pub enum OrderCommand {
     Break(Robot),
     /// Repair a robot that is broken.
     Repair(Robot),
-    /// Close an edge: no robot enters it, whoever is on it leaves it, and no new route leads along
-    /// it.
+    /// Close an edge: no robot enters it, robots on it leave it, and no new route leads along it.
     Close(Edge),
     /// Open a closed edge again.
     Open(Edge),
@@ -75,7 +73,7 @@ pub enum OrderCommand {
         /// Node to drive to, by id or name.
         node: String,
     },
-    /// Ask the fleet manager to take back what a robot was sent for.
+    /// Ask the fleet manager to end the errand that a robot was sent on.
     Recall(Robot),
     /// Add a robot, on a node or on an edge.
     Spawn {
@@ -140,64 +138,64 @@ pub struct Edges {
     edges: Vec<RouteLeg>,
 }
 
-pub fn run(command: OrderCommand) -> Result<ExitCode, Failure> {
+/// Runs `regatta order`.
+pub fn run(command: OrderCommand) -> Result<(), Failure> {
     match command {
         OrderCommand::Assign { robot: Robot { robot, target }, node, edges, reverse } => {
             let mut fleet = join(&target)?;
-            let answer = match node {
+            print_event(&match node {
                 Some(node) => fleet.send_to(robot, |world| find_node(world, &node), reverse)?,
                 None => fleet.send(|orders| orders.assign(robot, &edges.edges))?,
-            };
-            Ok(accepted(&answer))
+            });
         }
         OrderCommand::Extend { robot, edges } => {
-            send(&robot, |orders, id| orders.extend(id, &edges.edges))
+            send(&robot, |orders, id| orders.extend(id, &edges.edges))?;
         }
         OrderCommand::Release { robot, edge, metres } => {
-            send(&robot, |orders, id| orders.release(id, edge, metres))
+            send(&robot, |orders, id| orders.release(id, edge, metres))?;
         }
-        OrderCommand::Hold(robot) => send(&robot, Orders::hold),
-        OrderCommand::Resume(robot) => send(&robot, Orders::resume),
-        OrderCommand::Cancel(robot) => send(&robot, Orders::cancel),
-        OrderCommand::Remove(robot) => send(&robot, Orders::remove),
-        OrderCommand::Break(robot) => send(&robot, Orders::break_down),
-        OrderCommand::Repair(robot) => send(&robot, Orders::repair),
+        OrderCommand::Hold(robot) => send(&robot, Orders::hold)?,
+        OrderCommand::Resume(robot) => send(&robot, Orders::resume)?,
+        OrderCommand::Cancel(robot) => send(&robot, Orders::cancel)?,
+        OrderCommand::Remove(robot) => send(&robot, Orders::remove)?,
+        OrderCommand::Break(robot) => send(&robot, Orders::break_down)?,
+        OrderCommand::Repair(robot) => send(&robot, Orders::repair)?,
         OrderCommand::Close(Edge { edge, target }) => {
-            Ok(accepted(&join(&target)?.send(|orders| orders.close_edge(edge))?))
+            print_event(&join(&target)?.send(|orders| orders.close_edge(edge))?);
         }
         OrderCommand::Open(Edge { edge, target }) => {
-            Ok(accepted(&join(&target)?.send(|orders| orders.open_edge(edge))?))
+            print_event(&join(&target)?.send(|orders| orders.open_edge(edge))?);
         }
         OrderCommand::Send { robot: Robot { robot, target }, node } => {
-            let node = join(&target)?
-                .world(|world| Ok::<_, Failure>(world.nodes()[find_node(world, &node)?].id))??;
-            Ok(asked(&ManagerClient::open(&target.fleet)?.send(robot, node)?))
+            let node = node_id(&join(&target)?, &node)?;
+            print_response(&ManagerClient::open(&target.fleet)?.send(robot, node)?);
         }
         OrderCommand::Recall(Robot { robot, target }) => {
-            Ok(asked(&ManagerClient::open(&target.fleet)?.recall(robot)?))
+            print_response(&ManagerClient::open(&target.fleet)?.recall(robot)?);
         }
         OrderCommand::Spawn { node, edge, at, robot_type, target } => {
             let mut fleet = join(&target)?;
             let robot_type = robot_type_index(&fleet, robot_type.as_deref())?;
-            let answer = match (node, edge) {
-                (_, Some(edge)) => {
-                    fleet.send(|orders| orders.spawn_on_edge(robot_type, edge, at))?
-                }
-                (node, None) => {
-                    let name = node.unwrap_or_default();
-                    let node = fleet.world(|world| {
-                        Ok::<_, Failure>(world.nodes()[find_node(world, &name)?].id)
-                    })??;
+            print_event(&match edge {
+                Some(edge) => fleet.send(|orders| orders.spawn_on_edge(robot_type, edge, at))?,
+                None => {
+                    let node = node_id(&fleet, &node.unwrap_or_default())?;
                     fleet.send(|orders| orders.spawn_at_node(robot_type, node))?
                 }
-            };
-            Ok(accepted(&answer))
+            });
         }
     }
+    Ok(())
 }
 
-fn send(robot: &Robot, order: impl FnOnce(&mut Orders, u32) -> u64) -> Result<ExitCode, Failure> {
-    Ok(accepted(&join(&robot.target)?.send(|orders| order(orders, robot.robot))?))
+fn send(robot: &Robot, order: impl FnOnce(&mut Orders, u32) -> u64) -> Result<(), Failure> {
+    print_event(&join(&robot.target)?.send(|orders| order(orders, robot.robot))?);
+    Ok(())
+}
+
+/// Returns the id of a node, by its id or name.
+fn node_id(fleet: &Dispatcher, node: &str) -> Result<u32, Failure> {
+    fleet.world(|world| Ok::<_, Failure>(world.nodes()[find_node(world, node)?].id))?
 }
 
 /// Parses an edge of a route.
@@ -217,32 +215,32 @@ fn join(target: &Target) -> Result<Dispatcher, Failure> {
 }
 
 /// Prints the fleet manager's answer.
-fn asked(response: &ManagerResponse) -> ExitCode {
+fn print_response(response: &ManagerResponse) {
     match response.answer() {
         Some(ManagerAnswer::Later) => println!("accepted: when the robot has finished its order"),
         _ => println!("accepted"),
     }
-    ExitCode::SUCCESS
 }
 
 /// Prints the answer to an order.
-fn accepted(answer: &EventRecord) -> ExitCode {
+fn print_event(answer: &EventRecord) {
     match answer.robot {
         NO_ROBOT => println!("accepted"),
         robot => println!("accepted: robot {robot}"),
     }
-    ExitCode::SUCCESS
 }
 
-/// Returns the index of a robot type by its name; the first without one.
+/// Returns the index of a robot type by its name, or 0 without a name.
 fn robot_type_index(fleet: &Dispatcher, name: Option<&str>) -> Result<u32, Failure> {
     let Some(name) = name else { return Ok(0) };
     fleet.world(|world| {
-        let types = world.robot_types().iter().map(|robot_type| robot_type.name().to_owned());
-        let names: Vec<_> = types.collect();
-        let found = names.iter().position(|other| other == name);
-        let unknown =
-            || format!("no robot type is called '{name}'; there are {}", names.join(", "));
-        Ok(found.ok_or_else(unknown)? as u32)
+        let names: Vec<_> = world.robot_types().iter().map(|known| known.name()).collect();
+        match names.iter().position(|other| *other == name) {
+            Some(index) => Ok(index as u32),
+            None => {
+                let known = names.join(", ");
+                Err(format!("no robot type is called '{name}'; there are {known}").into())
+            }
+        }
     })?
 }

@@ -21,7 +21,7 @@ pub struct Info {
     pub bytes: u64,
     /// Whether it was closed. Otherwise, the messages after its last complete chunk are missing.
     pub is_closed: bool,
-    /// The fleet, if the recording says so.
+    /// The fleet, if it is in the metadata.
     pub fleet: Option<String>,
     /// The version of Regatta that recorded it.
     pub version: Option<String>,
@@ -47,9 +47,9 @@ pub struct Info {
     pub nodes: Option<usize>,
     /// The number of edges of the last world.
     pub edges: Option<usize>,
-    /// Frames that the recorder missed, if the recording says so.
+    /// The number of frames that the recorder missed, if it is in the metadata.
     pub frames_missed: Option<u64>,
-    /// Other messages that the recorder missed.
+    /// The number of other messages that the recorder missed, if it is in the metadata.
     pub others_missed: Option<u64>,
     /// The topics, sorted.
     pub topics: Vec<TopicInfo>,

@@ -145,7 +145,7 @@ fn repair_file(file: &mut File, path: &Path) -> Result<Repair, RepairError> {
     })
 }
 
-/// Returns the result of a repair that kept what `summary` describes and removed nothing.
+/// Returns the result of a repair that kept the contents of `summary` and removed nothing.
 fn repair_of(summary: &Summary) -> Repair {
     let stats = summary.stats.clone().unwrap_or_default();
     let world = Topic::World.name();

@@ -107,7 +107,7 @@ impl Table {
 }
 
 impl Format {
-    /// Returns the format that the name of a file tells.
+    /// Returns the format of a file, by the extension of its name.
     fn of(path: &Path) -> Option<Self> {
         let extension = path.extension()?.to_str()?;
         [Self::Csv, Self::Parquet].into_iter().find(|format| format.extension() == extension)

@@ -1,5 +1,5 @@
 //! The history of a recording's runs: hot spots and figures over time of the whole recording,
-//! whatever part of it is replayed.
+//! independent of the part that is replayed.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};

@@ -21,7 +21,7 @@ use crate::schema::Topic;
 #[derive(Debug)]
 pub(super) struct Stage {
     annotations: Annotations,
-    /// Time in the recording of what is being published, in nanoseconds.
+    /// The time in the recording of the published message, in nanoseconds.
     pub time: u64,
     /// `None` if the recording has no contacts, so that a live checker can publish them.
     contacts: Option<ContactPublisher>,
@@ -60,14 +60,14 @@ impl From<MessageError> for StageError {
     }
 }
 
-/// Returns what was opened, or prints that it is left out.
+/// Returns the opened service, or prints that it is left out.
 pub(super) fn or_left_out<T, E: Display>(what: &str, opened: Result<T, E>) -> Option<T> {
     opened.inspect_err(|error| regatta_plugin::tell!("replay: {what} left out: {error}")).ok()
 }
 
 impl Stage {
     /// Opens the services of these topics, all before the first frame, so that readers that wait
-    /// for a fleet are there in time.
+    /// for a fleet join in time.
     pub fn open(ports: &mut ProducerPorts, topics: &[Topic], annotations: Annotations) -> Self {
         let mut columns = BTreeSet::new();
         for name in topics.iter().filter_map(Topic::column) {

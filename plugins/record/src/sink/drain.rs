@@ -196,8 +196,8 @@ impl Drain {
         }
     }
 
-    /// Handles an error of writing: closes the file after the last chunk that fits, and counts what
-    /// is lost.
+    /// Handles an error of writing: closes the file after the last chunk that fits, and counts the
+    /// lost messages.
     fn check(&mut self, written: McapResult<()>) {
         let (Err(error), Target::File(part)) = (written, &mut self.target) else { return };
         let before = self.lost;

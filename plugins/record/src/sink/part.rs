@@ -127,7 +127,7 @@ impl Part {
         self.file.metadata().map_or(0, |metadata| metadata.len())
     }
 
-    /// Returns the size of the file, as if what isn't written yet took as much there as in memory.
+    /// Returns the size of the file if the pending messages took as much there as in memory.
     pub fn bytes_at_most(&self) -> u64 {
         self.bytes() + self.pending.iter().map(|group| group.bytes).sum::<u64>()
     }

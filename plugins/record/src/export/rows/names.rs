@@ -59,7 +59,7 @@ pub(super) const ORDERS: [&str; 14] = [
     "open_edge",
 ];
 
-/// The names of what happened to a task, by number.
+/// The names of the task log's records, by number.
 pub(super) const TASKS: [&str; 10] = [
     "unknown",
     "created",
@@ -76,7 +76,7 @@ pub(super) const TASKS: [&str; 10] = [
 /// The names of the actions at stops, by number.
 pub(super) const ACTIONS: [&str; 5] = ["none", "pick", "drop", "charge", "park"];
 
-/// The names of what happened to a contact, by number.
+/// The names of the changes of contacts, by number.
 pub(super) const CHANGES: [&str; 3] = ["unknown", "began", "ended"];
 
 /// The names of levels of contacts, by number.
