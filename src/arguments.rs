@@ -8,7 +8,6 @@ use std::time::Duration;
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use regatta_layout::{Format, Handles, LengthUnit, Millimetres, ReadOptions};
-use regatta_motion::Isa;
 
 /// A duration: a number of seconds, or a number with a unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,11 +6,11 @@ use regatta_plugin::World;
 use regatta_plugin::contact::{ContactEvent, ContactRecord};
 use regatta_plugin::frame::Columns;
 
+use crate::criteria::Settings;
 use crate::frame_context::FrameContext;
 use crate::narrow_phase::{check, check_all};
 use crate::radix;
 use crate::routes::Routes;
-use crate::settings::Settings;
 use crate::strip_index::StripIndex;
 use crate::sweep::Limits;
 use crate::totals::RunTotals;

@@ -6,10 +6,10 @@ use glam::Vec2;
 use regatta_plugin::frame::{Columns, RobotState};
 
 use crate::chunk::Chunk;
+use crate::criteria::{HYSTERESIS, Settings};
 use crate::heading::MAX_HEADING;
 use crate::prediction::{Intent, MAX_SPEED, Motion};
 use crate::routes::Routes;
-use crate::settings::{HYSTERESIS, Settings};
 use crate::strip::PackedRobot;
 use crate::world_model::WorldModel;
 

@@ -102,7 +102,6 @@ mod radix;
 mod relative_motion;
 mod route_requests;
 mod routes;
-mod settings;
 mod skips;
 mod strip;
 mod strip_index;
@@ -112,9 +111,9 @@ mod totals;
 mod tracker;
 mod world_model;
 
+pub use criteria::{HYSTERESIS, MAX_HORIZON, MAX_MARGIN, Settings, SettingsError};
 pub use detector::{Detector, FrameInput};
 pub use log::{HEADER as LOG_HEADER, LogError};
 pub use plugin::{COLUMN, Cli, run_from};
 pub use routes::Routes;
-pub use settings::{HYSTERESIS, MAX_HORIZON, MAX_MARGIN, Settings, SettingsError};
 pub use totals::{RunTotals, Score};

@@ -2,10 +2,9 @@
 
 use crate::body::{Body, nearest_point};
 use crate::continuous::{ALWAYS, closest_proximity};
-use crate::criteria::{Criteria, INFLATION};
+use crate::criteria::{Criteria, HYSTERESIS, INFLATION, Settings};
 use crate::frame_context::FrameContext;
 use crate::overlap::overlap_centre;
-use crate::settings::{HYSTERESIS, Settings};
 use crate::strip::{PackedRobot, Strip};
 use crate::sweep::Candidates;
 use crate::swept_path::{Approach, straight_on};

@@ -139,19 +139,19 @@ impl Predictor {
     ) {
         let (start, profile) = (Start::new(motion, table), &mut self.profile);
         if start.top_speed() == 0.0 {
-            Tracer::new(body, start.sign(), horizon, segments).stand();
+            Tracer::new(body, start.sign, horizon, segments).stand();
             return finish(segments);
         }
         let Some(rest) = start.rest().filter(|rest| *rest < start.longest_way(horizon)) else {
-            let mut tracer = Tracer::new(body, start.sign(), horizon, segments);
-            tracer.enter_at(start.chords(), start.s());
+            let mut tracer = Tracer::new(body, start.sign, horizon, segments);
+            tracer.enter_at(start.chords(), start.motion.s);
             profile.drive_on(&start, &mut tracer);
             tracer.stand();
             return finish(segments);
         };
         let mut finder = PathFinder::new(&start, table, &mut self.path);
         finder.find(rest, horizon, |path, end| {
-            let mut tracer = Tracer::new(body, start.sign(), horizon, &mut *segments);
+            let mut tracer = Tracer::new(body, start.sign, horizon, &mut *segments);
             profile.drive(&start, rest, (path, end), table, &mut tracer);
             tracer.stand();
             finish(segments);

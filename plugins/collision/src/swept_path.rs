@@ -4,8 +4,8 @@ use glam::Vec2;
 
 use crate::body::Body;
 use crate::bounds::{Bounds, slack};
+use crate::criteria::HYSTERESIS;
 use crate::prediction::Segment;
-use crate::settings::HYSTERESIS;
 
 /// The summary of a robot's trajectory through the horizon. Half a cache line.
 #[derive(Clone, Copy, Debug)]

@@ -5,16 +5,16 @@
 //! exporter's page, a row of the CSV file and the screen of `regatta top` are three views of it.
 
 pub mod aggregator;
-pub mod collisions;
+mod collisions;
 pub mod exporter;
 pub mod exposition;
-pub mod fleet;
+mod fleet;
 pub mod histogram;
-pub mod jams;
+mod jams;
 pub mod page;
 pub mod processes;
-pub mod rhythm;
-pub mod row;
+mod rhythm;
+mod row;
 pub mod server;
 pub mod snapshot;
 pub mod state_counts;

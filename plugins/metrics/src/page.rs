@@ -156,7 +156,7 @@ fn add_robots_at_work(page: &mut Exposition<'_>, work: &Work) {
     let robots = keys.iter().zip(work.robots).map(|(key, robots)| ([("activity", &**key)], robots));
     page.each(
         "regatta_manager_robots",
-        "Robots by what they are about, as the fleet manager sees it.",
+        "Robots by activity, as the fleet manager sees it.",
         robots,
     );
 }
@@ -233,44 +233,63 @@ fn add_tasks(page: &mut Exposition<'_>, tasks: &TaskFigures) {
 
 /// Adds the edges with the longest waiting times.
 fn add_jams(page: &mut Exposition<'_>, jams: &[Jam]) {
-    let edges: Vec<String> = jams.iter().map(|jam| jam.edge.to_string()).collect();
-    let each = |value: fn(&EdgeTraffic) -> f32| {
-        let edges = edges.iter().map(String::as_str);
-        jams.iter().zip(edges).map(move |(jam, edge)| {
-            ([("edge", edge), ("name", &*jam.name)], f64::from(value(&jam.figures)))
-        })
-    };
-    let help = "Time that robots waited on an edge in the last ten minutes, for the edges with the longest times.";
-    page.each("regatta_edge_waiting_seconds", help, each(|figures| figures.waiting_secs));
-    let help = "Robots that entered these edges per hour, in the last ten minutes.";
-    page.each("regatta_edge_entered_per_hour", help, each(|figures| figures.entered_per_hour));
-    page.each(
-        "regatta_edge_robots",
-        "Mean number of robots on these edges, as above.",
-        each(|figures| figures.occupancy),
-    );
-    let help = "Mean speed on these edges over their speed limits, as above.";
-    page.each("regatta_edge_relative_speed_ratio", help, each(|figures| figures.relative_speed));
+    let ids: Vec<String> = jams.iter().map(|jam| jam.edge.to_string()).collect();
+    let figures: [(&str, &str, fn(&EdgeTraffic) -> f32); 4] = [
+        (
+            "regatta_edge_waiting_seconds",
+            "Time that robots waited on an edge in the last ten minutes, for the edges with the longest times.",
+            |figures| figures.waiting_secs,
+        ),
+        (
+            "regatta_edge_entered_per_hour",
+            "Robots that entered these edges per hour, in the last ten minutes.",
+            |figures| figures.entered_per_hour,
+        ),
+        ("regatta_edge_robots", "Mean number of robots on these edges, as above.", |figures| {
+            figures.occupancy
+        }),
+        (
+            "regatta_edge_relative_speed_ratio",
+            "Mean speed on these edges over their speed limits, as above.",
+            |figures| figures.relative_speed,
+        ),
+    ];
+    for (name, help, value) in figures {
+        let samples = jams.iter().zip(&ids).map(|(jam, id)| {
+            ([("edge", &**id), ("name", &*jam.name)], f64::from(value(&jam.figures)))
+        });
+        page.each(name, help, samples);
+    }
+}
+
+/// The figures of all processes of a name.
+#[derive(Default)]
+struct ProcessGroup {
+    resident_bytes: u64,
+    shared_bytes: u64,
+    cpu_seconds: f64,
 }
 
 fn add_processes(page: &mut Exposition<'_>, processes: &[Process]) {
-    // Not by process id, which would make other series of a process that was restarted.
-    let mut groups = BTreeMap::<&str, [f64; 3]>::new();
+    // Not by process id: a process that is restarted keeps its series.
+    let mut groups = BTreeMap::<&str, ProcessGroup>::new();
     for process in processes {
-        let [resident, shared, cpu_seconds] = groups.entry(&process.name).or_default();
-        *resident += process.resident_bytes as f64;
-        *shared += process.shared_bytes as f64;
-        *cpu_seconds = process.cpu_seconds;
+        let group = groups.entry(&process.name).or_default();
+        group.resident_bytes += process.resident_bytes;
+        group.shared_bytes += process.shared_bytes;
+        group.cpu_seconds = process.cpu_seconds;
     }
-    let each =
-        |index: usize| groups.iter().map(move |(name, values)| ([("name", *name)], values[index]));
+    let groups = groups.iter().map(|(name, group)| ([("name", *name)], group));
     let help = "Resident memory of the fleet's processes of a name, including the shared memory that they use.";
-    page.each("regatta_process_resident_memory_bytes", help, each(0));
+    let resident = groups.clone().map(|(labels, group)| (labels, group.resident_bytes));
+    page.each("regatta_process_resident_memory_bytes", help, resident);
     let help = "Memory in the shared-memory segments that the fleet's processes of a name own.";
-    page.each("regatta_process_shared_memory_bytes", help, each(1));
+    let shared = groups.clone().map(|(labels, group)| (labels, group.shared_bytes));
+    page.each("regatta_process_shared_memory_bytes", help, shared);
     let help =
         "Processor time of the fleet's processes of a name, since the first of them started.";
-    page.each("regatta_process_cpu_seconds_total", help, each(2));
+    let cpu_seconds = groups.map(|(labels, group)| (labels, group.cpu_seconds));
+    page.each("regatta_process_cpu_seconds_total", help, cpu_seconds);
 }
 
 fn by_level(possible: u64, touching: u64) -> [([(&'static str, &'static str); 1], u64); 2] {

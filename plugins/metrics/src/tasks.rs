@@ -24,8 +24,8 @@ const RATE_MINUTES: u64 = 60;
 #[derive(Clone, Debug, Default)]
 pub struct TaskTally {
     run_id: u64,
-    /// Ticks of the first and of the newest sample.
-    ticks: [u64; 2],
+    first_tick: u64,
+    newest_tick: u64,
     /// Whether the first sample was the first of the run.
     is_from_start: bool,
     open: BTreeMap<u64, OpenTask>,
@@ -49,22 +49,22 @@ struct OpenTask {
 impl TaskTally {
     /// Adds the records of a tick, which takes `tick_secs` seconds of simulated time.
     ///
-    /// With another run the tally starts anew, and also with a tick before the last one: a replay
-    /// was wound back.
+    /// The tally restarts with another run, and with a tick before the last one: then a replay was
+    /// wound back.
     pub fn add(&mut self, tasks: &Tasks<'_>, tick_secs: f64) {
         let (run_id, tick) = (tasks.header.run_id, tasks.header.tick);
-        if run_id != self.run_id || tick < self.ticks[1] {
+        if run_id != self.run_id || tick < self.newest_tick {
             let is_from_start = tasks.header.sequence == 1;
-            *self = Self { run_id, ticks: [tick; 2], is_from_start, ..Self::default() };
+            *self = Self { run_id, first_tick: tick, is_from_start, ..Self::default() };
         }
-        self.ticks[1] = tick;
+        self.newest_tick = tick;
         self.figures.gaps += tasks.missed + u64::from(tasks.header.dropped > 0);
         for record in tasks.records {
             self.add_record(record, tick as f64 * tick_secs);
         }
     }
 
-    /// Returns the figures at a time; those of no task if the clock is that of another run.
+    /// Returns the figures at a time; those of no task if the clock belongs to another run.
     pub fn figures(&self, clock: &RunClock) -> TaskFigures {
         if clock.run_id != self.run_id {
             return TaskFigures::default();
@@ -128,21 +128,16 @@ impl TaskTally {
             Some((last, count)) if *last == minute => *count += 1,
             _ => self.finished_by_minute.push_back((minute, 1)),
         }
-        while self
-            .finished_by_minute
-            .front()
-            .is_some_and(|(first, _)| first + RATE_MINUTES <= minute)
-        {
-            self.finished_by_minute.pop_front();
-        }
+        self.finished_by_minute.retain(|(first, _)| first + RATE_MINUTES > minute);
     }
 
     fn finished_per_second(&self, clock: &RunClock) -> Option<f64> {
         // The log may be ahead of the newest frame that was read.
-        let now_secs = clock.tick.max(self.ticks[1]) as f64 * clock.tick_secs;
+        let now_secs = clock.tick.max(self.newest_tick) as f64 * clock.tick_secs;
         let first_minute = ((now_secs / MINUTE) as u64).saturating_sub(RATE_MINUTES - 1);
         let counted = self.finished_by_minute.iter().filter(|(minute, _)| *minute >= first_minute);
-        let begin_secs = (self.ticks[0] as f64 * clock.tick_secs).max(first_minute as f64 * MINUTE);
+        let begin_secs =
+            (self.first_tick as f64 * clock.tick_secs).max(first_minute as f64 * MINUTE);
         let secs = now_secs - begin_secs;
         (secs >= MINUTE).then(|| counted.map(|(_, count)| *count).sum::<u64>() as f64 / secs)
     }

@@ -26,7 +26,7 @@ const LONGEST_GAP_SECS: f64 = 10.0;
 /// The command line of `regatta plugin traffic`.
 #[derive(Clone, Debug, Parser)]
 #[command(
-    about = "Publishes what happens on each edge: occupancy, throughput, speed, waiting, contacts, routes"
+    about = "Publishes the traffic on each edge: occupancy, throughput, speed, waiting, contacts, routes"
 )]
 pub struct Cli {
     /// At the end, write the figures of all edges for the run to this file
@@ -39,7 +39,7 @@ pub struct Cli {
     /// At the end, write the figures of all edges for the run to this file as JSON
     #[arg(long, value_name = "FILE.json")]
     pub json: Option<PathBuf>,
-    /// At the end, print the ten edges where robots waited the longest
+    /// At the end, print the ten edges at which robots waited the longest
     #[arg(long)]
     pub summary: bool,
     /// Options of every plugin.

@@ -6,6 +6,7 @@
 
 use core::f32::consts::PI;
 use core::f64::consts::TAU;
+use core::num::IntErrorKind;
 
 use crate::fixed;
 
@@ -196,22 +197,18 @@ fn number(field: &str) -> Result<f32, LineFault> {
 }
 
 fn id_of(field: &str) -> Result<u32, LineFault> {
-    let (negative, digits) = match field.as_bytes() {
-        [b'-', digits @ ..] => (true, digits),
-        [b'+', digits @ ..] => (false, digits),
-        digits => (false, digits),
-    };
-    if digits.is_empty() || !digits.iter().all(u8::is_ascii_digit) {
+    // Parsing may overflow before it finds another character.
+    if field.bytes().skip(1).any(|byte| !byte.is_ascii_digit()) {
         return Err(LineFault::Malformed);
     }
-    let id = digits
-        .iter()
-        .try_fold(0_u32, |id, digit| id.checked_mul(10)?.checked_add(u32::from(digit - b'0')));
-    match (negative, id) {
-        (true, Some(0)) => Ok(0),
-        (true, _) => Err(LineFault::NegativeId),
-        (false, Some(id)) => Ok(id),
-        (false, None) => Err(LineFault::IdTooLarge),
+    match field.parse::<i64>() {
+        Ok(..0) => Err(LineFault::NegativeId),
+        Ok(id) => u32::try_from(id).map_err(|_| LineFault::IdTooLarge),
+        Err(error) => Err(match error.kind() {
+            IntErrorKind::NegOverflow => LineFault::NegativeId,
+            IntErrorKind::PosOverflow => LineFault::IdTooLarge,
+            _ => LineFault::Malformed,
+        }),
     }
 }
 

@@ -44,8 +44,9 @@ impl PathLeg {
 /// A robot at the start of its path.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Start<'table> {
-    motion: Motion<'table>,
-    sign: f32,
+    pub motion: Motion<'table>,
+    /// 1, or -1 in reverse gear.
+    pub sign: f32,
     /// The leg that the robot is on.
     on: Option<LegInfo<'table>>,
 }
@@ -59,19 +60,6 @@ impl<'table> Start<'table> {
         // anywhere.
         let s = on.map_or(motion.s, |on| motion.s.min(on.length).max(0.0));
         Self { motion: Motion { s, ..*motion }, sign: if reverse { -1.0 } else { 1.0 }, on }
-    }
-
-    /// Returns 1, or -1 in reverse gear.
-    pub(super) fn sign(&self) -> f32 {
-        self.sign
-    }
-
-    pub(super) fn s(&self) -> f32 {
-        self.motion.s
-    }
-
-    pub(super) fn intent(&self) -> Intent {
-        self.motion.intent
     }
 
     pub(super) fn chords(&self) -> &'table [Chord] {

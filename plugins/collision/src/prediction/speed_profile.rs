@@ -46,7 +46,7 @@ impl SpeedProfile {
     ) {
         self.plan(start, rest, path, end);
         let mut speed = start.speed(self.0[0].cruise);
-        tracer.enter_at(start.chords(), start.s());
+        tracer.enter_at(start.chords(), start.motion.s);
         for (number, stretch) in self.0.iter().enumerate() {
             if let Some(next) = number.checked_sub(1).and_then(|before| path.get(before)) {
                 let Some(leg) = table.get(next.leg) else { break };
@@ -67,18 +67,18 @@ impl SpeedProfile {
         self.0.extend(std::iter::once((rest, start.leg_speed())).chain(legs).map(
             |(length, speed)| Stretch { length, cruise: start.cruise(speed), exit: f32::INFINITY },
         ));
-        let mut sign = path.last().map_or(start.sign(), |leg| leg.sign());
+        let mut sign = path.last().map_or(start.sign, |leg| leg.sign());
         let mut exit = if end == RouteEnd::Stop { 0.0 } else { f32::INFINITY };
         if let Some(last) = self.0.last_mut().filter(|_| end == RouteEnd::Open) {
             last.length = f32::INFINITY;
         }
         for number in (0..self.0.len()).rev() {
             self.0[number].exit = exit;
-            let before = number.checked_sub(2).map_or(start.sign(), |before| path[before].sign());
+            let before = number.checked_sub(2).map_or(start.sign, |before| path[before].sign());
             let Stretch { length, cruise, .. } = self.0[number];
             let brake = (exit * exit + 2.0 * start.acceleration() * length).sqrt();
             // A held robot drives no leg faster than it comes in.
-            let entry = if start.intent() == Intent::Hold { f32::INFINITY } else { cruise };
+            let entry = if start.motion.intent == Intent::Hold { f32::INFINITY } else { cruise };
             exit = if before == sign { entry.min(brake) } else { 0.0 };
             sign = before;
         }

@@ -8,9 +8,9 @@ use regatta_plugin::route::RouteResponse;
 use regatta_plugin::world::{CurveRecord, EdgeRecord, RobotTypeRecord, WorldData};
 
 use super::fleet::{Robot, robot_types, update};
+use crate::criteria::Settings;
 use crate::detector::Detector;
 use crate::geometry_reference::world;
-use crate::settings::Settings;
 
 fn detector(margin: f32, horizon: f32) -> Detector {
     let mut detector = Detector::new(Settings::new(margin, horizon).expect("valid settings"));

@@ -6,10 +6,10 @@ use regatta_plugin::world::{EdgeRecord, RobotTypeRecord, Shape, WorldData};
 
 use super::fleet::{Robot, robot_types, update};
 use crate::body::{Body, CIRCLE};
+use crate::criteria::Settings;
 use crate::detector::Detector;
 use crate::geometry_reference::{distance, on_polyline, outline, polyline, world};
 use crate::heading::heading;
-use crate::settings::Settings;
 
 /// Half of the sizes of the large and the small robot, in metres.
 const LARGE: [f32; 2] = [1.5, 0.5];

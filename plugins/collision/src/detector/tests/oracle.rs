@@ -12,12 +12,11 @@ use regatta_plugin::world::{RobotTypeRecord, Shape};
 use super::fleet::{Robot, frames, later, test_world, update};
 use crate::body::{Body, CIRCLE};
 use crate::continuous::{ALWAYS, closest_proximity};
-use crate::criteria::{Criteria, INFLATION};
+use crate::criteria::{Criteria, INFLATION, Settings};
 use crate::detector::Detector;
 use crate::heading::heading;
 use crate::leg_table::LegTable;
 use crate::prediction::{Intent, Limits, Motion, Predictor, Segment};
-use crate::settings::Settings;
 
 /// All trajectories of a robot.
 type Ways = Vec<Vec<Segment>>;
