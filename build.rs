@@ -13,8 +13,18 @@ fn main() {
         .flatten()
         .flatten()
         .map(|entry| entry.path().join("src"));
-    let sources =
-        ["Cargo.toml", "Cargo.lock", "build.rs", "src", "engine/src", "viewer/src"].map(Into::into);
+    let sources = [
+        "Cargo.toml",
+        "Cargo.lock",
+        "build.rs",
+        "src",
+        "engine/src",
+        "viewer/src",
+        "viewer/gpu/src",
+        "viewer/interface/src",
+        "viewer/scene/src",
+    ]
+    .map(Into::into);
     for path in sources.into_iter().chain(plugins).filter(|path| path.exists()) {
         println!("cargo::rerun-if-changed={}", path.display());
     }
