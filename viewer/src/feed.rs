@@ -58,15 +58,6 @@ pub struct News {
     pub recording: bool,
 }
 
-/// The numbers of frames read and missed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counts {
-    /// Frames read.
-    pub read: u64,
-    /// Frames that were published but not read.
-    pub skipped: u64,
-}
-
 impl Feed {
     /// Opens a fleet for reading, whether or not it has a producer yet.
     ///

@@ -6,19 +6,20 @@ mod control;
 mod orders;
 mod poller;
 mod report;
+pub mod routes;
 mod steps;
 
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::thread::JoinHandle;
 
+use regatta_interface::orders::UserOrder;
+use regatta_interface::robot_filter::Filter;
+use regatta_interface::rows::RowQuery;
 use regatta_plugin::control::ControlRequest;
 use regatta_plugin::{FleetName, Result};
 
-use crate::filter::Filter;
-use crate::interface::rows::RowQuery;
 use crate::jams::Watch as JamWatched;
 use crate::log::watch::LogWatch;
-use crate::orders::UserOrder;
 use crate::plans::Watch;
 use crate::watching::Watching;
 use poller::Query;

@@ -5,16 +5,15 @@
 use std::fmt::Write;
 
 use glam::Vec2;
+use regatta_interface::footprint::Footprint;
+use regatta_interface::plan::{metres_text, round_step};
+use regatta_interface::text::with_plural;
 use regatta_plugin::frame::{Frame, RobotState};
 use regatta_plugin::world::{EdgeRecord, NodeRecord, NodeRole, RobotTypeRecord};
 use regatta_plugin::{Result, World};
-
-use crate::camera::Bounds;
-use crate::curves::midpoint;
-use crate::footprint::Footprint;
-use crate::interface::plan::{metres_text, round_step};
-use crate::palette::{COLOURS, Colouring, Legend, Rgb, Scale, Theme};
-use crate::text::with_plural;
+use regatta_scene::camera::Bounds;
+use regatta_scene::curves::midpoint;
+use regatta_scene::palette::{COLOURS, Colouring, Legend, Rgb, Scale, Theme};
 
 /// The most robots in a file.
 const MAX_ROBOTS: usize = 200_000;

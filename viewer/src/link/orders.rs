@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::time::{Duration, Instant};
 
+use regatta_interface::orders::UserOrder;
 use regatta_kit::{DispatchError, Dispatcher, WayError};
 use regatta_plugin::event::{EventKind, EventRecord};
 use regatta_plugin::manager::{ManagerAnswer, ManagerResponse};
 use regatta_plugin::{FleetName, ManagerClient, ManagerError, Result};
 
 use super::report::Report;
-use crate::orders::UserOrder;
 
 /// The time between two looks for answers.
 const POLL: Duration = Duration::from_millis(20);
@@ -40,14 +40,17 @@ fn serve(
     report: &Sender<Report>,
 ) -> Result<(), DispatchError> {
     let dispatcher = Dispatcher::join(fleet, "viewer-orders", WORLD)?;
-    let mut desk =
-        Desk { dispatcher, manager: ManagerClient::open(fleet)?, waiting: BTreeMap::new() };
+    let mut pending = PendingOrders {
+        dispatcher,
+        manager: ManagerClient::open(fleet)?,
+        waiting: BTreeMap::new(),
+    };
     let mut next = Some(first);
     loop {
         let orders = next.into_iter().chain(requested.try_iter());
-        let mut told: Vec<Report> = orders.filter_map(|order| desk.give(order)).collect();
-        told.extend(desk.answers()?.into_iter().map(Report::Notice));
-        if told.into_iter().any(|told| report.send(told).is_err()) || desk.waiting.is_empty() {
+        let mut told: Vec<Report> = orders.filter_map(|order| pending.give(order)).collect();
+        told.extend(pending.answers()?.into_iter().map(Report::Notice));
+        if told.into_iter().any(|told| report.send(told).is_err()) || pending.waiting.is_empty() {
             return Ok(());
         }
         next = match requested.recv_timeout(POLL) {
@@ -59,14 +62,14 @@ fn serve(
 }
 
 /// Orders that are being carried out.
-struct Desk {
+struct PendingOrders {
     dispatcher: Dispatcher,
     manager: ManagerClient,
     /// By token: the order, when it was sent, and whether the user knows that it waits.
     waiting: BTreeMap<u64, (UserOrder, Instant, bool)>,
 }
 
-impl Desk {
+impl PendingOrders {
     /// Sends an order. Returns what to tell now: the fleet manager's answer, or why the order can't
     /// be sent.
     fn give(&mut self, order: UserOrder) -> Option<Report> {
@@ -87,7 +90,9 @@ impl Desk {
 
     fn send(&mut self, order: UserOrder) -> Result<u64, DispatchError> {
         let UserOrder::Send { robot, node } = order else {
-            return Ok(self.dispatcher.give(|orders| order.collect(orders).unwrap_or_default())?);
+            return Ok(self
+                .dispatcher
+                .give(|orders| collect(order, orders).unwrap_or_default())?);
         };
         let legs = self.dispatcher.way(
             robot,
@@ -120,6 +125,23 @@ impl Desk {
         }
         Ok(told)
     }
+}
+
+/// Collects the order, and returns its token; `None` for one that needs a way, or is for the
+/// fleet manager.
+fn collect(order: UserOrder, orders: &mut Orders) -> Option<u64> {
+    Some(match order {
+        UserOrder::Hold(robot) => orders.hold(robot),
+        UserOrder::Resume(robot) => orders.resume(robot),
+        UserOrder::Break(robot) => orders.break_down(robot),
+        UserOrder::Repair(robot) => orders.repair(robot),
+        UserOrder::Cancel(robot) => orders.cancel(robot),
+        UserOrder::Close(edge) => orders.close_edge(edge),
+        UserOrder::Open(edge) => orders.open_edge(edge),
+        UserOrder::Send { .. } | UserOrder::SendByManager { .. } | UserOrder::Recall(_) => {
+            return None;
+        }
+    })
 }
 
 /// What to tell of a request to the fleet manager.

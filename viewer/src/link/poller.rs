@@ -4,16 +4,16 @@
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError};
 use std::time::{Duration, Instant};
 
+use regatta_interface::robot_filter::Filter;
+use regatta_interface::rows::{RowQuery, Rows};
+use regatta_interface::tasks::TaskBook;
 use regatta_plugin::{
     ColumnName, ColumnReader, FleetName, Participant, ReadError, Result, Subscriber, TaskReader,
     WorldReader, column_names,
 };
 
 use super::report::{Fact, Report};
-use crate::filter::Filter;
-use crate::interface::rows::{RowQuery, Rows};
-use crate::route::RoutePoller;
-use crate::tasks::TaskBook;
+use crate::link::routes::RoutePoller;
 
 /// The time between two sorts of the fleet list.
 const SORT_EVERY: Duration = Duration::from_millis(700);

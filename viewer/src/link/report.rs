@@ -1,17 +1,17 @@
 //! The messages from the background threads to the window.
 
+use regatta_interface::log::LogReport;
+use regatta_interface::orders::UserOrder;
+use regatta_interface::robot_filter::{Filter, Matches};
+use regatta_interface::rows::Rows;
+use regatta_interface::tasks::RobotTask;
 use regatta_plugin::control::ControlResponse;
 use regatta_plugin::ports::error::RequestError;
 use regatta_plugin::route::RouteResponse;
 use regatta_plugin::{ColumnName, ControlError};
+use regatta_scene::plans::PlanReport;
 
-use crate::filter::{Filter, Matches};
-use crate::interface::rows::Rows;
 use crate::jams::JamReport;
-use crate::log::LogReport;
-use crate::orders::UserOrder;
-use crate::plans::PlanReport;
-use crate::tasks::RobotTask;
 
 /// A report of the background threads.
 #[derive(Debug)]

@@ -6,6 +6,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
+use regatta_interface::log::{AlarmChange, Entry, Kind, LogReport, Severity};
+use regatta_interface::text::with_plural;
 use regatta_plugin::frame::Frame;
 use regatta_plugin::{
     ColumnReader, ContactEventReader, EventReader, FleetName, Participant, ReadError, Result,
@@ -15,8 +17,6 @@ use regatta_plugin::{
 use super::entries::{of_contact, of_event, of_task};
 use super::health::{Health, about_fleet, is_stuck};
 use super::standing::{Now, Standing, Unseen};
-use super::{AlarmChange, Entry, Kind, LogReport, Severity};
-use crate::text::with_plural;
 
 /// The time between two looks. Events of some tens of ticks are kept for a reader.
 const EVERY: Duration = Duration::from_millis(40);
@@ -270,7 +270,7 @@ fn thin_out(news: &mut Vec<(Entry, AlarmChange)>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::log::AlarmKey;
+    use regatta_interface::log::AlarmKey;
 
     #[test]
     fn many_entries_at_once_are_counted() {

@@ -3,18 +3,18 @@
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use glam::Vec2;
+use regatta_interface::labels::Labels;
+use regatta_interface::pose::Pose;
+use regatta_interface::robot_filter::{Filter, Matches, RobotSet};
+use regatta_interface::rows::Rows;
+use regatta_interface::tasks::RobotTask;
+use regatta_interface::view_model::Item;
 use regatta_plugin::control::ControlResponse;
 use regatta_plugin::{ColumnName, Frame};
 
-use crate::filter::{Filter, Matches, RobotSet};
-use crate::interface::labels::Labels;
-use crate::interface::pose::Pose;
-use crate::interface::rows::Rows;
-use crate::interface::view_model::Item;
 use crate::jams::Watch as JamWatched;
 use crate::link::Fact;
 use crate::plans::Watch;
-use crate::tasks::RobotTask;
 
 /// The state of a fleet as reported by the link, and values derived from its frames.
 #[derive(Debug, Default)]

@@ -9,7 +9,19 @@ use std::time::{Duration, Instant};
 
 use egui::ViewportId;
 use glam::UVec2;
+use regatta_gpu::TargetConfig;
+use regatta_gpu::device::Gpu;
+use regatta_gpu::insets::Insets;
+use regatta_gpu::painter::Painter;
+use regatta_gpu::renderer::Renderer;
+use regatta_interface::Interface;
+use regatta_interface::labels::{Labels, levels};
+use regatta_interface::robot_filter::{Filter, Matches};
+use regatta_interface::settings::file::SettingsError;
+use regatta_interface::timing::Timing;
+use regatta_interface::view_model::{EngineState, Item};
 use regatta_plugin::{FleetName, Participant, Result};
+use regatta_scene::Detail;
 use winit::event::WindowEvent;
 use winit::window::Window;
 
@@ -20,23 +32,11 @@ use super::settings_store::SettingsStore;
 use super::surface::{WindowSurface, create_surface};
 use super::udp::UdpProcesses;
 use crate::feed::News;
-use crate::filter::{Filter, Matches};
-use crate::gpu::TargetConfig;
-use crate::gpu::device::Gpu;
-use crate::gpu::insets::Insets;
-use crate::gpu::painter::Painter;
-use crate::gpu::renderer::Renderer;
-use crate::interface::Interface;
-use crate::interface::labels::{Labels, levels};
-use crate::interface::settings::file::SettingsError;
-use crate::interface::timing::Timing;
-use crate::interface::view_model::{EngineState, Item};
 use crate::jams::Watch as JamWatched;
 use crate::link::{Link, Report};
 use crate::options::{LookOptions, Options};
 use crate::past::Past;
 use crate::plans::Watch;
-use crate::scene::Detail;
 use crate::stage::Stage;
 
 /// The time between two checks of a hidden window.

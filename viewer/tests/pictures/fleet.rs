@@ -2,17 +2,17 @@
 
 use glam::{UVec2, Vec2};
 use image::RgbaImage;
+use regatta_gpu::TargetConfig;
+use regatta_gpu::device::Gpu;
+use regatta_gpu::renderer::{Picture, Renderer};
 use regatta_plugin::Frame;
 use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, NO_EDGE, frame_lines, stride_lines};
 use regatta_plugin::world::{
     CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Shape, WorldData,
 };
-use regatta_viewer::camera::{Bounds, Camera};
-use regatta_viewer::gpu::TargetConfig;
-use regatta_viewer::gpu::device::Gpu;
-use regatta_viewer::gpu::renderer::{Picture, Renderer};
+use regatta_scene::Scene;
+use regatta_scene::camera::{Bounds, Camera};
 use regatta_viewer::picture::{FORMAT, Offscreen};
-use regatta_viewer::scene::Scene;
 
 pub const SIZE: UVec2 = UVec2::new(320, 200);
 

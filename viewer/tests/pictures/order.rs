@@ -3,12 +3,12 @@
 
 use glam::{UVec2, Vec2, Vec3};
 use image::RgbaImage;
+use regatta_gpu::device::Gpu;
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
-use regatta_viewer::camera::{Bounds, Camera, Window};
-use regatta_viewer::gpu::device::Gpu;
-use regatta_viewer::palette::Colouring;
-use regatta_viewer::scene::Scene;
+use regatta_scene::Scene;
+use regatta_scene::camera::{Bounds, Camera, Window};
+use regatta_scene::palette::Colouring;
 
 use crate::Test;
 use crate::fleet::{Robot, SIZE, TestRenderer};

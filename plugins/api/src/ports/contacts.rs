@@ -6,7 +6,9 @@ use super::newest::Newest;
 use super::services;
 use super::slices::SliceSender;
 use crate::process::join::Participant;
-use crate::records::contact::{ContactEvent, ContactEventHeader, ContactHeader, ContactRecord};
+use crate::records::contact::{
+    ContactEvent, ContactEventHeader, ContactHeader, ContactRecord, Contacts,
+};
 
 /// Publishes a fleet's contacts. A fleet has one such publisher at a time.
 ///
@@ -76,18 +78,6 @@ impl ContactPublisher {
         self.contacts.update();
         self.events.update();
     }
-}
-
-/// All pairs of one frame, borrowed from shared memory.
-#[derive(Clone, Copy, Debug)]
-pub struct Contacts<'sample> {
-    /// The frame, and totals.
-    pub header: &'sample ContactHeader,
-    /// The pairs: those that touch first, then the others, each sorted by the robots' ids.
-    pub pairs: &'sample [ContactRecord],
-    /// The number of samples that were published between the one that this reader returned before
-    /// and this one.
-    pub missed: u64,
 }
 
 /// Reads a fleet's contacts: the newest, or [all of them](Self::take_next).

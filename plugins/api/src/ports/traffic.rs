@@ -5,7 +5,7 @@ use super::newest::Newest;
 use super::services;
 use super::slices::SliceSender;
 use crate::process::join::Participant;
-use crate::records::traffic::{EdgeTraffic, TRAFFIC_PERIODS, TrafficHeader};
+use crate::records::traffic::{EdgeTraffic, TRAFFIC_PERIODS, Traffic, TrafficHeader};
 
 /// Publishes the traffic on a fleet's edges. A fleet has one such publisher at a time.
 ///
@@ -59,18 +59,6 @@ impl TrafficPublisher {
     pub fn update(&self) {
         self.sender.update();
     }
-}
-
-/// The traffic on all edges, borrowed from shared memory.
-#[derive(Clone, Copy, Debug)]
-pub struct Traffic<'sample> {
-    /// The frame that the figures belong to, and the periods.
-    pub header: &'sample TrafficHeader,
-    /// For each period: a figure for each edge of the world.
-    pub periods: [&'sample [EdgeTraffic]; TRAFFIC_PERIODS],
-    /// The number of samples that were published between the one that this reader returned before
-    /// and this one.
-    pub missed: u64,
 }
 
 /// Reads the newest traffic on a fleet's edges.

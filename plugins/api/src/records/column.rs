@@ -1,6 +1,7 @@
 //! Columns: one value per robot, published by a plugin on `regatta/F/columns/NAME`.
 
 use bytemuck::{Pod, Zeroable};
+#[cfg(feature = "shared-memory")]
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::activity::Activity;
@@ -9,9 +10,10 @@ use super::sequence::Sequenced;
 
 /// The iceoryx2 user header of a column. Its payload is `robots` values of `f32`, padded to whole
 /// lines.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_ColumnHeader")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_ColumnHeader"))]
 pub struct ColumnHeader {
     /// The run of the frame that the values were computed from.
     pub run_id: u64,

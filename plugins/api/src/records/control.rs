@@ -2,15 +2,17 @@
 //! `regatta/F/control`.
 
 use bytemuck::{Pod, Zeroable};
+#[cfg(feature = "shared-memory")]
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::frame::RobotState;
 use super::{padded, text};
 
 /// A request. `kind` decides which of `count` and `speed` has a meaning.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_ControlRequest")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_ControlRequest"))]
 pub struct ControlRequest {
     /// `Step`: ticks. `Robots`: the requested number. `Seek`: simulated time in nanoseconds.
     pub count: u64,
@@ -44,9 +46,10 @@ numbered! {
 }
 
 /// The answer: whether the request was carried out, and the status after it.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_ControlResponse")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_ControlResponse"))]
 pub struct ControlResponse {
     /// The run.
     pub run_id: u64,

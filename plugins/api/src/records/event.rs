@@ -1,14 +1,16 @@
 //! Events of robots. One sample of `regatta/F/events` holds all events of one tick.
 
 use bytemuck::{Pod, Zeroable};
+#[cfg(feature = "shared-memory")]
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::sequence::Sequenced;
 
 /// The iceoryx2 user header of `regatta/F/events`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_EventHeader")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_EventHeader"))]
 pub struct EventHeader {
     /// The run that the tick belongs to.
     pub run_id: u64,
@@ -21,9 +23,10 @@ pub struct EventHeader {
 }
 
 /// One event.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_EventRecord")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_EventRecord"))]
 pub struct EventRecord {
     /// The token of the order that this event answers, or zero.
     pub token: u64,

@@ -1,6 +1,7 @@
 //! A frame: the poses of all robots at one tick, as columns in one block of 64-byte lines.
 
 use bytemuck::{Pod, Zeroable};
+#[cfg(feature = "shared-memory")]
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::sequence::Sequenced;
@@ -19,10 +20,11 @@ pub const NO_EDGE: u32 = u32::MAX;
 ///
 /// Frames are slices of lines, rather than of `f32` with a raised alignment, because iceoryx2 pads
 /// every element of a slice to the alignment.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
 #[repr(align(64))]
-#[type_name("regatta_Line")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_Line"))]
 pub struct Line(pub [f32; 16]);
 
 /// Values of four bytes in one [`Line`].
@@ -31,9 +33,10 @@ pub const WORDS_PER_LINE: usize = 16;
 pub const BYTES_PER_LINE: usize = 64;
 
 /// The iceoryx2 user header of `regatta/F/frames`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_FrameHeader")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_FrameHeader"))]
 pub struct FrameHeader {
     /// Differs between any two starts of a producer.
     pub run_id: u64,

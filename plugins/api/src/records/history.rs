@@ -3,6 +3,7 @@
 //! that joins late has all of it.
 
 use bytemuck::{Pod, Zeroable};
+#[cfg(feature = "shared-memory")]
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::frame::{Frame, NO_EDGE};
@@ -18,9 +19,10 @@ const UNKNOWN: u32 = u32::MAX;
 
 /// The iceoryx2 user header of `regatta/F/history`, with a payload of [`FleetSample`]s, and of
 /// `regatta/F/spots`, with one of [`HotSpot`]s.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_HistoryHeader")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_HistoryHeader"))]
 pub struct HistoryHeader {
     /// The run.
     pub run_id: u64,
@@ -36,9 +38,10 @@ pub struct HistoryHeader {
 }
 
 /// The figures of a fleet at a time.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_FleetSample")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_FleetSample"))]
 pub struct FleetSample {
     /// Simulated seconds.
     pub secs: f64,
@@ -129,9 +132,10 @@ impl Trend {
 }
 
 /// A place where robots lose time.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_HotSpot")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_HotSpot"))]
 pub struct HotSpot {
     /// The time that robots have touched others there, added up over robots, in simulated seconds.
     pub contact_secs: f64,

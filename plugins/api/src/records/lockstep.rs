@@ -1,12 +1,14 @@
 //! Lockstep reports: `regatta/F/done`.
 
 use bytemuck::{Pod, Zeroable};
+#[cfg(feature = "shared-memory")]
 use iceoryx2::prelude::ZeroCopySend;
 
 /// A reader's report that it has finished a tick, or that it has left.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_Done")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_Done"))]
 pub struct Done {
     /// The run.
     pub run_id: u64,

@@ -2,6 +2,7 @@
 //! `regatta/F/manager`, which has no server if the fleet has no manager that takes requests.
 
 use bytemuck::{Pod, Zeroable};
+#[cfg(feature = "shared-memory")]
 use iceoryx2::prelude::ZeroCopySend;
 
 numbered! {
@@ -47,9 +48,10 @@ impl ManagerAnswer {
 }
 
 /// A request to the fleet manager.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_ManagerRequest")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_ManagerRequest"))]
 pub struct ManagerRequest {
     /// A [`ManagerRequestKind`].
     pub kind: u32,
@@ -62,9 +64,10 @@ pub struct ManagerRequest {
 }
 
 /// The fleet manager's answer.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_ManagerResponse")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_ManagerResponse"))]
 pub struct ManagerResponse {
     /// The number of the transport task by which the robot is sent, as in the task log; 0 if there
     /// is none.

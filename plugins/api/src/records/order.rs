@@ -2,12 +2,14 @@
 //! [`OrderRecord`]s, applied in order at the start of the next tick.
 
 use bytemuck::{Pod, Zeroable};
+#[cfg(feature = "shared-memory")]
 use iceoryx2::prelude::ZeroCopySend;
 
 /// The iceoryx2 user header of `regatta/F/orders`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_OrderHeader")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_OrderHeader"))]
 pub struct OrderHeader {
     /// The hash of the sender's name. In lockstep, the samples of a tick are applied in the order
     /// of this value.
@@ -16,9 +18,10 @@ pub struct OrderHeader {
 
 /// One order, or one leg of the route of the order before it. `kind` decides which fields have a
 /// meaning.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_OrderRecord")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_OrderRecord"))]
 pub struct OrderRecord {
     /// A number chosen by the sender; the events that answer this order carry it. Zero means none.
     pub token: u64,

@@ -2,6 +2,7 @@
 //! replay publishes it on `regatta/F/recording`, so that any reader can show a timeline with marks.
 
 use bytemuck::{Pod, Zeroable};
+#[cfg(feature = "shared-memory")]
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::sequence::Sequenced;
@@ -12,9 +13,10 @@ use super::{padded, text};
 ///
 /// Times are those of the recording's clock: the simulated time of its first run; further runs
 /// follow without a gap.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_RecordingHeader")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_RecordingHeader"))]
 pub struct RecordingHeader {
     /// The run of the frames that [`ahead_nanos`](Self::ahead_nanos) is about.
     pub run_id: u64,
@@ -39,9 +41,10 @@ pub struct RecordingHeader {
 }
 
 /// An incident in a recording.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_RecordingMark")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_RecordingMark"))]
 pub struct RecordingMark {
     /// The time on the recording's clock, in nanoseconds.
     pub time_nanos: u64,

@@ -4,6 +4,7 @@
 use core::cmp::Ordering;
 
 use bytemuck::{Pod, Zeroable};
+#[cfg(feature = "shared-memory")]
 use iceoryx2::prelude::ZeroCopySend;
 
 /// The largest number of legs that one answer lists. A longer route is cut; its total length is
@@ -17,9 +18,10 @@ const DRIVES_ON: u32 = 2;
 const REVERSE: u32 = 1 << 31;
 
 /// A request for the route of a robot.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_RouteRequest")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_RouteRequest"))]
 pub struct RouteRequest {
     /// The robot, by id.
     pub robot: u32,
@@ -33,9 +35,10 @@ pub struct RouteRequest {
 /// loop, the response lists one lap from there; the part up to the end of the route's list is
 /// released. For a random walk, it lists the leg that the robot is on and the next ones, as far as
 /// they are drawn. A robot without a route has no legs.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_RouteResponse")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_RouteResponse"))]
 pub struct RouteResponse {
     /// The run. Edges are those of its world.
     pub run_id: u64,

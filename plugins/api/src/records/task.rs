@@ -2,6 +2,7 @@
 //! records of one tick of the fleet manager that writes it.
 
 use bytemuck::{Pod, Zeroable};
+#[cfg(feature = "shared-memory")]
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::sequence::Sequenced;
@@ -10,9 +11,10 @@ use super::sequence::Sequenced;
 pub const NO_ROBOT: u32 = u32::MAX;
 
 /// The iceoryx2 user header of `regatta/F/tasks`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_TaskHeader")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_TaskHeader"))]
 pub struct TaskHeader {
     /// The run that the tick belongs to.
     pub run_id: u64,
@@ -26,9 +28,10 @@ pub struct TaskHeader {
 
 /// Something that happened to a task. `kind` decides which fields have a meaning; the others are
 /// zero, and `robot` is [`NO_ROBOT`].
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_TaskRecord")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_TaskRecord"))]
 pub struct TaskRecord {
     /// The number of the task, which no other task of the fleet manager's store has.
     pub task: u64,

@@ -1,6 +1,7 @@
 //! Traffic: the figures of each edge, published by a plugin on `regatta/F/traffic`.
 
 use bytemuck::{Pod, Zeroable};
+#[cfg(feature = "shared-memory")]
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::sequence::Sequenced;
@@ -10,9 +11,10 @@ pub const TRAFFIC_PERIODS: usize = 3;
 
 /// The iceoryx2 user header of `regatta/F/traffic`. Its payload is an [`EdgeTraffic`] for each edge
 /// of the world and each period: first all edges for the first period, then all for the next.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_TrafficHeader")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_TrafficHeader"))]
 pub struct TrafficHeader {
     /// The run of the frames that the figures were computed from.
     pub run_id: u64,
@@ -37,9 +39,10 @@ pub struct TrafficHeader {
 }
 
 /// The figures of an edge in a period. Times are simulated.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_EdgeTraffic")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_EdgeTraffic"))]
 pub struct EdgeTraffic {
     /// The mean number of robots on the edge.
     pub occupancy: f32,
@@ -61,3 +64,15 @@ pub struct EdgeTraffic {
 }
 
 super::sequence::sequenced!(TrafficHeader: sequence);
+
+/// The traffic on all edges, borrowed from shared memory.
+#[derive(Clone, Copy, Debug)]
+pub struct Traffic<'sample> {
+    /// The frame that the figures belong to, and the periods.
+    pub header: &'sample TrafficHeader,
+    /// For each period: a figure for each edge of the world.
+    pub periods: [&'sample [EdgeTraffic]; TRAFFIC_PERIODS],
+    /// The number of samples that were published between the one that this reader returned before
+    /// and this one.
+    pub missed: u64,
+}

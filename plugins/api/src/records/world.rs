@@ -5,6 +5,7 @@
 //! [`WorldData`].
 
 use bytemuck::{Pod, Zeroable};
+#[cfg(feature = "shared-memory")]
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::sequence::Sequenced;
@@ -18,9 +19,10 @@ mod texts;
 mod view;
 
 /// The iceoryx2 user header of `regatta/F/world`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_WorldHeader")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_WorldHeader"))]
 pub struct WorldHeader {
     /// The run that this world belongs to.
     pub run_id: u64,
@@ -45,9 +47,10 @@ pub struct WorldHeader {
 }
 
 /// A node of the route graph.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_NodeRecord")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_NodeRecord"))]
 pub struct NodeRecord {
     /// Id in the route graph's file.
     pub id: u32,
@@ -86,9 +89,10 @@ numbered! {
 }
 
 /// An edge of the route graph: one or more cubic Bézier curves, end to end.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_EdgeRecord")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_EdgeRecord"))]
 pub struct EdgeRecord {
     /// Id in the route graph's file.
     pub id: u32,
@@ -135,18 +139,20 @@ pub enum Orientation {
 
 /// A cubic Bézier curve: an edge or a part of one. It starts where the edge's curve before it ends.
 /// Straight lines are curves with evenly spaced control points.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_CurveRecord")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_CurveRecord"))]
 pub struct CurveRecord {
     /// Control points P0 to P3, each metres east and north of the world's origin.
     pub control_points: [[f32; 2]; 4],
 }
 
 /// A robot type.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_RobotTypeRecord")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_RobotTypeRecord"))]
 pub struct RobotTypeRecord {
     /// Name in UTF-8, padded with zeros.
     pub name: [u8; MAX_TYPE_NAME_BYTES],

@@ -4,15 +4,15 @@ use std::time::{Duration, Instant};
 
 use egui::{Rect, ViewportId};
 use glam::{UVec2, Vec2};
+use regatta_interface::measure::End;
+use regatta_interface::pose::interpolate;
+use regatta_interface::robot_filter::Matches;
+use regatta_interface::view_model::{Action, EngineState, Item, ViewModel};
 use regatta_plugin::FleetName;
 use regatta_plugin::frame::ClockState;
 use winit::window::Fullscreen;
 
 use super::{ViewerWindow, size_of, title};
-use crate::filter::Matches;
-use crate::interface::measure::End;
-use crate::interface::pose::interpolate;
-use crate::interface::view_model::{Action, EngineState, Item, Timeline, ViewModel};
 use crate::notes;
 use crate::stage::Stage;
 
@@ -90,7 +90,7 @@ impl ViewerWindow {
             lag: self.fleet_state.lag,
             trail_points: self.stage.renderer.trail_points(),
             udp: self.udp.is_running(),
-            timeline: Timeline::of(&self.stage),
+            timeline: self.stage.timeline(),
         };
         let input = self.input.take_egui_input(&self.window);
         let (mut picture, mut actions, interface) = (Rect::ZERO, Vec::new(), &mut self.interface);
