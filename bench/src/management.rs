@@ -12,13 +12,13 @@ use std::process::ExitCode;
 use std::time::Duration;
 
 use clap::Args;
-use regatta_scenario::RobotCount;
 use regatta::arguments::Time;
 use regatta::experiment::plot::{self, Chart, Scale, Series};
 use regatta::experiment::report::{Output, Report, environment};
 use regatta::failure::Failure;
 use regatta::program::Program;
 use regatta::progress::Progress;
+use regatta_scenario::RobotCount;
 use serde_json::{Value, json};
 
 use self::measurement::{Measured, Setup, Site};

@@ -8,8 +8,6 @@ use std::process::{Command, ExitCode, Stdio};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use regatta_layout::generate::Warehouse;
-use regatta_scenario::RobotCount;
 use regatta::experiment::report::{Output, Report, environment};
 use regatta::experiment::{
     Experiment, check_interrupt, seconds_parser, temporary_folder, wait, write,
@@ -18,6 +16,8 @@ use regatta::failure::Failure;
 use regatta::program::Program;
 use regatta::progress::Progress;
 use regatta::supervisor::Supervisor;
+use regatta_layout::generate::Warehouse;
+use regatta_scenario::RobotCount;
 use serde_json::{Value, json};
 
 /// The loads: number of robots, frames per second. The first two are promised to arrive completely;

@@ -3,10 +3,10 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use regatta_layout::generate::Warehouse;
 use regatta::experiment::{check_interrupt, temporary_folder, write};
 use regatta::failure::Failure;
 use regatta::program::Program;
+use regatta_layout::generate::Warehouse;
 use serde_json::{Value, json};
 
 use super::processes::Run;

@@ -189,13 +189,17 @@ mod shared_memory {
     pub use crate::ports::tasks::{TaskPublisher, TaskReader, Tasks};
     pub use crate::ports::traffic::{TrafficPublisher, TrafficReader};
     pub use crate::ports::worlds::WorldReader;
-    pub use crate::process::domain::{DomainError, RUNTIME_DIR_VARIABLE, config as iceoryx2_config};
+    pub use crate::process::domain::{
+        DomainError, RUNTIME_DIR_VARIABLE, config as iceoryx2_config,
+    };
     pub use crate::process::health;
     pub use crate::process::join::Participant;
     pub use crate::process::log::set_verbosity;
     pub use crate::process::plugin::Plugin;
     pub use crate::process::rate::{Rate, RateError};
-    pub use crate::process::run::{AFTER_VARIABLE, LOAD_VARIABLE, NAME_VARIABLE, Options, run, run_from};
+    pub use crate::process::run::{
+        AFTER_VARIABLE, LOAD_VARIABLE, NAME_VARIABLE, Options, run, run_from,
+    };
     pub use crate::process::scheduling::{Priority, SchedulingError, SchedulingOptions};
     pub use crate::process::termination::{PARENT_VARIABLE, Termination, reopen_on_hangup};
     pub use crate::process::usage::usage_line;
