@@ -117,10 +117,12 @@ fn load(load: Value, places: &Places) -> Result<Load, InputError> {
         None => vec![generator(load, &fields, 1, &groups)?],
         Some(list) => {
             load.fields(&LOAD_FIELDS)?;
-            let read = |(index, value): (usize, Value)| {
-                generator(value, &value.fields(&GENERATOR_FIELDS)?, index + 1, &groups)
-            };
-            list.list()?.into_iter().enumerate().map(read).collect::<Result<_, _>>()?
+            let mut generators = Vec::new();
+            for (value, number) in list.list()?.into_iter().zip(1..) {
+                let fields = value.fields(&GENERATOR_FIELDS)?;
+                generators.push(generator(value, &fields, number, &groups)?);
+            }
+            generators
         }
     };
     let mut names: Vec<_> = generators.iter().map(|generator| &generator.name).collect();
@@ -236,8 +238,11 @@ struct Groups<'places> {
 impl<'places> Groups<'places> {
     fn read(groups: Option<Value>, places: &'places Places) -> Result<Self, InputError> {
         let pairs = groups.map(Value::pairs).transpose()?.unwrap_or_default();
-        let read = |(name, value): (String, Value)| Ok((name, group(value, places)?));
-        Ok(Self { named: pairs.into_iter().map(read).collect::<Result<_, _>>()?, places })
+        let mut named = BTreeMap::new();
+        for (name, value) in pairs {
+            named.insert(name, group(value, places)?);
+        }
+        Ok(Self { named, places })
     }
 
     /// Returns the nodes that a field names, or those of the role, or all if none has it; but no
@@ -271,13 +276,14 @@ fn group(value: Value, places: &Places) -> Result<Vec<u32>, InputError> {
 }
 
 fn listed(value: Value, places: &Places) -> Result<Vec<u32>, InputError> {
-    let find = |item: Value| {
+    let mut nodes = Vec::new();
+    for item in value.list()? {
         let label = item.text()?;
-        places.find(&label).ok_or_else(|| {
+        nodes.push(places.find(&label).ok_or_else(|| {
             item.error(format!("`{label}` is neither the name nor the id of a node"))
-        })
-    };
-    value.list()?.into_iter().map(find).collect()
+        })?);
+    }
+    Ok(nodes)
 }
 
 fn matching(value: Value, places: &Places) -> Result<Vec<u32>, InputError> {

@@ -271,14 +271,23 @@ struct StopRow {
     dwell: f64,
 }
 
+impl StopRow {
+    fn new(stop: &Stop, places: &Places) -> Self {
+        Self { node: places.place(stop.node).id, action: stop.action, dwell: stop.dwell_secs }
+    }
+
+    /// Returns the stop; `None` if the world doesn't have its node, or its time is none.
+    fn stop(&self, places: &Places) -> Option<Stop> {
+        let node = places.with_id(self.node)?;
+        let is_time = self.dwell.is_finite() && self.dwell >= 0.0;
+        is_time.then_some(Stop { node, action: self.action, dwell_secs: self.dwell })
+    }
+}
+
 fn stop_rows(stops: &[Stop], places: &Places) -> String {
-    let row = |stop: &Stop| StopRow {
-        node: places.place(stop.node).id,
-        action: stop.action,
-        dwell: stop.dwell_secs,
-    };
+    let rows: Vec<_> = stops.iter().map(|stop| StopRow::new(stop, places)).collect();
     // Numbers and fixed words: this can't fail.
-    serde_json::to_string(&stops.iter().map(row).collect::<Vec<_>>()).unwrap_or_default()
+    serde_json::to_string(&rows).unwrap_or_default()
 }
 
 /// Returns a row as an order, or `None` if it names nodes that the world doesn't have, or is no
@@ -292,12 +301,7 @@ fn order_of(
 ) -> rusqlite::Result<Option<Order>> {
     let text = |index: usize| row.get::<_, String>(index);
     let rows: Vec<StopRow> = serde_json::from_str(&text(9)?).unwrap_or_default();
-    let stop = |row: StopRow| {
-        let node = places.with_id(row.node)?;
-        let is_time = row.dwell.is_finite() && row.dwell >= 0.0;
-        is_time.then_some(Stop { node, action: row.action, dwell_secs: row.dwell })
-    };
-    let stops: Option<Vec<_>> = rows.into_iter().map(stop).collect();
+    let stops: Option<Vec<_>> = rows.iter().map(|row| row.stop(places)).collect();
     let (Some(stops), Ok(name)) =
         (stops.filter(|stops| !stops.is_empty()), OrderName::stored(&text(0)?))
     else {

@@ -30,7 +30,11 @@ impl Threads {
         let done = std::mem::take(&mut update.done);
         match &self.store {
             Some(store) => store.update(update.orders.clone(), done),
-            None => done.into_iter().for_each(|reply| reply(())),
+            None => {
+                for reply in done {
+                    reply(());
+                }
+            }
         }
         if let Some(updates) = &self.updates {
             // It fails only if the web API has ended.

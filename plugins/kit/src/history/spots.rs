@@ -51,7 +51,9 @@ impl Spots {
         let (before, jumps) = self.newest.replace((now, frame.jumps())).unwrap_or((now, 0));
         if now > before && jumps == frame.jumps() {
             let moment = Moment::new(before, now, (now - before).min(LONGEST_GAP));
-            losses::losses(frame, pairs).iter().for_each(|loss| self.cells.lose(loss, &moment));
+            for loss in &losses::losses(frame, pairs) {
+                self.cells.lose(loss, &moment);
+            }
         }
     }
 
@@ -102,7 +104,9 @@ impl Spots {
         let mut edges: Vec<_> = edges.into_iter().collect();
         edges.sort_by(|a, b| b.1.total_cmp(&a.1));
         let mut worst = [NO_EDGE; SPOT_EDGES];
-        worst.iter_mut().zip(edges).for_each(|(place, (edge, _))| *place = edge);
+        for (place, (edge, _)) in worst.iter_mut().zip(edges) {
+            *place = edge;
+        }
         let [contact_secs, standing_secs] = secs;
         let [x, y] = places.map(|sum| (sum / (contact_secs + standing_secs).max(1e-9)) as f32);
         HotSpot {
@@ -131,7 +135,9 @@ fn trend([recent, usual]: [f64; 2], watched: f64) -> Trend {
 }
 
 fn add(sum: &mut [f64; 2], other: [f64; 2]) {
-    sum.iter_mut().zip(other).for_each(|(part, other)| *part += other);
+    for (part, other) in sum.iter_mut().zip(other) {
+        *part += other;
+    }
 }
 
 fn distance(one: [f32; 2], other: [f32; 2]) -> f32 {

@@ -10,9 +10,11 @@ impl OrderPool {
         let mut free = Vec::new();
         for request in self.threads.as_mut().map(Threads::requests).unwrap_or_default() {
             match request {
-                Request::Post { orders, created_secs } => orders.into_iter().for_each(|order| {
-                    self.create(created_secs.min(now_secs), now_secs, order);
-                }),
+                Request::Post { orders, created_secs } => {
+                    for order in orders {
+                        self.create(created_secs.min(now_secs), now_secs, order);
+                    }
+                }
                 Request::Withdraw { name, immediate, reply } => {
                     match self.cancel(&name, immediate, now_secs) {
                         Ok(robot) => {

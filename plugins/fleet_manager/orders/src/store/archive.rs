@@ -63,33 +63,37 @@ impl Archive {
         page: &Page,
         known: impl Fn(&str) -> bool,
     ) -> Result<Vec<TransportOrder>, StoreError> {
-        let read = || {
-            let connection = self.connection.lock();
-            let is_final = |state: &str| ["finished", "failed", "cancelled"].contains(&state);
-            // Few orders are open among millions that are over.
-            let condition = match page.state.as_deref() {
-                None => "WHERE ?2 IS NULL".to_owned(),
-                Some("open") => format!("INDEXED BY open_order WHERE ?2 = 'open' AND {IS_OPEN}"),
-                Some(state) if is_final(state) => "WHERE state = ?2".to_owned(),
-                Some(_) => format!("INDEXED BY open_order WHERE state = ?2 AND {IS_OPEN}"),
-            };
-            let mut statement = connection.prepare_cached(&format!(
-                "SELECT {COLUMNS} FROM transport_order {condition} AND name > ?1 ORDER BY name"
-            ))?;
-            let after = page.after.as_ref().map_or("", OrderName::as_str);
-            let mut rows = statement.query(params![after, page.state])?;
-            let mut found = Vec::new();
-            while found.len() < page.limit
-                && let Some(row) = rows.next()?
-            {
-                let name: String = row.get(0)?;
-                if !known(&name) {
-                    found.push(self.view(row)?);
-                }
-            }
-            Ok(found)
+        self.read_page(page, known).map_err(|error| sqlite_error(&self.path, &error))
+    }
+
+    fn read_page(
+        &self,
+        page: &Page,
+        known: impl Fn(&str) -> bool,
+    ) -> rusqlite::Result<Vec<TransportOrder>> {
+        let connection = self.connection.lock();
+        // Few orders are open among millions that are over.
+        let condition = match page.state.as_deref() {
+            None => "WHERE ?2 IS NULL".to_owned(),
+            Some("open") => format!("INDEXED BY open_order WHERE ?2 = 'open' AND {IS_OPEN}"),
+            Some("finished" | "failed" | "cancelled") => "WHERE state = ?2".to_owned(),
+            Some(_) => format!("INDEXED BY open_order WHERE state = ?2 AND {IS_OPEN}"),
         };
-        read().map_err(|error| sqlite_error(&self.path, &error))
+        let mut statement = connection.prepare_cached(&format!(
+            "SELECT {COLUMNS} FROM transport_order {condition} AND name > ?1 ORDER BY name"
+        ))?;
+        let after = page.after.as_ref().map_or("", OrderName::as_str);
+        let mut rows = statement.query(params![after, page.state])?;
+        let mut found = Vec::new();
+        while found.len() < page.limit
+            && let Some(row) = rows.next()?
+        {
+            let name: String = row.get(0)?;
+            if !known(&name) {
+                found.push(self.view(row)?);
+            }
+        }
+        Ok(found)
     }
 
     /// Returns the largest number N of an order `order-N`. Longer numbers than one ever comes to

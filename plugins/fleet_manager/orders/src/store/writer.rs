@@ -149,7 +149,9 @@ impl Thread {
         if result.is_ok() {
             self.pending.clear();
             self.unsaved.fetch_sub(std::mem::take(&mut self.taken), Ordering::Release);
-            self.replies.drain(..).for_each(|reply| reply(()));
+            for reply in self.replies.drain(..) {
+                reply(());
+            }
         }
         answer(insertions, result);
     }
@@ -193,7 +195,9 @@ fn answer(insertions: Vec<Insertion>, result: rusqlite::Result<Vec<Result<(), In
         }
         Err(error) => {
             let error = InsertError::Write(cause(&error));
-            insertions.into_iter().for_each(|(_, _, done)| done(Err(error.clone())));
+            for (_, _, done) in insertions {
+                done(Err(error.clone()));
+            }
         }
     }
 }

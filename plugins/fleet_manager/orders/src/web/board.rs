@@ -76,7 +76,9 @@ impl Board {
         let mut content = self.content.lock();
         content.now_secs = update.now_secs;
         content.figures = update.figures.unwrap_or(content.figures);
-        update.orders.into_iter().for_each(|order| content.show(order));
+        for order in update.orders {
+            content.show(order);
+        }
     }
 
     fn send(&self, name: &str, data: &impl Serialize) {
@@ -139,7 +141,9 @@ impl Board {
     /// Takes back what [`reserve`](Self::reserve) has shown.
     pub(super) fn release(&self, orders: &[NewOrder]) {
         let mut content = self.content.lock();
-        orders.iter().for_each(|order| drop(content.orders.remove(&order.name)));
+        for order in orders {
+            content.orders.remove(&order.name);
+        }
     }
 
     pub(super) fn order(&self, name: &OrderName) -> Option<TransportOrder> {
