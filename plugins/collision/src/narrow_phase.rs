@@ -5,7 +5,7 @@ use crate::continuous::{ALWAYS, closest_proximity};
 use crate::criteria::{Criteria, HYSTERESIS, INFLATION, Settings};
 use crate::frame_context::FrameContext;
 use crate::overlap::overlap_centre;
-use crate::strip::{PackedRobot, Strip};
+use crate::strip_index::{PackedRobot, Strip};
 use crate::sweep::Candidates;
 use crate::swept_path::{Approach, straight_on};
 use crate::tracker::PairObservation;
