@@ -8,7 +8,7 @@ use crate::grid::Scale;
 use crate::heading::heading;
 use crate::leg_table::LegTable;
 use crate::prediction::{Motion, Predictor, Segment};
-use crate::strip::PackedRobot;
+use crate::strip_index::PackedRobot;
 use crate::swept_path::{SweptPath, only_straight_on, segments_of};
 
 /// A block of a frame's robots, by columns. Elements from `len` on are left over from earlier

@@ -4,11 +4,18 @@ use glam::DVec2;
 
 use crate::body::{Body, Outline, between};
 use crate::prediction::Segment;
-use crate::relative_motion::{Proximity, RelativeMotion};
+use crate::relative_motion::{Inflations, Proximity, RelativeMotion};
+
+/// A window of time, in seconds from now.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TimeWindow {
+    pub from: f32,
+    pub to: f32,
+}
 
 /// The time window of [`closest_proximity`] that covers the whole trajectories, in seconds from
 /// now.
-pub(crate) const ALWAYS: [f32; 2] = [0.0, f32::INFINITY];
+pub(crate) const ALWAYS: TimeWindow = TimeWindow { from: 0.0, to: f32::INFINITY };
 
 /// The largest distance between a point of a turning robot and where it is assumed to be, in
 /// metres.
@@ -17,11 +24,11 @@ const MAX_TURN_ERROR: f64 = 0.01;
 /// Returns the closest proximity of two robots on their trajectories, as they are and with both
 /// inflated by some metres on all sides. No instants are sampled: the result is exact for robots
 /// that drive straight on, and to [`MAX_TURN_ERROR`] for turning ones. Only segments within the
-/// time window `[from, to]`, in seconds from now, are examined.
+/// time window are examined.
 pub(crate) fn closest_proximity(
     (a, segments_a): (&Body, &[Segment]),
     (b, segments_b): (&Body, &[Segment]),
-    [from, to]: [f32; 2],
+    window: TimeWindow,
     inflation: f64,
 ) -> Proximity {
     let reach = a.radius() + b.radius() + 2.0 * inflation as f32;
@@ -29,10 +36,10 @@ pub(crate) fn closest_proximity(
     let mut cursor_b = TrajectoryCursor { segments: segments_b, start: 0.0 };
     let (mut now, mut proximity) = (0.0, Proximity::Apart);
     while let ([segment_a, ..], [segment_b, ..]) = (cursor_a.segments, cursor_b.segments)
-        && now <= to
+        && now <= window.to
     {
         let until = segment_a.until.min(segment_b.until);
-        if until >= from {
+        if until >= window.from {
             let pass = Pass {
                 a: (segment_a, now - cursor_a.start),
                 b: (segment_b, now - cursor_b.start),
@@ -83,11 +90,13 @@ impl Pass<'_> {
     fn proximity(&self, bodies: (&Body, &Body), inflation: f64, reach: f32) -> Proximity {
         let error = self.turn_error(bodies);
         if error <= MAX_TURN_ERROR {
-            return self.proximity_without_turn(bodies, [0.0, inflation]);
+            return self
+                .proximity_without_turn(bodies, Inflations { overlapping: 0.0, near: inflation });
         }
         // Larger by the error, robots at their mean heading hold themselves at all headings of the
         // pass; smaller, they are held by themselves.
-        match self.proximity_without_turn(bodies, [-error, inflation + 0.5 * error]) {
+        let inflations = Inflations { overlapping: -error, near: inflation + 0.5 * error };
+        match self.proximity_without_turn(bodies, inflations) {
             Proximity::Near => self.proximity_of_halves(bodies, inflation, reach),
             certain => certain,
         }
@@ -122,7 +131,7 @@ impl Pass<'_> {
 
     /// Returns the proximity if both keep their mean headings, with the inflations of
     /// [`Proximity::of`].
-    fn proximity_without_turn(&self, (a, b): (&Body, &Body), inflations: [f64; 2]) -> Proximity {
+    fn proximity_without_turn(&self, (a, b): (&Body, &Body), inflations: Inflations) -> Proximity {
         let motion = self.motion();
         let [heading_a, heading_b] = [self.a, self.b].map(|(segment, elapsed)| {
             segment.heading_after(elapsed + 0.5 * self.seconds).as_dvec2()

@@ -122,12 +122,17 @@ impl Criteria {
     pub(crate) fn now(settings: Settings, a: &Body, b: &Body) -> Self {
         let margin = f64::from(settings.margin());
         let gap = gap(a, b, margin + HYSTERESIS);
-        Self(
-            u8::from(gap <= 0.0) * Self::ENTERS_TOUCHING
-                | u8::from(gap <= HYSTERESIS) * Self::KEEPS_TOUCHING
-                | u8::from(gap <= margin) * Self::ENTERS_POSSIBLE
-                | u8::from(gap <= margin + HYSTERESIS) * Self::KEEPS_POSSIBLE,
-        )
+        let limits = [
+            (0.0, Self::ENTERS_TOUCHING),
+            (HYSTERESIS, Self::KEEPS_TOUCHING),
+            (margin, Self::ENTERS_POSSIBLE),
+            (margin + HYSTERESIS, Self::KEEPS_POSSIBLE),
+        ];
+        let mut criteria = Self::default();
+        for (limit, flag) in limits {
+            criteria.0 |= u8::from(gap <= limit) * flag;
+        }
+        criteria
     }
 
     /// Returns the criteria that a predicted proximity meets, with an inflation of [`INFLATION`].

@@ -7,7 +7,7 @@ use regatta_plugin::contact::{ContactEvent, ContactRecord};
 use regatta_plugin::frame::Columns;
 
 use crate::criteria::Settings;
-use crate::frame_context::FrameContext;
+use crate::frame_context::{FrameContext, WorldModel};
 use crate::narrow_phase::{check, check_all};
 use crate::radix;
 use crate::routes::Routes;
@@ -15,7 +15,6 @@ use crate::strip_index::StripIndex;
 use crate::sweep::Limits;
 use crate::totals::RunTotals;
 use crate::tracker::{ContactTracker, FrameTime, PairObservation};
-use crate::world_model::WorldModel;
 
 /// The largest number of overlapping boxes that are checked.
 const MAX_CHECKS: Limit = Limit { per_robot: 64, constant: 1 << 18 };

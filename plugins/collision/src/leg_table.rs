@@ -46,8 +46,10 @@ struct EdgeInfo {
     origin: u32,
     destination: u32,
     length: f32,
-    /// Speed in forward and in reverse gear, in metres per second.
-    speeds: [f32; 2],
+    /// Speed in forward gear, in metres per second.
+    speed: f32,
+    /// Speed in reverse gear, likewise.
+    reverse_speed: f32,
 }
 
 /// The legs that leave each node, in one gear.
@@ -74,8 +76,8 @@ impl LegTable {
         for (index, edge) in (0..).zip(edges) {
             let &EdgeRecord { origin, destination, .. } = edge;
             let length = chords.length(index).unwrap_or(edge.length);
-            let speeds = [edge.velocity_forward, edge.velocity_backwards];
-            infos.push(EdgeInfo { origin, destination, length, speeds });
+            let (speed, reverse_speed) = (edge.velocity_forward, edge.velocity_backwards);
+            infos.push(EdgeInfo { origin, destination, length, speed, reverse_speed });
             forward.push((origin, Leg::new(index, false)));
             if edge.velocity_backwards > 0.0 {
                 reverse.push((destination, Leg::new(index, true)));
@@ -87,7 +89,7 @@ impl LegTable {
     /// Returns a leg; `None` if there is no such edge, or it isn't a curve.
     pub(crate) fn get(&self, leg: Leg) -> Option<LegInfo<'_>> {
         let (chords, edge) = (self.chords.chords(leg.edge()), self.edges.get(leg.edge() as usize)?);
-        let speed = edge.speeds[usize::from(leg.is_reverse())];
+        let speed = if leg.is_reverse() { edge.reverse_speed } else { edge.speed };
         (!chords.is_empty()).then_some(LegInfo { chords, length: edge.length, speed })
     }
 

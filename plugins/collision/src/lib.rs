@@ -103,13 +103,11 @@ mod relative_motion;
 mod route_requests;
 mod routes;
 mod skips;
-mod strip;
 mod strip_index;
 mod sweep;
 mod swept_path;
 mod totals;
 mod tracker;
-mod world_model;
 
 pub use criteria::{HYSTERESIS, MAX_HORIZON, MAX_MARGIN, Settings, SettingsError};
 pub use detector::{Detector, FrameInput};

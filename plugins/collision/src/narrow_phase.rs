@@ -1,11 +1,11 @@
 //! The narrow phase: exact checks of the pairs whose boxes overlap.
 
 use crate::body::{Body, nearest_point};
-use crate::continuous::{ALWAYS, closest_proximity};
+use crate::continuous::{ALWAYS, TimeWindow, closest_proximity};
 use crate::criteria::{Criteria, HYSTERESIS, INFLATION, Settings};
 use crate::frame_context::FrameContext;
 use crate::overlap::overlap_centre;
-use crate::strip::{PackedRobot, Strip};
+use crate::strip_index::{PackedRobot, Strip};
 use crate::sweep::Candidates;
 use crate::swept_path::{Approach, straight_on};
 use crate::tracker::PairObservation;
@@ -108,13 +108,12 @@ fn now_and_predicted(
     now.or(predicted(settings, slots.map(|slot| (strip, slot)), [a, b], window))
 }
 
-/// Returns the criteria that the trajectories of two robots meet within a window of time, in
-/// seconds from now.
+/// Returns the criteria that the trajectories of two robots meet within a window of time.
 fn predicted(
     settings: Settings,
     [a, b]: [InStrip; 2],
     bodies: [&Body; 2],
-    window: [f32; 2],
+    window: TimeWindow,
 ) -> Criteria {
     let horizon = settings.horizon();
     let straight_a = straight_on(bodies[0], a.0.swept_path(a.1), horizon);

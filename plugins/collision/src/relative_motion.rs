@@ -17,15 +17,22 @@ pub(crate) enum Proximity {
 
 impl Proximity {
     /// Classifies a pair, given whether its footprints overlap when both are inflated by so many
-    /// metres: by the first number to overlap, by the second one to be near. A negative inflation
-    /// makes them smaller.
-    pub(crate) fn of([overlapping, near]: [f64; 2], overlap: impl Fn(f64) -> bool) -> Self {
-        match (overlap(overlapping), overlap(near)) {
+    /// metres.
+    pub(crate) fn of(inflations: Inflations, overlap: impl Fn(f64) -> bool) -> Self {
+        match (overlap(inflations.overlapping), overlap(inflations.near)) {
             (true, _) => Self::Overlap,
             (false, true) => Self::Near,
             (false, false) => Self::Apart,
         }
     }
+}
+
+/// The metres by which both footprints are inflated on all sides to test whether they overlap, and
+/// whether they are near. A negative inflation makes them smaller.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Inflations {
+    pub overlapping: f64,
+    pub near: f64,
 }
 
 /// The straight motion of a robot relative to another; both keep their headings.
@@ -46,17 +53,17 @@ impl RelativeMotion {
     }
 
     /// Tests by separating axes: two rectangles overlap at a time when their projections overlap on
-    /// all four axes. Without branches, which would often be mispredicted. The inflations are those
-    /// of [`Proximity::of`].
+    /// all four axes. Without branches, which would often be mispredicted.
     pub(crate) fn rectangles(
         self,
         (half_a, heading_a): (DVec2, DVec2),
         (half_b, heading_b): (DVec2, DVec2),
-        inflations: [f64; 2],
+        inflations: Inflations,
     ) -> Proximity {
         let DVec2 { x: cos, y: sin } = seen_along(heading_a, heading_b).abs();
         let (from_a, from_b) = (self.seen_along(heading_a), self.seen_along(heading_b));
-        let [small, large] = inflations.map(|inflation| inflation * (1.0 + cos + sin));
+        let [small, large] = [inflations.overlapping, inflations.near]
+            .map(|inflation| inflation * (1.0 + cos + sin));
         let crossings = [
             (from_a.crossing(0), half_a.x + half_b.x * cos + half_b.y * sin),
             (from_a.crossing(1), half_a.y + half_b.x * sin + half_b.y * cos),

@@ -9,7 +9,7 @@ use std::ops::ControlFlow;
 use crate::bounds::Bounds;
 use crate::grid::KeyPacking;
 use crate::radix;
-use crate::strip::{PackedRobot, Strip};
+use crate::strip_index::{PackedRobot, Strip};
 
 /// Number of boxes that are compared before the loop tests whether there are more: about as many as
 /// one box usually has to be compared to.

@@ -4,6 +4,7 @@ use glam::Vec2;
 
 use crate::body::Body;
 use crate::bounds::{Bounds, slack};
+use crate::continuous::{ALWAYS, TimeWindow};
 use crate::criteria::HYSTERESIS;
 use crate::prediction::Segment;
 
@@ -132,9 +133,8 @@ impl Approach {
         (self.offset + self.velocity * time).length_squared() <= reach * reach
     }
 
-    /// Returns the start and end, in seconds from now, of the time in which the footprints may be
-    /// within some metres of each other.
-    pub(crate) fn when_near(&self, metres: f32) -> [f32; 2] {
+    /// Returns the time in which the footprints may be within some metres of each other.
+    pub(crate) fn when_near(&self, metres: f32) -> TimeWindow {
         let reach = self.radii + self.deviations + metres;
         let (square, cross) = (self.velocity.length_squared(), self.offset.perp_dot(self.velocity));
         // Half of the time in which the circles are within reach, before and after the closest
@@ -142,9 +142,9 @@ impl Approach {
         let half = ((reach * reach * square - cross * cross).max(0.0)).sqrt() / square;
         let middle = self.time_of_closest_approach();
         if square < MIN_SQUARED_SPEED {
-            [0.0, f32::INFINITY]
+            ALWAYS
         } else {
-            [middle - half, middle + half]
+            TimeWindow { from: middle - half, to: middle + half }
         }
     }
 

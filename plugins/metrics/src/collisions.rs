@@ -48,9 +48,6 @@ impl CollisionReader {
     }
 
     /// Reads the column at the wall time `now`, in nanoseconds, if there is a new one.
-    ///
-    /// # Errors
-    /// Fails if another program has published something else.
     pub fn read_levels(&mut self, now: u64) -> Result<(), ReadError> {
         if let Some(column) = self.column.latest()? {
             let levels = count_levels(column.header.tick, column.values);
@@ -60,9 +57,6 @@ impl CollisionReader {
     }
 
     /// Reads the contacts, likewise.
-    ///
-    /// # Errors
-    /// Fails if another program has published something else.
     pub fn read_pairs(&mut self, now: u64) -> Result<(), ReadError> {
         if let Some(contacts) = self.contacts.latest()? {
             let listed = contacts.pairs[..contacts.pairs.len().min(MAX_LISTED)].into();

@@ -62,9 +62,6 @@ impl JamReader {
     }
 
     /// Reads the world, if there is a new one.
-    ///
-    /// # Errors
-    /// Fails if another program has published something else.
     pub fn read_world(&mut self) -> Result<(), ReadError> {
         if let Some(world) = self.world.latest()? {
             self.revision = world.revision();
@@ -78,9 +75,6 @@ impl JamReader {
     }
 
     /// Reads the traffic, if there are new figures.
-    ///
-    /// # Errors
-    /// Fails if another program has published something else.
     pub fn read_traffic(&mut self) -> Result<(), ReadError> {
         if let Some(traffic) = self.traffic.latest()?
             && traffic.header.world_revision == self.revision

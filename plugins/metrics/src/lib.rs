@@ -9,20 +9,20 @@ mod collisions;
 pub mod exporter;
 pub mod exposition;
 mod fleet;
-pub mod histogram;
+mod histogram;
 mod jams;
 pub mod page;
-pub mod processes;
+mod processes;
 mod rhythm;
 mod row;
 pub mod server;
 pub mod snapshot;
-pub mod state_counts;
-pub mod task_times;
-pub mod tasks;
+mod state_counts;
+mod task_times;
+mod tasks;
 #[cfg(test)]
 mod testing;
 pub mod top;
-pub mod work;
+mod work;
 
 pub use exporter::run_from;

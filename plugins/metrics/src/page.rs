@@ -234,7 +234,8 @@ fn add_tasks(page: &mut Exposition<'_>, tasks: &TaskFigures) {
 /// Adds the edges with the longest waiting times.
 fn add_jams(page: &mut Exposition<'_>, jams: &[Jam]) {
     let ids: Vec<String> = jams.iter().map(|jam| jam.edge.to_string()).collect();
-    let figures: [(&str, &str, fn(&EdgeTraffic) -> f32); 4] = [
+    type Value = fn(&EdgeTraffic) -> f32;
+    let figures: [(&str, &str, Value); 4] = [
         (
             "regatta_edge_waiting_seconds",
             "Time that robots waited on an edge in the last ten minutes, for the edges with the longest times.",

@@ -69,9 +69,6 @@ impl WorkReader {
     }
 
     /// Reads the column at the wall time `now`, in nanoseconds, if there is a new one.
-    ///
-    /// # Errors
-    /// Fails if another program has published something else.
     pub fn read_robots(&mut self, tally: &mut WorkTally, now: u64) -> Result<(), ReadError> {
         if let Some(column) = self.column.latest()? {
             tally.cycles.add(column.header);
@@ -82,9 +79,6 @@ impl WorkReader {
     }
 
     /// Reads the task log. Before the first frame, the length of a tick is unknown.
-    ///
-    /// # Errors
-    /// Fails if another program has published something else.
     pub fn read_tasks(
         &mut self,
         tally: &mut WorkTally,

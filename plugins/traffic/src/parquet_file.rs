@@ -26,7 +26,7 @@ pub fn write(path: &Path, report: &Report<'_>) -> io::Result<()> {
     let mut writer =
         SerializedFileWriter::new(File::create(path)?, Arc::new(schema()?), Arc::new(properties))?;
     let mut group = writer.next_row_group()?;
-    let ids: [fn(&Edge) -> u32; 3] = [|edge| edge.id, |edge| edge.nodes[0], |edge| edge.nodes[1]];
+    let ids: [fn(&Edge) -> u32; 3] = [|edge| edge.id, |edge| edge.origin, |edge| edge.destination];
     for id in ids {
         let ids: Vec<i32> = report.edges.iter().map(|edge| id(edge).cast_signed()).collect();
         column::<Int32Type>(&mut group, &ids)?;
@@ -85,8 +85,8 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("traffic.parquet");
         let edges = [
-            Edge { id: 5, nodes: [1, 2], name: "dock, \"north\"".to_owned() },
-            Edge { id: u32::MAX, nodes: [2, 3], ..Edge::default() },
+            Edge { id: 5, origin: 1, destination: 2, name: "dock, \"north\"".to_owned() },
+            Edge { id: u32::MAX, origin: 2, destination: 3, ..Edge::default() },
         ];
         let figures = [1.0, 2.0].map(|number| EdgeTraffic {
             occupancy: number,

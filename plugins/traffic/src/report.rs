@@ -29,8 +29,10 @@ pub const FIGURES: [(&str, Figure); 7] = [
 pub struct Edge {
     /// The id of the edge in the route graph.
     pub id: u32,
-    /// The ids of the nodes that it leads from and to.
-    pub nodes: [u32; 2],
+    /// The id of the node at which it starts.
+    pub origin: u32,
+    /// The id of the node at which it ends.
+    pub destination: u32,
     /// Its name; empty if it has none.
     pub name: String,
 }
@@ -42,11 +44,15 @@ pub fn edges(world: &World<'_>) -> Vec<Edge> {
         .iter()
         .map(|edge| Edge {
             id: edge.id,
-            nodes: [edge.origin, edge.destination]
-                .map(|index| world.nodes().get(index as usize).map_or(u32::MAX, |node| node.id)),
+            origin: node_id(world, edge.origin),
+            destination: node_id(world, edge.destination),
             name: world.text(edge.name).to_owned(),
         })
         .collect()
+}
+
+fn node_id(world: &World<'_>, index: u32) -> u32 {
+    world.nodes().get(index as usize).map_or(u32::MAX, |node| node.id)
 }
 
 /// The figures of a run.
@@ -68,12 +74,11 @@ impl Report<'_> {
         let mut text = format!("traffic in {:.0} s: robots waited for {waiting:.0} s\n", self.secs);
         for (edge, figures) in rows.into_iter().filter(|row| row.1.waiting_secs > 0.0).take(LISTED)
         {
-            let [from, to] = edge.nodes;
+            let Edge { id, origin, destination, .. } = edge;
             let _ = writeln!(
                 text,
-                "edge {:>6} ({from} to {to}): waiting {:.0} s, {:.0} robots/h, {:.2} at a time, \
+                "edge {id:>6} ({origin} to {destination}): waiting {:.0} s, {:.0} robots/h, {:.2} at a time, \
                  {:.0} % of the speed limit, touching {:.0} s",
-                edge.id,
                 figures.waiting_secs,
                 figures.entered_per_hour,
                 figures.occupancy,
@@ -89,9 +94,9 @@ impl Report<'_> {
         let names = FIGURES.map(|(name, _)| name).join(",");
         let mut text = format!("edge,origin,destination,name,{names}\n");
         for (edge, figures) in self.edges.iter().zip(self.figures) {
-            let ([from, to], name) = (edge.nodes, quoted(&edge.name));
+            let (Edge { id, origin, destination, .. }, name) = (edge, quoted(&edge.name));
             let values = FIGURES.map(|(_, figure)| figure(figures).to_string()).join(",");
-            let _ = writeln!(text, "{},{from},{to},{name},{values}", edge.id);
+            let _ = writeln!(text, "{id},{origin},{destination},{name},{values}");
         }
         text
     }
@@ -100,9 +105,9 @@ impl Report<'_> {
     pub fn json(&self) -> String {
         let mut edges = Vec::new();
         for (edge, figures) in self.edges.iter().zip(self.figures) {
-            let [origin, destination] = edge.nodes;
+            let Edge { id, origin, destination, name } = edge;
             let mut row = json!({
-                "edge": edge.id, "origin": origin, "destination": destination, "name": edge.name,
+                "edge": id, "origin": origin, "destination": destination, "name": name,
             });
             for (name, figure) in FIGURES {
                 row[name] = figure(figures).into();
@@ -151,9 +156,9 @@ mod tests {
     #[test]
     fn the_worst_edges_come_first_and_names_may_be_anything() {
         let edges = [
-            Edge { id: 5, nodes: [1, 2], name: "dock, \"north\"".to_owned() },
-            Edge { id: 6, nodes: [2, 3], ..Edge::default() },
-            Edge { id: 7, nodes: [3, 1], ..Edge::default() },
+            Edge { id: 5, origin: 1, destination: 2, name: "dock, \"north\"".to_owned() },
+            Edge { id: 6, origin: 2, destination: 3, ..Edge::default() },
+            Edge { id: 7, origin: 3, destination: 1, ..Edge::default() },
         ];
         let waiting = |secs: f32| EdgeTraffic {
             waiting_secs: secs,

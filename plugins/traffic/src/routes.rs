@@ -74,8 +74,8 @@ impl RouteWatch {
         let fleet = fleet.clone();
         let thread = std::thread::Builder::new()
             .name("routes".into())
-            .spawn(move || _ = run(&fleet, &found, &stopped).inspect_err(|error| report(error)))
-            .inspect_err(|error| report(error))
+            .spawn(move || _ = run(&fleet, &found, &stopped).inspect_err(report))
+            .inspect_err(report)
             .ok();
         Self { rounds, newest: None, stop: Some(stop), thread }
     }

@@ -4,7 +4,7 @@
 use regatta_plugin::frame::{NO_EDGE, RobotState};
 
 use crate::findings::Kind;
-use crate::row::{Fault, Move, Row, wrap};
+use crate::motion::{Fault, Move, Row, wrap};
 use crate::world_model::{Leg, WorldModel};
 
 /// The tolerance in metres between a pose and the curve of its edge: the engine's curves differ

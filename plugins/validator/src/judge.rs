@@ -11,8 +11,8 @@ use regatta_plugin::{Frame, World};
 
 use crate::contacts::{Body, Contacts};
 use crate::findings::{Finding, Findings, Kind};
+use crate::motion::{Fault, Gap, Move, Row};
 use crate::report::Report;
-use crate::row::{Fault, Gap, Move, Row};
 use crate::stands::Stands;
 use crate::tasks::{Now, Tasks};
 use crate::world_model::WorldModel;

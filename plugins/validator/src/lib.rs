@@ -16,7 +16,6 @@ mod motion;
 mod options;
 mod plugin;
 mod report;
-mod row;
 mod stands;
 mod tasks;
 mod world_model;

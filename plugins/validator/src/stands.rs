@@ -2,7 +2,7 @@
 
 use glam::Vec2;
 
-use crate::row::Row;
+use crate::motion::Row;
 
 /// The number of stands that are kept for each robot.
 const KEPT: usize = 4;
