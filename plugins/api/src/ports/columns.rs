@@ -5,7 +5,7 @@ use std::time::Duration;
 use iceoryx2::prelude::*;
 
 use super::error::{OpenError, PublishError, ReadError};
-use super::newest::Newest;
+use super::receive::Newest;
 use super::services::{self, Ipc};
 use super::slices::{SliceSender, send};
 use crate::process::domain::config;
