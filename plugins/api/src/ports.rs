@@ -5,8 +5,8 @@
 //! both sides of request-response services. [`services`] has the name and the quality of each
 //! service. `full_memory` turns shared memory that is full into an error.
 //!
-//! Imports lead from the services up to the ports and on to [`process`](crate::process), never
-//! back.
+//! Every port is opened on a [`Participant`](crate::Participant): a process that has joined the
+//! fleet.
 
 mod ask;
 pub mod closures;

@@ -51,7 +51,8 @@ pub mod task;
 pub mod traffic;
 pub mod world;
 
-/// Returns the text in a field of UTF-8 that is padded with zeros, up to the first byte that is not UTF-8.
+/// Returns the text in a field of UTF-8 that is padded with zeros, up to the first byte that is not
+/// UTF-8.
 pub(crate) fn text(bytes: &[u8]) -> &str {
     let bytes = bytes.split(|byte| *byte == 0).next().unwrap_or_default();
     match core::str::from_utf8(bytes) {

@@ -1,5 +1,5 @@
-//! The receiving ends of publish-subscribe services: [`Newest`] for readers of the newest sample, or
-//! of all of the last few, and [`TickReader`] for readers of the records of every tick.
+//! The receiving ends of publish-subscribe services: [`Newest`] for readers of the newest sample,
+//! or of all of the last few, and [`TickReader`] for readers of the records of every tick.
 
 use core::fmt::Debug;
 
