@@ -7,8 +7,8 @@
     for frame in regatta.frames("default"):
         print(f"tick {frame.tick}: centre ({frame.x.mean():.2f}, {frame.y.mean():.2f}) m")
 
-A program joins a fleet once, as a :class:`Fleet`, and opens on it what it needs. The functions of this module do both,
-given the fleet's name; :func:`join` joins under a name of your choice.
+A program joins a fleet once, as a :class:`Fleet`, and opens readers, publishers and clients on it. The functions of
+this module do both, given the fleet's name; :func:`join` joins under a name of your choice.
 
 Units are SI: metres, radians (counter-clockwise from east, in (-π, π]), seconds; x is east and y north.
 """

@@ -122,8 +122,11 @@ fn service_chart(answer: &Answer) -> String {
     chart_over_robots(answer, "seconds from an order's creation to its end", lines)
 }
 
+/// A figure of a point.
+type Figure = fn(&PointAnswer) -> Option<Interval>;
+
 /// The shares of the robots' time and way in the chart of their effort.
-const EFFORT: [(&str, fn(&PointAnswer) -> Option<Interval>); 3] = [
+const EFFORT: [(&str, Figure); 3] = [
     ("with an order", |point| point.utilisation),
     ("waiting for room", |point| point.waiting),
     ("of the way without a load", |point| point.empty),
@@ -150,11 +153,7 @@ fn chart_over_robots(answer: &Answer, y: &str, series: Vec<Series>) -> String {
     chart(&Chart { y, series, knee: knee.map(|knee| f64::from(knee.robots)) })
 }
 
-fn series(
-    name: String,
-    variant: &VariantAnswer,
-    figure: impl Fn(&PointAnswer) -> Option<Interval>,
-) -> Series {
+fn series(name: String, variant: &VariantAnswer, figure: Figure) -> Series {
     let mut points = Vec::new();
     for point in &variant.points {
         if let Some(Interval { mean, half_width, .. }) = figure(point) {

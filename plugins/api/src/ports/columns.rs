@@ -5,7 +5,7 @@ use std::time::Duration;
 use iceoryx2::prelude::*;
 
 use super::error::{OpenError, PublishError, ReadError};
-use super::newest::Newest;
+use super::receive::Newest;
 use super::services::{self, Ipc};
 use super::slices::{SliceSender, send};
 use crate::process::domain::config;
@@ -45,9 +45,6 @@ impl ColumnPublisher {
     }
 
     /// Publishes `values`, one per robot of the frame.
-    ///
-    /// # Errors
-    /// [`PublishError`].
     pub fn publish(&mut self, frame: &Frame<'_>, values: &[f32]) -> Result<(), PublishError> {
         if values.len() != frame.len() {
             return Err(PublishError::ColumnLength { values: values.len(), robots: frame.len() });
@@ -59,9 +56,6 @@ impl ColumnPublisher {
 
     /// Publishes the values that `fill` writes straight into shared memory. They are left over from
     /// an older column before that.
-    ///
-    /// # Errors
-    /// [`PublishError`].
     pub fn write(
         &mut self,
         run_id: u64,

@@ -1,8 +1,7 @@
 //! Both sides of contacts: a collision checker publishes them, any process reads them.
 
 use super::error::{OpenError, PublishError, ReadError};
-use super::every_tick::{TickReader, TickRecords};
-use super::newest::Newest;
+use super::receive::{Newest, TickReader, TickRecords};
 use super::services;
 use super::slices::SliceSender;
 use crate::process::join::Participant;

@@ -37,7 +37,7 @@ pub enum ControlError {
 /// The time that requests wait for an answer, except steps, which take time of their own.
 pub const TIMEOUT: Duration = Duration::from_secs(5);
 
-/// Controls a fleet's engine.
+/// Controls a fleet's engine. Each request waits for its answer, and returns the status after it.
 ///
 /// ```no_run
 /// use regatta_plugin::{Control, FleetName, Result};
@@ -81,34 +81,22 @@ impl Control {
     }
 
     /// Requests the status.
-    ///
-    /// # Errors
-    /// [`ControlError`].
     pub fn status(&mut self) -> Result<ControlResponse, ControlError> {
         self.request(ControlRequest::new(ControlKind::Status), TIMEOUT)
     }
 
     /// Stops the clock.
-    ///
-    /// # Errors
-    /// [`ControlError`].
     pub fn pause(&mut self) -> Result<ControlResponse, ControlError> {
         self.request(ControlRequest::new(ControlKind::Pause), TIMEOUT)
     }
 
     /// Starts the clock again.
-    ///
-    /// # Errors
-    /// [`ControlError`].
     pub fn resume(&mut self) -> Result<ControlResponse, ControlError> {
         self.request(ControlRequest::new(ControlKind::Resume), TIMEOUT)
     }
 
     /// Pauses the clock and advances by `ticks`, at the requested speed. Returns when they are
     /// done, however long that takes. Refused if a pause, a resume or a seek ends the steps before.
-    ///
-    /// # Errors
-    /// [`ControlError`].
     pub fn step(&mut self, ticks: u64) -> Result<ControlResponse, ControlError> {
         self.request(
             ControlRequest { count: ticks, ..ControlRequest::new(ControlKind::Step) },
@@ -118,17 +106,11 @@ impl Control {
 
     /// Changes the requested speed, in simulated seconds per wall second; `f32::INFINITY` for as
     /// fast as possible.
-    ///
-    /// # Errors
-    /// [`ControlError`].
     pub fn speed(&mut self, speed: f32) -> Result<ControlResponse, ControlError> {
         self.request(ControlRequest { speed, ..ControlRequest::new(ControlKind::Speed) }, TIMEOUT)
     }
 
     /// Changes the number of robots.
-    ///
-    /// # Errors
-    /// [`ControlError`].
     pub fn robots(&mut self, count: u32) -> Result<ControlResponse, ControlError> {
         self.request(
             ControlRequest { count: count.into(), ..ControlRequest::new(ControlKind::Robots) },
@@ -137,18 +119,12 @@ impl Control {
     }
 
     /// Goes to a simulated time. A replay can do that; an engine refuses.
-    ///
-    /// # Errors
-    /// [`ControlError`].
     pub fn seek(&mut self, sim_time: Duration) -> Result<ControlResponse, ControlError> {
         let count = u64::try_from(sim_time.as_nanos()).unwrap_or(u64::MAX);
         self.request(ControlRequest { count, ..ControlRequest::new(ControlKind::Seek) }, TIMEOUT)
     }
 
     /// Sends a request and waits for its answer.
-    ///
-    /// # Errors
-    /// [`ControlError`].
     pub fn request(
         &mut self,
         request: ControlRequest,

@@ -1,7 +1,7 @@
 //! The reader's side of events.
 
 use super::error::OpenError;
-use super::every_tick::{TickReader, TickRecords};
+use super::receive::{TickReader, TickRecords};
 use super::services;
 use crate::process::join::Participant;
 use crate::records::event::{EventHeader, EventRecord};

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use super::error::{OpenError, ReadError};
-use super::newest::Newest;
+use super::receive::Newest;
 use super::services;
 use super::wake::Wake;
 use crate::process::join::Participant;

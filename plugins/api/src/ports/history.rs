@@ -1,7 +1,7 @@
 //! Both sides of the history of a run: a plugin or a replay publishes it, any process reads it.
 
 use super::error::{OpenError, PublishError, ReadError};
-use super::newest::Newest;
+use super::receive::Newest;
 use super::services;
 use super::slices::SliceSender;
 use crate::process::join::Participant;

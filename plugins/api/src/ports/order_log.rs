@@ -2,7 +2,7 @@
 //! a second reader that stops would fill the senders' buffers.)
 
 use super::error::OpenError;
-use super::every_tick::{TickReader, TickRecords};
+use super::receive::{TickReader, TickRecords};
 use super::services;
 use crate::process::join::Participant;
 use crate::records::order::OrderRecord;

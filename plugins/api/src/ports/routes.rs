@@ -72,9 +72,6 @@ impl RouteClient {
     }
 
     /// Asks for a robot's route. An unknown robot is no error: see [`RouteResponse::is_found`].
-    ///
-    /// # Errors
-    /// [`RouteError`].
     pub fn route(&mut self, robot: u32) -> Result<RouteResponse, RouteError> {
         let answer = self.asker.ask(RouteRequest::new(robot), Self::TIMEOUT);
         answer.map_err(|reason| self.failed(reason))
@@ -83,9 +80,6 @@ impl RouteClient {
     /// Asks for several robots' routes at once, and waits for all of them, `timeout` in all. The
     /// answers come in the order of the robots, [`MAX_OPEN_ROUTES`](services::MAX_OPEN_ROUTES) or
     /// so of the same tick.
-    ///
-    /// # Errors
-    /// [`RouteError`].
     pub fn routes(
         &mut self,
         robots: &[u32],
@@ -104,9 +98,6 @@ impl RouteClient {
 
     /// Asks for a robot's route without waiting for the answer. At most
     /// [`MAX_OPEN_ROUTES`](services::MAX_OPEN_ROUTES) answers may be pending at a time.
-    ///
-    /// # Errors
-    /// [`RouteError`].
     pub fn ask(&self, robot: u32) -> Result<PendingRoute, RouteError> {
         let asked = self.asker.send(RouteRequest::new(robot));
         asked.map(PendingRoute).map_err(|reason| self.failed(reason))

@@ -1,7 +1,7 @@
 //! Both sides of the task log: a fleet manager writes it, any process reads it.
 
 use super::error::{OpenError, PublishError};
-use super::every_tick::{TickReader, TickRecords};
+use super::receive::{TickReader, TickRecords};
 use super::services;
 use super::slices::SliceSender;
 use crate::process::join::Participant;

@@ -1,7 +1,7 @@
 //! The reader's side of the world.
 
 use super::error::{OpenError, ReadError};
-use super::newest::Newest;
+use super::receive::Newest;
 use super::services;
 use crate::process::join::Participant;
 use crate::records::frame::Line;

@@ -39,9 +39,6 @@ use crate::records::world::World;
 pub trait Plugin {
     /// Called once, before anything else, with the joined fleet: to open columns, orders or
     /// control.
-    ///
-    /// # Errors
-    /// Any error that prevents the plugin from starting.
     fn on_start(&mut self, fleet: &Participant) -> Result {
         let _ = fleet;
         Ok(())
@@ -49,9 +46,6 @@ pub trait Plugin {
 
     /// Called with the route graph and the robot types before the first frame, and again whenever
     /// they have changed (when the engine has restarted, for example).
-    ///
-    /// # Errors
-    /// Any error that prevents the plugin from continuing.
     fn on_world(&mut self, world: &World<'_>) -> Result {
         let _ = world;
         Ok(())
@@ -61,18 +55,12 @@ pub trait Plugin {
     /// skipped if this takes longer than a tick; [`Frame::missed`] is their number. A frame is
     /// delivered again, with the same tick, if the clock or the number of robots has changed
     /// between two ticks (not in lockstep, where each tick comes once).
-    ///
-    /// # Errors
-    /// Any error that prevents the plugin from continuing.
     fn on_frame(&mut self, frame: &Frame<'_>) -> Result;
 
     /// Called about ten times a second while no new frame comes: to give a column to readers that
     /// have joined since ([`ColumnPublisher::update`](crate::ColumnPublisher::update)), for
     /// example, or to read samples that other plugins publish after the last frame. `has_producer`
     /// is whether the fleet has a producer that could publish the next one.
-    ///
-    /// # Errors
-    /// Any error that prevents the plugin from continuing.
     fn on_idle(&mut self, has_producer: bool) -> Result {
         let _ = has_producer;
         Ok(())
@@ -82,9 +70,6 @@ pub trait Plugin {
     /// the frame of that tick, and as soon as they arrive, independent of the plugin's rate of
     /// frames. [`Events::missed`](crate::Events) is the number of ticks with events that were lost;
     /// [`run`](crate::run) reports them on stderr, too.
-    ///
-    /// # Errors
-    /// Any error that prevents the plugin from continuing.
     fn on_events(&mut self, events: &Events<'_>) -> Result {
         let _ = events;
         Ok(())

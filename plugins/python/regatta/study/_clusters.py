@@ -20,13 +20,13 @@ REACH_SECS = 3.0
 """The longest time until a connection is accepted."""
 
 DASK_SECS = 8.0
-"""The longest time from there until a Dask scheduler answers."""
+"""The longest time from then on until a Dask scheduler answers."""
 
 RAY_SECS = 90.0
 """The same for Ray, which starts a process for each client."""
 
 CLOSE_SECS = 2
-"""The longest time for a farewell to a cluster."""
+"""The longest time to disconnect from a cluster."""
 
 Call = Callable[..., Ended]
 """Calls a function of ``_run`` by its name, on a worker."""
@@ -174,7 +174,8 @@ def connect(address: str, call: Call) -> Cluster:
 
 
 def _within(secs: float, make: Callable[[], Cluster]) -> Cluster:
-    """Makes something, or gives up after a time: the libraries wait for ever for a program that listens, but says nothing."""
+    """Makes a connection, or gives up after a time: the libraries wait for ever for a program that listens but sends
+    nothing."""
     made: Future[Cluster] = Future()
 
     def work() -> None:

@@ -1,4 +1,4 @@
-"""A run of a study on a worker: its files are written, the wheel's program does it, its result is read."""
+"""A run of a study on a worker: writes its files, runs the wheel's program, and reads the result."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import NamedTuple, TypedDict
 
 PROGRAM_VARIABLE = "REGATTA_PROGRAM"
-"""The environment variable with the program ``regatta`` that a worker is to use instead of the wheel's."""
+"""The environment variable with the program ``regatta`` that a worker uses instead of the wheel's."""
 
 PARENT_VARIABLE = "REGATTA_PARENT"
 """The program ends when the process with this id does."""
