@@ -30,15 +30,11 @@ impl Draft {
                 return Err(io::Error::new(io::ErrorKind::AlreadyExists, reason));
             }
         }
-        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        let mut builder = tempfile::Builder::new();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let prefix = format!(".{name}.");
-        builder.prefix(&prefix).suffix(".part");
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-        let (file, draft) = builder.tempfile_in(folder.unwrap_or(Path::new(".")))?.into_parts();
-        Ok((Self { path: path.to_owned(), draft: Some(draft) }, file))
+        let draft = path.with_file_name(format!(".{name}.{}.part", std::process::id()));
+        let file = OpenOptions::new().read(true).write(true).create_new(true).open(&draft)?;
+        let draft = Some(TempPath::try_from_path(draft)?);
+        Ok((Self { path: path.to_owned(), draft }, file))
     }
 
     /// Opens the file again, to append to it.
