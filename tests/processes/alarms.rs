@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use regatta_plugin::{Control, FleetName, Participant, WorldReader};
+use regatta_viewer::interface::log::{AlarmKey, FleetLog};
 use regatta_viewer::log::watch::LogCollector;
-use regatta_viewer::log::{AlarmKey, FleetLog};
 
 use crate::fleet::{Fleet, Process, eventually, regatta, unique};
 use crate::record::{file, recorder};

@@ -3,7 +3,7 @@
 use glam::Vec2;
 use regatta_plugin::frame::{NO_EDGE, RobotState};
 use regatta_plugin::{ClosureReader, Participant, Subscriber, WorldReader};
-use regatta_viewer::camera::Camera;
+use regatta_viewer::scene::camera::Camera;
 
 use crate::fleet::{Fleet, eventually, unique};
 use crate::screen::{self, Screen, Screenshot};

@@ -3,6 +3,7 @@
 
 use std::time::{Duration, Instant};
 
+use regatta_interface::view_model::Counts;
 use regatta_plugin::closure::ClosedEdge;
 use regatta_plugin::{
     ClosureReader, ColumnName, ColumnReader, ContactReader, Contacts, Frame, Participant,

@@ -15,8 +15,7 @@ use regatta_scene::heat::Heat;
 use regatta_scene::palette::{Colouring, Theme};
 use regatta_scene::{MAX_LIGHTS, Scene, Trails};
 
-use crate::floor_picture;
-use crate::mesh_file;
+use crate::{floor_picture, mesh_file};
 pub use values::{FloorAt, LightOption, MeshOption, Pair, Size};
 
 /// Options of `regatta viewer`.

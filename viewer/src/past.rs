@@ -7,6 +7,7 @@
 
 use std::collections::VecDeque;
 
+use regatta_interface::view_model::Live;
 use regatta_plugin::Frame;
 use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines};
 

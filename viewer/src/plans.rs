@@ -14,7 +14,7 @@ use regatta_interface::robot_filter::{RobotSet, is_in};
 use regatta_plugin::{
     ColumnReader, FleetName, Participant, ReadError, Result, RouteClient, Subscriber, WorldReader,
 };
-use regatta_scene::plans::{PlanFacts, PlanReport};
+use regatta_scene::plans::PlanReport;
 
 use crate::watching::Watched;
 use collector::Collector;

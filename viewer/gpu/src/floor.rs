@@ -37,7 +37,7 @@ pub struct FloorPicture {
 
 /// Draws the floor, its grid and the sky.
 #[derive(Debug)]
-pub struct Floor {
+pub(super) struct Floor {
     plain: RenderPipeline,
     textured: RenderPipeline,
     layout: BindGroupLayout,
@@ -55,7 +55,7 @@ struct LoadedPicture {
 }
 
 impl Floor {
-    pub fn new(gpu: &Gpu, target: TargetConfig, view: &BindGroupLayout) -> Self {
+    pub(super) fn new(gpu: &Gpu, target: TargetConfig, view: &BindGroupLayout) -> Self {
         let module = shader(gpu, "floor");
         let bindings = [Binding::Texture, Binding::Sampler, Binding::Uniform];
         let layout = bind_group_layout(gpu, "floor picture", ShaderStages::FRAGMENT, &bindings);
@@ -78,7 +78,7 @@ impl Floor {
     }
 
     /// Sets or removes the picture on the floor.
-    pub fn set_picture(&mut self, gpu: &Gpu, picture: Option<&FloorPicture>) {
+    pub(super) fn set_picture(&mut self, gpu: &Gpu, picture: Option<&FloorPicture>) {
         self.picture = picture.map(|picture| {
             let placement =
                 buffer(gpu, "floor picture", size_of::<Placement>(), BufferUsages::UNIFORM);
@@ -109,7 +109,7 @@ impl Floor {
 
     /// Uploads the picture's placement for [`draw`](Self::draw). `origin` is the origin of local
     /// coordinates.
-    pub fn prepare(&self, gpu: &Gpu, origin: Vec2) {
+    pub(super) fn prepare(&self, gpu: &Gpu, origin: Vec2) {
         if let Some(picture) = &self.picture {
             let corner = picture.corner - origin;
             let placement = Placement {
@@ -120,7 +120,7 @@ impl Floor {
         }
     }
 
-    pub fn draw(&self, pass: &mut RenderPass<'_>) {
+    pub(super) fn draw(&self, pass: &mut RenderPass<'_>) {
         match &self.picture {
             Some(picture) => {
                 pass.set_pipeline(&self.textured);

@@ -1,8 +1,7 @@
 //! The marks of plans: goals of robots, and arrows from robots that wait to those that they wait
 //! for.
 
-use regatta_scene::plans::GoalMark;
-use regatta_scene::plans::WaitArrow;
+use regatta_scene::plans::{GoalMark, WaitArrow};
 use wgpu::{
     BindGroup, BindGroupLayout, PrimitiveTopology, RenderPass, RenderPipeline, VertexAttribute,
     VertexBufferLayout, VertexStepMode, vertex_attr_array,

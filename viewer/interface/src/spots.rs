@@ -8,8 +8,7 @@ use super::state::Interface;
 use super::style::{self, ThemeColours};
 use super::view_model::{Action, Item, ViewModel};
 use super::virtual_list::clickable;
-use crate::jams::Known;
-use crate::jams::{Spot, Trend, csv};
+use crate::jams::{Known, Spot, Trend, csv};
 use crate::text::thousands;
 
 /// The radius of the mark in metres, and its least one in points.

@@ -6,6 +6,7 @@ use regatta_interface::robot_filter::{RobotSet, is_in};
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::route::RouteResponse;
 use regatta_plugin::{Frame, RouteClient, RouteError};
+use regatta_scene::plans::Coverage;
 
 /// The most robots whose routes are asked for: an answer takes a kilobyte.
 const MAX_ROBOTS: usize = 16_384;

@@ -6,8 +6,8 @@ use regatta_gpu::floor::FloorPicture;
 use regatta_interface::settings::{FloorPlacement, RobotMesh, Settings};
 use regatta_scene::camera::Bounds;
 
-use crate::mesh_file;
 use crate::stage::Stage;
+use crate::{floor_picture, mesh_file};
 
 /// The loaded files.
 #[derive(Debug, Default)]

@@ -4,7 +4,6 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use etcetera::BaseStrategy;
-use regatta_interface::settings::file;
 use regatta_interface::settings::{RobotMesh, Settings};
 use regatta_scene::palette::Theme;
 
@@ -196,8 +195,9 @@ fn overridden(mut settings: Settings, look: &LookOptions) -> Settings {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use regatta_interface::settings::{LeftPanel, RightPanel};
+
+    use super::*;
 
     fn file(test: &str) -> PathBuf {
         std::env::temp_dir()

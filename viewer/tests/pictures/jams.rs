@@ -8,11 +8,10 @@ use regatta_gpu::device::Gpu;
 use regatta_plugin::Traffic;
 use regatta_plugin::traffic::{EdgeTraffic, TrafficHeader};
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
-use regatta_scene::Item;
-use regatta_scene::Scene;
 use regatta_scene::camera::{Bounds, Camera};
 use regatta_scene::heat::HeatMap;
 use regatta_scene::palette::{Colouring, Rgb, Scale, Theme};
+use regatta_scene::{Item, Scene};
 use regatta_viewer::picture::FORMAT;
 
 use crate::Test;

@@ -5,10 +5,9 @@ use std::collections::BTreeMap;
 use glam::{Vec2, Vec3};
 use regatta_gpu::TargetConfig;
 use regatta_gpu::device::Gpu;
-use regatta_scene::Item;
-use regatta_scene::Scene;
 use regatta_scene::camera::{Bounds, Camera};
 use regatta_scene::palette::Colouring;
+use regatta_scene::{Item, Scene};
 use regatta_viewer::picture::FORMAT;
 
 use crate::Test;

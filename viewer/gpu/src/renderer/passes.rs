@@ -1,8 +1,7 @@
 //! The passes of a picture, in order.
 
 use glam::{UVec2, Vec2};
-use regatta_scene::Item;
-use regatta_scene::{Layers, Scene};
+use regatta_scene::{Item, Layers, Scene};
 use wgpu::{BindGroup, CommandEncoder, RenderPass, TextureView};
 
 use super::{Picture, Renderer};

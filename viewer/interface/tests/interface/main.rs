@@ -16,9 +16,7 @@ use egui_kittest::kittest::Queryable;
 use glam::Vec2;
 use regatta_interface::Interface;
 use regatta_interface::camera_controller::{CameraController, Follow};
-use regatta_interface::jams::Presence;
-use regatta_interface::jams::{EdgeFacts, JamFacts, Known};
-use regatta_interface::jams::{Spot, Trend};
+use regatta_interface::jams::{EdgeFacts, JamFacts, Known, Presence, Spot, Trend};
 use regatta_interface::labels::Labels;
 use regatta_interface::log::{
     AlarmChange, AlarmKey, Entry, FleetLog, Kind, LogReport, MAX_ALARMS, Place, Severity,
@@ -29,8 +27,7 @@ use regatta_interface::rows::{Rows, SortBy};
 use regatta_interface::settings::{LeftPanel, RightPanel, Settings};
 use regatta_interface::tasks::{RobotTask, Stop};
 use regatta_interface::timing::Timing;
-use regatta_interface::view_model::Counts;
-use regatta_interface::view_model::{Action, EngineState, Item, Live, Timeline, ViewModel};
+use regatta_interface::view_model::{Action, Counts, EngineState, Item, Live, Timeline, ViewModel};
 use regatta_plugin::contact::{ContactHeader, ContactRecord};
 use regatta_plugin::control::{ControlKind, ControlResponse};
 use regatta_plugin::frame::{

@@ -115,7 +115,7 @@ impl ViewerWindow {
             match action {
                 Action::Control(request) => self.link.request(request),
                 Action::Pick { at, extend } => {
-                    let picked = self.stage.renderer.pick(at * pixels_per_point).map(Item::from);
+                    let picked = self.stage.renderer.pick(at * pixels_per_point);
                     if !extend {
                         self.interface.select(picked);
                     } else if let Some(item) = picked {
@@ -123,7 +123,7 @@ impl ViewerWindow {
                     }
                 }
                 Action::Menu { at, window } => {
-                    let item = self.stage.renderer.pick(at * pixels_per_point).map(Item::from);
+                    let item = self.stage.renderer.pick(at * pixels_per_point);
                     self.interface.open_menu(item, egui::pos2(window.x, window.y));
                 }
                 Action::Order(order) => self.link.order(order),
@@ -201,7 +201,7 @@ impl ViewerWindow {
 
     /// Takes what is at a point of the picture as an end of what is measured.
     fn measure(&mut self, at: Vec2, pixels_per_point: f32) {
-        let end = match self.stage.renderer.pick(at * pixels_per_point).map(Item::from) {
+        let end = match self.stage.renderer.pick(at * pixels_per_point) {
             Some(Item::Robot(id)) => Some(End::Robot(id)),
             _ => {
                 let size = self.stage.renderer.drawn_size() / pixels_per_point;
