@@ -8,7 +8,7 @@ use regatta_interface::orders::UserOrder;
 use regatta_kit::{DispatchError, Dispatcher, WayError};
 use regatta_plugin::event::{EventKind, EventRecord};
 use regatta_plugin::manager::{ManagerAnswer, ManagerResponse};
-use regatta_plugin::{FleetName, ManagerClient, ManagerError, Result};
+use regatta_plugin::{FleetName, ManagerClient, ManagerError, Orders, Result};
 
 use super::report::Report;
 
