@@ -15,7 +15,9 @@ use crate::arguments::Time;
 use crate::control::Target;
 use crate::failure::Failure;
 use crate::output::{Force, write_file};
-use crate::{doctor, engine, graph, order, orders, plugin, recording, report, run, study, version};
+use crate::{
+    command, doctor, engine, graph, orders, plugin, recording, report, run, study, version,
+};
 
 static SHORT_VERSION: LazyLock<String> = LazyLock::new(version::short);
 static LONG_VERSION: LazyLock<String> = LazyLock::new(version::long);
@@ -92,12 +94,12 @@ pub enum Command {
         #[command(flatten)]
         target: Target,
         #[command(subcommand)]
-        command: Option<order::RobotsCommand>,
+        command: Option<command::RobotsCommand>,
     },
-    /// Send an order to a robot of a running fleet, or close an edge, and wait for the answer.
-    Order {
+    /// Send a command to a robot of a running fleet, or close an edge, and wait for the answer.
+    Command {
         #[command(subcommand)]
-        command: order::OrderCommand,
+        command: command::RobotCommand,
     },
     /// Print the status of a running fleet.
     Status {
@@ -127,7 +129,7 @@ pub enum Command {
     /// Plot one robot of a recording: its path over the graph, and its x, y, heading and speed over
     /// time.
     Plot(regatta_record::PlotArgs),
-    /// Judge a recording: contacts, motion, tasks. Fails if anything is found.
+    /// Judge a recording: contacts, motion, orders. Fails if anything is found.
     Validate(recording::ValidateArgs),
     /// Watch and steer a running fleet live in this terminal.
     Top(Target),

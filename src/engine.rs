@@ -21,7 +21,7 @@ pub struct EngineArgs {
     pub scenario: Option<PathBuf>,
     #[command(flatten)]
     pub options: EngineOptions,
-    /// Run the demo whose robots wait for orders of a fleet manager, if no scenario is given.
+    /// Run the demo whose robots wait for commands of a fleet manager, if no scenario is given.
     #[arg(long, hide = true)]
     pub managed_demo: bool,
     /// Stop after this number of ticks.

@@ -3,13 +3,13 @@
 //! the command line to the crate that does the work.
 
 mod cli;
+mod command;
 mod control;
 mod doctor;
 mod engine;
 mod fleets;
 mod graph;
 mod new;
-mod order;
 mod orders;
 mod plugin;
 mod recording;
@@ -68,12 +68,12 @@ fn dispatch(cli: Cli) -> Result<ExitCode, Failure> {
             control::send(&target, |control| control.speed(speed.as_f32()))?;
         }
         Command::Seek { time, target } => control::send(&target, |control| control.seek(time.0))?,
-        Command::Robots { command: Some(command), .. } => order::run(command.into())?,
+        Command::Robots { command: Some(command), .. } => command::run(command.into())?,
         Command::Robots { robots, target, .. } => {
             let robots = robots.map_or(0, |robots| robots.0);
             control::send(&target, |control| control.robots(robots))?;
         }
-        Command::Order { command } => order::run(command)?,
+        Command::Command { command } => command::run(command)?,
         Command::Status { json, target } => control::status(json, &target)?,
         Command::List { json } => fleets::list(json)?,
         Command::Stop(target) => fleets::stop(&target)?,

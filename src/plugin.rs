@@ -74,7 +74,7 @@ const PLUGINS: &[BuiltIn] = &[
     },
     BuiltIn {
         name: "validator",
-        about: "Judge the fleet: contacts, motion, tasks",
+        about: "Judge the fleet: contacts, motion, orders",
         run: |args| regatta_validator::run_from(args),
         add_options: |_| regatta_validator::Cli::command(),
     },

@@ -44,7 +44,7 @@ pub fn validate(args: &ValidateArgs) -> Result<(), Failure> {
         Published::World(world) => judge.take_world(&world),
         Published::Types(types) => judge.take_types(types),
         Published::Events(header, events) => judge.take_events(&header, events, false),
-        Published::Tasks(header, missed, tasks) => judge.take_tasks(&header, missed, tasks),
+        Published::Orders(header, missed, orders) => judge.take_orders(&header, missed, orders),
         Published::Frame(frame) => judge.take_frame(&frame),
     })?;
     let report = judge.finish();

@@ -173,8 +173,8 @@ fn draw(plan: &Plan, results: &Results) -> Result<String, Failure> {
     )
 }
 
-/// Returns a figure over the number of robots: lines with and without acceleration limits, each with
-/// and without conflicts, or as `conflicts` says.
+/// Returns a figure over the number of robots: lines with and without acceleration limits, each
+/// with and without conflicts, or as `conflicts` says.
 fn lines(
     plan: &Plan,
     results: &Results,

@@ -25,15 +25,15 @@ const SAME_HEADING: f64 = 1e-5;
 /// The number of edges from which fitting in parallel is faster than on one thread.
 const PARALLEL_THRESHOLD: usize = 512;
 
-/// The memory in bytes that a piece takes while a graph is compiled, with its share of the tables of
-/// a fleet.
+/// The memory in bytes that a piece takes while a graph is compiled, with its share of the tables
+/// of a fleet.
 pub const BYTES_PER_PIECE: u64 = 200;
 
 /// Returns the smallest number of pieces that [`compile`] can give: no piece is longer than 8 m.
 /// Takes no memory, and a microsecond per edge.
 pub fn least_pieces(graph: &RouteGraph) -> u64 {
     let of = |edge: &Edge| {
-        let gears = if edge.velocity_backwards.is_some() { 2 } else { 1 };
+        let gears = if edge.reverse_speed.is_some() { 2 } else { 1 };
         // The length of a line through points of the curve, which is at most the curve's.
         // Saturates.
         let pieces = (edge.path.polyline_length(16) / fit::LONGEST_ACCEPTED).ceil().max(1.0) as u64;
@@ -56,7 +56,7 @@ pub fn compile(graph: &RouteGraph) -> Tracks {
     };
     let mut tracks = Tracks::default();
     for (edge, spans) in edges.iter().zip(&fitted) {
-        let reverse = edge.velocity_backwards.map(|_| CurveSpan::reverse_pieces(spans));
+        let reverse = edge.reverse_speed.map(|_| CurveSpan::reverse_pieces(spans));
         tracks.push_edge(CurveSpan::forward_pieces(spans), reverse);
     }
     tracks.push_nodes(graph.nodes().iter().map(node_piece));

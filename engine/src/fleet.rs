@@ -1,17 +1,17 @@
-//! The state of all robots as private columns, and everything that changes it: spawns, orders and
+//! The state of all robots as private columns, and everything that changes it: spawns, commands and
 //! time.
 //!
-//! The parts of a fleet (`ahead`, `batteries`, `closures`, `impairment`, `orders`, `release`,
+//! The parts of a fleet (`ahead`, `batteries`, `closures`, `impairment`, `commands`, `release`,
 //! `spawn`) are methods of [`Fleet`] by topic.
 
 mod ahead;
 mod batteries;
 mod closures;
 mod columns;
+mod commands;
 mod events;
 mod graph_size;
 mod impairment;
-mod orders;
 mod release;
 mod spawn;
 mod step_pool;
@@ -249,7 +249,7 @@ impl Fleet {
         std::array::from_fn(|state| by_state[state])
     }
 
-    /// Bytes of memory per robot, without frames and ordered routes.
+    /// Bytes of memory per robot, without frames and commanded routes.
     pub fn bytes_per_robot(&self) -> usize {
         self.columns.bytes_per_row()
     }
@@ -326,8 +326,8 @@ fn motion_edges(graph: &RouteGraph) -> Vec<regatta_motion::Edge> {
     let edges = graph.edges().iter().map(|edge| regatta_motion::Edge {
         origin: edge.origin,
         destination: edge.destination,
-        speed: edge.velocity_forward,
-        reverse_speed: edge.velocity_backwards,
+        speed: edge.speed,
+        reverse_speed: edge.reverse_speed,
     });
     edges.collect()
 }
@@ -367,10 +367,8 @@ fn check_config(graph: &RouteGraph, config: &FleetConfig) -> Result<(), FleetErr
     if let Some(bad) = config.types.iter().find(|robot_type| !has_limits(robot_type)) {
         return Err(FleetError::BadLimit { name: bad.name.clone() });
     }
-    let speeds = graph
-        .edges()
-        .iter()
-        .flat_map(|edge| [edge.velocity_forward, edge.velocity_backwards.unwrap_or(0.0)]);
+    let speeds =
+        graph.edges().iter().flat_map(|edge| [edge.speed, edge.reverse_speed.unwrap_or(0.0)]);
     let metres = speeds.fold(0.0, f64::max) * config.tick_period.as_secs_f64();
     if metres > Fleet::LONGEST_STEP {
         return Err(FleetError::StepTooLong { metres, tick: config.tick_period });

@@ -133,7 +133,7 @@ fn headings_are_continuous_along_routes() {
 fn routes_take_about_as_long_as_published() {
     let graph = porto();
     let tracks = arc_length::compile(&graph);
-    let time = |leg: Leg| tracks.edge_length(leg.edge) / graph.leg_velocity(leg).unwrap();
+    let time = |leg: Leg| tracks.edge_length(leg.edge) / graph.leg_speed(leg).unwrap();
     for (route, published) in TIMES {
         let seconds: f64 = legs(&graph, route).into_iter().map(time).sum();
         assert!((seconds - published).abs() < TIME_TOLERANCE, "{route:?} takes {seconds} s");

@@ -117,8 +117,8 @@ impl<'a> JobRun<'a> {
             &members,
             &["--digest"],
         )?;
-        // The task log has no history: a reader that joins it after the manager's first tick misses
-        // the beginning of orders.
+        // The order log has no history: a reader that joins it after the manager's first tick
+        // misses the beginning of orders.
         run.start_observers()?;
         run.start_manager(&scenario)?;
         if let Some(file) = record {
@@ -214,7 +214,7 @@ impl<'a> JobRun<'a> {
         let figures: Figures = serde_json::from_value(self.json(METER)?)?;
         if figures.samples_missed > 0 {
             return Err(format!(
-                "{} samples of the task log were lost; run it again",
+                "{} samples of the order log were lost; run it again",
                 figures.samples_missed
             )
             .into());

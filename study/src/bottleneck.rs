@@ -103,10 +103,8 @@ fn remedy(
     let max_speed = variant.max_speed();
     let at_node =
         graph.edges().iter().filter(|edge| edge.origin == node || edge.destination == node);
-    let slow: Vec<u32> = at_node
-        .filter(|edge| edge.velocity_forward < 0.95 * max_speed)
-        .map(|edge| edge.id)
-        .collect();
+    let slow: Vec<u32> =
+        at_node.filter(|edge| edge.speed < 0.95 * max_speed).map(|edge| edge.id).collect();
     if !slow.is_empty() {
         return Some(Remedy::Faster(slow));
     }

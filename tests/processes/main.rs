@@ -5,6 +5,7 @@
 mod alarms;
 mod closures;
 mod collision;
+mod command;
 mod command_line;
 mod control;
 mod determinism;
@@ -14,7 +15,6 @@ mod fleets;
 mod graph_command;
 mod lockstep;
 mod metrics;
-mod order;
 mod orders;
 mod own_plugin;
 mod producers;

@@ -1,9 +1,9 @@
 //! The 3D viewer: shows a fleet of any size live in a window, or renders it into pictures. It reads
 //! the fleet only through the contract.
 //!
-//! Data flows one way: [`feed`] reads shared memory, [`stage`] uploads new data to the [`gpu`], which
-//! draws it according to the [`scene`] and its camera into a window's surface or a [`picture`]. The
-//! [`interface`] shows panels over it.
+//! Data flows one way: [`feed`] reads shared memory, [`stage`] uploads new data to the [`gpu`],
+//! which draws it according to the [`scene`] and its camera into a window's surface or a
+//! [`picture`]. The [`interface`] shows panels over it.
 
 mod bench;
 mod caption;

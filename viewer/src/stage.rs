@@ -9,8 +9,8 @@ use std::time::Instant;
 use glam::{UVec2, Vec2};
 use regatta_gpu::renderer::{Picture, Renderer};
 use regatta_interface::jams::JamFacts;
+use regatta_interface::orders::OpenOrders;
 use regatta_interface::robot_filter::{Filter, RobotSet};
-use regatta_interface::tasks::TaskBook;
 use regatta_interface::view_model::{Live, Timeline};
 use regatta_plugin::closure::ClosedEdge;
 use regatta_plugin::frame::ClockState;
@@ -348,7 +348,7 @@ impl Stage {
             return;
         };
         let filter = Filter::default().of_level(self.scene.level.as_deref());
-        let matches = filter.matches(&frame, &world, None, &TaskBook::default());
+        let matches = filter.matches(&frame, &world, None, &OpenOrders::default());
         self.renderer.set_on_level(matches.on_level.as_ref().map(RobotSet::words));
     }
 

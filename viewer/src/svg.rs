@@ -203,7 +203,7 @@ fn graph(text: &mut String, plan: &Plan<'_>, per_metre: f32) {
     let line = 0.25 / per_metre;
     let _ = writeln!(text, "<g id=\"edges\" fill=\"none\" stroke-width=\"{line:.5}\">");
     for edge in plan.edges() {
-        let colour = if edge.velocity_backwards > 0.0 { colours.two_way } else { colours.edge };
+        let colour = if edge.reverse_speed > 0.0 { colours.two_way } else { colours.edge };
         let path = path_of(plan, edge);
         let _ =
             writeln!(text, "<path id=\"e{}\" stroke=\"{}\" d=\"{path}\"/>", edge.id, hex(colour));

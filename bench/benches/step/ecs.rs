@@ -2,7 +2,7 @@
 //! one system over a query, and libm's atan2.
 //!
 //! It drives along the same pieces of the same graph, but publishes no frames and has no events, no
-//! orders and no fixed-point distances.
+//! commands and no fixed-point distances.
 
 use std::sync::Arc;
 
@@ -83,7 +83,7 @@ impl CompiledGraph {
     fn enter(&self, edge: u32) -> (u32, f32, f32) {
         let leg = Leg { edge: EdgeIndex(edge), gear: Gear::Forward };
         let first = self.tracks.track(leg).expect("forward is always allowed").first_piece;
-        (first, self.length(first), self.graph.edge(leg.edge).velocity_forward as f32)
+        (first, self.length(first), self.graph.edge(leg.edge).speed as f32)
     }
 
     fn length(&self, piece: u32) -> f32 {

@@ -8,7 +8,7 @@ use regatta::failure::Failure;
 use regatta::lockstep_run::{ENGINE, LockstepRun, POLL_INTERVAL, findings};
 use regatta::program::Program;
 use regatta_plugin::ports::error::RequestError;
-use regatta_plugin::{Control, ControlError, Orders};
+use regatta_plugin::{Commands, Control, ControlError};
 use serde_json::Value;
 
 use super::measurement::{Measured, Setup};
@@ -26,7 +26,7 @@ pub struct Run<'a> {
     run: LockstepRun,
     manager_pid: u32,
     /// The sender of breakdowns: until the end, as what it has sent is lost with it.
-    orders: Option<Orders>,
+    commands: Option<Commands>,
 }
 
 impl<'a> Run<'a> {
@@ -42,7 +42,7 @@ impl<'a> Run<'a> {
             rate_hz,
             run: LockstepRun::new("report-management", program.clone())?,
             manager_pid: 0,
-            orders: None,
+            commands: None,
         };
         let members = std::iter::once(MANAGER).chain(setup.conflicts.then_some(VALIDATOR));
         let ticks = run.ticks();
@@ -111,12 +111,12 @@ impl<'a> Run<'a> {
             tick = control.step((due - tick).min(STEP_SECS * rate))?.tick;
             check_interrupt()?;
         }
-        let mut orders = Orders::open(self.run.fleet())?;
+        let mut commands = Commands::open(self.run.fleet())?;
         for robot in 0..self.setup.broken {
-            orders.break_down(robot);
+            commands.break_down(robot);
         }
-        orders.send()?;
-        self.orders = Some(orders);
+        commands.send()?;
+        self.commands = Some(commands);
         control.resume()?;
         Ok(())
     }

@@ -62,7 +62,7 @@ impl<'g> Map<'g> {
         // At least as wide as the legend.
         let size =
             (extent * scale + 2.0 * MARGIN).max(DVec2::new(560.0, 0.0)) + DVec2::new(0.0, LEGEND);
-        let speeds = graph.edges().iter().map(|edge| edge.velocity_forward);
+        let speeds = graph.edges().iter().map(|edge| edge.speed);
         let speeds = (speeds.clone().fold(f64::INFINITY, f64::min), speeds.fold(0.0, f64::max));
         let mut lengths: Vec<f64> =
             graph.edges().iter().map(|edge| approximate_length(&edge.path) * scale).collect();
@@ -195,8 +195,7 @@ impl<'g> Map<'g> {
 
     fn speed_class(&self, edge: &Edge) -> usize {
         let (slowest, fastest) = self.speeds;
-        let fraction =
-            (edge.velocity_forward - slowest) / (fastest - slowest).max(f64::MIN_POSITIVE);
+        let fraction = (edge.speed - slowest) / (fastest - slowest).max(f64::MIN_POSITIVE);
         let middle_if_all_equal = if fastest > slowest { fraction } else { 0.5 };
         (middle_if_all_equal * (SPEED_COLOURS.len() - 1) as f64).round() as usize
     }
@@ -235,8 +234,7 @@ impl<'g> Map<'g> {
 
     fn write_reverse_arrows(&self, out: &mut String) -> fmt::Result {
         write!(out, "<path fill=\"#e07b39\" d=\"")?;
-        let reversible =
-            |edge: &&Edge| edge.velocity_backwards.is_some() && self.has_room(edge, 4.5);
+        let reversible = |edge: &&Edge| edge.reverse_speed.is_some() && self.has_room(edge, 4.5);
         for edge in self.graph.edges().iter().filter(reversible) {
             self.write_arrow(out, &edge.path, 0.28, -0.7)?;
         }

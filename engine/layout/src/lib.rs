@@ -1,7 +1,7 @@
 //! Layouts of plants: route graphs, their readers and writers, checks, drawings and generators.
 //!
-//! [`read()`] turns a file of any [`Format`] into a validated [`RouteGraph`]. From then on the graph
-//! can't be wrong: every index and every number is in range.
+//! [`read()`] turns a file of any [`Format`] into a validated [`RouteGraph`]. From then on the
+//! graph can't be wrong: every index and every number is in range.
 //!
 //! ```
 //! use regatta_layout::{Gear, ReadOptions, parse};

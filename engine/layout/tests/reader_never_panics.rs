@@ -115,8 +115,5 @@ fn both_spellings_of_the_format_are_read() {
         (Some("pass"), "3.01")
     );
     assert_eq!(one.edges()[0].path, other.edges()[0].path);
-    assert_eq!(
-        (one.edges()[0].velocity_backwards, other.edges()[0].velocity_backwards),
-        (None, Some(0.5))
-    );
+    assert_eq!((one.edges()[0].reverse_speed, other.edges()[0].reverse_speed), (None, Some(0.5)));
 }

@@ -158,7 +158,7 @@ impl Motion {
         }
     }
 
-    /// Reports that a robot has come to a stop, if it has a hold order.
+    /// Reports that a robot has come to a stop, if it has a hold command.
     pub(super) fn report_held(&self, rows: &Rows, row: usize, events: &mut dyn EventSink) {
         if rows.is(row, RobotState::Held) {
             events.push(rows.robot(row), Event::Held);

@@ -17,8 +17,8 @@
 //! do the same operations in the same order, each correctly rounded by IEEE 754 (+ − × ÷ √, min,
 //! max, conversions; no fused multiply-add, no libm), so all of them give the same bits.
 //!
-//! The kernel knows curves as pieces ([`Piece`]), which it is given, and neither layouts nor fleets.
-//! The owner of the columns spawns robots and applies orders.
+//! The kernel knows curves as pieces ([`Piece`]), which it is given, and neither layouts nor
+//! fleets. The owner of the columns spawns robots and applies commands.
 //!
 //! The preconditions of the vector code are types, so that no safe function can break them: a
 //! [`PieceColumn`] holds only indices of the table's pieces, a [`SupportedIsa`] exists only for

@@ -18,12 +18,12 @@
 //!
 //! For most rows the kernel needs a single number for this: `brake` = min over k of e_k² + 2 a D_k,
 //! with D_k measured from the end of the robot's leg, because the rest of d is common to all. It
-//! changes only when the robot enters another leg or gets an order. Rows that may reach the end of
+//! changes only when the robot enters another leg or gets a command. Rows that may reach the end of
 //! their leg in the tick are listed instead of moved, and [`Motion::drive_near_leg_end`] examines
 //! each place ahead in turn.
 //!
 //! As a result, speed changes by at most A a tick, plus √(2 a 2⁻²⁶ m) due to the resolution of
-//! distances, which is 0.2 mm/s at 1 m/s². The exception is an order that takes away road that the
+//! distances, which is 0.2 mm/s at 1 m/s². The exception is a command that takes away road that the
 //! robot would need to brake on (cancel, assign): then it brakes harder, because it never leaves
 //! its released base. The robot stops at the very end of its base, within the tick in which it gets
 //! there.

@@ -63,10 +63,10 @@ enum Plan {
     Free,
     /// Listed by a scenario; a loop is driven for ever, and ends where it starts.
     Listed { legs: Arc<[Leg]>, is_loop: bool },
-    /// From orders, for one robot: the first `released` legs are its base, the others its horizon.
-    /// The last released leg (if there is none, the leg that the robot is on when it gets the plan)
-    /// is released up to `limit` metres from where it is entered; infinity for all of it.
-    Ordered { legs: Vec<Leg>, released: usize, limit: f64 },
+    /// From commands, for one robot: the first `released` legs are its base, the others its
+    /// horizon. The last released leg (if there is none, the leg that the robot is on when it gets
+    /// the plan) is released up to `limit` metres from where it is entered; infinity for all of it.
+    Commanded { legs: Vec<Leg>, released: usize, limit: f64 },
 }
 
 /// All plans, by number.
@@ -89,7 +89,9 @@ impl Plans {
         let Route { plan, position } = cursor.route;
         let (leg, place) = match self.plans.get(plan as usize) {
             Some(Plan::Listed { legs, is_loop }) => next_listed(legs, *is_loop, position)?,
-            Some(Plan::Ordered { legs, released, .. }) => next_ordered(legs, *released, position)?,
+            Some(Plan::Commanded { legs, released, .. }) => {
+                next_commanded(legs, *released, position)?
+            }
             None if cursor.route.is_walk() => (self.random_leg(table, cursor)?, position),
             Some(Plan::Free) | None => return Err(BaseEnd::Done),
         };
@@ -107,16 +109,16 @@ impl Plans {
         Ok(Leg { edge, gear: Gear::Forward })
     }
 
-    /// Adds a list of legs, at least one, and returns the route at its start. A loop has to end where
-    /// it starts. Robots with the same list share its
-    /// plan, unless many others were added in between.
+    /// Adds a list of legs, at least one, and returns the route at its start. A loop has to end
+    /// where it starts. Robots with the same list share its plan, unless many others were added in
+    /// between.
     pub fn list(&mut self, legs: Arc<[Leg]>, is_loop: bool) -> Route {
         const RECENT: usize = 64;
         let is_same = |plan: &Plan| match plan {
             Plan::Listed { legs: other, is_loop: again } => {
                 Arc::ptr_eq(other, &legs) && *again == is_loop
             }
-            Plan::Free | Plan::Ordered { .. } => false,
+            Plan::Free | Plan::Commanded { .. } => false,
         };
         let recent = self.plans.len().saturating_sub(RECENT);
         match self.plans[recent..].iter().position(is_same) {
@@ -125,16 +127,16 @@ impl Plans {
         }
     }
 
-    /// Adds ordered legs and returns the route at their start. `limit` is in metres along the last
-    /// released leg.
-    pub fn order(&mut self, legs: Vec<Leg>, released: usize, limit: f64) -> Route {
-        self.add(Plan::Ordered { legs, released, limit })
+    /// Adds commanded legs and returns the route at their start. `limit` is in metres along the
+    /// last released leg.
+    pub fn command(&mut self, legs: Vec<Leg>, released: usize, limit: f64) -> Route {
+        self.add(Plan::Commanded { legs, released, limit })
     }
 
-    /// Releases the first `released` legs of an ordered route, the last of them up to `limit`
+    /// Releases the first `released` legs of a commanded route, the last of them up to `limit`
     /// metres.
     pub fn set_base(&mut self, route: Route, released: usize, limit: f64) {
-        if let Some(Plan::Ordered { released: legs, limit: metres, .. }) =
+        if let Some(Plan::Commanded { released: legs, limit: metres, .. }) =
             self.plans.get_mut(route.plan as usize)
         {
             (*legs, *metres) = (released, limit);
@@ -158,7 +160,7 @@ impl Plans {
     /// Returns the metres of the last released leg that are released; infinity for all of it.
     pub fn limit(&self, route: Route) -> f64 {
         match self.plans.get(route.plan as usize) {
-            Some(Plan::Ordered { limit, .. }) => *limit,
+            Some(Plan::Commanded { limit, .. }) => *limit,
             _ => f64::INFINITY,
         }
     }
@@ -167,7 +169,9 @@ impl Plans {
     /// it.
     pub fn limit_on_leg(&self, route: Route) -> f64 {
         match self.plans.get(route.plan as usize) {
-            Some(Plan::Ordered { released, limit, .. }) if *released == route.position as usize => {
+            Some(Plan::Commanded { released, limit, .. })
+                if *released == route.position as usize =>
+            {
                 *limit
             }
             _ => f64::INFINITY,
@@ -177,7 +181,7 @@ impl Plans {
     /// Returns why a robot stops at the limit of its leg.
     pub(super) fn end_at_limit(&self, route: Route) -> BaseEnd {
         match self.plans.get(route.plan as usize) {
-            Some(Plan::Ordered { legs, .. }) if !legs.is_empty() => BaseEnd::Unreleased,
+            Some(Plan::Commanded { legs, .. }) if !legs.is_empty() => BaseEnd::Unreleased,
             _ => BaseEnd::Done,
         }
     }
@@ -186,7 +190,7 @@ impl Plans {
     /// them.
     pub fn released(&self, route: Route) -> (usize, Option<Leg>) {
         match self.plans.get(route.plan as usize) {
-            Some(Plan::Ordered { legs, released, .. }) => {
+            Some(Plan::Commanded { legs, released, .. }) => {
                 (*released, legs[..*released].last().copied())
             }
             _ => (0, None),
@@ -198,19 +202,21 @@ impl Plans {
     pub fn base(&self, route: Route) -> &[Leg] {
         match self.plans.get(route.plan as usize) {
             Some(Plan::Listed { legs, .. }) => &legs[route.position as usize..],
-            Some(Plan::Ordered { legs, released, .. }) => &legs[route.position as usize..*released],
+            Some(Plan::Commanded { legs, released, .. }) => {
+                &legs[route.position as usize..*released]
+            }
             Some(Plan::Free) | None => &[],
         }
     }
 
-    /// Legs of a route that come after its base: an order's horizon; of a loop, the rest of one
+    /// Legs of a route that come after its base: a command's horizon; of a loop, the rest of one
     /// lap, counted from the leg that the robot is on.
     pub fn horizon(&self, route: Route) -> &[Leg] {
         match self.plans.get(route.plan as usize) {
             Some(Plan::Listed { legs, is_loop: true }) => {
                 &legs[..(route.position as usize).saturating_sub(1)]
             }
-            Some(Plan::Ordered { legs, released, .. }) => &legs[*released..],
+            Some(Plan::Commanded { legs, released, .. }) => &legs[*released..],
             Some(Plan::Free | Plan::Listed { .. }) | None => &[],
         }
     }
@@ -223,7 +229,7 @@ impl Plans {
 
     /// Frees the plan of a robot that gives up its route, if no other robot can share it.
     pub fn discard(&mut self, route: Route) {
-        if let Some(plan @ Plan::Ordered { .. }) = self.plans.get_mut(route.plan as usize) {
+        if let Some(plan @ Plan::Commanded { .. }) = self.plans.get_mut(route.plan as usize) {
             *plan = Plan::Free;
             self.free.push(route.plan);
         }
@@ -238,7 +244,7 @@ fn next_listed(legs: &[Leg], is_loop: bool, position: u32) -> Result<(Leg, u32),
     }
 }
 
-fn next_ordered(legs: &[Leg], released: usize, position: u32) -> Result<(Leg, u32), BaseEnd> {
+fn next_commanded(legs: &[Leg], released: usize, position: u32) -> Result<(Leg, u32), BaseEnd> {
     match legs.get(position as usize) {
         Some(&leg) if (position as usize) < released => Ok((leg, position)),
         Some(_) => Err(BaseEnd::Unreleased),

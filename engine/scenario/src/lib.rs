@@ -110,9 +110,9 @@ pub enum Start {
     },
     /// At a random place, on a random walk.
     Random,
-    /// On a node, waiting for orders.
+    /// On a node, waiting for commands.
     Node(NodeIndex),
-    /// At a random end of an edge where it touches no other robot, waiting for orders.
+    /// At a random end of an edge where it touches no other robot, waiting for commands.
     Standing,
 }
 

@@ -417,7 +417,7 @@ fn leg(name: LegName, graph: &RouteGraph) -> Result<Leg, String> {
         .ok_or_else(|| format!("the graph has no edge {}", name.edge_id))?;
     let gear = if name.reverse { Gear::Reverse } else { Gear::Forward };
     let leg = Leg { edge, gear };
-    match graph.leg_velocity(leg) {
+    match graph.leg_speed(leg) {
         Some(_) => Ok(leg),
         None => Err(format!(
             "edge {} can't be driven in reverse gear: its VelocityBackwards is 0",

@@ -157,9 +157,9 @@ pub struct RobotGroupEntry {
     pub route: Option<Vec<LegName>>,
     /// The action at the end of `route`.
     pub repeat: Option<Repeat>,
-    /// Endless random walks from random places, or none: robots that wait for orders.
+    /// Endless random walks from random places, or none: robots that wait for commands.
     pub routes: Option<RoutesEntry>,
-    /// The id of a node where the robots wait for orders.
+    /// The id of a node where the robots wait for commands.
     pub node: Option<u32>,
 }
 
@@ -183,7 +183,7 @@ pub enum Repeat {
 pub enum RoutesEntry {
     /// A random edge at each node.
     Random,
-    /// None: robots wait for orders where they touch no others.
+    /// None: robots wait for commands where they touch no others.
     None,
 }
 
@@ -222,7 +222,7 @@ fn all() -> f64 {
 pub struct Breakdowns {
     /// Breakdowns per hour and robot.
     pub per_hour: f64,
-    /// Seconds after which a robot is repaired; by default only an order repairs it.
+    /// Seconds after which a robot is repaired; by default only a command repairs it.
     pub repair_secs: Option<f64>,
 }
 

@@ -25,7 +25,7 @@ impl Producer for Simulation {
 
     fn tick(&mut self, session: &mut Session) -> Result<(), EngineError> {
         self.events.set_wanted(session.ports().has_event_readers());
-        self.take_orders(session)?;
+        self.take_commands(session)?;
         self.disturbances.carry_out(session.tick(), &mut self.fleet, &mut self.events);
         self.fleet.drain_batteries(session.tick(), &mut self.events);
         if let Some(mut frame) = self.loan_if_due(session)? {
@@ -52,7 +52,7 @@ impl Producer for Simulation {
         self.fleet.robots_by_state()
     }
 
-    /// Orders wait for the next tick; routes are reported between two.
+    /// Commands wait for the next tick; routes are reported between two.
     fn between_ticks(&mut self, session: &mut Session) -> Result<(), EngineError> {
         self.answer_routes(session)
     }

@@ -1,4 +1,4 @@
-//! Places for robots that stand and wait for orders: seeded random ends of edges, where no two
+//! Places for robots that stand and wait for commands: seeded random ends of edges, where no two
 //! footprints touch.
 
 use std::collections::BTreeMap;

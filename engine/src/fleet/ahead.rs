@@ -51,7 +51,7 @@ impl Fleet {
         std::iter::from_fn(move || self.motion.next_leg(cursor.as_mut()?).ok())
     }
 
-    /// Whether a robot drives on without another order when it has driven all legs
+    /// Whether a robot drives on without another command when it has driven all legs
     /// [ahead](Self::ahead).
     pub fn drives_on(&self, robot: u32) -> bool {
         self.row(robot).is_ok_and(|row| self.motion.plans.is_endless(self.columns.route[row]))

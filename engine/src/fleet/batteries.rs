@@ -96,8 +96,8 @@ impl Batteries {
 
 impl Fleet {
     /// Lets robots take energy from their batteries, and chargers give it, if a period ends with
-    /// this tick. Robots without energy stop; they are broken until an order repairs them, or until
-    /// they have been charged.
+    /// this tick. Robots without energy stop; they are broken until a command repairs them, or
+    /// until they have been charged.
     pub fn drain_batteries(&mut self, tick: u64, events: &mut EventBuffer) {
         if self
             .batteries

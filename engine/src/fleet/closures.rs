@@ -4,7 +4,7 @@ use regatta_layout::EdgeIndex;
 use regatta_plugin::closure::ClosedEdge;
 use regatta_plugin::event::{EventKind, EventRecord};
 use regatta_plugin::frame::RobotState;
-use regatta_plugin::task::NO_ROBOT;
+use regatta_plugin::order::NO_ROBOT;
 
 use super::{EventBuffer, Fleet};
 

@@ -6,7 +6,7 @@ use regatta_plugin::frame::RobotState;
 
 use super::{EventBuffer, Fleet, Route};
 
-/// Why a robot doesn't drive besides its orders.
+/// Why a robot doesn't drive besides its commands.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Impairment {
     is_stalled: bool,

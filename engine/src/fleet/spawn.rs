@@ -13,7 +13,7 @@ use super::{EventBuffer, Fleet, Route};
 /// The source of a robot's route.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum RouteSource {
-    /// The robot stands until an order gives it a route.
+    /// The robot stands until a command gives it a route.
     None,
     /// These legs. Robots with the same route share it.
     Listed(Arc<[Leg]>, Repeat),
@@ -228,7 +228,7 @@ pub(super) fn check_connected(
 ) -> Result<(), Refusal> {
     let mut node = start;
     for &leg in legs {
-        graph.leg_velocity(leg).ok_or(Refusal::NoReverse)?;
+        graph.leg_speed(leg).ok_or(Refusal::NoReverse)?;
         if graph.leg_start(leg) != node {
             return Err(Refusal::NotConnected);
         }

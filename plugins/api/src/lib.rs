@@ -9,7 +9,7 @@
 //! ```
 //!
 //! A *producer* (the engine, a replay, a UDP source) publishes [`frame`]s, the [`world`] and
-//! [`event`]s, and takes [`order`]s and [`control`] requests. A *reader* is a [`Plugin`] started
+//! [`event`]s, and takes [`command`]s and [`control`] requests. A *reader* is a [`Plugin`] started
 //! with [`run`], or any program that opens a [`Subscriber`] itself. A producer of your own is a
 //! [`Producer`](producer::Producer) started with [`produce`].
 //!
@@ -159,8 +159,8 @@ pub use records::name::{ColumnName, FleetName, MAX_NAME_BYTES, NameError};
 pub use records::traffic::Traffic;
 pub use records::world::World;
 pub use records::{
-    activity, closure, column, contact, control, event, frame, history, manager, order, order_log,
-    recording, route, sequence, task, traffic, world,
+    activity, closure, column, command, command_log, contact, control, event, frame, history,
+    manager, order, recording, route, sequence, traffic, world,
 };
 #[cfg(feature = "shared-memory")]
 pub use shared_memory::*;
@@ -170,6 +170,8 @@ pub use shared_memory::*;
 mod shared_memory {
     pub use crate::ports::closures::ClosureReader;
     pub use crate::ports::columns::{ColumnPublisher, ColumnReader, ColumnValues, column_names};
+    pub use crate::ports::command_log::{CommandLog, CommandLogReader};
+    pub use crate::ports::commands::{CommandError, Commands};
     pub use crate::ports::contacts::{
         ContactEventReader, ContactEvents, ContactPublisher, ContactReader,
     };
@@ -180,13 +182,11 @@ mod shared_memory {
     pub use crate::ports::history::{HistoryPublisher, HistoryReader};
     pub use crate::ports::lockstep::{LockstepError, Reporter};
     pub use crate::ports::manager::{ManagerClient, ManagerError, ManagerServer};
-    pub use crate::ports::order_log::{OrderLog, OrderLogReader};
-    pub use crate::ports::orders::{OrderError, Orders};
+    pub use crate::ports::orders::{OrderPublisher, OrderReader, Orders};
     pub use crate::ports::producer::{FrameLoan, ProducerPorts};
     pub use crate::ports::recording::{RecordingPublisher, RecordingReader, ReplayedRecording};
     pub use crate::ports::routes::{PendingRoute, RouteClient, RouteError, RouteServer};
     pub use crate::ports::services;
-    pub use crate::ports::tasks::{TaskPublisher, TaskReader, Tasks};
     pub use crate::ports::traffic::{TrafficPublisher, TrafficReader};
     pub use crate::ports::worlds::WorldReader;
     pub use crate::process::domain::{

@@ -85,7 +85,7 @@ pub trait Producer {
     }
 
     /// Advances to the session's [moment](Session::tick), which is the one that
-    /// [`next_moment`](Self::next_moment) returned, and publishes it: events, the order log and
+    /// [`next_moment`](Self::next_moment) returned, and publishes it: events, the command log and
     /// columns first, then the frame, if this tick has one.
     fn tick(&mut self, session: &mut Session) -> Result<(), Self::Error>;
 
@@ -97,9 +97,9 @@ pub trait Producer {
     /// stalled, broken.
     fn robots_by_state(&self) -> [u32; RobotState::COUNT];
 
-    /// Called between two ticks, every few milliseconds. By default it refuses all orders.
+    /// Called between two ticks, every few milliseconds. By default it refuses all commands.
     fn between_ticks(&mut self, session: &mut Session) -> Result<(), Self::Error> {
-        Ok(session.refuse_orders()?)
+        Ok(session.refuse_commands()?)
     }
 
     /// Waits for `duration`. A producer that listens to something does so here; by default it

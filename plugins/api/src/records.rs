@@ -34,6 +34,8 @@ macro_rules! numbered {
 pub mod activity;
 pub mod closure;
 pub mod column;
+pub mod command;
+pub mod command_log;
 pub mod contact;
 pub mod control;
 pub mod event;
@@ -43,11 +45,9 @@ pub mod lockstep;
 pub mod manager;
 pub mod name;
 pub mod order;
-pub mod order_log;
 pub mod recording;
 pub mod route;
 pub mod sequence;
-pub mod task;
 pub mod traffic;
 pub mod world;
 

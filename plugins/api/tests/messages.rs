@@ -1,4 +1,4 @@
-//! Orders, events, requests, columns and lockstep, there and back, within one process.
+//! Commands, events, requests, columns and lockstep, there and back, within one process.
 
 #[path = "support/common.rs"]
 mod common;
@@ -9,41 +9,41 @@ use iceoryx2::prelude::*;
 use iceoryx2::service::attribute::{AttributeKey, AttributeValue};
 use regatta_plugin::ProducerPorts;
 use regatta_plugin::column::TYPE;
+use regatta_plugin::command::{CommandKind, CommandRecord, RouteLeg};
 use regatta_plugin::control::{ControlKind, ControlResponse};
 use regatta_plugin::event::{EventKind, EventRecord};
 use regatta_plugin::frame::{CONTRACT_VERSION, FrameHeader, Line};
-use regatta_plugin::order::{OrderKind, OrderRecord, RouteLeg};
 use regatta_plugin::ports::error::RequestError;
 use regatta_plugin::route::{LegAhead, RouteRequest, RouteResponse};
 use regatta_plugin::{
-    ColumnPublisher, ColumnReader, Control, ControlError, EventReader, FleetName, LockstepError,
-    OpenError, OrderError, Orders, Participant, PublishError, ReadError, Reporter, RouteClient,
-    RouteError, RouteServer, Subscriber, column_names, services,
+    ColumnPublisher, ColumnReader, CommandError, Commands, Control, ControlError, EventReader,
+    FleetName, LockstepError, OpenError, Participant, PublishError, ReadError, Reporter,
+    RouteClient, RouteError, RouteServer, Subscriber, column_names, services,
 };
 
 use common::{fleet, publish};
 
-fn taken(producer: &mut ProducerPorts) -> Vec<Vec<OrderRecord>> {
+fn taken(producer: &mut ProducerPorts) -> Vec<Vec<CommandRecord>> {
     let mut samples = Vec::new();
-    producer.take_orders(|_, records| samples.push(records.to_vec())).unwrap();
+    producer.take_commands(|_, records| samples.push(records.to_vec())).unwrap();
     samples
 }
 
 #[test]
-fn orders_arrive_as_sent() {
+fn commands_arrive_as_sent() {
     let fleet = fleet();
-    let mut orders = Orders::open(&fleet).unwrap();
-    orders.hold(1);
-    assert_eq!(orders.send(), Err(OrderError::NoEngine { fleet: fleet.clone() }));
+    let mut commands = Commands::open(&fleet).unwrap();
+    commands.hold(1);
+    assert_eq!(commands.send(), Err(CommandError::NoEngine { fleet: fleet.clone() }));
     let mut producer = ProducerPorts::create(&fleet, 1).unwrap();
-    let token = orders.assign(3, &[RouteLeg::forward(7), RouteLeg::reverse(8).horizon()]);
-    let spawn = orders.spawn_on_edge(2, 9, 1.5);
+    let token = commands.assign(3, &[RouteLeg::forward(7), RouteLeg::reverse(8).horizon()]);
+    let spawn = commands.spawn_on_edge(2, 9, 1.5);
     assert_ne!(token, spawn);
-    orders.send().unwrap();
-    assert!(orders.pending().is_empty());
+    commands.send().unwrap();
+    assert!(commands.pending().is_empty());
     let samples = taken(&mut producer);
     let [hold, assign, first, second, spawned] = &samples[0][..] else { panic!("{samples:?}") };
-    assert_eq!((hold.kind, hold.robot), (OrderKind::Hold as u32, 1), "kept after the failure");
+    assert_eq!((hold.kind, hold.robot), (CommandKind::Hold as u32, 1), "kept after the failure");
     assert_eq!((assign.token, assign.robot, assign.legs), (token, 3, 2));
     assert_eq!((first.id, first.reverse, first.released), (7, 0, 1));
     assert_eq!((second.id, second.reverse, second.released), (8, 1, 0));
@@ -52,37 +52,37 @@ fn orders_arrive_as_sent() {
 }
 
 #[test]
-fn orders_that_nobody_takes_are_refused_rather_than_lost() {
+fn commands_that_nobody_takes_are_refused_rather_than_lost() {
     let fleet = fleet();
     let mut producer = ProducerPorts::create(&fleet, 1).unwrap();
-    let mut orders = Orders::open(&fleet).unwrap();
-    for _ in 0..services::ORDER_BUFFER {
-        orders.hold(1);
-        orders.send().unwrap();
+    let mut commands = Commands::open(&fleet).unwrap();
+    for _ in 0..services::COMMAND_BUFFER {
+        commands.hold(1);
+        commands.send().unwrap();
     }
-    orders.hold(2);
-    assert_eq!(orders.send(), Err(OrderError::Full { fleet }));
-    assert_eq!(taken(&mut producer).len(), services::ORDER_BUFFER);
-    orders.send().unwrap();
+    commands.hold(2);
+    assert_eq!(commands.send(), Err(CommandError::Full { fleet }));
+    assert_eq!(taken(&mut producer).len(), services::COMMAND_BUFFER);
+    commands.send().unwrap();
     assert_eq!(taken(&mut producer)[0][0].robot, 2);
 }
 
 #[test]
-fn ten_thousand_orders_fit_one_sample() {
+fn ten_thousand_commands_fit_one_sample() {
     let fleet = fleet();
     let mut producer = ProducerPorts::create(&fleet, 1).unwrap();
-    let mut orders = Orders::open(&fleet).unwrap();
+    let mut commands = Commands::open(&fleet).unwrap();
     for robot in 0..10_000 {
-        orders.hold(robot);
+        commands.hold(robot);
     }
-    orders.send().unwrap();
+    commands.send().unwrap();
     assert_eq!(taken(&mut producer)[0][9_999].robot, 9_999);
 }
 
 #[test]
 fn tokens_of_different_senders_differ_and_repeat_from_run_to_run() {
     let fleet = fleet();
-    let sender = |name| Orders::open_on(&Participant::join(&fleet, name).unwrap()).unwrap();
+    let sender = |name| Commands::open_on(&Participant::join(&fleet, name).unwrap()).unwrap();
     let token = sender("a").hold(0);
     assert_ne!(token, sender("b").hold(0));
     assert_eq!(token, sender("a").hold(0));
@@ -368,15 +368,15 @@ fn a_fleet_of_another_contract_version_is_refused_naming_both() {
         .user_header::<FrameHeader>()
         .create_with_attributes(&version)
         .unwrap();
-    let _orders = node
-        .service_builder(&name("orders"))
+    let _commands = node
+        .service_builder(&name("commands"))
         .publish_subscribe::<u64>()
         .create_with_attributes(&version)
         .unwrap();
     let errors = [
         ProducerPorts::create(&fleet, 1).unwrap_err(),
         Subscriber::open(&fleet).unwrap_err(),
-        Orders::open(&fleet).unwrap_err(),
+        Commands::open(&fleet).unwrap_err(),
     ];
     for error in errors {
         assert!(

@@ -1,5 +1,5 @@
-//! The settings that define a possible collision, and the criteria by which a pair enters and leaves
-//! a level.
+//! The settings that define a possible collision, and the criteria by which a pair enters and
+//! leaves a level.
 
 use regatta_plugin::contact::ContactLevel;
 

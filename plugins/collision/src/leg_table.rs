@@ -76,10 +76,10 @@ impl LegTable {
         for (index, edge) in (0..).zip(edges) {
             let &EdgeRecord { origin, destination, .. } = edge;
             let length = chords.length(index).unwrap_or(edge.length);
-            let (speed, reverse_speed) = (edge.velocity_forward, edge.velocity_backwards);
+            let (speed, reverse_speed) = (edge.speed, edge.reverse_speed);
             infos.push(EdgeInfo { origin, destination, length, speed, reverse_speed });
             forward.push((origin, Leg::new(index, false)));
-            if edge.velocity_backwards > 0.0 {
+            if edge.reverse_speed > 0.0 {
                 reverse.push((destination, Leg::new(index, true)));
             }
         }
@@ -153,8 +153,8 @@ mod tests {
 
     use super::*;
 
-    fn edge(origin: u32, destination: u32, velocity_backwards: f32) -> EdgeRecord {
-        EdgeRecord { origin, destination, velocity_backwards, length: 1.0, ..EdgeRecord::default() }
+    fn edge(origin: u32, destination: u32, reverse_speed: f32) -> EdgeRecord {
+        EdgeRecord { origin, destination, reverse_speed, length: 1.0, ..EdgeRecord::default() }
     }
 
     fn table(edges: &[EdgeRecord]) -> LegTable {

@@ -1,23 +1,23 @@
-//! Requests for routes, and their order.
+//! Requests for routes, and their command.
 //!
-//! A producer answers a few requests between two ticks, so robots with new orders come first, then
-//! those that may collide. The plugin doesn't wait: until the answer arrives, a robot may take any
-//! way. In lockstep, the answers to the requests of a tick arrive before the next one.
+//! A producer answers a few requests between two ticks, so robots with new commands come first,
+//! then those that may collide. The plugin doesn't wait: until the answer arrives, a robot may take
+//! any way. In lockstep, the answers to the requests of a tick arrive before the next one.
 
 use std::collections::VecDeque;
 use std::time::Instant;
 
+use regatta_plugin::command::CommandKind;
 use regatta_plugin::contact::{ContactLevel, ContactRecord};
 use regatta_plugin::frame::{NO_EDGE, RobotState};
-use regatta_plugin::order::OrderKind;
 use regatta_plugin::{
-    Frame, OpenError, OrderLogReader, Participant, PendingRoute, ReadError, RouteClient,
+    CommandLogReader, Frame, OpenError, Participant, PendingRoute, ReadError, RouteClient,
     RouteError, services,
 };
 
 use crate::routes::Routes;
 
-/// The largest number of robots that wait for a request after an order.
+/// The largest number of robots that wait for a request after a command.
 const MAX_WAITING: usize = 4096;
 /// The largest number of pairs and of other robots that are looked at for a frame.
 const MAX_LOOKED_AT: usize = 1024;
@@ -25,10 +25,10 @@ const MAX_LOOKED_AT: usize = 1024;
 /// The requests that have no answer yet, and the robots that are asked for next.
 pub(crate) struct RouteRequests {
     client: RouteClient,
-    orders: OrderLogReader,
+    commands: CommandLogReader,
     pending: Vec<Request>,
-    /// Robots with orders since the last request.
-    ordered: VecDeque<u32>,
+    /// Robots with commands since the last request.
+    commanded: VecDeque<u32>,
     /// The robot from which to look for others.
     next: usize,
 }
@@ -38,7 +38,7 @@ struct Request {
     robot: u32,
     route: PendingRoute,
     sent: Instant,
-    /// Answers from before this tick don't count: an order came later.
+    /// Answers from before this tick don't count: a command came later.
     not_before: u64,
 }
 
@@ -46,9 +46,9 @@ impl RouteRequests {
     pub(crate) fn open_on(fleet: &Participant) -> Result<Self, OpenError> {
         Ok(Self {
             client: RouteClient::open_on(fleet)?,
-            orders: OrderLogReader::open_on(fleet)?,
+            commands: CommandLogReader::open_on(fleet)?,
             pending: Vec::new(),
-            ordered: VecDeque::new(),
+            commanded: VecDeque::new(),
             next: 0,
         })
     }
@@ -56,23 +56,23 @@ impl RouteRequests {
     /// Drops the requests to the producer of the run before.
     pub(crate) fn begin_run(&mut self) {
         self.pending.clear();
-        self.ordered.clear();
+        self.commanded.clear();
     }
 
-    /// Passes the orders and answers that have come to `routes`.
+    /// Passes the commands and answers that have come to `routes`.
     pub(crate) fn receive(&mut self, routes: &mut Routes) -> Result<(), ReadError> {
-        let Self { client, orders, pending, ordered, .. } = self;
-        orders.take(|tick| {
+        let Self { client, commands, pending, commanded, .. } = self;
+        commands.take(|tick| {
             if tick.missed > 0 {
                 routes.clear();
             }
-            for order in tick.records.iter().filter(|order| changes_route(order.kind)) {
-                routes.mark_stale(order.robot, tick.header.tick);
-                for request in pending.iter_mut().filter(|request| request.robot == order.robot) {
+            for command in tick.records.iter().filter(|command| changes_route(command.kind)) {
+                routes.mark_stale(command.robot, tick.header.tick);
+                for request in pending.iter_mut().filter(|request| request.robot == command.robot) {
                     request.not_before = tick.header.tick;
                 }
-                if ordered.len() < MAX_WAITING {
-                    ordered.push_back(order.robot);
+                if commanded.len() < MAX_WAITING {
+                    commanded.push_back(command.robot);
                 }
             }
             Ok::<_, ReadError>(())
@@ -90,11 +90,11 @@ impl RouteRequests {
         Ok(())
     }
 
-    /// Asks for the routes that are wanted most: those of robots with orders, of pairs that may
+    /// Asks for the routes that are wanted most: those of robots with commands, of pairs that may
     /// collide, and of others in turn.
     pub(crate) fn ask(&mut self, routes: &Routes, frame: &Frame<'_>, contacts: &[ContactRecord]) {
         while self.has_room() {
-            let Some(robot) = self.ordered.pop_front() else { break };
+            let Some(robot) = self.commanded.pop_front() else { break };
             if is_wanted(robot, routes, frame) && self.send(robot).is_err() {
                 return;
             }
@@ -142,8 +142,8 @@ fn is_wanted(robot: u32, routes: &Routes, frame: &Frame<'_>) -> bool {
     edge != NO_EDGE && drives && routes.is_wanted(robot)
 }
 
-/// Whether an order of a kind may change a robot's route.
+/// Whether a command of a kind may change a robot's route.
 fn changes_route(kind: u32) -> bool {
-    use OrderKind::{Assign, Cancel, Extend, Release, Remove};
+    use CommandKind::{Assign, Cancel, Extend, Release, Remove};
     [Assign, Extend, Release, Cancel, Remove].iter().any(|own| *own as u32 == kind)
 }

@@ -10,12 +10,12 @@ use crate::prediction::{RouteAhead, RouteEnd};
 const MAX_PASSED: usize = 16;
 /// The number of legs left from which on more of a route is wanted.
 const FEW_LEGS: usize = 4;
-/// The number of ticks for which a route is followed that an order has changed.
+/// The number of ticks for which a route is followed that a command has changed.
 const MAX_STALE_TICKS: u64 = 100;
 
 /// The routes that are known.
 ///
-/// A route is known from the producer's answer until the robot leaves it or an order changes it.
+/// A route is known from the producer's answer until the robot leaves it or a command changes it.
 /// A robot without a known route may take any way.
 #[derive(Debug, Default)]
 pub struct Routes {
@@ -50,7 +50,7 @@ impl Routes {
         self.known.clear();
     }
 
-    /// Learns a route from the producer's answer. An answer from before an order that changed the
+    /// Learns a route from the producer's answer. An answer from before a command that changed the
     /// route is ignored.
     pub fn learn(&mut self, answer: &RouteResponse) {
         if !answer.is_found() || answer.run_id != self.run_id {
@@ -82,8 +82,8 @@ impl Routes {
         }
     }
 
-    /// Notes that an order of a tick may have changed a robot's route. It is followed until a later
-    /// answer comes, but not for long.
+    /// Notes that a command of a tick may have changed a robot's route. It is followed until a
+    /// later answer comes, but not for long.
     pub fn mark_stale(&mut self, robot: u32, tick: u64) {
         if let Some(Some(route)) = self.known.get_mut(robot as usize) {
             route.stale_since = Some(tick);

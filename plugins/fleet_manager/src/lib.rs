@@ -3,7 +3,7 @@
 //!
 //! | module | |
 //! |---|---|
-//! | [`plugin`] | the plugin: frames in, orders and the task log out |
+//! | [`plugin`] | the plugin: frames in, commands and the order log out |
 //! | [`roads`] | the legs of a world, and which stretches get in each other's way |
 //! | [`claims`] | which robot alone may be where |
 //! | [`traffic`] | what planners see: who is where, and how far a robot could drive |
@@ -21,12 +21,12 @@ pub mod density;
 pub mod manager;
 #[cfg(test)]
 mod model;
+mod order_log;
 pub mod planner;
 pub mod plugin;
 pub mod roads;
 mod run_figures;
 pub mod steering;
-mod task_log;
 pub mod traffic;
 
 pub use plugin::{Cli, PlannerKind, run_from, run_with};

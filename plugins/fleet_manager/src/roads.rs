@@ -334,7 +334,7 @@ fn road(edge: &EdgeRecord, length: f32, headings: [f32; 2]) -> Road {
         origin: edge.origin,
         destination: edge.destination,
         length,
-        speeds: [edge.velocity_forward, edge.velocity_backwards],
+        speeds: [edge.speed, edge.reverse_speed],
         headings,
     }
 }

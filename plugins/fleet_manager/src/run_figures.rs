@@ -58,7 +58,7 @@ impl RunFigures {
         }
     }
 
-    /// Notes a change of a task.
+    /// Notes a change of an order.
     pub(crate) fn take(&mut self, event: &OrderEvent) {
         match event.change {
             Change::Handled { .. } => {

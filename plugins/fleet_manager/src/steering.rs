@@ -25,7 +25,7 @@ use crate::planner::{Planner, Plans};
 use crate::roads::{Leg, Roads};
 use crate::traffic::{Errand, Permit, Robot, RouteState, Traffic};
 
-/// An order to a robot.
+/// A command to a robot.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Command {
     /// Replace what lies beyond its base by these legs, none of them released.
@@ -54,7 +54,7 @@ pub enum Command {
 /// The settings of steering.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// The time from a frame to the moment at which an order that answers it takes effect, in
+    /// The time from a frame to the moment at which a command that answers it takes effect, in
     /// seconds.
     pub latency_secs: f32,
     /// The least distance that a base extends beyond the braking distance, in metres.
@@ -96,8 +96,8 @@ pub struct Steering {
     cut_off: Vec<bool>,
     /// By node: whether closures keep robots from coming there; empty without closures.
     out_of_reach: Vec<bool>,
-    /// Edges that are closed by order, sorted by id.
-    closed_by_order: Vec<ClosedEdge>,
+    /// Edges that are closed by a command, sorted by id.
+    closed_by_command: Vec<ClosedEdge>,
     /// Their indices, sorted.
     closed_edges: Vec<u32>,
     /// Whether they have changed since closures were last worked out.
@@ -137,7 +137,7 @@ impl Steering {
             closed: vec![false; 2 * roads.edges().len()],
             cut_off: Vec::new(),
             out_of_reach: Vec::new(),
-            closed_by_order: Vec::new(),
+            closed_by_command: Vec::new(),
             closed_edges: Vec::new(),
             is_closed_anew: false,
             blockers: Vec::new(),
@@ -234,7 +234,8 @@ impl Steering {
         }
     }
 
-    /// Plans and extends after a frame, at a simulated time in seconds. Returns what to order.
+    /// Plans and extends after a frame, at a simulated time in seconds. Returns the commands to
+    /// send.
     pub fn step(&mut self, now: f64) -> &[Command] {
         let passed = now - self.now;
         self.now = now;

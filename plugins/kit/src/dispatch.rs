@@ -1,5 +1,5 @@
-//! Orders with answers: what a person or a program gives now and then, rather than the stream of a
-//! fleet manager.
+//! Commands with answers: what a person or a program gives now and then, rather than the stream of
+//! a fleet manager.
 
 use std::time::{Duration, Instant};
 
@@ -8,16 +8,16 @@ use regatta_plugin::EventReader;
 use regatta_plugin::FleetName;
 use regatta_plugin::Participant;
 use regatta_plugin::WorldReader;
+use regatta_plugin::command::RouteLeg;
 use regatta_plugin::event::{EventKind, EventRecord, Refusal};
-use regatta_plugin::order::RouteLeg;
 use regatta_plugin::world::World;
+use regatta_plugin::{CommandError, Commands};
 use regatta_plugin::{OpenError, ReadError};
-use regatta_plugin::{OrderError, Orders};
 
 /// The time between two looks for an answer.
 const POLL: Duration = Duration::from_millis(2);
 
-/// The error of an order, or of waiting for its answer.
+/// The error of a command, or of waiting for its answer.
 #[derive(Debug, thiserror::Error)]
 pub enum DispatchError {
     /// A port of the fleet can't be opened.
@@ -26,29 +26,29 @@ pub enum DispatchError {
     /// A port of the fleet can't be read.
     #[error(transparent)]
     Read(#[from] ReadError),
-    /// The order can't be sent.
+    /// The command can't be sent.
     #[error(transparent)]
-    Send(#[from] OrderError),
+    Send(#[from] CommandError),
     /// There is no way to a node.
     #[error(transparent)]
     Way(#[from] WayError),
     /// The fleet has no world.
     #[error("fleet '{0}' has no world; is it running?")]
     NoWorld(FleetName),
-    /// The order was refused, and changed nothing.
+    /// The command was refused, and changed nothing.
     #[error("refused: {}", refused(.0))]
     Refused(EventRecord),
     /// No answer came in time.
-    #[error("the fleet has not answered within {} s; is it paused? It takes the order at its next tick", .0.as_secs())]
+    #[error("the fleet has not answered within {} s; is it paused? It takes the command at its next tick", .0.as_secs())]
     NoAnswer(Duration),
 }
 
-/// Gives orders to a fleet, and waits for their answers.
+/// Gives commands to a fleet, and waits for their answers.
 #[derive(Debug)]
 pub struct Dispatcher {
     participant: Participant,
     events: EventReader,
-    orders: Orders,
+    commands: Commands,
     timeout: Duration,
 }
 
@@ -56,25 +56,28 @@ impl Dispatcher {
     /// Joins a fleet under a name, which is the sender's. Answers are waited for at most so long.
     ///
     /// # Errors
-    /// [`OpenError`] as [`Orders::open`].
+    /// [`OpenError`] as [`Commands::open`].
     pub fn join(fleet: &FleetName, name: &str, timeout: Duration) -> Result<Self, OpenError> {
         let participant = Participant::join(fleet, name)?;
         let events = EventReader::open_on(&participant)?;
-        let orders = Orders::open_on(&participant)?;
-        Ok(Self { participant, events, orders, timeout })
+        let commands = Commands::open_on(&participant)?;
+        Ok(Self { participant, events, commands, timeout })
     }
 
-    /// Sends an order without waiting for its [answer](Self::answers). Returns its token.
+    /// Sends a command without waiting for its [answer](Self::answers). Returns its token.
     ///
     /// # Errors
-    /// [`OrderError`].
-    pub fn give(&mut self, order: impl FnOnce(&mut Orders) -> u64) -> Result<u64, OrderError> {
-        let token = order(&mut self.orders);
-        self.orders.send()?;
+    /// [`CommandError`].
+    pub fn give(
+        &mut self,
+        command: impl FnOnce(&mut Commands) -> u64,
+    ) -> Result<u64, CommandError> {
+        let token = command(&mut self.commands);
+        self.commands.send()?;
         Ok(token)
     }
 
-    /// The answers to orders, of anybody, that have come since the last call: acceptances and
+    /// The answers to commands, of anybody, that have come since the last call: acceptances and
     /// refusals.
     ///
     /// # Errors
@@ -104,15 +107,15 @@ impl Dispatcher {
         Ok(self.world(|world| way_to(&self.participant, world, robot, find(world)?, reverse))??)
     }
 
-    /// Sends an order, given by its token, and returns the event that accepts it.
+    /// Sends a command, given by its token, and returns the event that accepts it.
     ///
     /// # Errors
     /// See [`DispatchError`]; among them that it was refused.
     pub fn send(
         &mut self,
-        order: impl FnOnce(&mut Orders) -> u64,
+        command: impl FnOnce(&mut Commands) -> u64,
     ) -> Result<EventRecord, DispatchError> {
-        let token = self.give(order)?;
+        let token = self.give(command)?;
         let answer = self.answer(token)?;
         match answer.kind() {
             Some(EventKind::Accepted) => Ok(answer),
@@ -131,7 +134,7 @@ impl Dispatcher {
         reverse: bool,
     ) -> Result<EventRecord, DispatchError> {
         let legs = self.way(robot, find, reverse)?;
-        self.send(|orders| orders.assign(robot, &legs))
+        self.send(|commands| commands.assign(robot, &legs))
     }
 
     /// Calls `read` with the world.
@@ -164,7 +167,7 @@ impl Dispatcher {
     }
 }
 
-/// Says why an order was refused.
+/// Says why a command was refused.
 fn refused(answer: &EventRecord) -> String {
     use Refusal::*;
     let id = answer.id;
@@ -181,8 +184,8 @@ fn refused(answer: &EventRecord) -> String {
         (MalformedRoute, "the route has no edges".to_owned()),
         (DistanceOutOfRange, format!("the distance is not on edge {id}")),
         (FleetFull, "the fleet has reached its maximum size".to_owned()),
-        (MalformedOrder, "the order is malformed".to_owned()),
-        (NotSteerable, "this producer takes no orders; an engine does".to_owned()),
+        (MalformedCommand, "the command is malformed".to_owned()),
+        (NotSteerable, "this producer takes no commands; an engine does".to_owned()),
         (NotAhead, format!("edge {id} is not ahead in the robot's plan, or is released already")),
         (EdgeClosed, format!("edge {id} is closed")),
     ];

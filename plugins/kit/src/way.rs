@@ -7,8 +7,8 @@ use std::time::Duration;
 use regatta_plugin::ClosureReader;
 use regatta_plugin::Participant;
 use regatta_plugin::Subscriber;
+use regatta_plugin::command::RouteLeg;
 use regatta_plugin::frame::{Frame, NO_EDGE, RobotState};
-use regatta_plugin::order::RouteLeg;
 use regatta_plugin::world::World;
 use regatta_plugin::{OpenError, ReadError};
 use regatta_plugin::{RouteClient, RouteError};
@@ -194,9 +194,9 @@ fn exits(world: &World<'_>, reverse: bool, closed: &BTreeSet<u32>) -> Vec<Vec<Ex
     for (index, edge) in edges {
         let (origin, destination) = (edge.origin as usize, edge.destination as usize);
         let nanos = |speed: f32| (f64::from(edge.length) / f64::from(speed) * 1e9) as u64 + 1;
-        exits[origin].push(((index, false), destination, nanos(edge.velocity_forward)));
-        if reverse && edge.velocity_backwards > 0.0 {
-            exits[destination].push(((index, true), origin, nanos(edge.velocity_backwards)));
+        exits[origin].push(((index, false), destination, nanos(edge.speed)));
+        if reverse && edge.reverse_speed > 0.0 {
+            exits[destination].push(((index, true), origin, nanos(edge.reverse_speed)));
         }
     }
     exits
@@ -219,7 +219,7 @@ mod tests {
                 origin,
                 destination,
                 length,
-                velocity_forward: 1.0,
+                speed: 1.0,
                 ..EdgeRecord::default()
             };
             world.add_edge(edge, [CurveRecord::default()]);

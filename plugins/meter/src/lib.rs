@@ -1,6 +1,6 @@
 //! Meter: the finished orders of a fleet over time, for studies.
 //!
-//! It reads only the contract: frames, and the task log of the fleet manager. So it measures any
+//! It reads only the contract: frames, and the order log of the fleet manager. So it measures any
 //! manager in the same way. Orders and effort are kept by period of ten simulated seconds
 //! ([`meter`]), so that the warm-up can be cut off. In lockstep the figures repeat bit by bit.
 

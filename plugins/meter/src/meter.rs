@@ -1,7 +1,7 @@
 //! The meter: orders and effort by period.
 
 use regatta_plugin::frame::{Columns, RobotState};
-use regatta_plugin::task::TaskRecord;
+use regatta_plugin::order::OrderRecord;
 use serde::{Deserialize, Serialize};
 
 use crate::orders::{Finished, Orders};
@@ -43,7 +43,7 @@ pub struct Figures {
     pub failed: u64,
     /// Orders that were cancelled.
     pub cancelled: u64,
-    /// Samples of the task log that were missed: then orders are missing.
+    /// Samples of the order log that were missed: then orders are missing.
     pub samples_missed: u64,
 }
 
@@ -56,7 +56,7 @@ pub struct Meter {
     effort: Vec<Effort>,
     orders: Orders,
     samples_missed: u64,
-    /// Whether a sample of the task log has come.
+    /// Whether a sample of the order log has come.
     has_begun: bool,
 }
 
@@ -70,9 +70,9 @@ impl Meter {
 
     /// Takes the records of a tick at a simulated time in seconds, and the number of samples that
     /// are missing before them. `sequence` is the number of the sample in the run, from 1.
-    pub fn take_tasks(
+    pub fn take_orders(
         &mut self,
-        records: &[TaskRecord],
+        records: &[OrderRecord],
         sequence: u64,
         missed: u64,
         now_secs: f64,
@@ -143,7 +143,7 @@ impl Meter {
 
 #[cfg(test)]
 mod tests {
-    use regatta_plugin::task::{StopAction, TaskKind};
+    use regatta_plugin::order::{OrderKind, StopAction};
 
     use super::*;
 
@@ -159,10 +159,10 @@ mod tests {
             [RobotState::Driving as u8, RobotState::Waiting as u8, RobotState::Absent as u8];
         let speeds = [2.0, 0.0, 9.0];
         meter.take_frame(&columns(&speeds, &states), 0.0);
-        let of = |kind| TaskRecord::new(1, kind).of_robot(0);
-        meter.take_tasks(&[of(TaskKind::Created), of(TaskKind::Assigned)], 1, 0, 0.0);
+        let of = |kind| OrderRecord::new(1, kind).of_robot(0);
+        meter.take_orders(&[of(OrderKind::Created), of(OrderKind::Assigned)], 1, 0, 0.0);
         meter.take_frame(&columns(&speeds, &states), 5.0);
-        meter.take_tasks(&[of(TaskKind::Handled).at_stop(0, 1, StopAction::Pick)], 2, 0, 5.0);
+        meter.take_orders(&[of(OrderKind::Handled).at_stop(0, 1, StopAction::Pick)], 2, 0, 5.0);
         meter.take_frame(&columns(&speeds, &states), 10.0);
         meter.take_frame(&columns(&speeds, &states), 12.0);
         let first = Effort {
@@ -185,7 +185,7 @@ mod tests {
         assert_eq!(figures.samples_missed, 0);
         meter.begin(2);
         assert_eq!(meter.figures().effort, []);
-        meter.take_tasks(&[of(TaskKind::Assigned)], 4, 0, 1.0);
+        meter.take_orders(&[of(OrderKind::Assigned)], 4, 0, 1.0);
         assert_eq!(meter.figures().samples_missed, 3, "it came too late for three");
     }
 

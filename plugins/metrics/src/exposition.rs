@@ -5,7 +5,7 @@
 use std::fmt::Write as _;
 
 use crate::histogram::{BOUNDS, Histogram};
-use crate::task_times::TimeSummary;
+use crate::order_times::TimeSummary;
 
 /// A text format.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! Metrics of a fleet: for Prometheus, as CSV, and live in a terminal.
 //!
-//! Frames, the column `collision`, contacts, the column `activity`, the task log, the traffic on
+//! Frames, the column `collision`, contacts, the column `activity`, the order log, the traffic on
 //! edges and the fleet's processes are aggregated into a [`Snapshot`](snapshot::Snapshot). The
 //! exporter's page, a row of the CSV file and the screen of `regatta top` are three views of it.
 
@@ -11,6 +11,8 @@ pub mod exposition;
 mod fleet;
 mod histogram;
 mod jams;
+mod order_times;
+mod orders;
 pub mod page;
 mod processes;
 mod rhythm;
@@ -18,8 +20,6 @@ mod row;
 pub mod server;
 pub mod snapshot;
 mod state_counts;
-mod task_times;
-mod tasks;
 #[cfg(test)]
 mod testing;
 pub mod top;

@@ -12,7 +12,7 @@ use regatta_plugin::frame::{CONTRACT_VERSION, ClockState};
 use regatta_plugin::traffic::EdgeTraffic;
 
 use crate::exposition::{Exposition, Format};
-use crate::snapshot::{Collisions, Jam, Process, Run, Snapshot, TaskFigures, Totals, Work};
+use crate::snapshot::{Collisions, Jam, OrderFigures, Process, Run, Snapshot, Totals, Work};
 use crate::state_counts::STATE_NAMES;
 use crate::work::{Effort, activity_key};
 
@@ -38,7 +38,7 @@ pub fn page(snapshot: &Snapshot, exporter: &ExporterState, format: Format) -> St
     if let Some(work) = &snapshot.work {
         add_robots_at_work(&mut page, work);
         add_effort(&mut page, work);
-        add_tasks(&mut page, &work.tasks);
+        add_orders(&mut page, &work.orders);
     }
     add_jams(&mut page, snapshot.jams.as_deref().unwrap_or_default());
     add_processes(&mut page, &snapshot.processes);
@@ -163,7 +163,7 @@ fn add_robots_at_work(page: &mut Exposition<'_>, work: &Work) {
 
 fn add_effort(page: &mut Exposition<'_>, work: &Work) {
     let Effort { busy_secs, robot_secs, loaded_metres, empty_metres } = work.effort;
-    let help = "Simulated time that robots had a task, in the run since this exporter reads it.";
+    let help = "Simulated time that robots had an order, in the run since this exporter reads it.";
     page.one("regatta_manager_busy_robot_seconds_total", help, busy_secs);
     page.one(
         "regatta_manager_robot_seconds_total",
@@ -187,48 +187,48 @@ fn add_effort(page: &mut Exposition<'_>, work: &Work) {
     }
 }
 
-fn add_tasks(page: &mut Exposition<'_>, tasks: &TaskFigures) {
-    let help = "Transport tasks that were created, in the run since this exporter reads it.";
-    page.one("regatta_tasks_created_total", help, tasks.created);
+fn add_orders(page: &mut Exposition<'_>, orders: &OrderFigures) {
+    let help = "Transport orders that were created, in the run since this exporter reads it.";
+    page.one("regatta_orders_created_total", help, orders.created);
     let outcomes =
-        [("finished", tasks.finished), ("failed", tasks.failed), ("cancelled", tasks.cancelled)];
-    let outcomes = outcomes.map(|(outcome, tasks)| ([("outcome", outcome)], tasks));
+        [("finished", orders.finished), ("failed", orders.failed), ("cancelled", orders.cancelled)];
+    let outcomes = outcomes.map(|(outcome, orders)| ([("outcome", outcome)], orders));
     page.each(
-        "regatta_tasks_total",
-        "Transport tasks that are over, by outcome, as above.",
+        "regatta_orders_total",
+        "Transport orders that are over, by outcome, as above.",
         outcomes,
     );
-    if let Some(open) = tasks.open {
-        page.one("regatta_tasks_open", "Transport tasks that are not over.", open);
+    if let Some(open) = orders.open {
+        page.one("regatta_orders_open", "Transport orders that are not over.", open);
     }
-    if let Some(rate) = tasks.finished_per_second {
-        let help = "Transport tasks finished per second of simulated time, over its last hour.";
-        page.one("regatta_tasks_finished_per_second", help, rate);
+    if let Some(rate) = orders.finished_per_second {
+        let help = "Transport orders finished per second of simulated time, over its last hour.";
+        page.one("regatta_orders_finished_per_second", help, rate);
     }
     let help =
-        "Simulated time from the creation of a transport task to its end, of finished tasks.";
-    page.summary("regatta_task_service_seconds", help, &tasks.service);
+        "Simulated time from the creation of a transport order to its end, of finished orders.";
+    page.summary("regatta_order_service_seconds", help, &orders.service);
     let help =
-        "Simulated time from the creation of a transport task to its first assignment to a robot.";
-    page.summary("regatta_task_waiting_seconds", help, &tasks.waiting);
+        "Simulated time from the creation of a transport order to its first assignment to a robot.";
+    page.summary("regatta_order_waiting_seconds", help, &orders.waiting);
     for (name, help, times) in [
         (
-            "regatta_task_longest_service_seconds",
+            "regatta_order_longest_service_seconds",
             "The longest of the service times.",
-            &tasks.service,
+            &orders.service,
         ),
         (
-            "regatta_task_longest_waiting_seconds",
+            "regatta_order_longest_waiting_seconds",
             "The longest of the waiting times.",
-            &tasks.waiting,
+            &orders.waiting,
         ),
     ] {
         if times.count > 0 {
             page.one(name, help, times.longest);
         }
     }
-    let help = "Ticks whose records of tasks are missing, in whole or in part.";
-    page.one("regatta_task_log_gaps_total", help, tasks.gaps);
+    let help = "Ticks whose records of orders are missing, in whole or in part.";
+    page.one("regatta_order_log_gaps_total", help, orders.gaps);
 }
 
 /// Adds the edges with the longest waiting times.

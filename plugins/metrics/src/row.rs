@@ -89,12 +89,12 @@ fn add_work(row: &mut Row, work: Option<&Work>) {
         let robots = work.map(|work| work.robots[activity as usize]);
         row.add(format!("manager_robots_{}", activity_key(activity)), robots);
     }
-    let tasks = work.map(|work| &work.tasks);
-    row.add("tasks_created", tasks.map(|tasks| tasks.created));
-    row.add("tasks_finished", tasks.map(|tasks| tasks.finished));
-    row.add("tasks_failed", tasks.map(|tasks| tasks.failed));
-    row.add("tasks_cancelled", tasks.map(|tasks| tasks.cancelled));
-    row.add("tasks_open", tasks.and_then(|tasks| tasks.open));
+    let orders = work.map(|work| &work.orders);
+    row.add("orders_created", orders.map(|orders| orders.created));
+    row.add("orders_finished", orders.map(|orders| orders.finished));
+    row.add("orders_failed", orders.map(|orders| orders.failed));
+    row.add("orders_cancelled", orders.map(|orders| orders.cancelled));
+    row.add("orders_open", orders.and_then(|orders| orders.open));
     row.add("manager_utilisation_ratio", work.and_then(|work| work.effort.utilisation()));
     row.add("manager_loaded_metres", work.map(|work| work.effort.loaded_metres));
     row.add("manager_empty_metres", work.map(|work| work.effort.empty_metres));
@@ -144,7 +144,7 @@ mod tests {
         assert_eq!(value("late_ticks"), run.late_ticks.to_string());
         assert_eq!(value("tick_cost_max_seconds"), "", "nothing was measured");
         assert_eq!(
-            (value("manager_robots_to_pick"), value("tasks_finished"), value("tasks_open")),
+            (value("manager_robots_to_pick"), value("orders_finished"), value("orders_open")),
             ("201", "4321", "58")
         );
         assert_eq!(value("processes"), snapshot.processes.len().to_string());

@@ -9,11 +9,11 @@ use regatta_plugin::frame::ClockState;
 use regatta_plugin::traffic::EdgeTraffic;
 
 use crate::histogram::DurationRecorder;
+use crate::order_times::TimeSummary;
 use crate::snapshot::{
-    Collisions, Jam, Process, RobotLevels, Run, Snapshot, TaskFigures, Totals, Work,
+    Collisions, Jam, OrderFigures, Process, RobotLevels, Run, Snapshot, Totals, Work,
 };
 use crate::state_counts::StateCounts;
-use crate::task_times::TimeSummary;
 use crate::work::Effort;
 
 /// Returns the snapshot of a fleet with all values known.
@@ -115,7 +115,7 @@ pub fn jams() -> Arc<[Jam]> {
 pub fn work() -> Work {
     Work {
         robots: [44, 201, 614, 30, 90, 5, 10, 6],
-        tasks: TaskFigures {
+        orders: OrderFigures {
             created: 4_389,
             finished: 4_321,
             failed: 3,

@@ -1,32 +1,32 @@
-//! The work of a fleet manager, if one runs and keeps up: the activities of its robots, their effort,
-//! and its tasks.
+//! The work of a fleet manager, if one runs and keeps up: the activities of its robots, their
+//! effort, and its orders.
 
 use regatta_plugin::activity::Activity;
 use regatta_plugin::column::ColumnHeader;
 use regatta_plugin::frame::RobotState;
-use regatta_plugin::{ColumnReader, Frame, Participant, ReadError, Result, TaskReader};
+use regatta_plugin::{ColumnReader, Frame, OrderReader, Participant, ReadError, Result};
 
 use crate::aggregator::{Aggregator, RunClock};
 use crate::fleet::Received;
+use crate::order_times::TimeRecorder;
+use crate::orders::OrderTally;
 use crate::snapshot::Work;
-use crate::task_times::TimeRecorder;
-use crate::tasks::TaskTally;
 
 /// Numbers of robots by activity, in the order of [`Activity::ALL`].
 type ByActivity = [u64; Activity::ALL.len()];
 
-/// A reader of the column `activity` and the task log of a fleet.
+/// A reader of the column `activity` and the order log of a fleet.
 #[derive(Debug)]
 pub struct WorkReader {
     column: ColumnReader,
-    tasks: TaskReader,
+    orders: OrderReader,
 }
 
 /// A manager's work, as far as it has been read.
 #[derive(Debug, Default)]
 pub struct WorkTally {
     robots: Option<Received<ByActivity>>,
-    tasks: TaskTally,
+    orders: OrderTally,
     effort: EffortTally,
     cycles: Cycles,
 }
@@ -56,8 +56,8 @@ impl WorkReader {
     /// # Errors
     /// Fails if the fleet uses another version of the contract, or has no room for another reader.
     pub fn open_on(participant: &Participant) -> Result<Self> {
-        let tasks = TaskReader::open_on(participant)?;
-        Ok(Self { column: ColumnReader::open_on(participant, "activity")?, tasks })
+        let orders = OrderReader::open_on(participant)?;
+        Ok(Self { column: ColumnReader::open_on(participant, "activity")?, orders })
     }
 
     /// Adds the effort of robots since the frame before.
@@ -78,15 +78,15 @@ impl WorkReader {
         Ok(())
     }
 
-    /// Reads the task log. Before the first frame, the length of a tick is unknown.
-    pub fn read_tasks(
+    /// Reads the order log. Before the first frame, the length of a tick is unknown.
+    pub fn read_orders(
         &mut self,
         tally: &mut WorkTally,
         clock: Option<RunClock>,
     ) -> Result<(), ReadError> {
         let Some(clock) = clock else { return Ok(()) };
-        self.tasks.take(|tasks| {
-            tally.tasks.add(tasks, clock.tick_secs);
+        self.orders.take(|orders| {
+            tally.orders.add(orders, clock.tick_secs);
             Ok(())
         })
     }
@@ -97,15 +97,15 @@ impl WorkTally {
     /// `activity`.
     pub fn work(&self, aggregator: &Aggregator) -> Option<Work> {
         let robots = *self.robots.as_ref()?.if_current(aggregator.newest()?)?;
-        let tasks = self.tasks.figures(&aggregator.clock()?);
-        Some(Work { robots, tasks, effort: self.effort.effort, cycle: self.cycles.secs.summary() })
+        let orders = self.orders.figures(&aggregator.clock()?);
+        Some(Work { robots, orders, effort: self.effort.effort, cycle: self.cycles.secs.summary() })
     }
 }
 
 /// Totals over all robots of a run, since a reader began to read its frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Effort {
-    /// Seconds of simulated time that robots had a task.
+    /// Seconds of simulated time that robots had an order.
     pub busy_secs: f64,
     /// Seconds of simulated time that robots were there.
     pub robot_secs: f64,
@@ -116,7 +116,7 @@ pub struct Effort {
 }
 
 impl Effort {
-    /// The part of the robots' time in which they had a task, from 0 to 1; `None` without time.
+    /// The part of the robots' time in which they had an order, from 0 to 1; `None` without time.
     pub fn utilisation(&self) -> Option<f64> {
         (self.robot_secs > 0.0).then(|| self.busy_secs / self.robot_secs)
     }
@@ -136,7 +136,7 @@ impl Effort {
                 continue;
             }
             self.robot_secs += secs;
-            self.busy_secs += if activity.has_task() { secs } else { 0.0 };
+            self.busy_secs += if activity.has_order() { secs } else { 0.0 };
             let metres = f64::from(speed.abs()) * secs;
             match activity {
                 Activity::Carrying => self.loaded_metres += metres,
@@ -155,8 +155,8 @@ struct EffortTally {
 }
 
 impl EffortTally {
-    /// Adds the time from the frame before to this one, in which robots are assumed to have had their
-    /// present activity.
+    /// Adds the time from the frame before to this one, in which robots are assumed to have had
+    /// their present activity.
     fn add(&mut self, frame: &Frame<'_>, activities: &[f32]) {
         let (run_id, now_secs) = (frame.run_id(), frame.sim_time().as_secs_f64());
         match self.last.replace((run_id, now_secs)) {
@@ -185,8 +185,8 @@ fn by_activity(values: &[f32]) -> ByActivity {
 #[cfg(test)]
 mod tests {
     use regatta_plugin::frame::{ClockState, FrameHeader, Line, frame_lines, stride_lines};
-    use regatta_plugin::task::{TaskKind, TaskRecord};
-    use regatta_plugin::{ColumnPublisher, FleetName, TaskPublisher};
+    use regatta_plugin::order::{OrderKind, OrderRecord};
+    use regatta_plugin::{ColumnPublisher, FleetName, OrderPublisher};
 
     use super::*;
 
@@ -223,27 +223,27 @@ mod tests {
             format!("unit-metrics-work-{}", std::process::id()).parse().expect("a name");
         let participant = Participant::join(&name, "test").expect("joined");
         let mut column = ColumnPublisher::open_on(&participant, "activity").expect("a column");
-        let mut log = TaskPublisher::open_on(&participant).expect("a log");
+        let mut log = OrderPublisher::open_on(&participant).expect("a log");
         let mut reader = WorkReader::open_on(&participant).expect("a reader");
         let (mut aggregator, mut tally) = (Aggregator::default(), WorkTally::default());
         add_frame(&mut aggregator, RUN, 40, SECOND);
         reader.read_robots(&mut tally, SECOND).expect("read");
-        reader.read_tasks(&mut tally, aggregator.clock()).expect("read");
+        reader.read_orders(&mut tally, aggregator.clock()).expect("read");
         assert_eq!(tally.work(&aggregator), None, "no manager runs");
 
         column.set_cost(std::time::Duration::from_micros(2500));
         column
             .write(RUN, 40, 3, |chunk| chunk.copy_from_slice(&[2.0, 2.0, 0.0]))
             .expect("published");
-        let record = |kind| [TaskRecord::new(5, kind)];
-        log.publish(RUN, 10, 0, &record(TaskKind::Created)).expect("published");
-        log.publish(RUN, 40, 0, &record(TaskKind::Finished)).expect("published");
+        let record = |kind| [OrderRecord::new(5, kind)];
+        log.publish(RUN, 10, 0, &record(OrderKind::Created)).expect("published");
+        log.publish(RUN, 40, 0, &record(OrderKind::Finished)).expect("published");
         reader.read_robots(&mut tally, SECOND).expect("read");
-        reader.read_tasks(&mut tally, aggregator.clock()).expect("read");
+        reader.read_orders(&mut tally, aggregator.clock()).expect("read");
         let work = tally.work(&aggregator).expect("a manager runs");
         assert_eq!(work.robots, [1, 0, 2, 0, 0, 0, 0, 0]);
-        assert_eq!((work.tasks.created, work.tasks.finished, work.tasks.open), (1, 1, Some(0)));
-        assert_eq!(work.tasks.service.mean(), Some(3.0));
+        assert_eq!((work.orders.created, work.orders.finished, work.orders.open), (1, 1, Some(0)));
+        assert_eq!(work.orders.service.mean(), Some(3.0));
         assert_eq!((work.cycle.count, work.cycle.longest), (1, 2.5e-3));
 
         add_frame(&mut aggregator, RUN, 60, 3 * SECOND);

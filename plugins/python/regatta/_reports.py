@@ -26,7 +26,7 @@ class Reporter:
         self._name = name.encode()
 
     def done(self, run_id: int, tick: int) -> None:
-        """Reports that a tick is finished, and wakes the processes that wait for it. Orders and columns must be sent before."""
+        """Reports that a tick is finished, and wakes the processes that wait for it. Commands and columns must be sent before."""
         try:
             self._reports.send_copy(Done(run_id, tick, self._name))
             self._wake.notify()

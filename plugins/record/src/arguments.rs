@@ -121,8 +121,8 @@ pub struct TopicSet {
 const TOPIC_NAMES: [&str; 10] = [
     "frames",
     "events",
+    "commands",
     "orders",
-    "tasks",
     "contacts",
     "contact_events",
     "columns",
@@ -258,7 +258,7 @@ mod tests {
         }
         for name in [
             "/events",
-            "/orders",
+            "/commands",
             "/contact_events",
             "/columns/type",
             "/poses",

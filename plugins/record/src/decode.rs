@@ -1,10 +1,10 @@
 //! Decodes recorded messages to the records of the plugin contract.
 
 use prost::Message;
+use regatta_plugin::command::CommandRecord;
 use regatta_plugin::contact::{ContactEvent, ContactHeader, ContactRecord};
 use regatta_plugin::event::{EventHeader, EventRecord};
-use regatta_plugin::order::OrderRecord;
-use regatta_plugin::task::{TaskHeader, TaskRecord};
+use regatta_plugin::order::{OrderHeader, OrderRecord};
 use regatta_plugin::world::{
     CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Texts, WorldData,
 };
@@ -82,8 +82,8 @@ fn edge(edge: &regatta::Edge, texts: &mut Texts) -> EdgeRecord {
         origin: edge.origin,
         destination: edge.destination,
         length: edge.length,
-        velocity_forward: edge.velocity_forward,
-        velocity_backwards: edge.velocity_backwards,
+        speed: edge.speed,
+        reverse_speed: edge.reverse_speed,
         name: texts.add(&edge.name),
         level: texts.add(&edge.level),
         zone: texts.add(&edge.zone),
@@ -132,45 +132,45 @@ fn event(event: &regatta::Event) -> EventRecord {
     }
 }
 
-/// Returns the run, the tick, and the orders that took effect or were refused in it.
-pub(crate) fn orders(message: &[u8]) -> Result<(u64, u64, Vec<OrderRecord>), MessageError> {
-    let orders = regatta::Orders::decode(message)?;
-    Ok((orders.run_id, orders.tick, orders.orders.iter().map(order).collect()))
+/// Returns the run, the tick, and the commands that took effect or were refused in it.
+pub(crate) fn commands(message: &[u8]) -> Result<(u64, u64, Vec<CommandRecord>), MessageError> {
+    let commands = regatta::Commands::decode(message)?;
+    Ok((commands.run_id, commands.tick, commands.commands.iter().map(command).collect()))
 }
 
-fn order(order: &regatta::Order) -> OrderRecord {
-    OrderRecord {
-        token: order.token,
-        kind: order.kind as u32,
-        robot: order.robot,
-        legs: order.legs,
-        id: order.id,
-        reverse: order.reverse,
-        released: order.released,
-        robot_type: order.robot_type,
-        s: order.s,
+fn command(command: &regatta::Command) -> CommandRecord {
+    CommandRecord {
+        token: command.token,
+        kind: command.kind as u32,
+        robot: command.robot,
+        legs: command.legs,
+        id: command.id,
+        reverse: command.reverse,
+        released: command.released,
+        robot_type: command.robot_type,
+        s: command.s,
     }
 }
 
-/// Returns the header of the task log's records of a tick, the records, and the number of ticks
+/// Returns the header of the order log's records of a tick, the records, and the number of ticks
 /// that the recorder missed before it.
-pub(crate) fn tasks(message: &[u8]) -> Result<(TaskHeader, Vec<TaskRecord>, u64), MessageError> {
-    let tasks = regatta::Tasks::decode(message)?;
-    let regatta::Tasks { run_id, tick, dropped, sequence, .. } = tasks;
-    let header = TaskHeader { run_id, tick, dropped, sequence };
-    Ok((header, tasks.tasks.iter().map(task).collect(), tasks.missed))
+pub(crate) fn orders(message: &[u8]) -> Result<(OrderHeader, Vec<OrderRecord>, u64), MessageError> {
+    let orders = regatta::TransportOrders::decode(message)?;
+    let regatta::TransportOrders { run_id, tick, dropped, sequence, .. } = orders;
+    let header = OrderHeader { run_id, tick, dropped, sequence };
+    Ok((header, orders.orders.iter().map(order).collect(), orders.missed))
 }
 
-fn task(task: &regatta::Task) -> TaskRecord {
-    TaskRecord {
-        task: task.task,
-        kind: task.kind as u32,
-        robot: task.robot,
-        stop: task.stop,
-        node: task.node,
-        action: task.action as u32,
-        dwell_secs: task.dwell_secs,
-        detail: task.detail,
+fn order(order: &regatta::TransportOrder) -> OrderRecord {
+    OrderRecord {
+        order: order.order,
+        kind: order.kind as u32,
+        robot: order.robot,
+        stop: order.stop,
+        node: order.node,
+        action: order.action as u32,
+        dwell_secs: order.dwell_secs,
+        detail: order.detail,
         reserved: 0,
     }
 }

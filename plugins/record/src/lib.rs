@@ -69,7 +69,7 @@ pub struct RecordArgs {
     /// Keep only the newest part of the recording, of this time or size: 10min, 1GB …
     #[arg(long, value_name = "LIMIT")]
     ring: Option<Limit>,
-    /// Record only these topics, and the world: frames, events, orders, tasks, contacts,
+    /// Record only these topics, and the world: frames, events, commands, orders, contacts,
     /// contact_events, columns, columns/NAME, poses, robots, graph
     #[arg(long, value_name = "NAMES")]
     topics: Option<TopicSet>,

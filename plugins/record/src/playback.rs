@@ -7,7 +7,7 @@ use std::time::Duration;
 use regatta_plugin::contact::{ContactHeader, ContactRecord};
 use regatta_plugin::event::{EventHeader, EventRecord};
 use regatta_plugin::frame::FrameHeader;
-use regatta_plugin::task::{TaskHeader, TaskRecord};
+use regatta_plugin::order::{OrderHeader, OrderRecord};
 use regatta_plugin::{Frame, World};
 
 use crate::contacts::ContactDecoder;
@@ -25,9 +25,9 @@ pub enum Published<'a> {
     Types(&'a [f32]),
     /// The events of a tick.
     Events(EventHeader, &'a [EventRecord]),
-    /// The task log's records of a tick, and the number of samples that the recorder missed before
+    /// The order log's records of a tick, and the number of samples that the recorder missed before
     /// them.
-    Tasks(TaskHeader, u64, &'a [TaskRecord]),
+    Orders(OrderHeader, u64, &'a [OrderRecord]),
     /// A frame.
     Frame(Frame<'a>),
 }
@@ -39,7 +39,7 @@ pub enum Published<'a> {
 /// Returns a [`ReadingError`] if the file isn't a recording with frames, or is damaged.
 pub fn play(path: &Path, mut take: impl FnMut(Published<'_>)) -> Result<(), ReadingError> {
     let recording = Recording::open_frames(path)?;
-    let mut topics = vec![Topic::World, Topic::Events, Topic::Tasks, Topic::Frames];
+    let mut topics = vec![Topic::World, Topic::Events, Topic::Orders, Topic::Frames];
     topics.extend(Topic::types());
     let mut reader = recording.read(&Selection::all_of(topics))?;
     let mut player = Player::default();
@@ -85,9 +85,9 @@ impl Player {
                 let (header, events) = decode::events(message)?;
                 take(Published::Events(header, &events));
             }
-            Topic::Tasks => {
-                let (header, tasks, missed) = decode::tasks(message)?;
-                take(Published::Tasks(header, missed, &tasks));
+            Topic::Orders => {
+                let (header, orders, missed) = decode::orders(message)?;
+                take(Published::Orders(header, missed, &orders));
             }
             _ => {}
         }

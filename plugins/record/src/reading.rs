@@ -95,9 +95,8 @@ impl Recording {
             }
         };
         let channels = summary.channels.iter();
-        let topics: HashMap<_, _> = channels
-            .filter_map(|(id, channel)| Some((*id, Topic::from_name(&channel.topic)?)))
-            .collect();
+        let topics: HashMap<_, _> =
+            channels.filter_map(|(id, channel)| Some((*id, Topic::of_channel(channel)?))).collect();
         if !topics.values().any(|topic| topic.schema().starts_with("regatta.")) {
             return Err(ReadingError::NoFleet { path: path.to_owned() });
         }

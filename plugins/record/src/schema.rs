@@ -29,10 +29,10 @@ pub enum Topic {
     Frames,
     /// Events of robots.
     Events,
-    /// Orders that took effect or were refused.
-    Orders,
+    /// Commands that took effect or were refused.
+    Commands,
     /// The log of transport orders.
-    Tasks,
+    Orders,
     /// Pairs of robots that touch or may touch: whole lists.
     Contacts,
     /// Lists of contacts as changes from the list before.
@@ -61,8 +61,8 @@ impl Topic {
         Self::World,
         Self::Frames,
         Self::Events,
+        Self::Commands,
         Self::Orders,
-        Self::Tasks,
         Self::Contacts,
         Self::ContactUpdates,
         Self::ContactEvents,
@@ -84,8 +84,8 @@ impl Topic {
             Self::World => ("/world", "regatta.World"),
             Self::Frames => ("/frames", "regatta.Frame"),
             Self::Events => ("/events", "regatta.Events"),
+            Self::Commands => ("/commands", "regatta.Commands"),
             Self::Orders => ("/orders", "regatta.Orders"),
-            Self::Tasks => ("/tasks", "regatta.Tasks"),
             Self::Contacts => ("/contacts", "regatta.Contacts"),
             Self::ContactUpdates => ("/contact_updates", "regatta.ContactUpdate"),
             Self::ContactEvents => ("/contact_events", "regatta.ContactEvents"),
@@ -109,6 +109,17 @@ impl Topic {
             return column.parse().ok().map(Self::Column);
         }
         Self::FIXED.into_iter().find(|topic| topic.name() == name)
+    }
+
+    /// Returns the topic of a channel, if this crate knows it. Up to version 10 of the contract,
+    /// commands were called orders, and transport orders were called tasks.
+    pub(crate) fn of_channel(channel: &mcap::Channel) -> Option<Self> {
+        let schema = channel.schema.as_ref().map_or("", |schema| schema.name.as_str());
+        match (channel.topic.as_str(), schema) {
+            ("/orders", "regatta.Orders") => Some(Self::Commands),
+            ("/tasks", "regatta.Tasks") => Some(Self::Orders),
+            (name, _) => Self::from_name(name),
+        }
     }
 
     /// Returns the full name of the message type.
@@ -145,7 +156,7 @@ impl Topic {
             Self::Column(name) => name.as_str() != TYPE_COLUMN,
             _ => matches!(
                 self,
-                Self::Tasks | Self::Contacts | Self::ContactUpdates | Self::ContactEvents
+                Self::Orders | Self::Contacts | Self::ContactUpdates | Self::ContactEvents
             ),
         }
     }

@@ -1,4 +1,5 @@
-//! Reads columns, orders, tasks and contacts. The plugin runner reads frames, the world and events.
+//! Reads columns, commands, orders and contacts. The plugin runner reads frames, the world and
+//! events.
 
 use std::collections::BTreeSet;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -7,8 +8,8 @@ use std::time::Duration;
 
 use regatta_plugin::services::COLUMN_BUFFER;
 use regatta_plugin::{
-    ColumnName, ColumnReader, ContactEventReader, ContactReader, FleetName, OrderLogReader,
-    Participant, Result, TaskReader, column_names,
+    ColumnName, ColumnReader, CommandLogReader, ContactEventReader, ContactReader, FleetName,
+    OrderReader, Participant, Result, column_names,
 };
 
 use crate::arguments::TopicSet;
@@ -32,8 +33,8 @@ pub(crate) struct Sources {
     /// Dropping this ends the thread that searches for columns.
     _search: Arc<()>,
     topics: TopicSet,
-    orders: Option<OrderLogReader>,
-    tasks: Option<TaskReader>,
+    commands: Option<CommandLogReader>,
+    orders: Option<OrderReader>,
     contacts: Option<ContactReader>,
     contact_events: Option<ContactEventReader>,
 }
@@ -71,16 +72,16 @@ impl Sources {
             new_columns,
             _search: search,
             topics: topics.clone(),
+            commands: None,
             orders: None,
-            tasks: None,
             contacts: None,
             contact_events: None,
         };
-        if topics.includes(&Topic::Orders) {
-            sources.orders = Some(OrderLogReader::open_on(participant)?);
+        if topics.includes(&Topic::Commands) {
+            sources.commands = Some(CommandLogReader::open_on(participant)?);
         }
-        if topics.includes(&Topic::Tasks) {
-            sources.tasks = Some(TaskReader::open_on(participant)?);
+        if topics.includes(&Topic::Orders) {
+            sources.orders = Some(OrderReader::open_on(participant)?);
         }
         if topics.includes(&Topic::Contacts) {
             sources.contacts = Some(ContactReader::open_for_all_on(participant)?);
@@ -120,19 +121,19 @@ impl Sources {
                 each(Sample::new(topic, (header.run_id, header.tick), column.missed, payload));
             }
         }
+        if let Some(commands) = &mut self.commands {
+            commands.take(|log| -> Result {
+                let tick = (log.header.run_id, log.header.tick);
+                let payload = Payload::Message(encode::commands(log));
+                each(Sample::new(Topic::Commands, tick, log.missed, payload));
+                Ok(())
+            })?;
+        }
         if let Some(orders) = &mut self.orders {
             orders.take(|log| -> Result {
                 let tick = (log.header.run_id, log.header.tick);
                 let payload = Payload::Message(encode::orders(log));
                 each(Sample::new(Topic::Orders, tick, log.missed, payload));
-                Ok(())
-            })?;
-        }
-        if let Some(tasks) = &mut self.tasks {
-            tasks.take(|log| -> Result {
-                let tick = (log.header.run_id, log.header.tick);
-                let payload = Payload::Message(encode::tasks(log));
-                each(Sample::new(Topic::Tasks, tick, log.missed, payload));
                 Ok(())
             })?;
         }

@@ -159,8 +159,8 @@ impl TrafficPlugin {
         self.figures.clear();
     }
 
-    /// Returns the time that a frame stands for, in simulated seconds: 0 for the first one, and after
-    /// a jump or a long gap.
+    /// Returns the time that a frame stands for, in simulated seconds: 0 for the first one, and
+    /// after a jump or a long gap.
     fn secs_of(&mut self, frame: &Frame<'_>) -> f64 {
         let sim_secs = frame.sim_time().as_secs_f64();
         let now =
@@ -243,7 +243,7 @@ impl Plugin for TrafficPlugin {
 
     fn on_world(&mut self, world: &World<'_>) -> Result {
         self.edges = report::edges(world);
-        self.limits = world.edges().iter().map(|edge| edge.velocity_forward).collect();
+        self.limits = world.edges().iter().map(|edge| edge.speed).collect();
         self.world_revision = world.revision();
         self.begin();
         Ok(())

@@ -151,8 +151,8 @@ impl Queues {
         }
     }
 
-    /// Returns the robot seconds that each edge caused: those of the robots that were kept out of it,
-    /// and of those behind them.
+    /// Returns the robot seconds that each edge caused: those of the robots that were kept out of
+    /// it, and of those behind them.
     pub fn caused_secs(&self) -> Vec<f64> {
         let mut caused = vec![0.0; self.tracks.len()];
         for sample in &self.samples {
@@ -173,8 +173,8 @@ impl Queues {
         visits.get(next).map(|visit| visit.edge).filter(|edge| (*edge as usize) < self.tracks.len())
     }
 
-    /// Whether a robot waits on its edge in a frame or after it. If it drives in between, it moves up
-    /// in a queue.
+    /// Whether a robot waits on its edge in a frame or after it. If it drives in between, it moves
+    /// up in a queue.
     fn is_in_queue(&self, robot: u32, frame: u32) -> bool {
         let visits = &self.visits[robot as usize];
         let index = visits.partition_point(|visit| visit.entered <= frame).checked_sub(1);

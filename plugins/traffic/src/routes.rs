@@ -66,8 +66,8 @@ pub struct RouteWatch {
 }
 
 impl RouteWatch {
-    /// Starts the thread. If it can't be started, or the fleet can't be joined, that is printed, and
-    /// there are no reservations.
+    /// Starts the thread. If it can't be started, or the fleet can't be joined, that is printed,
+    /// and there are no reservations.
     pub fn start(fleet: &FleetName) -> Self {
         let (stop, stopped) = mpsc::sync_channel(1);
         let (found, rounds) = mpsc::channel();

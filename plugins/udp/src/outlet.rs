@@ -1,5 +1,5 @@
-//! Sends batches of datagrams to one address, spread over a part of the time until the next frame, so
-//! that they don't overrun the receiver's buffer.
+//! Sends batches of datagrams to one address, spread over a part of the time until the next frame,
+//! so that they don't overrun the receiver's buffer.
 
 use std::net::SocketAddr;
 use std::time::{Duration, Instant};

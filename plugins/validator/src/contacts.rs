@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use glam::Vec2;
 
 use crate::findings::{Finding, Findings, Kind};
-use crate::tasks::Now;
+use crate::orders::Now;
 
 /// The overlap below which footprints count as apart, in metres.
 pub(crate) const CONTACT_TOLERANCE: f32 = 0.001;

@@ -24,7 +24,7 @@ pub enum Kind {
     Speed,
     /// A robot speeds up faster than its type allows.
     Acceleration,
-    /// A robot slows down faster than its type allows. The engine brakes so only when an order
+    /// A robot slows down faster than its type allows. The engine brakes so only when a command
     /// shortens its route.
     HardBraking,
     /// A robot turns on the spot faster than its type allows.
@@ -43,16 +43,16 @@ pub enum Kind {
     MovedInDwell,
     /// A stop was left out.
     SkippedStop,
-    /// A robot got a task while it had another.
-    TwoTasks,
-    /// A task went on after its end.
+    /// A robot got an order while it had another.
+    TwoOrders,
+    /// An order went on after its end.
     DoneTwice,
-    /// A task wasn't finished for a long time.
+    /// An order wasn't finished for a long time.
     Unserved,
-    /// A robot did nothing for a long time while tasks waited.
+    /// A robot did nothing for a long time while orders waited.
     Idle,
-    /// Records of a task that contradict each other.
-    TaskOrder,
+    /// Records of an order that contradict each other.
+    ContradictoryRecords,
     /// A robot stopped because its battery was flat.
     FlatBattery,
 }
@@ -103,8 +103,8 @@ pub struct Finding {
     pub time_secs: f64,
     /// The robots, by id.
     pub robots: Vec<u32>,
-    /// The task.
-    pub task: Option<u64>,
+    /// The order.
+    pub order: Option<u64>,
     /// The id of the first robot's edge.
     pub edge: Option<u32>,
     /// Metres east and north.
@@ -125,7 +125,7 @@ impl Finding {
             tick,
             time_secs,
             robots: Vec::new(),
-            task: None,
+            order: None,
             edge: None,
             place: None,
             value: None,

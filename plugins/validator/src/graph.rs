@@ -66,7 +66,7 @@ impl Move<'_> {
         let Self { world, before, now, .. } = *self;
         let Some(edge) = world.edge(now.edge) else { return };
         let (speed, along) = (f64::from(now.speed), f64::from(now.s) - f64::from(before.s));
-        if now.speed < 0.0 && edge.record.velocity_backwards <= 0.0 {
+        if now.speed < 0.0 && edge.record.reverse_speed <= 0.0 {
             faults.push(Fault { kind: Kind::WrongDirection, value: speed, limit: 0.0 });
         } else if before.edge == NO_EDGE {
             if !self.is_near_start() {
@@ -95,7 +95,7 @@ impl Move<'_> {
         let tolerance = BACK_TOLERANCE + f64::from(now.s.abs()) * 2.5e-7;
         let speed = if now.speed == 0.0 { before.speed } else { now.speed };
         let reverse_allowed =
-            world.edge(now.edge).is_some_and(|edge| edge.record.velocity_backwards > 0.0);
+            world.edge(now.edge).is_some_and(|edge| edge.record.reverse_speed > 0.0);
         let is_forward = along >= -tolerance && speed >= 0.0;
         let is_backward = along <= tolerance && speed <= 0.0 && reverse_allowed;
         is_forward || is_backward || along.abs() <= tolerance

@@ -1,29 +1,30 @@
-//! The judge: world, frames, events and tasks in, findings out. It doesn't know processes or files.
+//! The judge: world, frames, events and orders in, findings out. It doesn't know processes or
+//! files.
 
 use std::collections::VecDeque;
 
 use glam::Vec2;
 use regatta_plugin::event::{BreakdownCause, EventHeader, EventKind, EventRecord};
 use regatta_plugin::frame::RobotState;
-use regatta_plugin::task::{TaskHeader, TaskRecord};
+use regatta_plugin::order::{OrderHeader, OrderRecord};
 use regatta_plugin::world::{RobotTypeRecord, Shape};
 use regatta_plugin::{Frame, World};
 
 use crate::contacts::{Body, Contacts};
 use crate::findings::{Finding, Findings, Kind};
 use crate::motion::{Fault, Gap, Move, Row};
+use crate::orders::{Now, Orders};
 use crate::report::Report;
 use crate::stands::Stands;
-use crate::tasks::{Now, Tasks};
 use crate::world_model::WorldModel;
 use crate::{graph, motion};
 
-/// The times that tasks and robots may wait, and the number of examples in the report.
+/// The times that orders and robots may wait, and the number of examples in the report.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Seconds after which a task that isn't finished is a finding.
+    /// Seconds after which an order that isn't finished is a finding.
     pub unserved_after_secs: f64,
-    /// Seconds after which a robot that is idle while tasks wait is a finding.
+    /// Seconds after which a robot that is idle while orders wait is a finding.
     pub idle_after_secs: f64,
     /// The number of examples of each kind.
     pub examples: usize,
@@ -51,7 +52,7 @@ struct Track {
     before: Option<Row>,
     /// The kinds of faults in the last frame, as bits: a fault that lasts counts once.
     active: u32,
-    /// Time in seconds since which it has been idle while tasks waited; infinite if it isn't.
+    /// Time in seconds since which it has been idle while orders waited; infinite if it isn't.
     idle_since: f64,
     reported_idle: bool,
 }
@@ -62,7 +63,7 @@ impl Track {
 }
 
 /// Judges one fleet. Feed it everything in the order of time: the world, then for each tick its
-/// events, tasks and frame.
+/// events, orders and frame.
 #[derive(Debug)]
 pub struct Judge {
     settings: Settings,
@@ -73,9 +74,9 @@ pub struct Judge {
     /// In the order of time.
     placed: VecDeque<Placed>,
     stands: Stands,
-    tasks: Tasks,
-    /// The task log of a run whose first frame hasn't come yet.
-    next_tasks: Option<(u64, Tasks)>,
+    orders: Orders,
+    /// The order log of a run whose first frame hasn't come yet.
+    next_orders: Option<(u64, Orders)>,
     findings: Findings,
     run: Option<u64>,
     now: Now,
@@ -97,8 +98,8 @@ impl Judge {
             contacts: Contacts::default(),
             placed: VecDeque::new(),
             stands: Stands::default(),
-            tasks: Tasks::default(),
-            next_tasks: None,
+            orders: Orders::default(),
+            next_orders: None,
             findings: Findings::new(settings.examples),
             run: None,
             now: Now::default(),
@@ -185,22 +186,23 @@ impl Judge {
         }
     }
 
-    /// Takes the task log's records of a tick, before or after the frame of that tick. `missed` is
+    /// Takes the order log's records of a tick, before or after the frame of that tick. `missed` is
     /// the number of samples that were lost before it.
-    pub fn take_tasks(&mut self, header: &TaskHeader, missed: u64, records: &[TaskRecord]) {
-        self.report.task_samples_missed += missed;
+    pub fn take_orders(&mut self, header: &OrderHeader, missed: u64, records: &[OrderRecord]) {
+        self.report.order_samples_missed += missed;
         let is_current = self.run == Some(header.run_id);
-        let tasks = if is_current { &mut self.tasks } else { self.tasks_before_run(header.run_id) };
-        tasks.take(header, records, missed > 0);
+        let orders =
+            if is_current { &mut self.orders } else { self.orders_before_run(header.run_id) };
+        orders.take(header, records, missed > 0);
         if is_current && header.tick <= self.now.tick {
-            self.judge_tasks();
+            self.judge_orders();
         }
     }
 
-    /// Returns the task log of a run that hasn't begun.
-    fn tasks_before_run(&mut self, run: u64) -> &mut Tasks {
-        let kept = self.next_tasks.take().filter(|(of, _)| *of == run);
-        &mut self.next_tasks.insert(kept.unwrap_or((run, Tasks::default()))).1
+    /// Returns the order log of a run that hasn't begun.
+    fn orders_before_run(&mut self, run: u64) -> &mut Orders {
+        let kept = self.next_orders.take().filter(|(of, _)| *of == run);
+        &mut self.next_orders.insert(kept.unwrap_or((run, Orders::default()))).1
     }
 
     /// Takes a frame.
@@ -220,7 +222,7 @@ impl Judge {
         self.report.take_frame(frame, ticks);
         self.forget_placed(frame.run_id(), now.tick);
         self.judge_robots(frame, Gap { seconds, period }, ticks);
-        self.judge_tasks();
+        self.judge_orders();
         if now.seconds >= self.next_slow_check {
             self.next_slow_check = now.seconds + 1.0;
             self.judge_waiting(frame);
@@ -230,10 +232,10 @@ impl Judge {
     fn begin_run(&mut self, frame: &Frame<'_>) {
         self.contacts.finish(&mut self.findings);
         self.report.runs += 1;
-        self.report.tasks += self.tasks.len();
-        let early = self.next_tasks.take_if(|(run, _)| *run == frame.run_id());
-        self.tasks = early.map(|(_, tasks)| tasks).unwrap_or_default();
-        self.tasks.has_gaps |= frame.tick() > 1;
+        self.report.orders += self.orders.len();
+        let early = self.next_orders.take_if(|(run, _)| *run == frame.run_id());
+        self.orders = early.map(|(_, orders)| orders).unwrap_or_default();
+        self.orders.has_gaps |= frame.tick() > 1;
         self.tracks.clear();
         self.stands = Stands::default();
         self.run = Some(frame.run_id());
@@ -318,20 +320,20 @@ impl Judge {
         self.tracks[robot].active = active;
     }
 
-    fn judge_tasks(&mut self) {
-        self.tasks.judge(self.now, &self.world, &self.stands, &mut self.findings);
+    fn judge_orders(&mut self) {
+        self.orders.judge(self.now, &self.world, &self.stands, &mut self.findings);
     }
 
-    /// Finds unserved tasks, and robots that are idle while tasks wait.
+    /// Finds unserved orders, and robots that are idle while orders wait.
     fn judge_waiting(&mut self, frame: &Frame<'_>) {
         let (now, limit) = (self.now, self.settings.idle_after_secs);
-        self.tasks.judge_waiting(now, self.settings.unserved_after_secs, &mut self.findings);
-        let are_waiting = self.tasks.are_waiting();
+        self.orders.judge_waiting(now, self.settings.unserved_after_secs, &mut self.findings);
+        let are_waiting = self.orders.are_waiting();
         for (robot, track) in self.tracks.iter_mut().enumerate() {
             let Some(row) = track.before else { continue };
             let is_free =
                 row.speed == 0.0 && matches!(row.state, RobotState::Idle | RobotState::Waiting);
-            if !is_free || !are_waiting || self.tasks.has_task(robot as u32) {
+            if !is_free || !are_waiting || self.orders.has_order(robot as u32) {
                 (track.idle_since, track.reported_idle) = (f64::INFINITY, false);
                 continue;
             }
@@ -358,7 +360,7 @@ impl Judge {
     /// Ends the judgement and returns its report.
     pub fn finish(mut self) -> Report {
         self.contacts.finish(&mut self.findings);
-        self.report.tasks += self.tasks.len();
+        self.report.orders += self.orders.len();
         self.report.seconds += self.now.seconds - self.began_secs;
         self.report.set_findings(&self.findings);
         self.report

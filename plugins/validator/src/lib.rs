@@ -1,9 +1,9 @@
-//! An independent judge of a run: it reads frames, the world, events and the task log, and shares
+//! An independent judge of a run: it reads frames, the world, events and the order log, and shares
 //! no code with the fleet manager, the collision plugin or the engine.
 //!
-//! [`Judge`] is pure: it takes the messages of a fleet, and returns a [`Report`]. The plugin feeds it
-//! live; `regatta validate` feeds it with a recording. The rules are in `contacts`, `graph`,
-//! `motion` and `tasks`; their tolerances are constants at the top of each, which
+//! [`Judge`] is pure: it takes the messages of a fleet, and returns a [`Report`]. The plugin feeds
+//! it live; `regatta validate` feeds it with a recording. The rules are in `contacts`, `graph`,
+//! `motion` and `orders`; their tolerances are constants at the top of each, which
 //! `docs/validator.md` lists. `world_model` computes curves and arc lengths of its own.
 //!
 //! A fault that lasts counts once, in the frame in which it begins.
@@ -14,10 +14,10 @@ mod graph;
 mod judge;
 mod motion;
 mod options;
+mod orders;
 mod plugin;
 mod report;
 mod stands;
-mod tasks;
 mod world_model;
 
 pub use findings::{Finding, Kind};

@@ -1,5 +1,5 @@
-//! A robot in a frame, its move since the frame before, and the rules of motion: speed, acceleration,
-//! turns on the spot, and the distance driven between two frames.
+//! A robot in a frame, its move since the frame before, and the rules of motion: speed,
+//! acceleration, turns on the spot, and the distance driven between two frames.
 
 use glam::Vec2;
 use regatta_plugin::frame::{NO_EDGE, RobotState};
@@ -98,7 +98,7 @@ fn resolution(acceleration: f64) -> f64 {
 fn speed_limit(world: &WorldModel, robot_type: &RobotTypeRecord, edge: u32, speed: f32) -> f64 {
     let of_edge = world.edge(edge).map_or(world.max_speed, |edge| {
         let record = &edge.record;
-        f64::from(if speed < 0.0 { record.velocity_backwards } else { record.velocity_forward })
+        f64::from(if speed < 0.0 { record.reverse_speed } else { record.speed })
     });
     of_edge.min(f64::from(robot_type.max_speed))
 }

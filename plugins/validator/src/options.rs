@@ -22,10 +22,10 @@ pub struct JudgeOptions {
     /// Don't fail because of findings of these kinds
     #[arg(long, value_name = "KIND", value_delimiter = ',')]
     allow: Vec<Kind>,
-    /// A task that isn't finished after this time is a finding
+    /// An order that isn't finished after this time is a finding
     #[arg(long, value_name = "TIME", default_value = "20min")]
     unserved_after: humantime::Duration,
-    /// A robot that is idle for this time while tasks wait is a finding
+    /// A robot that is idle for this time while orders wait is a finding
     #[arg(long, value_name = "TIME", default_value = "20min")]
     idle_after: humantime::Duration,
     /// The number of examples of each kind in the report

@@ -18,14 +18,14 @@ pub struct Report {
     pub ticks_between: u64,
     /// Frames that the producer published and the judge didn't get.
     pub frames_missed: u64,
-    /// Samples of the task log that the judge didn't get.
-    pub task_samples_missed: u64,
+    /// Samples of the order log that the judge didn't get.
+    pub order_samples_missed: u64,
     /// Simulated seconds of the last run.
     pub seconds: f64,
     /// The largest number of robots.
     pub robots: u64,
-    /// Tasks in the task log.
-    pub tasks: u64,
+    /// Orders in the order log.
+    pub orders: u64,
     /// The findings of each kind.
     pub kinds: Vec<KindReport>,
 }
@@ -80,13 +80,13 @@ impl Report {
 
     /// Describes what was judged in one line.
     fn subject(&self) -> String {
-        let Self { frames, robots, tasks, seconds, .. } = self;
+        let Self { frames, robots, orders, seconds, .. } = self;
         let mut line =
-            format!("{frames} frames of {robots} robots in {seconds:.2} s, {tasks} tasks");
+            format!("{frames} frames of {robots} robots in {seconds:.2} s, {orders} orders");
         for (count, what) in [
             (self.ticks_between, "ticks between frames"),
             (self.frames_missed, "frames missed"),
-            (self.task_samples_missed, "samples of the task log missed"),
+            (self.order_samples_missed, "samples of the order log missed"),
         ] {
             if count > 0 {
                 let _ = write!(line, ", {count} {what}");
@@ -148,8 +148,8 @@ impl KindReport {
 /// Describes a finding in one line.
 fn describe(finding: &Finding, unit: &str) -> String {
     let mut line = format!("tick {} ({:.2} s)", finding.tick, finding.time_secs);
-    if let Some(task) = finding.task {
-        let _ = write!(line, ", task {task}");
+    if let Some(order) = finding.order {
+        let _ = write!(line, ", order {order}");
     }
     match finding.robots[..] {
         [] => {}

@@ -1,4 +1,4 @@
-//! The places at which robots stood recently: the task log may report them some frames later.
+//! The places at which robots stood recently: the order log may report them some frames later.
 
 use glam::Vec2;
 

@@ -1,4 +1,5 @@
-//! The world as the judge needs it: curves by arc length, limits, and the legs that leave each node.
+//! The world as the judge needs it: curves by arc length, limits, and the legs that leave each
+//! node.
 
 use glam::{DVec2, Vec2};
 use regatta_plugin::World;
@@ -82,9 +83,7 @@ impl WorldModel {
         let first_legs = (0..=nodes.len())
             .map(|node| legs.partition_point(|leg| (leg.origin as usize) < node))
             .collect();
-        let speeds = edges
-            .iter()
-            .flat_map(|edge| [edge.record.velocity_forward, edge.record.velocity_backwards]);
+        let speeds = edges.iter().flat_map(|edge| [edge.record.speed, edge.record.reverse_speed]);
         let max_speed =
             if edges.is_empty() { f64::INFINITY } else { speeds.fold(0.0, f32::max).into() };
         let robot_types = world.robot_types().to_vec();
@@ -148,10 +147,10 @@ impl Edge {
 
     /// Returns the edge's leg in forward gear, and that in reverse gear if it is allowed.
     pub fn legs(&self) -> [Option<Leg>; 2] {
-        let EdgeRecord { origin, destination, length, velocity_backwards, .. } = self.record;
+        let EdgeRecord { origin, destination, length, reverse_speed, .. } = self.record;
         let forward = Leg { origin, destination, length: length.into(), is_reverse: false };
         let reverse = Leg { origin: destination, destination: origin, is_reverse: true, ..forward };
-        [Some(forward), (velocity_backwards > 0.0).then_some(reverse)]
+        [Some(forward), (reverse_speed > 0.0).then_some(reverse)]
     }
 
     /// Returns the position and the angle of the tangent at a distance from the origin, in metres.

@@ -1,4 +1,5 @@
-//! The filter of the fleet panel: choices of state, type, task and zone, and how many robots match.
+//! The filter of the fleet panel: choices of state, type, order and zone, and how many robots
+//! match.
 
 use std::collections::BTreeSet;
 
@@ -8,7 +9,7 @@ use regatta_plugin::frame::RobotState;
 use super::state::Interface;
 use super::style;
 use super::view_model::{Action, ViewModel};
-use crate::robot_filter::{Filter, MatchCounts, TaskFilter, is_in};
+use crate::robot_filter::{Filter, MatchCounts, OrderFilter, is_in};
 use crate::text::{thousands, with_plural};
 
 /// The states to choose from.
@@ -31,7 +32,7 @@ impl Interface {
             state(ui, &mut self.filter);
             robot_type(ui, &mut self.filter, model);
             zone(ui, &mut self.filter, model);
-            self.task_filter(ui);
+            self.order_filter(ui);
         });
         // The line is there without a filter too, so that the list below it stays where it is.
         ui.horizontal(|ui| {
@@ -42,7 +43,7 @@ impl Interface {
                 .clicked()
             {
                 self.filter = Filter::default().of_level(self.filter.level.as_deref());
-                self.task_number.clear();
+                self.order_number.clear();
             }
         });
         if self.filter != before {
@@ -79,29 +80,30 @@ impl Interface {
         })
     }
 
-    fn task_filter(&mut self, ui: &mut Ui) {
-        let (task, number) = (&mut self.filter.task, &mut self.task_number);
-        let name = match task {
-            TaskFilter::Any => "any task".to_owned(),
-            TaskFilter::Some => "with a task".to_owned(),
-            TaskFilter::None => "without a task".to_owned(),
-            TaskFilter::Number(number) => format!("task {number}"),
+    fn order_filter(&mut self, ui: &mut Ui) {
+        let (order, number) = (&mut self.filter.order, &mut self.order_number);
+        let name = match order {
+            OrderFilter::Any => "any order".to_owned(),
+            OrderFilter::Some => "with an order".to_owned(),
+            OrderFilter::None => "without an order".to_owned(),
+            OrderFilter::Number(number) => format!("order {number}"),
         };
-        let shown = ComboBox::from_id_salt("filter task").selected_text(name).width(96.0).show_ui(
+        let shown = ComboBox::from_id_salt("filter order").selected_text(name).width(96.0).show_ui(
             ui,
             |ui| {
-                ui.selectable_value(task, TaskFilter::Any, "any task");
-                ui.selectable_value(task, TaskFilter::Some, "with a task");
-                ui.selectable_value(task, TaskFilter::None, "without a task");
-                let field = ui
-                    .add(TextEdit::singleline(number).hint_text("task number").desired_width(84.0));
-                field.widget_info(|| WidgetInfo::labeled(Role::TextInput, true, "task number"));
+                ui.selectable_value(order, OrderFilter::Any, "any order");
+                ui.selectable_value(order, OrderFilter::Some, "with an order");
+                ui.selectable_value(order, OrderFilter::None, "without an order");
+                let field = ui.add(
+                    TextEdit::singleline(number).hint_text("order number").desired_width(84.0),
+                );
+                field.widget_info(|| WidgetInfo::labeled(Role::TextInput, true, "order number"));
                 if let Some(number) = number.trim().parse().ok().filter(|_| field.changed()) {
-                    *task = TaskFilter::Number(number);
+                    *order = OrderFilter::Number(number);
                 }
             },
         );
-        shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "filter: task"));
+        shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "filter: order"));
     }
 }
 

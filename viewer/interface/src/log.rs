@@ -20,7 +20,7 @@ pub enum Kind {
     Stop,
     /// Robots that touch.
     Contact,
-    /// Refused orders, and transport orders that failed.
+    /// Transport orders that came to a bad end, and refused commands.
     Order,
     /// Edges that were closed or opened.
     Edge,

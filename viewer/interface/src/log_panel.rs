@@ -16,11 +16,11 @@ use super::style::{self, ThemeColours, one_line};
 use super::transport::clock_text;
 use super::view_model::{Action, Item, ViewModel};
 use super::virtual_list::{VirtualList, clickable};
+use crate::commands::UserCommand;
 use crate::log::{
     Alarm, AlarmChange, AlarmKey, Entry, FleetLog, Kind, LogFilter, LogReport, Place, Severity,
     of_mark,
 };
-use crate::orders::UserOrder;
 use crate::text::{thousands, with_plural};
 
 /// The part of the panel's height that alarms take at most.
@@ -58,11 +58,11 @@ impl Interface {
         &mut self.log_panel.log
     }
 
-    /// Shows why an order or a request of the user came to nothing, and keeps it in the log.
-    pub fn tell_refusal(&mut self, order: UserOrder, text: String, time_nanos: u64) {
-        let (robot, place) = match order {
-            UserOrder::Close(edge) | UserOrder::Open(edge) => (None, Place::Edge(edge)),
-            _ => (order.robot(), Place::None),
+    /// Shows why a command or a request of the user came to nothing, and keeps it in the log.
+    pub fn tell_refusal(&mut self, command: UserCommand, text: String, time_nanos: u64) {
+        let (robot, place) = match command {
+            UserCommand::Close(edge) | UserCommand::Open(edge) => (None, Place::Edge(edge)),
+            _ => (command.robot(), Place::None),
         };
         let entry = Entry {
             time_nanos,

@@ -1,4 +1,4 @@
-//! The menu of a robot, a node or an edge, which a right click opens: orders to the fleet, each
+//! The menu of a robot, a node or an edge, which a right click opens: commands to the fleet, each
 //! undone by the same menu.
 
 use egui::{Area, Button, Context, Frame, Id, Order, Pos2, Rect, RichText, Ui};
@@ -8,9 +8,9 @@ use super::camera_controller::Follow;
 use super::state::Interface;
 use super::style;
 use super::view_model::{Action, EngineState, Item, ViewModel};
-use crate::orders::UserOrder;
+use crate::commands::UserCommand;
 
-/// The most robots that one click gives orders to: each has an answer.
+/// The most robots that one click gives commands to: each has an answer.
 const MOST_ROBOTS: usize = 64;
 
 /// An open menu.
@@ -29,7 +29,7 @@ struct Entry {
     /// What it does, or why it can't.
     hint: String,
     is_possible: bool,
-    orders: Vec<UserOrder>,
+    commands: Vec<UserCommand>,
 }
 
 impl Interface {
@@ -118,8 +118,8 @@ impl Interface {
         }
     }
 
-    /// Shows the orders for a robot or an edge as buttons of the selection panel.
-    pub(super) fn order_buttons(
+    /// Shows the commands for a robot or an edge as buttons of the selection panel.
+    pub(super) fn command_buttons(
         &mut self,
         ui: &mut Ui,
         item: Item,
@@ -148,9 +148,9 @@ impl Interface {
         let is_clicked = button.on_hover_text(&hint).on_disabled_hover_text(&hint).clicked();
         if is_clicked {
             if model.is_paused() {
-                self.notify("the clock is paused: the fleet takes orders at its next tick");
+                self.notify("the clock is paused: the fleet takes commands at its next tick");
             }
-            actions.extend(entry.orders.into_iter().map(Action::Order));
+            actions.extend(entry.commands.into_iter().map(Action::Command));
         }
         is_clicked
     }
@@ -176,13 +176,15 @@ impl Interface {
     }
 }
 
-/// Why this fleet takes no orders now; `None` if it does.
+/// Why this fleet takes no commands now; `None` if it does.
 fn unsteerable(model: &ViewModel<'_>) -> Option<&'static str> {
     match model.engine {
         _ if model.recording().is_some() => {
             Some("This is a recording: nothing in it can be changed.")
         }
-        _ if model.is_past() => Some("This is the past: show the run as it is (U) to give orders."),
+        _ if model.is_past() => {
+            Some("This is the past: show the run as it is (U) to give commands.")
+        }
         EngineState::Awaited => Some("No engine runs."),
         EngineState::Gone => Some("The engine has ended."),
         EngineState::Running | EngineState::Paused | EngineState::Silent => None,
@@ -196,38 +198,44 @@ fn robot_entries(
     model: &ViewModel<'_>,
 ) -> Vec<Entry> {
     let state = model.frame.map_or(RobotState::Absent, |frame| frame.state_of(clicked as usize));
-    let order = |name: &str, hint: &str, order: fn(u32) -> UserOrder| Entry {
+    let command = |name: &str, hint: &str, command: fn(u32) -> UserCommand| Entry {
         name: name.into(),
         hint: hint.into(),
         is_possible: state != RobotState::Absent,
-        orders: robots.iter().map(|robot| order(*robot)).collect(),
+        commands: robots.iter().map(|robot| command(*robot)).collect(),
     };
     let hold = match state {
-        RobotState::Held => order("Resume", "End the hold", UserOrder::Resume),
+        RobotState::Held => command("Resume", "End the hold", UserCommand::Resume),
         // Whether it is held couldn't be seen, nor ended, before it is repaired.
         RobotState::Broken => Entry {
             is_possible: false,
-            ..order(
+            ..command(
                 "Hold",
                 "It stands already: repair the robot before it is held",
-                UserOrder::Hold,
+                UserCommand::Hold,
             )
         },
-        _ => order("Hold", "Brake, stand and keep the route until resumed", UserOrder::Hold),
+        _ => command("Hold", "Brake, stand and keep the route until resumed", UserCommand::Hold),
     };
     let repair = match state {
         RobotState::Broken => {
-            order("Repair", "Repair the robot: it goes on with its route", UserOrder::Repair)
+            command("Repair", "Repair the robot: it goes on with its route", UserCommand::Repair)
         }
-        _ => order("Break down", "Let the robot break down until it is repaired", UserOrder::Break),
+        _ => command(
+            "Break down",
+            "Let the robot break down until it is repaired",
+            UserCommand::Break,
+        ),
     };
     let cancel = match is_managed {
-        true => order(
+        true => command(
             "Recall",
             "Take back what the robot was sent for: the fleet manager goes on with it",
-            UserOrder::Recall,
+            UserCommand::Recall,
         ),
-        false => order("Cancel route", "Drop the route beyond the robot's edge", UserOrder::Cancel),
+        false => {
+            command("Cancel route", "Drop the route beyond the robot's edge", UserCommand::Cancel)
+        }
     };
     vec![hold, repair, cancel]
 }
@@ -248,29 +256,29 @@ fn send_entry(mut robots: Vec<u32>, node: u32, is_managed: bool) -> Entry {
             (format!("Send {} robots here", robots.len()), "Each by its fastest way of open edges")
         }
     };
-    let order = |robot| match is_managed {
-        true => UserOrder::SendByManager { robot, node },
-        false => UserOrder::Send { robot, node },
+    let command = |robot| match is_managed {
+        true => UserCommand::SendByManager { robot, node },
+        false => UserCommand::Send { robot, node },
     };
     Entry {
         name,
         hint: if is_managed && !robots.is_empty() { BY_MANAGER } else { hint }.to_owned(),
         is_possible: !robots.is_empty(),
-        orders: robots.into_iter().map(order).collect(),
+        commands: robots.into_iter().map(command).collect(),
     }
 }
 
 fn edge_entry(model: &ViewModel<'_>, index: u32) -> Entry {
     let id = edge_id(model, index);
-    let (name, hint, order) = match model.closed.binary_search(&index) {
-        Ok(_) => ("Open edge", "Let robots drive here again", UserOrder::Open(id)),
+    let (name, hint, command) = match model.closed.binary_search(&index) {
+        Ok(_) => ("Open edge", "Let robots drive here again", UserCommand::Open(id)),
         Err(_) => (
             "Close edge",
             "No robot enters it, and no new route leads here; who is on it leaves it",
-            UserOrder::Close(id),
+            UserCommand::Close(id),
         ),
     };
-    Entry { name: name.into(), hint: hint.into(), is_possible: true, orders: vec![order] }
+    Entry { name: name.into(), hint: hint.into(), is_possible: true, commands: vec![command] }
 }
 
 fn edge_id(model: &ViewModel<'_>, index: u32) -> u32 {

@@ -1,4 +1,4 @@
-//! Which robots match a filter: by state, type, task and zone. The others are dimmed in the
+//! Which robots match a filter: by state, type, order and zone. The others are dimmed in the
 //! picture, and those of other levels than the filter's are hidden. It is computed on another
 //! thread than the one that draws.
 
@@ -7,7 +7,7 @@ use std::sync::Arc;
 use regatta_plugin::World;
 use regatta_plugin::frame::{Frame, RobotState};
 
-use crate::tasks::TaskBook;
+use crate::orders::OpenOrders;
 
 /// Conditions that robots match; all of them must hold.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -16,25 +16,25 @@ pub struct Filter {
     pub state: Option<RobotState>,
     /// The type, by its index in the world.
     pub robot_type: Option<u32>,
-    /// The task.
-    pub task: TaskFilter,
+    /// The order.
+    pub order: OrderFilter,
     /// The zone of the edge that the robot is on.
     pub zone: Option<String>,
     /// The level of the edge that the robot is on.
     pub level: Option<String>,
 }
 
-/// A condition on a robot's task.
+/// A condition on a robot's order.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum TaskFilter {
-    /// Any task or none.
+pub enum OrderFilter {
+    /// Any order or none.
     #[default]
     Any,
-    /// It has a task.
+    /// It has an order.
     Some,
     /// It has none.
     None,
-    /// It has the task with this number.
+    /// It has the order with this number.
     Number(u64),
 }
 
@@ -124,7 +124,7 @@ impl Filter {
         frame: &Frame<'_>,
         world: &World<'_>,
         types: Option<&[f32]>,
-        tasks: &TaskBook,
+        orders: &OpenOrders,
     ) -> Matches {
         let in_zone: Option<Vec<bool>> = self
             .zone
@@ -149,7 +149,7 @@ impl Filter {
             let matches = self.state.is_none_or(|wanted| wanted == state)
                 && self.robot_type.is_none_or(|wanted| wanted == type_of(row))
                 && holds(&in_zone, edge)
-                && self.task.holds(row as u32, tasks);
+                && self.order.holds(row as u32, orders);
             let is_on_level = holds(&on_level, edge);
             if matches {
                 matching.insert(row as u32);
@@ -169,14 +169,14 @@ impl Filter {
     }
 }
 
-impl TaskFilter {
-    fn holds(self, robot: u32, tasks: &TaskBook) -> bool {
-        let task = || tasks.of_robot(robot).map(|task| task.task);
+impl OrderFilter {
+    fn holds(self, robot: u32, orders: &OpenOrders) -> bool {
+        let order = || orders.of_robot(robot).map(|order| order.number);
         match self {
             Self::Any => true,
-            Self::Some => task().is_some(),
-            Self::None => task().is_none(),
-            Self::Number(number) => task() == Some(number),
+            Self::Some => order().is_some(),
+            Self::None => order().is_none(),
+            Self::Number(number) => order() == Some(number),
         }
     }
 }
@@ -186,7 +186,7 @@ mod tests {
     use regatta_plugin::frame::{
         ColumnsMut, FrameHeader, Line, NO_EDGE, frame_lines, stride_lines,
     };
-    use regatta_plugin::task::{TaskKind, TaskRecord};
+    use regatta_plugin::order::{OrderKind, OrderRecord};
     use regatta_plugin::world::{CurveRecord, EdgeRecord, WorldData};
 
     use super::*;
@@ -216,11 +216,11 @@ mod tests {
         }
         columns.state[33] = RobotState::Held as u8;
         let frame = Frame::new(&header, &lines).expect("a frame");
-        let mut tasks = TaskBook::default();
-        tasks.take(1, &[TaskRecord::new(7, TaskKind::Assigned).of_robot(36)]);
+        let mut orders = OpenOrders::default();
+        orders.take(1, &[OrderRecord::new(7, OrderKind::Assigned).of_robot(36)]);
         let types: Vec<f32> = (0..40).map(|row| (row % 2) as f32).collect();
         let found =
-            |filter: Filter| filter.matches(&frame, &world.view(1, 1), Some(&types), &tasks);
+            |filter: Filter| filter.matches(&frame, &world.view(1, 1), Some(&types), &orders);
         let ids_in = |robots: &RobotSet| -> Vec<usize> {
             (0..40).filter(|row| robots.contains(*row as u32)).collect()
         };
@@ -237,9 +237,9 @@ mod tests {
         let counts = MatchCounts { matching: 39, on_level: 39, all: 39 };
         assert_eq!(found(all.clone()), Matches { counts, ..Matches::default() });
         assert_eq!(ids(Filter { state: Some(RobotState::Held), ..all.clone() }), [33]);
-        assert_eq!(ids(Filter { task: TaskFilter::Some, ..all.clone() }), [36]);
-        assert!(ids(Filter { task: TaskFilter::Number(8), ..all.clone() }).is_empty());
-        assert_eq!(ids(Filter { task: TaskFilter::None, ..all.clone() }).len(), 38);
+        assert_eq!(ids(Filter { order: OrderFilter::Some, ..all.clone() }), [36]);
+        assert!(ids(Filter { order: OrderFilter::Number(8), ..all.clone() }).is_empty());
+        assert_eq!(ids(Filter { order: OrderFilter::None, ..all.clone() }).len(), 38);
         let on_edge_1: Vec<usize> = (1..40).filter(|row| row % 3 == 1).collect();
         let upstairs = found(all.of_level(Some("upstairs")));
         assert_eq!(upstairs.on_level.as_ref().map(ids_in), Some(on_edge_1));

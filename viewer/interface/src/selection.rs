@@ -59,7 +59,7 @@ impl Interface {
             ));
         });
         self.robot_buttons(ui, model, id);
-        self.order_buttons(ui, Item::Robot(id), model, actions);
+        self.command_buttons(ui, Item::Robot(id), model, actions);
         if model.is_past() {
             ui.label(style::faint(ui, theme, "Of the past, only poses and states are kept."));
         } else {
@@ -248,10 +248,10 @@ impl Interface {
         if model.closed.binary_search(&index).is_ok() {
             ui.label(RichText::new("closed: no robot may enter it").color(self.colours().bad));
         }
-        self.order_buttons(ui, Item::Edge(index), model, actions);
+        self.command_buttons(ui, Item::Edge(index), model, actions);
         line(ui, theme, "length", format!("{:.3} m", edge.length));
-        line(ui, theme, "forward", format!("{:.2} m/s", edge.velocity_forward));
-        let backwards = edge.velocity_backwards;
+        line(ui, theme, "forward", format!("{:.2} m/s", edge.speed));
+        let backwards = edge.reverse_speed;
         line(
             ui,
             theme,

@@ -44,8 +44,8 @@ pub struct Interface {
     pub(super) also_selected: Vec<u32>,
     /// The robots that are not dimmed.
     pub(super) filter: Filter,
-    /// A task's number as typed into the filter.
-    pub(super) task_number: String,
+    /// An order's number as typed into the filter.
+    pub(super) order_number: String,
     pub(super) fleet_list: FleetList,
     pub(super) collision_list: VirtualList,
     pub(super) spot_list: VirtualList,
@@ -167,7 +167,7 @@ impl Interface {
             selected: None,
             also_selected: Vec::new(),
             filter: Filter::default(),
-            task_number: String::new(),
+            order_number: String::new(),
             fleet_list: FleetList::default(),
             collision_list: VirtualList::default(),
             spot_list: VirtualList::default(),

@@ -16,10 +16,10 @@ use super::labels::Labels;
 use super::pose::Pose;
 use super::rows::{RowQuery, Rows};
 use super::timing::Timing;
+use crate::commands::UserCommand;
 use crate::jams::JamFacts;
-use crate::orders::UserOrder;
+use crate::orders::RobotOrder;
 use crate::robot_filter::{Filter, Matches};
-use crate::tasks::RobotTask;
 
 /// The state of the engine, as seen by the viewer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,8 +70,8 @@ pub struct ViewModel<'a> {
     pub columns: &'a [ColumnName],
     /// The values of those columns for the selected robot.
     pub values: &'a [(ColumnName, f32)],
-    /// The selected robot's task, if the task log has named it.
-    pub task: Option<RobotTask>,
+    /// The selected robot's order, if the order log has named it.
+    pub order: Option<RobotOrder>,
     /// The rest of the selected robot's route, if it is known.
     pub route: Option<Remaining>,
     /// How much of the plans of all robots is known.
@@ -161,8 +161,8 @@ pub enum Action {
         /// Points from the top left corner of the window.
         window: Vec2,
     },
-    /// Send an order to the fleet.
-    Order(UserOrder),
+    /// Send a command to the fleet.
+    Command(UserCommand),
     /// Show a live run as it was at a simulated time in nanoseconds, or again as it is.
     LookBack(Option<u64>),
     /// Write a note of the recording.

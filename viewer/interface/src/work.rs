@@ -2,7 +2,7 @@
 
 use egui::Ui;
 use regatta_plugin::activity::Activity;
-use regatta_plugin::task::StopAction;
+use regatta_plugin::order::StopAction;
 use regatta_plugin::world::NodeRecord;
 
 use super::state::Interface;
@@ -13,12 +13,12 @@ use super::view_model::{Item, ViewModel};
 pub const COLUMNS: [&str; 4] = ["activity", "waits-for", "goal", "battery"];
 
 impl Interface {
-    /// Shows what the selected robot does, for whom it waits, where it goes, its task and its
+    /// Shows what the selected robot does, for whom it waits, where it goes, its order and its
     /// battery, as far as that is published.
     pub(super) fn work(&mut self, ui: &mut Ui, model: &ViewModel<'_>) {
         let theme = self.settings.theme();
         let [activity, waits_for, goal, battery] = COLUMNS.map(|name| model.value(name));
-        if [activity, waits_for, goal, battery].iter().all(Option::is_none) && model.task.is_none()
+        if [activity, waits_for, goal, battery].iter().all(Option::is_none) && model.order.is_none()
         {
             return;
         }
@@ -31,7 +31,7 @@ impl Interface {
                 Activity::from_value(activity).map_or("unknown", Activity::name),
             );
         }
-        self.task(ui, model);
+        self.order(ui, model);
         let mut next = None;
         if let Some(goal) = goal {
             let node = node_of(model, goal);
@@ -53,13 +53,13 @@ impl Interface {
         }
     }
 
-    fn task(&self, ui: &mut Ui, model: &ViewModel<'_>) {
-        let (Some(task), theme) = (model.task, self.settings.theme()) else { return };
-        line(ui, theme, "task", task.task.to_string());
-        let Some(stop) = task.next else { return };
+    fn order(&self, ui: &mut Ui, model: &ViewModel<'_>) {
+        let (Some(order), theme) = (model.order, self.settings.theme()) else { return };
+        line(ui, theme, "order", order.number.to_string());
+        let Some(stop) = order.next else { return };
         let node = model.world.nodes().iter().find(|node| node.id == stop.node);
         let place = node.map_or_else(|| format!("node {}", stop.node), |node| name_of(model, node));
-        let verb = match (stop.action, task.is_handling) {
+        let verb = match (stop.action, order.is_handling) {
             (StopAction::None, false) => "to",
             (StopAction::None, true) => "at",
             (StopAction::Pick, false) => "to pick at",
@@ -71,7 +71,7 @@ impl Interface {
             (StopAction::Park, false) => "to park at",
             (StopAction::Park, true) => "parks at",
         };
-        let [number, stops] = task.stop;
+        let [number, stops] = order.stop;
         line(ui, theme, &format!("stop {number} of {stops}"), format!("{verb} {place}"));
     }
 }

@@ -54,7 +54,7 @@ impl SyntheticFleet {
                 origin: i,
                 destination: i,
                 length,
-                velocity_forward: 1.0,
+                speed: 1.0,
                 ..EdgeRecord::default()
             };
             world.add_edge(edge, [CurveRecord::straight([x, y], [x + length, y])]);

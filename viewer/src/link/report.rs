@@ -1,10 +1,10 @@
 //! The messages from the background threads to the window.
 
+use regatta_interface::commands::UserCommand;
 use regatta_interface::log::LogReport;
-use regatta_interface::orders::UserOrder;
+use regatta_interface::orders::RobotOrder;
 use regatta_interface::robot_filter::{Filter, Matches};
 use regatta_interface::rows::Rows;
-use regatta_interface::tasks::RobotTask;
 use regatta_plugin::control::ControlResponse;
 use regatta_plugin::ports::error::RequestError;
 use regatta_plugin::route::RouteResponse;
@@ -20,9 +20,9 @@ pub enum Report {
     Facts(Fact),
     /// A message for the user.
     Notice(String),
-    /// An order or a request of the user that came to nothing, and why. The fleet has no event of
+    /// A command or a request of the user that came to nothing, and why. The fleet has no event of
     /// it.
-    Refused(UserOrder, String),
+    Refused(UserCommand, String),
     /// The selected robots' routes; empty if no process answers.
     Routes(Vec<RouteResponse>),
     /// The robots that match a filter.
@@ -46,8 +46,8 @@ pub enum Fact {
     Columns(Vec<ColumnName>),
     /// The selected robot's value in each column.
     Values(Vec<(ColumnName, f32)>),
-    /// The selected robot's task.
-    Task(Option<RobotTask>),
+    /// The selected robot's order.
+    Order(Option<RobotOrder>),
 }
 
 impl Report {

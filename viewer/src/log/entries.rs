@@ -1,9 +1,9 @@
-//! Entries of the log, made of events, contacts and tasks.
+//! Entries of the log, made of events, contacts and orders.
 
 use regatta_interface::log::{AlarmChange, AlarmKey, Entry, Kind, Place, Severity};
 use regatta_plugin::contact::{ContactChange, ContactEvent, ContactLevel};
 use regatta_plugin::event::{BreakdownCause, EventKind, EventRecord};
-use regatta_plugin::task::{NO_ROBOT, TaskKind, TaskRecord};
+use regatta_plugin::order::{NO_ROBOT, OrderKind, OrderRecord};
 
 /// Returns the entry of an event; `None` if it is routine, as reached nodes are.
 pub(super) fn of_event(event: &EventRecord, time_nanos: u64) -> Option<(Entry, AlarmChange)> {
@@ -26,9 +26,9 @@ pub(super) fn of_event(event: &EventRecord, time_nanos: u64) -> Option<(Entry, A
         Held => (Kind::Stop, Severity::Warning, format!("robot {robot} stands, held")),
         Resumed => (Kind::Stop, Severity::Info, format!("robot {robot} resumed")),
         Refused if robot == NO_ROBOT => {
-            (Kind::Order, Severity::Warning, format!("order about {id} refused"))
+            (Kind::Order, Severity::Warning, format!("command about {id} refused"))
         }
-        Refused => (Kind::Order, Severity::Warning, format!("robot {robot}: order refused")),
+        Refused => (Kind::Order, Severity::Warning, format!("robot {robot}: command refused")),
         Spawned => (Kind::Robot, Severity::Info, format!("robot {robot} joined")),
         Removed => (Kind::Robot, Severity::Info, format!("robot {robot} left")),
         EdgeClosed => (Kind::Edge, Severity::Warning, format!("edge {id} closed")),
@@ -77,16 +77,16 @@ pub(super) fn of_contact(event: &ContactEvent) -> Option<(Entry, AlarmChange)> {
 }
 
 /// Returns the entry of a transport order that came to a bad end.
-pub(super) fn of_task(task: &TaskRecord, time_nanos: u64) -> Option<(Entry, AlarmChange)> {
-    let (severity, what) = match task.kind()? {
-        TaskKind::Failed => (Severity::Warning, "failed"),
-        TaskKind::Cancelled => (Severity::Info, "was cancelled"),
-        TaskKind::Withdrawn => (Severity::Info, "was taken from its robot"),
+pub(super) fn of_order(order: &OrderRecord, time_nanos: u64) -> Option<(Entry, AlarmChange)> {
+    let (severity, what) = match order.kind()? {
+        OrderKind::Failed => (Severity::Warning, "failed"),
+        OrderKind::Cancelled => (Severity::Info, "was cancelled"),
+        OrderKind::Withdrawn => (Severity::Info, "was taken from its robot"),
         _ => return None,
     };
-    let robot = Some(task.robot).filter(|robot| *robot != NO_ROBOT);
+    let robot = Some(order.robot).filter(|robot| *robot != NO_ROBOT);
     let by = robot.map(|robot| format!(" (robot {robot})")).unwrap_or_default();
-    let text = format!("transport order {} {what}{by}", task.task);
+    let text = format!("transport order {} {what}{by}", order.order);
     Some((
         Entry { time_nanos, kind: Kind::Order, severity, robot, place: Place::None, text },
         AlarmChange::None,

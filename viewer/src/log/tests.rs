@@ -3,7 +3,7 @@
 use regatta_interface::log::*;
 use regatta_plugin::contact::{ContactChange, ContactEvent, ContactLevel};
 use regatta_plugin::event::{EventKind, EventRecord};
-use regatta_plugin::task::NO_ROBOT;
+use regatta_plugin::order::NO_ROBOT;
 
 use super::entries::{of_contact, of_event};
 

@@ -4,8 +4,8 @@ use std::iter;
 
 use glam::UVec2;
 use regatta_gpu::renderer::{Picture, Renderer};
+use regatta_interface::orders::OpenOrders;
 use regatta_interface::robot_filter::{Filter, Matches, RobotSet};
-use regatta_interface::tasks::TaskBook;
 use regatta_scene::camera::Camera;
 use wgpu::{CommandEncoder, TextureView};
 
@@ -78,7 +78,7 @@ impl Stage {
             renderer.set_robot_type_column(types);
         }
         let filter = Filter::default().of_level(Some(level));
-        set_matches(renderer, &filter.matches(&frame, &world, None, &TaskBook::default()));
+        set_matches(renderer, &filter.matches(&frame, &world, None, &OpenOrders::default()));
     }
 
     /// Sets the robots of the scene's level that are shown, and those of them that are not dimmed.

@@ -260,9 +260,9 @@ impl ViewerWindow {
                     self.interface.notify(text);
                     true
                 }
-                Report::Refused(order, text) => {
+                Report::Refused(command, text) => {
                     let now = self.stage.frame().map_or(0, |frame| frame.header().sim_time_nanos);
-                    self.interface.tell_refusal(order, text, now);
+                    self.interface.tell_refusal(command, text, now);
                     true
                 }
                 Report::Routes(routes) => {

@@ -103,14 +103,14 @@ pub fn graph() -> WorldData {
     let mut world = WorldData { nodes, ..WorldData::default() };
     let mut edge = |id: u32, control_points, backwards| {
         let (origin, destination, length) = (id, (id + 1) % 4, 7.0);
-        let (velocity_forward, velocity_backwards) = (1.0, backwards);
+        let (speed, reverse_speed) = (1.0, backwards);
         let edge = EdgeRecord {
             id,
             origin,
             destination,
             length,
-            velocity_forward,
-            velocity_backwards,
+            speed,
+            reverse_speed,
             ..EdgeRecord::default()
         };
         world.add_edge(edge, [CurveRecord { control_points }]);

@@ -82,8 +82,8 @@ fn add_edge(world: &mut WorldData, at: Vec2, is_two_way: bool) {
         origin,
         destination: origin + 1,
         length,
-        velocity_forward: 1.0,
-        velocity_backwards: if is_two_way { 0.5 } else { 0.0 },
+        speed: 1.0,
+        reverse_speed: if is_two_way { 0.5 } else { 0.0 },
         ..EdgeRecord::default()
     };
     world.add_edge(edge, [CurveRecord::straight([at.x, at.y], [at.x + length, at.y])]);

@@ -150,14 +150,14 @@ impl Sides<'_> {
         if distance > TOLERANCE {
             changes.push(format!("path differs by {distance:.3} m"));
         }
-        if a.velocity_forward != b.velocity_forward {
-            changes.push(format!("speed {} → {} m/s", a.velocity_forward, b.velocity_forward));
+        if a.speed != b.speed {
+            changes.push(format!("speed {} → {} m/s", a.speed, b.speed));
         }
-        if a.velocity_backwards != b.velocity_backwards {
+        if a.reverse_speed != b.reverse_speed {
             let speed = |speed: Option<f64>| {
                 speed.map_or("none".to_owned(), |speed| format!("{speed} m/s"))
             };
-            let (from, to) = (speed(a.velocity_backwards), speed(b.velocity_backwards));
+            let (from, to) = (speed(a.reverse_speed), speed(b.reverse_speed));
             changes.push(format!("reverse speed {from} → {to}"));
         }
         if a.orientation != b.orientation {

@@ -149,9 +149,7 @@ fn remove_duplicate_edges(raw: &mut RawGraph) -> Vec<String> {
 /// Whether two edges between the same nodes differ in their ids and names at most.
 fn is_same(a: &RawEdge, b: &RawEdge) -> bool {
     let shape = |edge: &RawEdge| (edge.curve.clone(), edge.forward, edge.backward);
-    let rules = |edge: &RawEdge| {
-        (edge.velocity_forward, edge.velocity_backwards, edge.orientation, edge.rotation)
-    };
+    let rules = |edge: &RawEdge| (edge.speed, edge.reverse_speed, edge.orientation, edge.rotation);
     let tags =
         |edge: &RawEdge| Tags { name: None, ..edge.tags.as_deref().cloned().unwrap_or_default() };
     a.origin.is_some() && shape(a) == shape(b) && rules(a) == rules(b) && tags(a) == tags(b)
@@ -191,7 +189,7 @@ fn join_ends(raw: &mut RawGraph) -> Vec<String> {
 
 /// Returns the ids of nodes with edges of which none leaves, or none arrives.
 fn loose_ends(raw: &RawGraph) -> BTreeSet<u32> {
-    let reverse = |edge: &&RawEdge| edge.velocity_backwards.is_some_and(|speed| speed > 0.0);
+    let reverse = |edge: &&RawEdge| edge.reverse_speed.is_some_and(|speed| speed > 0.0);
     let reversed = || raw.edges.iter().filter(reverse);
     let left: BTreeSet<u32> = raw
         .edges

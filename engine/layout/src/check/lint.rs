@@ -75,7 +75,7 @@ fn warn_of_swapped_handles(
 /// A route can't distinguish -0 from 0.
 fn warn_of_reverse_zero(graph: &RouteGraph, raw: &RawGraph, report: &mut Report<'_>) {
     let Some(index) = graph.edge_by_id(0) else { return };
-    if graph.edge(index).velocity_backwards.is_some() {
+    if graph.edge(index).reverse_speed.is_some() {
         let message = "routes refer to an edge in reverse gear as -Id, which is impossible for 0: give it another Id";
         report.warning(raw.edges[index.0 as usize].at, Subject::Edge(Some(0)), message);
     }
@@ -238,7 +238,7 @@ impl NodeLinter<'_, '_, '_> {
 /// Returns all legs.
 fn legs(graph: &RouteGraph) -> impl Iterator<Item = Leg> + '_ {
     (0..).map(EdgeIndex).zip(graph.edges()).flat_map(|(edge, content)| {
-        let reverse = content.velocity_backwards.map(|_| Leg { edge, gear: Gear::Reverse });
+        let reverse = content.reverse_speed.map(|_| Leg { edge, gear: Gear::Reverse });
         std::iter::once(Leg { edge, gear: Gear::Forward }).chain(reverse)
     })
 }

@@ -255,8 +255,8 @@ impl EdgeCheck<'_, '_, '_> {
         let edge = self.edge;
         let origin = self.node(by_id, edge.origin, "Origin_ID");
         let destination = self.node(by_id, edge.destination, "Destination_ID");
-        let velocity_forward = self.forward_speed();
-        let velocity_backwards = self.backward_speed();
+        let speed = self.forward_speed();
+        let reverse_speed = self.backward_speed();
         let forward = self.handle_length(edge.forward, "ParamF");
         let backward = self.handle_length(edge.backward, "ParamB");
         let orientation = self.orientation();
@@ -281,8 +281,8 @@ impl EdgeCheck<'_, '_, '_> {
             origin,
             destination,
             path,
-            velocity_forward: velocity_forward?,
-            velocity_backwards: velocity_backwards?,
+            speed: speed?,
+            reverse_speed: reverse_speed?,
             orientation: orientation?,
             rotation: edge.rotation,
             tags: edge.tags.clone(),
@@ -322,7 +322,7 @@ impl EdgeCheck<'_, '_, '_> {
     }
 
     fn forward_speed(&mut self) -> Option<f64> {
-        let speed = self.edge.velocity_forward?;
+        let speed = self.edge.speed?;
         if speed > 0.0 && speed <= MAX_SPEED {
             return Some(speed);
         }
@@ -333,7 +333,7 @@ impl EdgeCheck<'_, '_, '_> {
     }
 
     fn backward_speed(&mut self) -> Option<Option<f64>> {
-        let speed = self.edge.velocity_backwards?;
+        let speed = self.edge.reverse_speed?;
         if (0.0..=MAX_SPEED).contains(&speed) {
             return Some((speed > 0.0).then_some(speed));
         }

@@ -52,9 +52,8 @@ impl RouteGraph {
             match change {
                 EdgeChange::Close => *slot = None,
                 EdgeChange::Speed(factor) => {
-                    edge.velocity_forward *= factor;
-                    edge.velocity_backwards =
-                        edge.velocity_backwards.map(|velocity| velocity * factor);
+                    edge.speed *= factor;
+                    edge.reverse_speed = edge.reverse_speed.map(|velocity| velocity * factor);
                 }
                 EdgeChange::Double(metres) => {
                     next_id += 1;
@@ -104,10 +103,7 @@ mod tests {
             .with_changes(&[(ids[0], EdgeChange::Speed(2.0)), (ids[0], EdgeChange::Double(1.2))]);
         let changed = changed.expect("a graph");
         let [first, second, third] = changed.edges() else { panic!("{:?}", changed.edges()) };
-        assert_eq!(
-            (first.velocity_forward, second.velocity_forward, third.velocity_forward),
-            (3.0, 1.0, 3.0)
-        );
+        assert_eq!((first.speed, second.speed, third.speed), (3.0, 1.0, 3.0));
         assert_eq!(
             (third.id, third.origin, third.destination),
             (ids[1] + 1, first.origin, first.destination)

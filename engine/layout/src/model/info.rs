@@ -26,10 +26,10 @@ pub struct Info {
     /// The smallest rectangle, in metres, that contains all nodes and curves.
     pub bounding_box: BoundingBox,
     /// The speeds from origin to destination in metres per second.
-    pub speed_forward: Range,
+    pub speed: Range,
     /// The speeds in reverse gear in metres per second, of the edges that allow it; `None` if no
     /// edge does.
-    pub speed_backwards: Option<Range>,
+    pub reverse_speed: Option<Range>,
     /// The weakly connected components.
     pub weak_components: ComponentSummary,
     /// The strongly connected components.
@@ -82,7 +82,7 @@ impl Info {
     /// Computes the statistics of a graph.
     pub fn of(graph: &RouteGraph) -> Self {
         let edges = graph.edges();
-        let backwards = || edges.iter().filter_map(|edge| edge.velocity_backwards);
+        let backwards = || edges.iter().filter_map(|edge| edge.reverse_speed);
         let nodes = graph.nodes().len();
         Self {
             nodes,
@@ -93,8 +93,8 @@ impl Info {
                 .count(),
             length: Lengths::of(graph),
             bounding_box: BoundingBox::of(graph),
-            speed_forward: Range::of(edges.iter().map(|edge| edge.velocity_forward)),
-            speed_backwards: Some(Range::of(backwards()))
+            speed: Range::of(edges.iter().map(|edge| edge.speed)),
+            reverse_speed: Some(Range::of(backwards()))
                 .filter(|range| range.least <= range.greatest),
             weak_components: ComponentSummary::of(&Components::weak(graph)),
             strong_components: ComponentSummary::of(&Components::strong(graph)),
@@ -191,8 +191,8 @@ impl fmt::Display for Info {
             "extent      {:.1} m × {:.1} m: x {:.2} to {:.2}, y {:.2} to {:.2}",
             size.x, size.y, bounds.min_x, bounds.max_x, bounds.min_y, bounds.max_y
         )?;
-        writeln!(f, "speed       {} forward", self.speed_forward)?;
-        if let Some(backwards) = self.speed_backwards {
+        writeln!(f, "speed       {} forward", self.speed)?;
+        if let Some(backwards) = self.reverse_speed {
             writeln!(f, "            {backwards} backwards")?;
         }
         write!(

@@ -80,9 +80,9 @@ pub(crate) struct RawEdge {
     pub forward: Option<f64>,
     /// `ParamB` in metres, if given.
     pub backward: Option<f64>,
-    pub velocity_forward: Option<f64>,
+    pub speed: Option<f64>,
     /// 0 if not given.
-    pub velocity_backwards: Option<f64>,
+    pub reverse_speed: Option<f64>,
     /// Angles are in the unit of the file.
     pub orientation: Orientation,
     /// At the origin and at the destination.
@@ -308,8 +308,8 @@ impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
             curve,
             forward: self.handle(Field::ParamF, "ParamF", required),
             backward: self.handle(Field::ParamB, "ParamB", required),
-            velocity_forward: self.number(Field::VelocityForward, "VelocityForward"),
-            velocity_backwards: match self.value(Field::VelocityBackwards) {
+            speed: self.number(Field::VelocityForward, "VelocityForward"),
+            reverse_speed: match self.value(Field::VelocityBackwards) {
                 None | Some(Value::Null) => Some(0.0),
                 Some(_) => self.number(Field::VelocityBackwards, "VelocityBackwards"),
             },

@@ -38,10 +38,10 @@ pub struct Edge {
     /// The shape of the edge. Straight edges are cubics with evenly spaced control points.
     pub path: Path,
     /// The speed from origin to destination in metres per second; above 0.
-    pub velocity_forward: f64,
+    pub speed: f64,
     /// The speed from destination to origin in reverse gear in metres per second; `None` if that
     /// isn't allowed.
-    pub velocity_backwards: Option<f64>,
+    pub reverse_speed: Option<f64>,
     /// The heading of robots along the edge.
     pub orientation: Orientation,
     /// The way in which robots turn on the spot at the origin and at the destination.
@@ -76,8 +76,8 @@ impl Edge {
             origin,
             destination,
             path: path.into(),
-            velocity_forward: speeds.0,
-            velocity_backwards: speeds.1,
+            speed: speeds.0,
+            reverse_speed: speeds.1,
             orientation: Orientation::Tangential,
             rotation: [Rotation::Shorter; 2],
             tags: None,
@@ -227,11 +227,11 @@ impl RouteGraph {
 
     /// Returns the speed of a leg in metres per second; `None` if the edge can't be driven in that
     /// gear.
-    pub fn leg_velocity(&self, leg: Leg) -> Option<f64> {
+    pub fn leg_speed(&self, leg: Leg) -> Option<f64> {
         let edge = self.edge(leg.edge);
         match leg.gear {
-            Gear::Forward => Some(edge.velocity_forward),
-            Gear::Reverse => edge.velocity_backwards,
+            Gear::Forward => Some(edge.speed),
+            Gear::Reverse => edge.reverse_speed,
         }
     }
 }
@@ -243,7 +243,7 @@ fn departures_by_node(nodes: usize, edges: &[Edge]) -> (Vec<Leg>, Vec<u32>) {
         (0..).map(EdgeIndex).zip(edges).flat_map(|(index, edge)| {
             let forward = (edge.origin, Leg { edge: index, gear: Gear::Forward });
             let reverse = edge
-                .velocity_backwards
+                .reverse_speed
                 .map(|_| (edge.destination, Leg { edge: index, gear: Gear::Reverse }));
             std::iter::once(forward).chain(reverse)
         })

@@ -64,8 +64,7 @@ pub fn write(graph: &RouteGraph) -> Written {
     let numbers = (last.wrapping_add(1)..=u32::MAX)
         .chain(0..=last)
         .filter(|id| graph.edge_by_id(*id).is_none());
-    let driven_back =
-        graph.edges().iter().filter_map(|edge| Some((edge, edge.velocity_backwards?)));
+    let driven_back = graph.edges().iter().filter_map(|edge| Some((edge, edge.reverse_speed?)));
     let back = driven_back.zip(numbers).map(|((edge, speed), id)| reverse(graph, edge, speed, id));
     let features: Vec<String> = nodes
         .chain(edges)
@@ -100,7 +99,7 @@ fn edge(graph: &RouteGraph, edge: &Edge) -> Feature {
     properties.endid = Some(graph.node(edge.destination).id);
     properties.cost =
         properties.cost.filter(Value::is_number).or_else(|| Some(json!(edge.path.length())));
-    set_drive(&mut properties.metadata, edge.velocity_forward, edge.orientation);
+    set_drive(&mut properties.metadata, edge.speed, edge.orientation);
     let mut points = vec![(graph.origin() + edge.path.start()).into()];
     for cubic in edge.path.cubics() {
         let segments = segments(cubic);
@@ -225,7 +224,7 @@ fn losses(graph: &RouteGraph) -> Vec<String> {
             "edges are curved: Nav2 drives straight between their nodes; the true shape is the geometry, for display only",
         ),
         (
-            edges(|edge| edge.velocity_backwards.is_some()),
+            edges(|edge| edge.reverse_speed.is_some()),
             "edges allow reverse gear: written as second edges, which Nav2 drives forwards unless its controller reverses",
         ),
         (

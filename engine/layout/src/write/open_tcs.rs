@@ -411,7 +411,7 @@ fn path_ends(edge: &Edge) -> [NodeIndex; 2] {
 
 /// Returns the speeds from source to destination and back, 0 if not allowed.
 fn speeds(edge: &Edge) -> (f64, f64) {
-    let speeds = (edge.velocity_forward, edge.velocity_backwards.unwrap_or_default());
+    let speeds = (edge.speed, edge.reverse_speed.unwrap_or_default());
     if is_tail_first(edge.orientation) { (speeds.1, speeds.0) } else { speeds }
 }
 

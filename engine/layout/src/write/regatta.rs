@@ -60,7 +60,7 @@ impl Writer<'_> {
     }
 
     fn edge(&mut self, edge: &Edge) -> fmt::Result {
-        let Edge { id, velocity_forward, velocity_backwards, .. } = edge;
+        let Edge { id, speed, reverse_speed, .. } = edge;
         let (origin, destination) = (self.id(edge.origin), self.id(edge.destination));
         write!(self.text, "- {{Id: {id}, Origin_ID: {origin}, Destination_ID: {destination}, ")?;
         if is_linear(self.graph, edge) {
@@ -68,8 +68,8 @@ impl Writer<'_> {
         } else {
             self.control_points(&edge.path)?;
         }
-        write!(self.text, ", VelocityForward: {velocity_forward:?}")?;
-        if let Some(speed) = velocity_backwards {
+        write!(self.text, ", VelocityForward: {speed:?}")?;
+        if let Some(speed) = reverse_speed {
             write!(self.text, ", VelocityBackwards: {speed:?}")?;
         }
         match edge.orientation {

@@ -45,7 +45,7 @@ impl FrameLoan {
     }
 
     /// Publishes the frame, with its sequence number and the time of day in its header. From here
-    /// on readers have it: everything that belongs to its tick (events, the order log, columns)
+    /// on readers have it: everything that belongs to its tick (events, the command log, columns)
     /// must have been published before.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! The producer's side of orders and of the control service.
+//! The producer's side of commands and of the control service.
 
 use iceoryx2::port::subscriber::Subscriber;
 
@@ -8,29 +8,29 @@ use super::full_memory::received;
 use super::places::place;
 use super::services::{self, Ipc};
 use crate::process::join::Participant;
+use crate::records::command::{CommandHeader, CommandRecord};
 use crate::records::control::{ControlRequest, ControlResponse};
-use crate::records::order::{OrderHeader, OrderRecord};
 
-/// Takes the orders of all senders.
+/// Takes the commands of all senders.
 #[derive(Debug)]
-pub(super) struct OrderInbox {
-    samples: Subscriber<Ipc, [OrderRecord], OrderHeader>,
+pub(super) struct CommandInbox {
+    samples: Subscriber<Ipc, [CommandRecord], CommandHeader>,
 }
 
-impl OrderInbox {
+impl CommandInbox {
     pub(super) fn open(participant: &Participant) -> Result<Self, OpenError> {
-        let service = services::ORDERS.open(participant)?;
+        let service = services::COMMANDS.open(participant)?;
         Ok(Self { samples: place(&service, 1, || service.subscriber_builder().create())? })
     }
 
-    /// Passes all orders that have arrived to `each`, sample by sample.
+    /// Passes all commands that have arrived to `each`, sample by sample.
     pub(super) fn take(
         &mut self,
-        mut each: impl FnMut(&OrderHeader, &[OrderRecord]),
+        mut each: impl FnMut(&CommandHeader, &[CommandRecord]),
     ) -> Result<(), ReadError> {
         // Bounded, so that a sender that never stops can't keep a tick from ending.
-        for _ in 0..services::ORDER_BUFFER * services::MAX_ORDER_SENDERS {
-            let Some(sample) = received("orders", || self.samples.receive())? else { break };
+        for _ in 0..services::COMMAND_BUFFER * services::MAX_COMMAND_SENDERS {
+            let Some(sample) = received("commands", || self.samples.receive())? else { break };
             each(sample.user_header(), sample.payload());
         }
         Ok(())

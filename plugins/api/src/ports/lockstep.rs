@@ -1,10 +1,10 @@
 //! Lockstep: the one case in which a producer waits for readers, because it was asked to by name.
 //!
 //! While a frame's `lockstep` is nonzero, each reader reports on `regatta/F/done` which tick it has
-//! finished, after it has sent its orders and columns for it. [`run`](crate::run) does so for every
-//! plugin. The producer waits for the reports of the readers that it was told to wait for. A reader
-//! that comes *after* others waits for their reports, too, before it handles the frame: then it
-//! finds their columns of the same tick.
+//! finished, after it has sent its commands and columns for it. [`run`](crate::run) does so for
+//! every plugin. The producer waits for the reports of the readers that it was told to wait for. A
+//! reader that comes *after* others waits for their reports, too, before it handles the frame: then
+//! it finds their columns of the same tick.
 
 use core::time::Duration;
 
@@ -130,7 +130,7 @@ impl DoneReports {
 /// let reporter = Reporter::open_on(&participant)?;
 /// let mut frames = Subscriber::open_on(&participant)?;
 /// while let Some(frame) = frames.wait(Duration::from_secs(10))? {
-///     // Send orders and columns for the tick here.
+///     // Send commands and columns for the tick here.
 ///     reporter.done(frame.run_id(), frame.tick())?;
 /// }
 /// # Ok(())
@@ -162,7 +162,7 @@ impl Reporter {
         })
     }
 
-    /// Reports that a tick is finished. All orders and columns for it must have been sent before.
+    /// Reports that a tick is finished. All commands and columns for it must have been sent before.
     ///
     /// # Errors
     /// [`PublishError`] if the report can't be delivered.

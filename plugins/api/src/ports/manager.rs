@@ -14,7 +14,7 @@ use crate::records::name::FleetName;
 pub enum ManagerError {
     /// The fleet has no manager that takes requests.
     #[error(
-        "fleet '{fleet}' has no fleet manager that takes requests; `regatta order assign` sends a \
+        "fleet '{fleet}' has no fleet manager that takes requests; `regatta command assign` sends a \
          robot without one"
     )]
     NoManager {
@@ -195,7 +195,7 @@ mod tests {
         let (sent, recalled) = client.join().expect("no panic");
         assert_eq!(requests, [ManagerRequest::send(3, 40), ManagerRequest::recall(3)]);
         assert_eq!(
-            sent.map(|response| (response.task, response.answer())),
+            sent.map(|response| (response.order, response.answer())),
             Ok((9, Some(ManagerAnswer::Later)))
         );
         assert_eq!(

@@ -1,5 +1,5 @@
-//! The producer's side of all services: frames, the world, events, columns and the order log go
-//! out; orders and requests come in.
+//! The producer's side of all services: frames, the world, events, columns and the command log go
+//! out; commands and requests come in.
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
@@ -13,7 +13,7 @@ use super::columns::ColumnPublisher;
 use super::error::{OpenError, PublishError, ReadError};
 pub use super::frame_loan::FrameLoan;
 use super::frame_loan::{LastTick, wall_time_nanos};
-use super::inbox::{OrderInbox, RequestInbox};
+use super::inbox::{CommandInbox, RequestInbox};
 use super::lockstep::{DoneReports, LockstepError};
 use super::services::{self, Ipc};
 use super::slices::{SliceSender, send};
@@ -21,18 +21,18 @@ use crate::process::health;
 use crate::process::join::Participant;
 use crate::process::termination::Termination;
 use crate::records::closure::{ClosedEdge, ClosureHeader};
+use crate::records::command::{CommandHeader, CommandRecord};
+use crate::records::command_log::CommandLogHeader;
 use crate::records::control::{ControlRequest, ControlResponse};
 use crate::records::event::{EventHeader, EventRecord};
 use crate::records::frame::{BYTES_PER_LINE, FrameHeader, Line, frame_lines, stride_lines};
 use crate::records::name::{ColumnName, FleetName};
-use crate::records::order::{OrderHeader, OrderRecord};
-use crate::records::order_log::OrderLogHeader;
 use crate::records::world::{WorldData, WorldHeader};
 
 /// All ports of a producer. A fleet has one live producer at a time.
 ///
 /// Everything that belongs to a tick is published before its frame: first
-/// [events](Self::publish_events), the [order log](Self::publish_order_log) and
+/// [events](Self::publish_events), the [command log](Self::publish_command_log) and
 /// [columns](Self::publish_column), then the frame. So a reader that has the frame has all of it. A
 /// [`Session`](crate::producer::Session) adds a clock, figures and the control service.
 ///
@@ -64,10 +64,10 @@ pub struct ProducerPorts {
     wake: Notifier<Ipc>,
     world: SliceSender<Line, WorldHeader>,
     events: SliceSender<EventRecord, EventHeader>,
-    order_log: SliceSender<OrderRecord, OrderLogHeader>,
+    command_log: SliceSender<CommandRecord, CommandLogHeader>,
     closures: SliceSender<ClosedEdge, ClosureHeader>,
     columns: BTreeMap<ColumnName, ColumnPublisher>,
-    orders: OrderInbox,
+    commands: CommandInbox,
     requests: RequestInbox,
     reports: DoneReports,
     participant: Participant,
@@ -106,10 +106,10 @@ impl ProducerPorts {
             wake: services::notifier(&participant, "wake")?,
             world: SliceSender::open(&services::WORLD, &participant, 1, 1)?,
             events: SliceSender::open(&services::EVENTS, &participant, few, 1)?,
-            order_log: SliceSender::open(&services::ORDER_LOG, &participant, few, 1)?,
+            command_log: SliceSender::open(&services::COMMAND_LOG, &participant, few, 1)?,
             closures: SliceSender::open(&services::CLOSURES, &participant, few, 1)?,
             columns: BTreeMap::new(),
-            orders: OrderInbox::open(&participant)?,
+            commands: CommandInbox::open(&participant)?,
             requests: RequestInbox::open(&participant)?,
             reports: DoneReports::open(&participant)?,
             participant,
@@ -257,17 +257,17 @@ impl ProducerPorts {
         self.events.publish(header, events)
     }
 
-    /// Publishes the orders that took effect in a tick, for readers of the order log.
+    /// Publishes the commands that took effect in a tick, for readers of the command log.
     ///
     /// # Errors
     /// [`PublishError`] when shared memory is full.
-    pub fn publish_order_log(
+    pub fn publish_command_log(
         &mut self,
         tick: u64,
-        orders: &[OrderRecord],
+        commands: &[CommandRecord],
     ) -> Result<(), PublishError> {
-        let header = OrderLogHeader { run_id: self.run_id, tick, sequence: 0 };
-        self.order_log.publish(header, orders)
+        let header = CommandLogHeader { run_id: self.run_id, tick, sequence: 0 };
+        self.command_log.publish(header, commands)
     }
 
     /// Publishes the edges that are closed from a tick on, sorted by id, in place of those before.
@@ -287,7 +287,7 @@ impl ProducerPorts {
     /// if no reader has joined.
     pub fn update(&self) {
         self.columns.values().for_each(ColumnPublisher::update);
-        self.order_log.update();
+        self.command_log.update();
         self.closures.update();
         self.world.update();
         self.frames.update();
@@ -299,9 +299,9 @@ impl ProducerPorts {
         self.events.readers() > 0
     }
 
-    /// Whether a process reads the order log; if not, there is no need to keep one.
-    pub fn has_order_log_readers(&self) -> bool {
-        self.order_log.readers() > 0
+    /// Whether a process reads the command log; if not, there is no need to keep one.
+    pub fn has_command_log_readers(&self) -> bool {
+        self.command_log.readers() > 0
     }
 
     /// The number of processes that read frames.
@@ -309,17 +309,17 @@ impl ProducerPorts {
         self.frames.readers()
     }
 
-    /// Passes all orders that have arrived to `each`, sample by sample; those of one sender in the
-    /// order in which it sent them. At most [`ORDER_BUFFER`](services::ORDER_BUFFER) samples per
-    /// sender and call.
+    /// Passes all commands that have arrived to `each`, sample by sample; those of one sender in
+    /// the order in which it sent them. At most [`COMMAND_BUFFER`](services::COMMAND_BUFFER)
+    /// samples per sender and call.
     ///
     /// # Errors
     /// [`ReadError::Receive`] if a connection is broken.
-    pub fn take_orders(
+    pub fn take_commands(
         &mut self,
-        each: impl FnMut(&OrderHeader, &[OrderRecord]),
+        each: impl FnMut(&CommandHeader, &[CommandRecord]),
     ) -> Result<(), ReadError> {
-        self.orders.take(each)
+        self.commands.take(each)
     }
 
     /// Takes the oldest control request that has arrived, with the ticket by which to

@@ -11,14 +11,14 @@
 //! | frames | 64 | 1 | 2 | 1 | 1 | 194 | 25.0 MB: 4.9 GB of address space, 6.5 GB if the fleet has grown |
 //! | world | 64 | 1 | 2 | 1 | 1 | 194 | 9.6 MB at 100 k edges of one curve |
 //! | events | 64 | 64 | 1 | 0 | 1 | 4161 | 24 B an event, 64 events to begin with: 6.4 MB |
-//! | orders, per sender | 1 | 256 | 1 | 0 | 1 | 258 | 40 B a record, 64 to begin with: 0.7 MB |
+//! | commands, per sender | 1 | 256 | 1 | 0 | 1 | 258 | 40 B a record, 64 to begin with: 0.7 MB |
 //! | columns, each | 64 | 1 or 8 | 2 | 1 | 1 | 642 | 4.0 MB |
 //! | contacts | 64 | 1 or 8 | 2 | 1 | 1 | 642 | 48 B a pair, 64 pairs to begin with: 2.0 MB |
 //! | traffic | 64 | 1 | 2 | 1 | 1 | 194 | 28 B an edge and period: 8.4 MB at 100 k edges |
 //! | history, spots | 64 | 1 | 2 | 1 | 1 | 194 | 56 and 64 B each, 1,200 and 200 at most: 67 and 13 kB |
 //! | closures | 64 | 1 | 2 | 1 | 1 | 194 | 4 B an edge, 64 edges to begin with: 50 kB |
 //! | recording | 64 | 1 | 2 | 1 | 1 | 194 | 24 B a mark, 64 marks to begin with, 65,536 at most: 1.6 MB |
-//! | contact events, order log, tasks | 64 | 64 | 1 | 0 | 1 | 4161 | 56, 40 and 40 B each, 64 to begin with: 15, 11 and 11 MB |
+//! | contact events, command log, orders | 64 | 64 | 1 | 0 | 1 | 4161 | 56, 40 and 40 B each, 64 to begin with: 15, 11 and 11 MB |
 //! | done, per reader | 64 | 1 | 1 | 1 | 1 | 130 | 80 B |
 //! | routes, the server's answers | 16 | 1 | 1 | 0 | 1 | 8 per client and open request | 1056 B: 0.3 MB |
 //!
@@ -46,6 +46,8 @@ use super::places::{MayBeFull, participants, place};
 use crate::process::join::Participant;
 use crate::records::closure::{ClosedEdge, ClosureHeader};
 use crate::records::column::ColumnHeader;
+use crate::records::command::{CommandHeader, CommandRecord};
+use crate::records::command_log::CommandLogHeader;
 use crate::records::contact::{ContactEvent, ContactEventHeader, ContactHeader, ContactRecord};
 use crate::records::control::{ControlRequest, ControlResponse};
 use crate::records::event::{EventHeader, EventRecord};
@@ -55,10 +57,8 @@ use crate::records::lockstep::Done;
 use crate::records::manager::{ManagerRequest, ManagerResponse};
 use crate::records::name::{ColumnName, FleetName};
 use crate::records::order::{OrderHeader, OrderRecord};
-use crate::records::order_log::OrderLogHeader;
 use crate::records::recording::{RecordingHeader, RecordingMark};
 use crate::records::route::{RouteRequest, RouteResponse};
-use crate::records::task::{TaskHeader, TaskRecord};
 use crate::records::traffic::{EdgeTraffic, TrafficHeader};
 use crate::records::world::WorldHeader;
 
@@ -72,17 +72,17 @@ pub const MAX_READERS: usize = 64;
 /// at the same time. Readers in Rust hold one. In a loop over frames in Python, the variable still
 /// refers to the last frame when the next is asked for.
 pub const MAX_HELD: usize = 2;
-/// The largest number of processes at one service: the producer, readers, senders of orders,
+/// The largest number of processes at one service: the producer, readers, senders of commands,
 /// control clients.
 pub const MAX_PARTICIPANTS: usize = 128;
-/// The largest number of senders of orders at the same time.
-pub const MAX_ORDER_SENDERS: usize = 16;
+/// The largest number of senders of commands at the same time.
+pub const MAX_COMMAND_SENDERS: usize = 16;
 /// The number of samples of a column, or of contacts, that a reader of all samples may lag behind
 /// before it loses the oldest.
 pub const COLUMN_BUFFER: usize = 8;
-/// The largest number of samples of orders that wait for the next tick, per sender. More are
+/// The largest number of samples of commands that wait for the next tick, per sender. More are
 /// refused.
-pub const ORDER_BUFFER: usize = 256;
+pub const COMMAND_BUFFER: usize = 256;
 /// The number of ticks with events that a reader may lag behind before it loses the oldest.
 pub const EVENT_BUFFER: usize = 64;
 /// The largest number of control clients at the same time.
@@ -94,7 +94,7 @@ pub const MAX_ROUTE_CLIENTS: usize = 16;
 /// The largest number of routes that one client may ask for at once.
 pub const MAX_OPEN_ROUTES: usize = 8;
 
-/// The number of records in the first segment of events and of orders; more records make it grow.
+/// The number of records in the first segment of events and of commands; more records make it grow.
 pub(crate) const FIRST_RECORDS: usize = 64;
 
 /// The growth of segments. Readers map a new segment with the first chunk that they get from it.
@@ -157,13 +157,13 @@ const RECENT: Quality = Quality {
     subscribers: MAX_READERS,
 };
 
-/// No overflow: an order is delivered, or its sender gets an error.
+/// No overflow: a command is delivered, or its sender gets an error.
 const DELIVERED: Quality = Quality {
     overflows: false,
     history: 0,
-    buffer: ORDER_BUFFER,
+    buffer: COMMAND_BUFFER,
     borrowed: 1,
-    publishers: MAX_ORDER_SENDERS,
+    publishers: MAX_COMMAND_SENDERS,
     subscribers: 1,
 };
 
@@ -185,12 +185,12 @@ pub(crate) const CONTACTS: SliceService<ContactRecord, ContactHeader> =
 /// The changes of contacts.
 pub(crate) const CONTACT_EVENTS: SliceService<ContactEvent, ContactEventHeader> =
     SliceService::new("contact_events", "contact events", RECENT);
-/// The order log: the orders that the producer applied.
-pub(crate) const ORDER_LOG: SliceService<OrderRecord, OrderLogHeader> =
-    SliceService::new("order_log", "the order log", RECENT);
-/// The task log of transport tasks, from the fleet manager.
-pub(crate) const TASKS: SliceService<TaskRecord, TaskHeader> =
-    SliceService::new("tasks", "the task log", RECENT);
+/// The command log: the commands that the producer applied.
+pub(crate) const COMMAND_LOG: SliceService<CommandRecord, CommandLogHeader> =
+    SliceService::new("command_log", "the command log", RECENT);
+/// The order log of transport orders, from the fleet manager.
+pub(crate) const ORDERS: SliceService<OrderRecord, OrderHeader> =
+    SliceService::new("orders", "the order log", RECENT);
 /// The traffic on edges, from a plugin.
 pub(crate) const TRAFFIC: SliceService<EdgeTraffic, TrafficHeader> =
     SliceService::new("traffic", "traffic", newest(1));
@@ -207,9 +207,9 @@ pub(crate) const CLOSURES: SliceService<ClosedEdge, ClosureHeader> =
 /// The recording that a replay plays.
 pub(crate) const RECORDING: SliceService<RecordingMark, RecordingHeader> =
     SliceService::new("recording", "recording", newest(1));
-/// The orders to robots.
-pub(crate) const ORDERS: SliceService<OrderRecord, OrderHeader> =
-    SliceService::new("orders", "orders", DELIVERED);
+/// The commands to robots.
+pub(crate) const COMMANDS: SliceService<CommandRecord, CommandHeader> =
+    SliceService::new("commands", "commands", DELIVERED);
 
 impl<T, H> SliceService<T, H> {
     const fn new(name: &'static str, subject: &'static str, quality: Quality) -> Self {

@@ -37,7 +37,7 @@ use crate::records::world::World;
 /// }
 /// ```
 pub trait Plugin {
-    /// Called once, before anything else, with the joined fleet: to open columns, orders or
+    /// Called once, before anything else, with the joined fleet: to open columns, commands or
     /// control.
     fn on_start(&mut self, fleet: &Participant) -> Result {
         let _ = fleet;

@@ -11,9 +11,9 @@ use crate::ports::error::{PublishError, ReadError};
 use crate::ports::lockstep::LockstepError;
 use crate::ports::producer::{FrameLoan, ProducerPorts};
 use crate::process::termination::Termination;
+use crate::records::command::CommandKind;
 use crate::records::event::{EventKind, EventRecord, Refusal};
 use crate::records::frame::{ClockState, ColumnsMut, FrameHeader};
-use crate::records::order::OrderKind;
 
 /// The longest sleep between two checks for control requests.
 const CONTROL_POLL: Duration = Duration::from_millis(5);
@@ -72,8 +72,8 @@ pub struct Session {
     pub(super) pending: Vec<Pending>,
     /// Ticks that were made while stepping, in all.
     pub(super) steps_made: u64,
-    orders_refused: u64,
-    /// Answers to refused orders, which belong to the next frame.
+    commands_refused: u64,
+    /// Answers to refused commands, which belong to the next frame.
     refused: Vec<EventRecord>,
     /// Whether the first frame has been published.
     has_begun: bool,
@@ -106,7 +106,7 @@ impl Session {
             frame_sent: false,
             pending: Vec::new(),
             steps_made: 0,
-            orders_refused: 0,
+            commands_refused: 0,
             refused: Vec::new(),
             has_begun: false,
             full_since: None,
@@ -386,32 +386,32 @@ impl Session {
         self.send(frame)
     }
 
-    /// Refuses all orders that have arrived, by an event for each, which is published before the
+    /// Refuses all commands that have arrived, by an event for each, which is published before the
     /// next frame.
     ///
     /// # Errors
     /// [`ReadError::Receive`] if a connection is broken.
-    pub fn refuse_orders(&mut self) -> Result<(), ReadError> {
+    pub fn refuse_commands(&mut self) -> Result<(), ReadError> {
         let mut refused = Vec::new();
-        self.ports.take_orders(|_, records| {
-            let orders = records.iter().filter(|record| record.kind != OrderKind::Leg as u32);
-            refused.extend(orders.map(|order| EventRecord {
-                token: order.token,
+        self.ports.take_commands(|_, records| {
+            let commands = records.iter().filter(|record| record.kind != CommandKind::Leg as u32);
+            refused.extend(commands.map(|command| EventRecord {
+                token: command.token,
                 kind: EventKind::Refused as u32,
-                robot: order.robot,
-                id: order.id,
+                robot: command.robot,
+                id: command.id,
                 detail: Refusal::NotSteerable as u32,
             }));
         })?;
-        self.orders_refused += refused.len() as u64;
+        self.commands_refused += refused.len() as u64;
         if self.ports.has_event_readers() {
             self.refused.append(&mut refused);
         }
         Ok(())
     }
 
-    /// The number of orders that were [refused](Self::refuse_orders).
-    pub fn orders_refused(&self) -> u64 {
-        self.orders_refused
+    /// The number of commands that were [refused](Self::refuse_commands).
+    pub fn commands_refused(&self) -> u64 {
+        self.commands_refused
     }
 }

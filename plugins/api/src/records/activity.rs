@@ -8,9 +8,9 @@ numbered! {
         /// None.
         #[default]
         Idle = 0,
-        /// It drives to the first stop of a task.
+        /// It drives to the first stop of an order.
         ToPick = 1,
-        /// It has begun a task, and drives to its next stop.
+        /// It has begun an order, and drives to its next stop.
         Carrying = 2,
         /// It stands at a stop, and loads or unloads.
         Handling = 3,
@@ -40,8 +40,9 @@ impl Activity {
         }
     }
 
-    /// Whether a robot of this activity has a task. (One that is out of service may have one, too.)
-    pub const fn has_task(self) -> bool {
+    /// Whether a robot of this activity has an order. (One that is out of service may have one,
+    /// too.)
+    pub const fn has_order(self) -> bool {
         matches!(self, Self::ToPick | Self::Carrying | Self::Handling | Self::Waiting)
     }
 

@@ -28,15 +28,15 @@ pub struct EventHeader {
 #[repr(C)]
 #[cfg_attr(feature = "shared-memory", type_name("regatta_EventRecord"))]
 pub struct EventRecord {
-    /// The token of the order that this event answers, or zero.
+    /// The token of the command that this event answers, or zero.
     pub token: u64,
     /// An [`EventKind`].
     pub kind: u32,
-    /// The robot, by id; [`NO_ROBOT`](super::task::NO_ROBOT) for events of edges and the answers to
-    /// their orders.
+    /// The robot, by id; [`NO_ROBOT`](super::order::NO_ROBOT) for events of edges and the answers
+    /// to their commands.
     pub robot: u32,
     /// `ReachedNode`: the node's id. `EdgeClosed`, `EdgeOpened`: the edge's. `Refused`: the id that
-    /// the order named.
+    /// the command named.
     pub id: u32,
     /// `Refused`: a [`Refusal`]. `BrokenDown`: a [`BreakdownCause`].
     pub detail: u32,
@@ -57,9 +57,9 @@ numbered! {
         Held = 4,
         /// A held robot continues.
         Resumed = 5,
-        /// An order was carried out.
+        /// A command was carried out.
         Accepted = 6,
-        /// An order was refused and changed nothing; `detail` is the reason.
+        /// A command was refused and changed nothing; `detail` is the reason.
         Refused = 7,
         /// A robot joined the fleet after the first frame.
         Spawned = 8,
@@ -96,7 +96,7 @@ numbered! {
 }
 
 numbered! {
-    /// The reason why an order was refused.
+    /// The reason why a command was refused.
     #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
     pub enum Refusal: u32 {
         /// No robot has that id.
@@ -118,8 +118,8 @@ numbered! {
         /// The fleet has reached its maximum size.
         FleetFull = 9,
         /// The record's kind is unknown, or legs are missing.
-        MalformedOrder = 10,
-        /// The producer takes no orders: a replay, a UDP source.
+        MalformedCommand = 10,
+        /// The producer takes no commands: a replay, a UDP source.
         NotSteerable = 11,
         /// The leg to release is not at or after the end of the robot's base.
         NotAhead = 12,

@@ -11,7 +11,7 @@ mod view;
 
 /// The version of everything in this crate that crosses a process boundary. Two processes
 /// communicate only if their versions are equal.
-pub const CONTRACT_VERSION: u32 = 10;
+pub const CONTRACT_VERSION: u32 = 11;
 
 /// The value of the `edge` column for a robot that is on no edge.
 pub const NO_EDGE: u32 = u32::MAX;
@@ -101,7 +101,7 @@ pub enum RobotState {
     /// The robot stands at the end of its released base, at a node or within an edge, and has a
     /// horizon: it waits for a release.
     Waiting = 2,
-    /// The robot was ordered to hold; it is stopped, or braking to a stop.
+    /// The robot was commanded to hold; it is stopped, or braking to a stop.
     Held = 3,
     /// The robot can't continue; an event gave the reason.
     Faulted = 4,

@@ -69,9 +69,9 @@ pub struct ManagerRequest {
 #[repr(C)]
 #[cfg_attr(feature = "shared-memory", type_name("regatta_ManagerResponse"))]
 pub struct ManagerResponse {
-    /// The number of the transport task by which the robot is sent, as in the task log; 0 if there
-    /// is none.
-    pub task: u64,
+    /// The number of the transport order by which the robot is sent, as in the order log; 0 if
+    /// there is none.
+    pub order: u64,
     /// A [`ManagerAnswer`].
     pub answer: u32,
     /// The robot of the request.
@@ -97,8 +97,8 @@ impl ManagerRequest {
 
 impl ManagerResponse {
     /// Creates an answer to a request.
-    pub const fn new(request: &ManagerRequest, answer: ManagerAnswer, task: u64) -> Self {
-        Self { task, answer: answer as u32, robot: request.robot }
+    pub const fn new(request: &ManagerRequest, answer: ManagerAnswer, order: u64) -> Self {
+        Self { order, answer: answer as u32, robot: request.robot }
     }
 
     /// Returns the answer; `None` for one that this version doesn't know.

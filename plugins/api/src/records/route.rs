@@ -47,7 +47,7 @@ pub struct RouteResponse {
     /// The requested robot.
     pub robot: u32,
     /// 0 if there is no such robot; 1 if there is; 2 if it also drives on beyond the listed legs,
-    /// without another order: on a loop or a random walk.
+    /// without another command: on a loop or a random walk.
     pub found: u32,
     /// The number of remaining legs.
     pub legs: u32,
@@ -126,8 +126,8 @@ impl RouteResponse {
         Self { found: DRIVES_ON, ..self }
     }
 
-    /// Whether the robot drives all listed legs and then on, without another order: on a loop or a
-    /// random walk.
+    /// Whether the robot drives all listed legs and then on, without another command: on a loop or
+    /// a random walk.
     pub fn drives_on(&self) -> bool {
         self.found == DRIVES_ON
     }

@@ -107,9 +107,9 @@ pub struct EdgeRecord {
     /// Number of its curves; at least 1.
     pub curves: u32,
     /// Metres per second from origin to destination.
-    pub velocity_forward: f32,
+    pub speed: f32,
     /// Metres per second from destination to origin in reverse gear; 0 if that is not allowed.
-    pub velocity_backwards: f32,
+    pub reverse_speed: f32,
     /// Offset of the name in the [`Texts`]; 0 for none.
     pub name: u32,
     /// Offset of the name of its level (floor) in the [`Texts`]; 0 for none.

@@ -37,7 +37,7 @@ pub struct Figures {
     /// Simulated seconds since the pool was opened.
     pub secs: f64,
     /// Finished orders an hour of this time.
-    pub tasks_per_hour: f64,
+    pub orders_per_hour: f64,
     /// Finished stops a second of this time.
     pub stops_per_sec: f64,
     /// Finished orders that were late for their deadline.
@@ -116,7 +116,7 @@ impl Counts {
         }
         Figures {
             secs,
-            tasks_per_hour: per_sec(orders.finished, secs) * 3600.0,
+            orders_per_hour: per_sec(orders.finished, secs) * 3600.0,
             stops_per_sec: per_sec(self.stops, secs),
             late: self.late,
             service: Durations::of(&self.service_secs),
@@ -176,7 +176,7 @@ impl Figures {
             "| orders | |\n|---|---|\n| finished | {finished} ({:.0} an hour) |\n| late | {} |\n\
              | unserved | {} (longest {:.0} s) |\n| failed, cancelled, unroutable | {failed}, {cancelled}, {unroutable} |\n\n\
              | seconds | mean | p50 | p99 | longest |\n|---|---|---|---|---|\n{}{}",
-            self.tasks_per_hour,
+            self.orders_per_hour,
             self.late,
             self.unserved,
             self.longest_unserved_secs,

@@ -44,7 +44,7 @@
 //!             }
 //!         }
 //!     }
-//!     for event in orders.events() { /* into the task log */ }
+//!     for event in orders.events() { /* into the order log */ }
 //!     orders.publish(now);
 //! }
 //! assert!(orders.figures(600.0).orders.finished > 50);

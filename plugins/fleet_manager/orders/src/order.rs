@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use strum::{EnumString, IntoStaticStr, VariantNames};
 
-/// The number of an order within a run and its task log, from 1.
+/// The number of an order within a run and its order log, from 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct OrderId(pub u64);
@@ -251,7 +251,7 @@ pub enum Change {
     Reopened,
 }
 
-/// Something that happened to an order, for the task log.
+/// Something that happened to an order, for the order log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OrderEvent {
     /// Simulated time in seconds.

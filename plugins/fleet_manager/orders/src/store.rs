@@ -33,7 +33,7 @@ const INTENDED_ROBOT: &str = "ALTER TABLE transport_order ADD COLUMN intended_ro
 const SCHEMA: &str = "
     CREATE TABLE transport_order (
         name TEXT NOT NULL PRIMARY KEY,
-        id INTEGER,                     -- the number in the task log; null until the manager has taken the order
+        id INTEGER,                     -- the number in the order log; null until the manager has taken the order
         state TEXT NOT NULL,
         priority INTEGER NOT NULL,
         created REAL,                   -- all times in seconds of simulated time

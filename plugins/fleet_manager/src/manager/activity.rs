@@ -13,7 +13,7 @@ impl Manager {
     }
 
     fn order_of(&self, robot: u32) -> Option<&Order> {
-        self.tasks.order_of(robot).and_then(|task| self.tasks.order(task))
+        self.orders.order_of(robot).and_then(|id| self.orders.order(id))
     }
 
     fn activity_with(&self, robot: u32, order: Option<&Order>) -> Activity {

@@ -22,7 +22,7 @@ impl Manager {
     /// further cycle. What robots do doesn't depend on it.
     pub fn show_vehicles(&mut self, columns: &Columns<'_>, charges: &[f32]) {
         let is_soon = self.vehicles_shown.is_some_and(|shown| shown.elapsed() < PERIOD);
-        if is_soon || !self.tasks.is_served() {
+        if is_soon || !self.orders.is_served() {
             return;
         }
         self.vehicles_shown = Some(Instant::now());
@@ -33,7 +33,7 @@ impl Manager {
         self.vehicle_cycles += 1;
         for robot in (first..columns.state.len()).step_by(step) {
             let vehicle = self.vehicle(robot, columns, charges);
-            self.tasks.show_vehicle(vehicle);
+            self.orders.show_vehicle(vehicle);
         }
     }
 

@@ -180,7 +180,7 @@ impl Backstop {
                 match done.filter(|_| !is_stuck) {
                     Some(done) => {
                         plans.released.extend(done);
-                        course.order(traffic, plans);
+                        course.command(traffic, plans);
                     }
                     None => {
                         self.counts.broken_off += 1;

@@ -8,8 +8,9 @@
 //! standing robot is only in the way of edges that meet there. Whoever is near the end of its base
 //! chooses the next place by driving time; who has been under way the longest chooses first. A
 //! robot that stands where another one wants to go inherits its priority and has to choose at once,
-//! among the places that are left; if it finds none, the other one chooses again. A hop is ordered
-//! only when nobody's base ends at its place any more: nothing is decided before it has to be.
+//! among the places that are left; if it finds none, the other one chooses again. A hop is
+//! commanded only when nobody's base ends at its place any more: nothing is decided before it has
+//! to be.
 
 mod admission;
 mod hops;
@@ -33,7 +34,7 @@ pub struct PibtSettings {
     /// The distance from the end of its base, beyond the braking distance, at which a robot
     /// chooses its next place, in metres.
     pub ahead_metres: f32,
-    /// The time from a frame to the moment at which an order that answers it takes effect, in
+    /// The time from a frame to the moment at which a command that answers it takes effect, in
     /// seconds.
     pub latency_secs: f32,
     /// The limit on robots that drive to their goals at the same time.
@@ -82,7 +83,7 @@ pub struct Pibt {
     top: Option<(u32, u32, f64)>,
     /// By robot: until when it has the lowest priority.
     demoted: BTreeMap<u32, f64>,
-    hops_ordered: u64,
+    hops_commanded: u64,
     pushes: u64,
     backtracks: u64,
     demotions: u64,
@@ -100,7 +101,7 @@ impl Pibt {
             stands: BTreeMap::new(),
             top: None,
             demoted: BTreeMap::new(),
-            hops_ordered: 0,
+            hops_commanded: 0,
             pushes: 0,
             backtracks: 0,
             demotions: 0,
@@ -183,8 +184,8 @@ impl Pibt {
         }
     }
 
-    /// Orders what was chosen.
-    fn order(
+    /// Commands what was chosen.
+    fn command(
         &mut self,
         traffic: &Traffic<'_>,
         ranks: &[u32],
@@ -216,7 +217,7 @@ impl Pibt {
                 (Stand::Ready(_), _) => Vec::new(),
             };
             if state.needs_route() || !state.horizon.iter().eq(&legs) {
-                self.hops_ordered += u64::from(!legs.is_empty());
+                self.hops_commanded += u64::from(!legs.is_empty());
                 plans.route(robot, legs);
             }
         }
@@ -242,13 +243,13 @@ impl Planner for Pibt {
         self.pushes += push.pushes;
         self.backtracks += push.backtracks;
         let chosen = push.into_chosen();
-        self.order(traffic, &ranks, &chosen, plans);
+        self.command(traffic, &ranks, &chosen, plans);
         unreachable.into_iter().for_each(|robot| plans.unreachable(robot));
     }
 
     fn counts(&self) -> Vec<(&'static str, u64)> {
         vec![
-            ("hops", self.hops_ordered),
+            ("hops", self.hops_commanded),
             ("pushes", self.pushes),
             ("backtracks", self.backtracks),
             ("demotions", self.demotions),

@@ -109,7 +109,7 @@ fn key(world: &World<'_>) -> u128 {
         add(&[node.x.to_bits(), node.y.to_bits()]);
     }
     for edge in world.edges() {
-        let speeds = [edge.velocity_forward.to_bits(), edge.velocity_backwards.to_bits()];
+        let speeds = [edge.speed.to_bits(), edge.reverse_speed.to_bits()];
         add(&[
             edge.origin,
             edge.destination,

@@ -111,7 +111,7 @@ impl Steering {
         !self.robots.iter().flatten().any(|state| state.is_lost() && state.speed > 0.0)
     }
 
-    /// Orders the robots to stop that are to be taken over.
+    /// Commands the robots to stop that are to be taken over.
     pub(super) fn cancel_adopted(&mut self) {
         for (robot, state) in (0..).zip(&mut self.robots) {
             let Some(state) = state else { continue };

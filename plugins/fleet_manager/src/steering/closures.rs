@@ -1,5 +1,5 @@
-//! Closures: what robots that can't drive block, what is closed by order, and where nobody would
-//! come out again.
+//! Closures: what robots that can't drive block, what is closed by a command, and where nobody
+//! would come out again.
 
 use regatta_plugin::closure::ClosedEdge;
 
@@ -37,10 +37,10 @@ impl Steering {
     /// Takes the edges that the engine keeps closed, sorted by id. Robots enter none of them any
     /// more: those whose bases lead there are stopped before it, and get another route.
     pub fn close_edges(&mut self, closed: &[ClosedEdge]) {
-        if self.closed_by_order == closed {
+        if self.closed_by_command == closed {
             return;
         }
-        self.closed_by_order = closed.to_vec();
+        self.closed_by_command = closed.to_vec();
         let is_closed = |id: u32| closed.binary_search(&ClosedEdge { edge: id }).is_ok();
         let edges = (0..self.roads.edges().len() as u32)
             .filter(|edge| is_closed(self.roads.edge(*edge).id));
@@ -103,7 +103,7 @@ impl Steering {
 
 /// The closures that some robots and commands cause.
 struct Closures {
-    /// By leg: whether it is closed by order, a robot on it would touch one of them, or no way
+    /// By leg: whether it is closed by a command, a robot on it would touch one of them, or no way
     /// leads back from it that had led back before.
     legs: Vec<bool>,
     /// By node: whether robots there can't come back.
@@ -247,14 +247,8 @@ mod tests {
             let middle = [0.5 * (from[0] + to[0]), 0.5 * (from[1] + to[1]) - bend];
             let curve = CurveRecord { control_points: [from, middle, middle, to] };
             let length = (to[0] - from[0]).hypot(to[1] - from[1]);
-            let edge = EdgeRecord {
-                id,
-                origin,
-                destination,
-                length,
-                velocity_forward: 1.0,
-                ..EdgeRecord::default()
-            };
+            let edge =
+                EdgeRecord { id, origin, destination, length, speed: 1.0, ..EdgeRecord::default() };
             world.add_edge(edge, [curve]);
         }
         world
@@ -278,13 +272,13 @@ mod tests {
         );
         let none = Closures::of(&roads, &claims, &[], &[]);
         assert!(none.legs.iter().all(|closed| !closed));
-        let ordered = Closures::of(&roads, &claims, &[], &[4]);
+        let commanded = Closures::of(&roads, &claims, &[], &[4]);
         assert_eq!(
-            ordered.cut_off, closures.cut_off,
-            "an edge that is closed by order cuts off the same nodes"
+            commanded.cut_off, closures.cut_off,
+            "an edge that is closed by a command cuts off the same nodes"
         );
         assert!(
-            ordered.legs[Leg::new(3, false).index()] && ordered.legs[Leg::new(4, true).index()]
+            commanded.legs[Leg::new(3, false).index()] && commanded.legs[Leg::new(4, true).index()]
         );
     }
 

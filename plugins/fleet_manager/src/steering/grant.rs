@@ -86,7 +86,7 @@ impl Steering {
         }
     }
 
-    /// Claims an extension and orders it, unless that would close a ring of waiters: returns for
+    /// Claims an extension and commands it, unless that would close a ring of waiters: returns for
     /// whom the robot would wait then, and on which edge.
     fn grant(&mut self, robot: u32, extension: &Extension) -> Option<Blocker> {
         let before =

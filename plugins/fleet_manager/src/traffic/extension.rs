@@ -11,7 +11,7 @@ use crate::roads::Leg;
 const OPEN_WITHIN: f32 = 12.0;
 /// The least distance from the end of a leg of a base that doesn't end there, in metres.
 const AT_END: f32 = 2e-3;
-/// The shortest extension that is worth an order, in metres.
+/// The shortest extension that is worth a command, in metres.
 pub const LEAST: f32 = 0.05;
 /// A way to extend a base.
 #[derive(Clone, Debug, Default)]

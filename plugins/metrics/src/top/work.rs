@@ -1,4 +1,4 @@
-//! The work of a fleet manager: robots by activity, and tasks.
+//! The work of a fleet manager: robots by activity, and orders.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -9,7 +9,7 @@ use regatta_plugin::activity::Activity;
 
 use super::theme::section;
 use super::{format, theme};
-use crate::snapshot::{TaskFigures, Work};
+use crate::snapshot::{OrderFigures, Work};
 
 /// The number of lines of the section.
 pub const HEIGHT: u16 = 4;
@@ -26,23 +26,24 @@ const ORDER: [Activity; Activity::ALL.len()] = [
     Activity::Idle,
 ];
 
-/// Draws the counts of tasks, the robots of each activity that has any, and the times of tasks.
+/// Draws the counts of orders, the robots of each activity that has any, and the times of orders.
 pub fn draw(frame: &mut Frame<'_>, area: Rect, work: &Work) {
-    let area = section(frame, area, "tasks", counts(&work.tasks));
-    frame.render_widget(Paragraph::new(vec![robots(work), times(&work.tasks), effort(work)]), area);
+    let area = section(frame, area, "orders", counts(&work.orders));
+    frame
+        .render_widget(Paragraph::new(vec![robots(work), times(&work.orders), effort(work)]), area);
 }
 
-/// Formats the numbers of tasks. Those of failed and cancelled ones are shown only if there are
+/// Formats the numbers of orders. Those of failed and cancelled ones are shown only if there are
 /// any.
-fn counts(tasks: &TaskFigures) -> Line<'static> {
-    let per_hour = tasks.finished_per_second.map(|rate| (rate * 3600.0).round() as u64);
+fn counts(orders: &OrderFigures) -> Line<'static> {
+    let per_hour = orders.finished_per_second.map(|rate| (rate * 3600.0).round() as u64);
     let counts = [
-        (tasks.open, "open", theme::quiet()),
-        (Some(tasks.finished), "finished", theme::quiet()),
+        (orders.open, "open", theme::quiet()),
+        (Some(orders.finished), "finished", theme::quiet()),
         (per_hour, "an hour", theme::strong()),
-        (Some(tasks.failed).filter(|count| *count > 0), "failed", theme::text(theme::BAD)),
+        (Some(orders.failed).filter(|count| *count > 0), "failed", theme::text(theme::BAD)),
         (
-            Some(tasks.cancelled).filter(|count| *count > 0),
+            Some(orders.cancelled).filter(|count| *count > 0),
             "cancelled",
             theme::text(theme::WARNING),
         ),
@@ -80,10 +81,10 @@ fn colour(activity: Activity) -> Color {
     }
 }
 
-/// Formats the times of tasks: mean, median, 99th percentile and longest.
-fn times(tasks: &TaskFigures) -> Line<'static> {
+/// Formats the times of orders: mean, median, 99th percentile and longest.
+fn times(orders: &OrderFigures) -> Line<'static> {
     let mut spans = Vec::new();
-    for (name, times) in [("service ", tasks.service), ("waiting ", tasks.waiting)] {
+    for (name, times) in [("service ", orders.service), ("waiting ", orders.waiting)] {
         let text = times.mean().map(|mean| {
             let values = [mean, times.p50, times.p99, times.longest].map(seconds);
             format!("{} s", values.join(" "))
@@ -157,12 +158,12 @@ mod tests {
 
     #[test]
     fn unknown_figures_are_left_out() {
-        let tasks = TaskFigures::default();
-        assert_eq!(counts(&tasks).to_string(), "0 finished");
-        assert!(times(&tasks).to_string().starts_with("service –  waiting –"));
-        let tasks = testing::work().tasks;
+        let orders = OrderFigures::default();
+        assert_eq!(counts(&orders).to_string(), "0 finished");
+        assert!(times(&orders).to_string().starts_with("service –  waiting –"));
+        let orders = testing::work().orders;
         assert_eq!(
-            counts(&tasks).to_string(),
+            counts(&orders).to_string(),
             "58 open, 4,321 finished, 450 an hour, 3 failed, 7 cancelled"
         );
         let text = effort(&testing::work()).to_string();
@@ -171,6 +172,6 @@ mod tests {
             "utilisation 90 %  empty 40 %  cycle 3.0 12.0 31.4 ms (mean, p99, longest)"
         );
         assert!(effort(&Work::default()).to_string().starts_with("utilisation –  empty –"));
-        assert!(times(&tasks).to_string().starts_with("service 61 55 120 300 s  waiting 8.4 "));
+        assert!(times(&orders).to_string().starts_with("service 61 55 120 300 s  waiting 8.4 "));
     }
 }

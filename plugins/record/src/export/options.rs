@@ -59,10 +59,10 @@ pub(super) enum Table {
     Frames,
     /// Events of robots.
     Events,
-    /// Orders that took effect or were refused.
-    Orders,
+    /// Commands that took effect or were refused.
+    Commands,
     /// The log of transport orders.
-    Tasks,
+    Orders,
     /// Pairs of robots that touch or may touch, at each tick.
     Contacts,
     /// Contacts that began or ended.
@@ -98,8 +98,8 @@ impl Table {
         match self {
             Self::Frames => "robots",
             Self::Events => "events",
+            Self::Commands => "commands",
             Self::Orders => "orders",
-            Self::Tasks => "tasks",
             Self::Contacts => "contacts",
             Self::ContactEvents => "contact_events",
         }

@@ -107,8 +107,8 @@ fn topics(table: Table) -> Vec<Topic> {
     match table {
         Table::Frames => vec![Topic::Frames],
         Table::Events => vec![Topic::Events],
+        Table::Commands => vec![Topic::Commands],
         Table::Orders => vec![Topic::Orders],
-        Table::Tasks => vec![Topic::Tasks],
         Table::Contacts => vec![Topic::Contacts, Topic::ContactUpdates],
         Table::ContactEvents => vec![Topic::ContactEvents],
     }

@@ -26,7 +26,7 @@ pub(super) struct Replay<'recording> {
     frame: Vec<u8>,
     /// The events of the first moment, if readers in lockstep may join only with its frame.
     withheld: Vec<(Topic, Vec<u8>)>,
-    reported_orders: bool,
+    reported_commands: bool,
     /// The times of the repetitions of the world that is shown.
     worlds: BTreeSet<u64>,
     /// The number of changes of the world when these times were noted.
@@ -50,7 +50,7 @@ impl<'recording> Replay<'recording> {
             time: 0,
             frame: Vec::new(),
             withheld: Vec::new(),
-            reported_orders: false,
+            reported_commands: false,
             worlds: BTreeSet::new(),
             world_changes: 0,
             contact_search: None,
@@ -213,10 +213,10 @@ impl Producer for Replay<'_> {
         {
             self.stage.take_contacts(session, contacts)?;
         }
-        session.refuse_orders()?;
-        if session.orders_refused() > 0 && !std::mem::replace(&mut self.reported_orders, true) {
+        session.refuse_commands()?;
+        if session.commands_refused() > 0 && !std::mem::replace(&mut self.reported_commands, true) {
             regatta_plugin::tell!(
-                "replay: orders are refused: the robots of a recording can't be steered"
+                "replay: commands are refused: the robots of a recording can't be steered"
             );
         }
         Ok(())

@@ -6,7 +6,7 @@ use std::fmt::Display;
 use regatta_plugin::contact::ContactHeader;
 use regatta_plugin::frame::{FrameHeader, RobotState};
 use regatta_plugin::producer::Session;
-use regatta_plugin::{ColumnName, ContactPublisher, ProducerPorts, PublishError, TaskPublisher};
+use regatta_plugin::{ColumnName, ContactPublisher, OrderPublisher, ProducerPorts, PublishError};
 
 use super::ReplayError;
 use super::annotations::Annotations;
@@ -25,8 +25,8 @@ pub(super) struct Stage {
     pub time: u64,
     /// `None` if the recording has no contacts, so that a live checker can publish them.
     contacts: Option<ContactPublisher>,
-    /// `None` if the recording has no task log.
-    tasks: Option<TaskPublisher>,
+    /// `None` if the recording has no order log.
+    orders: Option<OrderPublisher>,
     /// The columns that are published: none that another process publishes.
     columns: BTreeSet<ColumnName>,
     /// The recorded run that is being shown.
@@ -79,19 +79,19 @@ impl Stage {
         let has_contacts = topics.iter().any(|topic| {
             matches!(topic, Topic::Contacts | Topic::ContactUpdates | Topic::ContactEvents)
         });
-        let (mut contacts, mut tasks) = (None, None);
+        let (mut contacts, mut orders) = (None, None);
         if has_contacts {
             let opened = ContactPublisher::open_on(ports.participant());
             contacts = or_left_out("contacts are", opened);
         }
-        if topics.contains(&Topic::Tasks) {
-            tasks = or_left_out("tasks are", TaskPublisher::open_on(ports.participant()));
+        if topics.contains(&Topic::Orders) {
+            orders = or_left_out("orders are", OrderPublisher::open_on(ports.participant()));
         }
         Self {
             annotations,
             time: 0,
             contacts,
-            tasks,
+            orders,
             columns,
             recorded_run: None,
             world: RecordedWorld::default(),
@@ -102,15 +102,15 @@ impl Stage {
         }
     }
 
-    /// Gives the newest contacts to readers that have joined since, and connects those of the task
+    /// Gives the newest contacts to readers that have joined since, and connects those of the order
     /// log.
     ///
     /// # Errors
     /// Returns a [`PublishError`] if shared memory is full.
     pub fn update(&mut self) -> Result<(), PublishError> {
         self.annotations.update()?;
-        if let Some(tasks) = &self.tasks {
-            tasks.update();
+        if let Some(orders) = &self.orders {
+            orders.update();
         }
         if let Some(contacts) = &self.contacts {
             contacts.update();
@@ -179,14 +179,14 @@ impl Stage {
                 self.annotations.closures.take(changes);
                 session.ports().publish_events(header.tick, header.dropped, &events)?;
             }
-            Topic::Orders if session.ports().has_order_log_readers() => {
-                let (_, tick, orders) = decode::orders(message)?;
-                session.ports().publish_order_log(tick, &orders)?;
+            Topic::Commands if session.ports().has_command_log_readers() => {
+                let (_, tick, commands) = decode::commands(message)?;
+                session.ports().publish_command_log(tick, &commands)?;
             }
-            Topic::Tasks => {
-                if let Some(publisher) = &mut self.tasks {
-                    let (header, tasks, _) = decode::tasks(message)?;
-                    publisher.publish(session.run_id(), header.tick, header.dropped, &tasks)?;
+            Topic::Orders => {
+                if let Some(publisher) = &mut self.orders {
+                    let (header, orders, _) = decode::orders(message)?;
+                    publisher.publish(session.run_id(), header.tick, header.dropped, &orders)?;
                 }
             }
             Topic::Contacts | Topic::ContactUpdates => {

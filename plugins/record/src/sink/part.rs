@@ -57,7 +57,7 @@ const GROUPS: usize = 5;
 /// Returns the group of a topic.
 fn group(topic: &Topic) -> usize {
     match topic {
-        Topic::World | Topic::Events | Topic::Orders | Topic::Tasks | Topic::ContactEvents => 0,
+        Topic::World | Topic::Events | Topic::Commands | Topic::Orders | Topic::ContactEvents => 0,
         Topic::Frames => 1,
         Topic::Column(_) => 2,
         Topic::Contacts | Topic::ContactUpdates => 3,

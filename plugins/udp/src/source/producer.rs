@@ -47,7 +47,7 @@ impl Producer for Source {
 
     fn between_ticks(&mut self, session: &mut Session) -> Result {
         self.receive_until(Instant::now());
-        session.refuse_orders()?;
+        session.refuse_commands()?;
         self.report(session);
         Ok(())
     }

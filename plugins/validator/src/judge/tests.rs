@@ -4,7 +4,7 @@ use regatta_plugin::event::{BreakdownCause, EventKind, EventRecord};
 use regatta_plugin::frame::{
     ColumnsMut, FrameHeader, Line, NO_EDGE, RobotState, frame_lines, stride_lines,
 };
-use regatta_plugin::task::{StopAction, TaskHeader, TaskKind, TaskRecord};
+use regatta_plugin::order::{OrderHeader, OrderKind, OrderRecord, StopAction};
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, WorldData};
 
 use super::*;
@@ -27,8 +27,7 @@ fn world() -> WorldData {
         let (from, to): ([f32; 2], [f32; 2]) = (at[origin], at[destination]);
         let length = (to[0] - from[0]).hypot(to[1] - from[1]);
         let (origin, destination) = (origin as u32, destination as u32);
-        let limits =
-            EdgeRecord { velocity_forward: 1.0, velocity_backwards: back, ..EdgeRecord::default() };
+        let limits = EdgeRecord { speed: 1.0, reverse_speed: back, ..EdgeRecord::default() };
         let edge = EdgeRecord { id, origin, destination, length, ..limits };
         world.add_edge(edge, [CurveRecord::straight(from, to)]);
     }
@@ -225,29 +224,29 @@ fn a_contact_counts_once_and_has_a_duration() {
     );
 }
 
-/// Records of one task: tick, and what happened.
-type Log = Vec<(u64, TaskRecord)>;
+/// Records of one order: tick, and what happened.
+type Log = Vec<(u64, OrderRecord)>;
 
 /// A transport from node 2 to node 3 by robot 0, as it should be: it stands at node 2 from tick 10
 /// to 40, drives, and stands at node 3 from tick 300 on.
 fn transport() -> Log {
     let stop = |tick, kind, stop, node, action| {
-        (tick, TaskRecord::new(5, kind).of_robot(0).at_stop(stop, node, action))
+        (tick, OrderRecord::new(5, kind).of_robot(0).at_stop(stop, node, action))
     };
     let plan = |index, node, action| {
-        let record = TaskRecord::new(5, TaskKind::Stop).at_stop(index, node, action);
-        (0, TaskRecord { dwell_secs: 2.0, ..record })
+        let record = OrderRecord::new(5, OrderKind::Stop).at_stop(index, node, action);
+        (0, OrderRecord { dwell_secs: 2.0, ..record })
     };
     vec![
-        (0, TaskRecord { detail: 2, ..TaskRecord::new(5, TaskKind::Created) }),
+        (0, OrderRecord { detail: 2, ..OrderRecord::new(5, OrderKind::Created) }),
         plan(0, 2, StopAction::Pick),
         plan(1, 3, StopAction::Drop),
-        (1, TaskRecord::new(5, TaskKind::Assigned).of_robot(0)),
-        stop(10, TaskKind::Arrived, 0, 2, StopAction::Pick),
-        stop(30, TaskKind::Handled, 0, 2, StopAction::Pick),
-        stop(300, TaskKind::Arrived, 1, 3, StopAction::Drop),
-        stop(320, TaskKind::Handled, 1, 3, StopAction::Drop),
-        (320, TaskRecord::new(5, TaskKind::Finished).of_robot(0)),
+        (1, OrderRecord::new(5, OrderKind::Assigned).of_robot(0)),
+        stop(10, OrderKind::Arrived, 0, 2, StopAction::Pick),
+        stop(30, OrderKind::Handled, 0, 2, StopAction::Pick),
+        stop(300, OrderKind::Arrived, 1, 3, StopAction::Drop),
+        stop(320, OrderKind::Handled, 1, 3, StopAction::Drop),
+        (320, OrderRecord::new(5, OrderKind::Finished).of_robot(0)),
     ]
 }
 
@@ -261,16 +260,16 @@ fn carrier(tick: u64) -> Row {
     }
 }
 
-/// Judges a task log; records come `late` ticks after their frame.
-fn judged_log(log: &[(u64, TaskRecord)], late: u64, last: u64) -> Vec<(Kind, u64)> {
+/// Judges an order log; records come `late` ticks after their frame.
+fn judged_log(log: &[(u64, OrderRecord)], late: u64, last: u64) -> Vec<(Kind, u64)> {
     let mut judge = judge();
     // Another test checks the carrier's speed between stops.
     judge.world.robot_types[0].max_acceleration = f32::INFINITY;
     for tick in 0..=last {
         show(&mut judge, tick, &[carrier(tick)]);
         for (at, record) in log.iter().filter(|(at, _)| at + late == tick) {
-            judge.take_tasks(
-                &TaskHeader { run_id: 7, tick: *at, ..TaskHeader::default() },
+            judge.take_orders(
+                &OrderHeader { run_id: 7, tick: *at, ..OrderHeader::default() },
                 0,
                 &[*record],
             );
@@ -293,10 +292,10 @@ fn changed(change: impl FnOnce(&mut Log)) -> Vec<(Kind, u64)> {
 }
 
 #[test]
-fn each_fault_of_a_task_is_found() {
+fn each_fault_of_an_order_is_found() {
     use Kind::{
-        DoneTwice, DropWithoutPick, MovedInDwell, ShortDwell, SkippedStop, TaskOrder, TwoTasks,
-        Unserved, WrongPlace,
+        ContradictoryRecords, DoneTwice, DropWithoutPick, MovedInDwell, ShortDwell, SkippedStop,
+        TwoOrders, Unserved, WrongPlace,
     };
     let has = |found: Vec<(Kind, u64)>, kind: Kind| {
         assert!(found.iter().any(|(other, _)| *other == kind), "{kind:?} not in {found:?}");
@@ -316,26 +315,34 @@ fn each_fault_of_a_task_is_found() {
     has(changed(|log| drop(log.drain(4..6))), SkippedStop);
     assert_eq!(changed(|log| drop(log.drain(6..8))), [(SkippedStop, 1)]);
     assert_eq!(changed(|log| log.push((330, log[8].1))), [(DoneTwice, 1)]);
-    assert_eq!(changed(|log| log.push((330, log[0].1))), [(TaskOrder, 1)], "created twice");
+    assert_eq!(
+        changed(|log| log.push((330, log[0].1))),
+        [(ContradictoryRecords, 1)],
+        "created twice"
+    );
     assert_eq!(
         changed(|log| drop(log.drain(4..5))),
-        [(TaskOrder, 1)],
+        [(ContradictoryRecords, 1)],
         "handled without an arrival"
     );
-    assert_eq!(changed(|log| drop(log.drain(3..4))), [(TaskOrder, 5)], "no robot has it");
+    assert_eq!(
+        changed(|log| drop(log.drain(3..4))),
+        [(ContradictoryRecords, 5)],
+        "no robot has it"
+    );
     assert_eq!(
         changed(|log| log[5].1.kind = 99),
-        [(DropWithoutPick, 1), (SkippedStop, 1), (TaskOrder, 2)]
+        [(DropWithoutPick, 1), (SkippedStop, 1), (ContradictoryRecords, 2)]
     );
     let second = |log: &mut Log| {
-        log.push((50, TaskRecord::new(6, TaskKind::Created)));
-        log.push((51, TaskRecord::new(6, TaskKind::Assigned).of_robot(0)));
-        log.push((52, TaskRecord::new(6, TaskKind::Cancelled).of_robot(0)));
+        log.push((50, OrderRecord::new(6, OrderKind::Created)));
+        log.push((51, OrderRecord::new(6, OrderKind::Assigned).of_robot(0)));
+        log.push((52, OrderRecord::new(6, OrderKind::Cancelled).of_robot(0)));
     };
-    assert_eq!(changed(second), [(TwoTasks, 1)]);
+    assert_eq!(changed(second), [(TwoOrders, 1)]);
     let withdrawn =
-        |log: &mut Log| log.insert(6, (50, TaskRecord::new(5, TaskKind::Withdrawn).of_robot(0)));
-    has(changed(withdrawn), TaskOrder);
+        |log: &mut Log| log.insert(6, (50, OrderRecord::new(5, OrderKind::Withdrawn).of_robot(0)));
+    has(changed(withdrawn), ContradictoryRecords);
     assert_eq!(judged_log(&transport()[..3], 0, 700), [(Unserved, 1), (Kind::Idle, 1)]);
     assert_eq!(judged_log(&transport()[..3], 0, 280), [], "not yet");
 }
@@ -350,19 +357,19 @@ fn a_log_with_a_gap_is_judged_as_far_as_it_is_known() {
             transport().iter().enumerate().filter(|(_, (at, _))| *at == tick)
         {
             if number != 5 {
-                let header = TaskHeader { run_id: 7, tick: *at, ..TaskHeader::default() };
-                judge.take_tasks(&header, u64::from(number == 6), &[*record]);
+                let header = OrderHeader { run_id: 7, tick: *at, ..OrderHeader::default() };
+                judge.take_orders(&header, u64::from(number == 6), &[*record]);
             }
         }
     }
-    assert_eq!(judge.report.task_samples_missed, 1);
+    assert_eq!(judge.report.order_samples_missed, 1);
     assert_eq!(found(judge), []);
 }
 
 /// Judges the transport as the log of run 7, whose samples have the numbers from `first` on. The
 /// samples of the first ticks are there `early` ticks before their frame, and so before the run's
 /// first one.
-fn numbered(log: &[(u64, TaskRecord)], first: u64, early: u64) -> Vec<(Kind, u64)> {
+fn numbered(log: &[(u64, OrderRecord)], first: u64, early: u64) -> Vec<(Kind, u64)> {
     let mut judge = judge();
     judge.world.robot_types[0].max_acceleration = f32::INFINITY;
     let mut samples = log.iter().zip(first..).peekable();
@@ -370,8 +377,8 @@ fn numbered(log: &[(u64, TaskRecord)], first: u64, early: u64) -> Vec<(Kind, u64
         while let Some(((at, record), sequence)) =
             samples.next_if(|((at, _), _)| *at <= tick + early)
         {
-            judge.take_tasks(
-                &TaskHeader { run_id: 7, tick: *at, sequence, ..TaskHeader::default() },
+            judge.take_orders(
+                &OrderHeader { run_id: 7, tick: *at, sequence, ..OrderHeader::default() },
                 0,
                 &[*record],
             );
@@ -387,7 +394,7 @@ fn what_was_logged_before_the_judge_joined_is_unknown() {
     assert_eq!(numbered(&transport()[3..], 4, 0), [], "joined after the stops were told");
     assert_eq!(
         numbered(&transport()[3..], 1, 0)[0].0,
-        Kind::TaskOrder,
+        Kind::ContradictoryRecords,
         "nothing was before: they weren't told"
     );
 }
@@ -398,11 +405,11 @@ fn a_log_that_is_ahead_of_its_run_is_kept() {
     let mut judge = judge();
     judge.world.robot_types[0].max_acceleration = f32::INFINITY;
     show(&mut judge, 0, &[carrier(0)]);
-    judge.take_tasks(
-        &TaskHeader { run_id: 8, tick: 1, ..TaskHeader::default() },
+    judge.take_orders(
+        &OrderHeader { run_id: 8, tick: 1, ..OrderHeader::default() },
         0,
         &[transport()[0].1],
     );
-    assert_eq!(judge.tasks.len(), 0);
-    assert_eq!(judge.next_tasks.as_ref().map(|(run, _)| *run), Some(8));
+    assert_eq!(judge.orders.len(), 0);
+    assert_eq!(judge.next_orders.as_ref().map(|(run, _)| *run), Some(8));
 }

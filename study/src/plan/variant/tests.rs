@@ -50,7 +50,7 @@ fn settings_change_what_they_name() {
     assert_eq!(setup(&fast)["robot_types"][0]["max_speed"], 2.5);
     assert_eq!((fast.max_speed(), fast.max_width()), (2.5, 0.6));
     let slow = with(Setting::SpeedFactor, json!(0.5)).expect("slower");
-    assert_eq!(slow.graph.edges()[0].velocity_forward, 0.5);
+    assert_eq!(slow.graph.edges()[0].speed, 0.5);
     let closed = with(Setting::Closed, json!([1])).expect("closed");
     assert_eq!(closed.graph.edges().len(), 2);
     let dwelling = with(Setting::Dwell, json!({"min": 1, "max": 4})).expect("dwell");

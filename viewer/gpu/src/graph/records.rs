@@ -56,7 +56,7 @@ fn assign(
         instance.edge = index;
         instance.length = if curves.len() == 1 { edge.length } else { curve_length(curve) * scale };
         instance.edge_length = edge.length;
-        instance.backwards = edge.velocity_backwards;
+        instance.backwards = edge.reverse_speed;
         instance.arrow = if number == with_arrow { parameter } else { -1.0 };
     }
 }
@@ -88,7 +88,7 @@ mod tests {
     fn every_curve_knows_its_edge_and_one_has_the_arrow() {
         let line = CurveRecord::straight;
         let mut world = WorldData::default();
-        let edge = |length| EdgeRecord { length, velocity_backwards: 0.5, ..EdgeRecord::default() };
+        let edge = |length| EdgeRecord { length, reverse_speed: 0.5, ..EdgeRecord::default() };
         world.add_edge(edge(2.0), [line([0.0, 0.0], [2.0, 0.0])]);
         world.add_edge(edge(8.0), [line([2.0, 0.0], [2.0, 2.0]), line([2.0, 2.0], [8.0, 2.0])]);
         world.curves.push(line([0.0, 0.0], [1.0, 1.0]));

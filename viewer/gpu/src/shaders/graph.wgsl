@@ -154,7 +154,7 @@ fn sort_nodes(@builtin(global_invocation_id) at: vec3u, @builtin(num_workgroups)
 @group(2) @binding(0) var<storage, read> shown: array<u32>;
 
 fn edge_colour(curve: Curve) -> vec3f {
-    return select(view.edge.rgb, view.two_way.rgb, curve.backwards > 0.0);
+    return select(view.edge.rgb, view.two_way.rgb, curve.reverse_speed > 0.0);
 }
 
 // The opacity of edges: lower far away, where many edges share a pixel.
@@ -246,7 +246,7 @@ struct Flat {
 fn arrow(@builtin(vertex_index) vertex: u32) -> Flat {
     let index = shown[vertex / 6u];
     let curve = curves[index];
-    let both = curve.backwards > 0.0;
+    let both = curve.reverse_speed > 0.0;
     let back = vertex % 6u >= 3u;
     // Two arrows are apart by an eighth of the edge, of which the curve may be a part.
     let apart = min(0.06 * curve.edge_length / max(curve.length, 1e-6), 0.5);

@@ -267,7 +267,7 @@ fn the_panel_tells_a_robots_work() {
         ("waits-for", 3.0),
     ];
     let next = Some(Stop { node: 8, action: StopAction::Pick });
-    fixture.task = Some(RobotTask { task: 312, stop: [1, 2], next, is_handling: false });
+    fixture.order = Some(RobotOrder { number: 312, stop: [1, 2], next, is_handling: false });
     let mut harness = harness(fixture);
     harness.state_mut().interface.select(Some(Item::Robot(1)));
     settle(&mut harness);

@@ -152,9 +152,9 @@ fn refused_requests_are_told_and_stay_in_the_log() {
     let mut fixture = Fixture::new(50);
     fixture.interface.settings.left = Some(LeftPanel::Log);
     let text = "can't recall robot 7: it was not sent";
-    fixture.interface.tell_refusal(UserOrder::Recall(7), text.into(), 5_000_000_000);
+    fixture.interface.tell_refusal(UserCommand::Recall(7), text.into(), 5_000_000_000);
     fixture.interface.tell_refusal(
-        UserOrder::Close(34),
+        UserCommand::Close(34),
         "can't close edge 34".into(),
         6_000_000_000,
     );

@@ -16,16 +16,16 @@ use egui_kittest::kittest::Queryable;
 use glam::Vec2;
 use regatta_interface::Interface;
 use regatta_interface::camera_controller::{CameraController, Follow};
+use regatta_interface::commands::UserCommand;
 use regatta_interface::jams::{EdgeFacts, JamFacts, Known, Presence, Spot, Trend};
 use regatta_interface::labels::Labels;
 use regatta_interface::log::{
     AlarmChange, AlarmKey, Entry, FleetLog, Kind, LogReport, MAX_ALARMS, Place, Severity,
 };
-use regatta_interface::orders::UserOrder;
+use regatta_interface::orders::{RobotOrder, Stop};
 use regatta_interface::robot_filter::{Filter, MatchCounts, Matches, RobotSet};
 use regatta_interface::rows::{Rows, SortBy};
 use regatta_interface::settings::{LeftPanel, RightPanel, Settings};
-use regatta_interface::tasks::{RobotTask, Stop};
 use regatta_interface::timing::Timing;
 use regatta_interface::view_model::{Action, Counts, EngineState, Item, Live, Timeline, ViewModel};
 use regatta_plugin::contact::{ContactHeader, ContactRecord};
@@ -34,8 +34,8 @@ use regatta_plugin::frame::{
     ClockState, ColumnsMut, FrameHeader, Line, RobotState, frame_lines, stride_lines,
 };
 use regatta_plugin::history::FleetSample as Sample;
+use regatta_plugin::order::StopAction;
 use regatta_plugin::recording::{MarkKind, RecordingMark};
-use regatta_plugin::task::StopAction;
 use regatta_plugin::traffic::EdgeTraffic;
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
 use regatta_plugin::{Contacts, Frame};
@@ -58,7 +58,7 @@ struct Fixture {
     closed: Vec<u32>,
     jams: JamFacts,
     values: Vec<(&'static str, f32)>,
-    task: Option<RobotTask>,
+    order: Option<RobotOrder>,
     matches: Option<Matches>,
     rows: Option<Rows>,
     status: Option<ControlResponse>,
@@ -133,7 +133,7 @@ impl Fixture {
             closed: Vec::new(),
             jams: JamFacts::default(),
             values: vec![("battery", 75.0)],
-            task: None,
+            order: None,
             matches: None,
             rows: None,
             status: Some(ControlResponse {
@@ -173,7 +173,7 @@ impl Fixture {
             legend: &self.legend,
             columns: &["battery".parse().expect("a name")],
             values: &values,
-            task: self.task,
+            order: self.order,
             route: self.route,
             plans: self.plans,
             jams: &self.jams,

@@ -1,13 +1,13 @@
-//! Orders by the menu.
+//! Commands by the menu.
 
 use super::*;
 
-fn orders(harness: &Harness<'_, Fixture>) -> Vec<UserOrder> {
-    let orders = harness.state().actions.iter().filter_map(|action| match action {
-        Action::Order(order) => Some(*order),
+fn commands(harness: &Harness<'_, Fixture>) -> Vec<UserCommand> {
+    let commands = harness.state().actions.iter().filter_map(|action| match action {
+        Action::Command(command) => Some(*command),
         _ => None,
     });
-    orders.collect()
+    commands.collect()
 }
 
 /// Opens the menu of an item in the middle of the picture, and clicks an entry.
@@ -60,30 +60,30 @@ fn a_right_click_asks_for_the_menu_and_escape_or_a_click_elsewhere_closes_it() {
         }
         assert!(harness.query_by_label("Close edge").is_none(), "{by_key}");
     }
-    assert!(orders(&harness).is_empty());
+    assert!(commands(&harness).is_empty());
 }
 
 #[test]
-fn the_menu_gives_orders_and_undoes_them() {
+fn the_menu_gives_commands_and_undoes_them() {
     let mut harness = harness(Fixture::new(5));
     choose(&mut harness, Item::Robot(2), "Hold");
-    assert_eq!(orders(&harness), [UserOrder::Hold(2)]);
+    assert_eq!(commands(&harness), [UserCommand::Hold(2)]);
     assert!(harness.query_by_label("Break down").is_none(), "the menu is closed");
     choose(&mut harness, Item::Robot(1), "Resume");
-    assert_eq!(orders(&harness), [UserOrder::Resume(1)], "this one is held");
+    assert_eq!(commands(&harness), [UserCommand::Resume(1)], "this one is held");
     choose(&mut harness, Item::Robot(2), "Break down");
-    assert_eq!(orders(&harness), [UserOrder::Break(2)]);
+    assert_eq!(commands(&harness), [UserCommand::Break(2)]);
     let fixture = harness.state_mut();
     ColumnsMut::split(&mut fixture.lines, 5).state[2] = RobotState::Broken as u8;
     choose(&mut harness, Item::Robot(2), "Hold");
-    assert!(orders(&harness).is_empty(), "a hold couldn't be ended before the repair");
+    assert!(commands(&harness).is_empty(), "a hold couldn't be ended before the repair");
     choose(&mut harness, Item::Robot(2), "Repair");
-    assert_eq!(orders(&harness), [UserOrder::Repair(2)]);
+    assert_eq!(commands(&harness), [UserCommand::Repair(2)]);
     choose(&mut harness, Item::Edge(0), "Close edge");
-    assert_eq!(orders(&harness), [UserOrder::Close(34)]);
+    assert_eq!(commands(&harness), [UserCommand::Close(34)]);
     harness.state_mut().closed = vec![0];
     choose(&mut harness, Item::Edge(0), "Open edge");
-    assert_eq!(orders(&harness), [UserOrder::Open(34)]);
+    assert_eq!(commands(&harness), [UserCommand::Open(34)]);
     harness.get_by_label("closed (1)");
 }
 
@@ -91,23 +91,26 @@ fn the_menu_gives_orders_and_undoes_them() {
 fn selected_robots_are_sent_to_a_node_by_the_manager_if_there_is_one() {
     let mut harness = harness(Fixture::new(5));
     choose(&mut harness, Item::Node(1), "Send here");
-    assert!(orders(&harness).is_empty(), "nobody is selected");
+    assert!(commands(&harness).is_empty(), "nobody is selected");
     harness.state_mut().interface.select(Some(Item::Robot(4)));
     choose(&mut harness, Item::Node(1), "Send robot 4 here");
-    assert_eq!(orders(&harness), [UserOrder::Send { robot: 4, node: 8 }]);
+    assert_eq!(commands(&harness), [UserCommand::Send { robot: 4, node: 8 }]);
     harness.state_mut().interface.toggle_selected(Item::Robot(2));
     choose(&mut harness, Item::Node(0), "Send 2 robots here");
-    assert_eq!(orders(&harness), [2, 4].map(|robot| UserOrder::Send { robot, node: 7 }));
+    assert_eq!(commands(&harness), [2, 4].map(|robot| UserCommand::Send { robot, node: 7 }));
     harness.state_mut().plans.has_goals = true;
     choose(&mut harness, Item::Node(0), "Send 2 robots here");
-    assert_eq!(orders(&harness), [2, 4].map(|robot| UserOrder::SendByManager { robot, node: 7 }));
+    assert_eq!(
+        commands(&harness),
+        [2, 4].map(|robot| UserCommand::SendByManager { robot, node: 7 })
+    );
     harness.state_mut().interface.select(None);
     choose(&mut harness, Item::Robot(4), "Recall");
-    assert_eq!(orders(&harness), [UserOrder::Recall(4)]);
+    assert_eq!(commands(&harness), [UserCommand::Recall(4)]);
 }
 
 #[test]
-fn recordings_and_the_past_take_no_orders() {
+fn recordings_and_the_past_take_no_commands() {
     let mut past = Fixture::new(5);
     past.is_past = true;
     let mut gone = Fixture::new(5);
@@ -116,7 +119,7 @@ fn recordings_and_the_past_take_no_orders() {
     for (fixture, reason) in [replay(1.0), past, gone].into_iter().zip(reasons) {
         let mut harness = harness(fixture);
         choose(&mut harness, Item::Edge(0), "Close edge");
-        assert!(orders(&harness).is_empty(), "{reason}");
+        assert!(commands(&harness).is_empty(), "{reason}");
         harness.get_by_label_contains(reason);
     }
 }

@@ -168,7 +168,7 @@ fn the_past_of_a_live_run_is_looked_at_and_left() {
     assert_eq!(looked(&harness), Some(83_455_999_999), "before the shown frame");
 }
 
-/// Returns the orders that were given.
+/// Returns the commands that were given.
 #[test]
 fn notes_of_a_live_run_are_marks_that_are_gone_to() {
     let mut harness = harness(Fixture::new(5));

@@ -148,7 +148,7 @@ impl Fixture {
             legend: &self.legend,
             columns: &[],
             values: &[("collision".parse().expect("a name"), 2.0)],
-            task: None,
+            order: None,
             route: None,
             plans: PlanFacts::default(),
             rows: None,

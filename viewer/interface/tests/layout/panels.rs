@@ -159,7 +159,7 @@ fn the_list_of_robots_tells_what_they_do_and_its_columns_have_gaps() {
 }
 
 #[test]
-fn the_arrow_of_the_order_touches_no_heading() {
+fn the_arrow_of_the_command_touches_no_heading() {
     for (size, scale) in windows() {
         let mut harness = harness_of(size, scale, long_list);
         for name in ["id", "state", "speed", "edge"] {

@@ -70,7 +70,7 @@ impl ViewerWindow {
             legend: &legend,
             columns: &self.fleet_state.columns,
             values: &self.fleet_state.values,
-            task: self.fleet_state.task,
+            order: self.fleet_state.order,
             route: match self.interface.selected {
                 Some(Item::Robot(id)) => self.stage.remaining(id),
                 _ => None,
@@ -126,7 +126,7 @@ impl ViewerWindow {
                     let item = self.stage.renderer.pick(at * pixels_per_point);
                     self.interface.open_menu(item, egui::pos2(window.x, window.y));
                 }
-                Action::Order(order) => self.link.order(order),
+                Action::Command(command) => self.link.command(command),
                 Action::LookBack(time) => self.stage.look_back(time),
                 Action::WriteSvg => self.write_svg(),
                 Action::Note { time, text } => self.write_note(time, &text),
@@ -167,7 +167,7 @@ impl ViewerWindow {
         if self.fleet_state.values_of != selected {
             self.fleet_state.values_of = selected;
             self.fleet_state.values.clear();
-            self.fleet_state.task = None;
+            self.fleet_state.order = None;
             self.link.robot(if let Some(Item::Robot(id)) = selected { Some(id) } else { None });
             self.window.set_title(&title(&self.name, selected));
         }

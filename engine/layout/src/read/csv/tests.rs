@@ -59,7 +59,7 @@ fn both_tables_of_a_file_are_read() {
     let ids: Vec<u32> = graph.edges().iter().map(|edge| edge.id).collect();
     assert_eq!(ids, [5, 6, 7]);
     let [straight, curve, back] = graph.edges() else { panic!("three edges") };
-    assert_eq!((straight.velocity_forward, straight.velocity_backwards), (2.0, Some(0.3)));
+    assert_eq!((straight.speed, straight.reverse_speed), (2.0, Some(0.3)));
     assert_eq!(straight.path.single(), Some(&CubicBezier::straight(DVec2::ZERO, DVec2::X * 10.0)));
     assert_eq!(
         straight.tags.as_ref().and_then(|tags| tags.properties.get("note")).map(AsRef::as_ref),
@@ -78,7 +78,7 @@ fn separators_decimal_commas_units_and_names_vary() {
     assert_eq!(graph.nodes()[0].name(), Some("A"));
     assert_eq!(graph.nodes()[0].position, DVec2::new(1.5005, 0.0));
     assert_eq!(graph.nodes()[0].theta, std::f64::consts::FRAC_PI_2);
-    assert_eq!((graph.edges()[0].id, graph.edges()[0].velocity_forward), (1, 1.25));
+    assert_eq!((graph.edges()[0].id, graph.edges()[0].speed), (1, 1.25));
     let tabs = "from\tto\n1\t2\nnode\tx\ty\n1\t0\t0\n2\t100\t0\n";
     let options = ReadOptions { units: Some(LengthUnit::Centimetre), ..options() };
     let (graph, findings) = parse(tabs, "map.csv", &options).expect("a graph");

@@ -123,7 +123,7 @@ fn positions_and_orientations_of_an_example_are_those_of_the_file() {
 #[test]
 fn speeds_and_roles_of_an_example_are_those_of_the_file() {
     let (graph, _) = read(&sample("ex_10_12.lif.json"));
-    let speeds: Vec<f64> = graph.edges().iter().map(|edge| edge.velocity_forward).collect();
+    let speeds: Vec<f64> = graph.edges().iter().map(|edge| edge.speed).collect();
     assert_eq!(speeds, [1.0, 0.8, 0.3]);
     assert_eq!(graph.edges()[0].orientation, Orientation::Offset(PI));
     assert_eq!(graph.nodes()[0].role, Role::Charge);
@@ -169,7 +169,7 @@ fn numbers_may_be_texts_and_orientations_global() {
         r#", "maxSpeed": "1.5", "vehicleOrientation": " 1.25 ", "orientationType": "global""#;
     let (graph, findings) = read(&one_edge(properties));
     assert_eq!(
-        (graph.edges()[0].velocity_forward, graph.edges()[0].orientation),
+        (graph.edges()[0].speed, graph.edges()[0].orientation),
         (1.5, Orientation::Fixed(1.25))
     );
     assert_eq!((graph.edges()[0].id, graph.edges()[0].name()), (1, None));
@@ -331,7 +331,7 @@ fn the_first_vehicle_type_is_read_or_the_chosen_one() {
     let properties = r#", "maxSpeed": 2.0}, {"vehicleTypeId": "B", "maxSpeed": 0.5"#;
     let text = one_edge(properties);
     let (graph, findings) = read(&text);
-    assert_eq!(graph.edges()[0].velocity_forward, 2.0);
+    assert_eq!(graph.edges()[0].speed, 2.0);
     let messages = messages(&findings);
     assert!(
         messages.contains("vehicle types differ") && messages.contains("those of `A` are used"),
@@ -340,7 +340,7 @@ fn the_first_vehicle_type_is_read_or_the_chosen_one() {
     let types = &graph.edges()[0].tags.as_ref().expect("tags").properties["vehicleTypeId"];
     assert_eq!(types.as_ref(), "A, B");
     let choose = |name: &str| ReadOptions { vehicle_type: Some(name.to_owned()), ..options() };
-    assert_eq!(read_with(&text, &choose("B")).0.edges()[0].velocity_forward, 0.5);
+    assert_eq!(read_with(&text, &choose("B")).0.edges()[0].speed, 0.5);
     let unknown = errors(&text, &choose("C"));
     assert!(unknown.contains("no vehicle type is named `C`: the file has `A`, `B`"), "{unknown}");
 }

@@ -212,7 +212,7 @@ fn losses_are_listed() {
     assert!(written.text.contains("MultiLineString") && written.text.contains("\"reverse_of\":1"));
     let (again, _) = graph_of(&written.text);
     let [edge] = again.edges() else { panic!("{:?}", again.edges()) };
-    assert_eq!(edge.velocity_backwards, Some(0.5));
+    assert_eq!(edge.reverse_speed, Some(0.5));
     assert!((edge.path.length() - graph.edges()[0].path.length()).abs() < 0.02);
     // Without the first edge, the second is one that is driven tail first.
     let alone: Vec<&str> =
@@ -287,8 +287,8 @@ proptest! {
         for (again, edge) in again.edges().iter().zip(graph.edges()) {
             prop_assert_eq!((again.id, again.origin, again.destination), (edge.id, edge.origin, edge.destination));
             prop_assert_eq!(&again.path, &edge.path);
-            prop_assert_eq!(again.velocity_forward, edge.velocity_forward);
-            prop_assert_eq!(again.velocity_backwards, edge.velocity_backwards);
+            prop_assert_eq!(again.speed, edge.speed);
+            prop_assert_eq!(again.reverse_speed, edge.reverse_speed);
             prop_assert_eq!(again.orientation, edge.orientation);
         }
     }

@@ -71,14 +71,14 @@ fn the_demo_model_is_read() {
     let curve = [[31.0, 11.0], [30.5, 9.0], [30.5, 9.0], [25.0, 9.0]];
     assert_eq!(cubics(&graph, "Point-0001 --- Point-0002"), [curve]);
     let slow = edge(&graph, "Point-0002 --- Point-0004");
-    assert_eq!((slow.velocity_forward, slow.velocity_backwards), (0.5, None));
+    assert_eq!((slow.speed, slow.reverse_speed), (0.5, None));
     assert_eq!(
         slow.path.single(),
         Some(&CubicBezier::straight(DVec2::new(25.0, 9.0), DVec2::new(25.0, 3.0)))
     );
     assert_eq!(slow.tags.as_ref().and_then(|tags| tags.properties.get("opentcs:length")), None);
-    assert_eq!(graph.edges().iter().filter(|edge| edge.velocity_forward == 0.5).count(), 3);
-    assert_eq!(graph.edges().iter().filter(|edge| edge.velocity_backwards.is_some()).count(), 0);
+    assert_eq!(graph.edges().iter().filter(|edge| edge.speed == 0.5).count(), 3);
+    assert_eq!(graph.edges().iter().filter(|edge| edge.reverse_speed.is_some()).count(), 0);
     let is_curved = |edge: &&Edge| {
         *edge.path.single().expect("one cubic")
             != CubicBezier::straight(edge.path.start(), edge.path.end())
@@ -207,7 +207,7 @@ fn a_path_with_only_a_reverse_speed_is_driven_tail_first() {
     let (graph, _) = graph(&model("maxVelocity=\"0\" maxReverseVelocity=\"300\"", curve));
     let edge = edge(&graph, "P");
     assert_eq!(graph.node(edge.origin).name(), Some("B"));
-    assert_eq!((edge.velocity_forward, edge.velocity_backwards), (0.3, None));
+    assert_eq!((edge.speed, edge.reverse_speed), (0.3, None));
     assert_eq!(edge.orientation, Orientation::Offset(PI));
     assert_eq!(cubics(&graph, "P"), [[[10.0, 0.0], [4.5, 0.0], [1.0, 1.0], [0.0, 0.0]]]);
 }

@@ -38,7 +38,7 @@ impl<'a> Writer<'a> {
                 id: self.names.edges.ids[index].clone(),
                 ends: [edge.origin, edge.destination],
                 path: &edge.path,
-                speed: edge.velocity_forward,
+                speed: edge.speed,
                 orientation: edge.orientation,
                 rotation: edge.rotation,
             };
@@ -47,7 +47,7 @@ impl<'a> Writer<'a> {
             self.count_level(edge);
         }
         for (index, edge) in graph.edges().iter().enumerate() {
-            let Some(speed) = edge.velocity_backwards else { continue };
+            let Some(speed) = edge.reverse_speed else { continue };
             let directed = Directed {
                 id: self.names.reverse(index),
                 ends: [edge.destination, edge.origin],

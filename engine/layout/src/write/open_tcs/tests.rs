@@ -28,8 +28,8 @@ fn assert_near(written: &RouteGraph, read: &RouteGraph) {
             (b.id, b.origin, b.destination, b.name())
         );
         assert_eq!(a.orientation, b.orientation);
-        assert!((a.velocity_forward - b.velocity_forward).abs() <= 0.000_500_1);
-        assert_eq!(a.velocity_backwards.is_some(), b.velocity_backwards.is_some());
+        assert!((a.speed - b.speed).abs() <= 0.000_500_1);
+        assert_eq!(a.reverse_speed.is_some(), b.reverse_speed.is_some());
         assert_eq!(a.path.cubic_count(), b.path.cubic_count());
         for (p, q) in a.path.control_points().zip(b.path.control_points()) {
             assert!(p.distance(q) < MILLIMETRE, "{:?} {:?}", text(&a.path), text(&b.path));

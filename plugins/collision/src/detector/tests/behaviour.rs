@@ -105,13 +105,8 @@ fn held_robots_stay_put_and_reversing_ones_go_backwards() {
 /// 1 on to the east and edge 2 to the north.
 fn fork() -> Detector {
     let edge = |origin, destination, [from, to]: [[f32; 2]; 2]| {
-        let edge = EdgeRecord {
-            origin,
-            destination,
-            length: 10.0,
-            velocity_forward: 1.5,
-            ..EdgeRecord::default()
-        };
+        let edge =
+            EdgeRecord { origin, destination, length: 10.0, speed: 1.5, ..EdgeRecord::default() };
         (edge, CurveRecord::straight(from, to).control_points)
     };
     let limited = RobotTypeRecord { max_speed: 1.5, max_acceleration: 0.8, ..robot_types()[0] };

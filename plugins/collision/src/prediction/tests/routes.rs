@@ -10,15 +10,9 @@ use super::*;
 type Edge = (EdgeRecord, [[f32; 2]; 4]);
 
 /// A straight edge from a point to another, at some speed.
-fn straight(
-    [origin, destination]: [u32; 2],
-    from: [f32; 2],
-    to: [f32; 2],
-    velocity_forward: f32,
-) -> Edge {
+fn straight([origin, destination]: [u32; 2], from: [f32; 2], to: [f32; 2], speed: f32) -> Edge {
     let length = (to[0] - from[0]).hypot(to[1] - from[1]);
-    let edge =
-        EdgeRecord { origin, destination, length, velocity_forward, ..EdgeRecord::default() };
+    let edge = EdgeRecord { origin, destination, length, speed, ..EdgeRecord::default() };
     (edge, CurveRecord::straight(from, to).control_points)
 }
 
@@ -139,7 +133,7 @@ fn a_robot_in_reverse_gear_follows_its_route_into_the_other_gear() {
         straight([0, 1], [0.0, 0.0], [4.0, 0.0], 1.0),
         straight([0, 2], [0.0, 0.0], [0.0, 4.0], 1.0),
     ];
-    edges[0].0.velocity_backwards = 0.5;
+    edges[0].0.reverse_speed = 0.5;
     let legs = [Leg::new(1, false)];
     let route = Some(RouteAhead {
         reverse: Some(true),
@@ -162,12 +156,7 @@ fn a_robot_follows_all_curves_of_an_edge_with_the_heading_of_its_orientation() {
     for orientation in [Orientation::Tangential, Orientation::Offset(1.0), Orientation::Fixed(-2.0)]
     {
         let mut world = WorldData::default();
-        let edge = EdgeRecord {
-            length: 4.0,
-            destination: 1,
-            velocity_forward: 1.5,
-            ..EdgeRecord::default()
-        };
+        let edge = EdgeRecord { length: 4.0, destination: 1, speed: 1.5, ..EdgeRecord::default() };
         let curves = [
             line([0.0, 0.0], [1.0, 0.0]),
             line([1.0, 0.0], [2.0, 0.0]),

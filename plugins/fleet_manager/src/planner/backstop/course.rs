@@ -1,8 +1,8 @@
 //! Executes a solution: robots drive in its order, however long each takes.
 //!
-//! Of two moves that touch the same roads, the later one is ordered only when the earlier robot has
-//! been granted all of its own. So each waits only for robots that drive already, and nothing can
-//! come to a standstill.
+//! Of two moves that touch the same roads, the later one is commanded only when the earlier robot
+//! has been granted all of its own. So each waits only for robots that drive already, and nothing
+//! can come to a standstill.
 
 use std::collections::BTreeMap;
 
@@ -141,7 +141,7 @@ impl Course {
     }
 
     /// Gives robots the legs of their next moves, if it is their turn.
-    pub fn order(&self, traffic: &Traffic<'_>, plans: &mut Plans) {
+    pub fn command(&self, traffic: &Traffic<'_>, plans: &mut Plans) {
         for led in &self.led {
             let (Some(state), Some(stand)) =
                 (traffic.robot(led.robot), Stand::of(traffic, led.robot))

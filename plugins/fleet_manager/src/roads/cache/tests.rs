@@ -88,7 +88,7 @@ fn what_roads_depend_on_is_in_the_key() {
     let changes: [fn(&mut regatta_plugin::world::WorldData); 5] = [
         |data| data.robot_types[0].width += 0.01,
         |data| data.curves[0].control_points[1][0] += 0.01,
-        |data| data.edges[0].velocity_backwards += 0.1,
+        |data| data.edges[0].reverse_speed += 0.1,
         |data| data.nodes[0].x += 0.01,
         |data| data.robot_types[0].max_rotation_speed = 1.0,
     ];

@@ -1,16 +1,16 @@
-//! The tables of events, orders, tasks and contacts: a row per record of a message.
+//! The tables of events, commands, orders and contacts: a row per record of a message.
 
 use std::time::Duration;
 
+use regatta_plugin::command::CommandRecord;
 use regatta_plugin::contact::{ContactEvent, ContactHeader, ContactRecord};
 use regatta_plugin::event::{EventHeader, EventKind, EventRecord};
-use regatta_plugin::order::OrderRecord;
-use regatta_plugin::task::{NO_ROBOT, TaskHeader, TaskRecord};
+use regatta_plugin::order::{NO_ROBOT, OrderHeader, OrderRecord};
 use regatta_plugin::world::EdgeRecord;
 
 use super::super::ExportError;
 use super::super::options::{ExportArgs, Table};
-use super::names::{ACTIONS, CHANGES, EVENTS, LEVELS, ORDERS, REFUSALS, TASKS, name};
+use super::names::{ACTIONS, CHANGES, COMMANDS, EVENTS, LEVELS, ORDERS, REFUSALS, name};
 use super::{Column, Kind, Take, Value, topics};
 use crate::arguments::RobotIds;
 use crate::contacts::ContactDecoder;
@@ -40,7 +40,7 @@ pub(super) fn columns(table: Table) -> Vec<Column> {
             column("token", U64),
             Column::optional("refusal", Text),
         ],
-        Table::Orders => vec![
+        Table::Commands => vec![
             column("robot", U32),
             column("kind", Text),
             column("id", U32),
@@ -51,8 +51,8 @@ pub(super) fn columns(table: Table) -> Vec<Column> {
             column("legs", U32),
             column("token", U64),
         ],
-        Table::Tasks => vec![
-            column("task", U64),
+        Table::Orders => vec![
+            column("order", U64),
             column("kind", Text),
             Column::optional("robot", U32),
             column("stop", U32),
@@ -142,16 +142,16 @@ impl Rows<'_> {
                 let EventHeader { run_id, tick, .. } = header;
                 self.rows(Moment { done, time, run_id, tick }, &events, Self::event)?;
             }
+            Topic::Commands => {
+                let decoded = decode::commands(message);
+                let (run_id, tick, commands) = self.recording.located(topic, log_time, decoded)?;
+                self.rows(Moment { done, time, run_id, tick }, &commands, Self::command)?;
+            }
             Topic::Orders => {
                 let decoded = decode::orders(message);
-                let (run_id, tick, orders) = self.recording.located(topic, log_time, decoded)?;
+                let (header, orders, _) = self.recording.located(topic, log_time, decoded)?;
+                let OrderHeader { run_id, tick, .. } = header;
                 self.rows(Moment { done, time, run_id, tick }, &orders, Self::order)?;
-            }
-            Topic::Tasks => {
-                let decoded = decode::tasks(message);
-                let (header, tasks, _) = self.recording.located(topic, log_time, decoded)?;
-                let TaskHeader { run_id, tick, .. } = header;
-                self.rows(Moment { done, time, run_id, tick }, &tasks, Self::task)?;
             }
             Topic::ContactEvents => {
                 let decoded = decode::contact_events(message);
@@ -227,37 +227,37 @@ impl Rows<'_> {
         (event.robot, None)
     }
 
-    /// Fills in an order or one of its legs, and returns its robot.
-    fn order(&self, order: &OrderRecord, row: &mut Vec<Value>) -> Robots {
+    /// Fills in a command or one of its legs, and returns its robot.
+    fn command(&self, command: &CommandRecord, row: &mut Vec<Value>) -> Robots {
         row.extend([
-            Value::U32(order.robot),
-            name(&ORDERS, order.kind),
-            Value::U32(order.id),
-            Value::F32(order.s),
-            Value::U32(order.reverse),
-            Value::U32(order.released),
-            Value::U32(order.robot_type),
-            Value::U32(order.legs),
-            Value::U64(order.token),
+            Value::U32(command.robot),
+            name(&COMMANDS, command.kind),
+            Value::U32(command.id),
+            Value::F32(command.s),
+            Value::U32(command.reverse),
+            Value::U32(command.released),
+            Value::U32(command.robot_type),
+            Value::U32(command.legs),
+            Value::U64(command.token),
         ]);
-        (order.robot, None)
+        (command.robot, None)
     }
 
-    /// Fills in a record of the task log, and returns its robot.
-    fn task(&self, task: &TaskRecord, row: &mut Vec<Value>) -> Robots {
-        let robot = Some(task.robot).filter(|robot| *robot != NO_ROBOT);
+    /// Fills in a record of the order log, and returns its robot.
+    fn order(&self, order: &OrderRecord, row: &mut Vec<Value>) -> Robots {
+        let robot = Some(order.robot).filter(|robot| *robot != NO_ROBOT);
         row.extend([
-            Value::U64(task.task),
-            name(&TASKS, task.kind),
+            Value::U64(order.order),
+            name(&ORDERS, order.kind),
             robot.into(),
-            Value::U32(task.stop),
-            Value::U32(task.node),
-            name(&ACTIONS, task.action),
-            Value::F32(task.dwell_secs),
-            Value::U32(task.detail),
+            Value::U32(order.stop),
+            Value::U32(order.node),
+            name(&ACTIONS, order.action),
+            Value::F32(order.dwell_secs),
+            Value::U32(order.detail),
         ]);
         // A record without a robot belongs to all exports but those of some robots.
-        (task.robot, None)
+        (order.robot, None)
     }
 
     fn contact(&self, pair: &ContactRecord, row: &mut Vec<Value>) -> Robots {

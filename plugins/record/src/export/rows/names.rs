@@ -35,14 +35,14 @@ pub(super) const REFUSALS: [&str; 14] = [
     "malformed_route",
     "distance_out_of_range",
     "fleet_full",
-    "malformed_order",
+    "malformed_command",
     "not_steerable",
     "not_ahead",
     "edge_is_closed",
 ];
 
-/// The names of orders, by number.
-pub(super) const ORDERS: [&str; 14] = [
+/// The names of commands, by number.
+pub(super) const COMMANDS: [&str; 14] = [
     "leg",
     "assign",
     "extend",
@@ -59,8 +59,8 @@ pub(super) const ORDERS: [&str; 14] = [
     "open_edge",
 ];
 
-/// The names of the task log's records, by number.
-pub(super) const TASKS: [&str; 10] = [
+/// The names of the order log's records, by number.
+pub(super) const ORDERS: [&str; 10] = [
     "unknown",
     "created",
     "stop",
@@ -113,10 +113,10 @@ mod tests {
             .into();
         assert_eq!(recorded(regatta::EventKind::as_str_name), events);
         assert_eq!(recorded(regatta::Refusal::as_str_name), REFUSALS);
-        assert_eq!(recorded(regatta::OrderKind::as_str_name), ORDERS);
+        assert_eq!(recorded(regatta::CommandKind::as_str_name), COMMANDS);
         assert_eq!(
-            recorded(regatta::TaskKind::as_str_name),
-            TASKS.map(|name| format!("task_{name}"))
+            recorded(regatta::OrderKind::as_str_name),
+            ORDERS.map(|name| format!("order_{name}"))
         );
         assert_eq!(
             recorded(regatta::StopAction::as_str_name),

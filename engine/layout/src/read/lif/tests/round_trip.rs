@@ -51,17 +51,14 @@ fn assert_same(graph: &RouteGraph, read: &RouteGraph) {
         assert_eq!(node.role, other.role);
     }
     for (edge, other) in graph.edges().iter().zip(read.edges()) {
-        assert_eq!(edge.velocity_forward, other.velocity_forward);
+        assert_eq!(edge.speed, other.speed);
         assert_same_path(graph, (&edge.path, edge.orientation), read, other);
     }
-    let reverse = graph.edges().iter().filter(|edge| edge.velocity_backwards.is_some());
+    let reverse = graph.edges().iter().filter(|edge| edge.reverse_speed.is_some());
     let mut others = read.edges()[graph.edges().len()..].iter();
     for edge in reverse {
         let other = others.next().expect("an edge for the reverse gear");
-        assert_eq!(
-            (edge.velocity_backwards, other.velocity_backwards),
-            (Some(other.velocity_forward), None)
-        );
+        assert_eq!((edge.reverse_speed, other.reverse_speed), (Some(other.speed), None));
         assert_eq!((edge.origin, edge.destination), (other.destination, other.origin));
         // Seen from the destination, the same curve and the same headings.
         let back = Edge {
@@ -334,7 +331,7 @@ proptest! {
             Err(error) => panic!("{error}\n{:#?}", error.findings()),
         };
         assert_same(&graph, &again);
-        let reverse = graph.edges().iter().filter(|edge| edge.velocity_backwards.is_some()).count();
+        let reverse = graph.edges().iter().filter(|edge| edge.reverse_speed.is_some()).count();
         prop_assert_eq!(again.edges().len(), graph.edges().len() + reverse);
         prop_assert!(graph.edges().iter().zip(again.edges()).all(|(edge, other)| edge.id == other.id));
         prop_assert!(again.departures(NodeIndex(0)).iter().all(|leg| leg.gear == Gear::Forward));

@@ -1,4 +1,4 @@
-//! `regatta order` and `regatta robots break|repair`: orders from the command line.
+//! `regatta command` and `regatta robots break|repair`: commands from the command line.
 
 use std::process::Output;
 
@@ -18,20 +18,20 @@ fn square(test: &str, folder: &TempDir) -> Fleet {
     Fleet::restart(unique(test), path.to_str().expect("a path"), &[])
 }
 
-fn order(fleet: &Fleet, arguments: &[&str]) -> Output {
+fn command(fleet: &Fleet, arguments: &[&str]) -> Output {
     let mut command = regatta();
     command.args(arguments).args(["--fleet", &fleet.name.to_string()]);
     command.output().expect("the program starts")
 }
 
 fn accepted(fleet: &Fleet, arguments: &[&str]) -> String {
-    let output = order(fleet, arguments);
+    let output = command(fleet, arguments);
     assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8_lossy(&output.stdout).trim().to_owned()
 }
 
 fn refused(fleet: &Fleet, arguments: &[&str]) -> String {
-    let output = order(fleet, arguments);
+    let output = command(fleet, arguments);
     assert_eq!(output.status.code(), Some(1), "{arguments:?}");
     String::from_utf8_lossy(&output.stderr).trim().to_owned()
 }
@@ -46,33 +46,33 @@ fn wait_for(fleet: &Fleet, state: RobotState) {
 }
 
 #[test]
-fn orders_are_sent_and_their_answers_printed() {
+fn commands_are_sent_and_their_answers_printed() {
     let folder = TempDir::new().expect("a folder");
-    let fleet = square("order", &folder);
-    accepted(&fleet, &["order", "hold", "0"]);
+    let fleet = square("command", &folder);
+    accepted(&fleet, &["command", "hold", "0"]);
     wait_for(&fleet, RobotState::Held);
-    assert_eq!(accepted(&fleet, &["order", "assign", "0", "far"]), "accepted: robot 0");
+    assert_eq!(accepted(&fleet, &["command", "assign", "0", "far"]), "accepted: robot 0");
     accepted(&fleet, &["robots", "break", "0"]);
     wait_for(&fleet, RobotState::Broken);
-    accepted(&fleet, &["order", "resume", "0"]);
+    accepted(&fleet, &["command", "resume", "0"]);
     accepted(&fleet, &["robots", "repair", "0"]);
     wait_for(&fleet, RobotState::Idle);
-    assert_eq!(accepted(&fleet, &["order", "spawn", "1"]), "accepted: robot 1");
-    accepted(&fleet, &["order", "assign", "1", "--edges", "1,11"]);
-    accepted(&fleet, &["order", "remove", "1"]);
+    assert_eq!(accepted(&fleet, &["command", "spawn", "1"]), "accepted: robot 1");
+    accepted(&fleet, &["command", "assign", "1", "--edges", "1,11"]);
+    accepted(&fleet, &["command", "remove", "1"]);
     assert!(fleet.engine.interrupt().status.success());
 }
 
 #[test]
-fn a_refused_order_says_why() {
+fn a_refused_command_says_why() {
     let folder = TempDir::new().expect("a folder");
-    let fleet = square("order-refused", &folder);
+    let fleet = square("command-refused", &folder);
     for (arguments, reason) in [
-        (&["order", "hold", "9"][..], "there is no robot 9"),
-        (&["order", "assign", "9", "far"], "there is no robot 9"),
-        (&["order", "assign", "0", "nowhere"], "no node has the id or the name 'nowhere'"),
-        (&["order", "assign", "0", "--edges", "99"], "there is no edge 99"),
-        (&["order", "release", "0", "1", "2.5"], "not ahead"),
+        (&["command", "hold", "9"][..], "there is no robot 9"),
+        (&["command", "assign", "9", "far"], "there is no robot 9"),
+        (&["command", "assign", "0", "nowhere"], "no node has the id or the name 'nowhere'"),
+        (&["command", "assign", "0", "--edges", "99"], "there is no edge 99"),
+        (&["command", "release", "0", "1", "2.5"], "not ahead"),
     ] {
         let found = refused(&fleet, arguments);
         assert!(found.contains(reason) && found.lines().count() == 1, "{arguments:?}: {found}");

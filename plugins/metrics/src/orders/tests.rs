@@ -1,4 +1,4 @@
-use regatta_plugin::task::TaskHeader;
+use regatta_plugin::order::OrderHeader;
 
 use super::*;
 
@@ -6,15 +6,15 @@ const RUN: u64 = 7;
 /// Ten ticks are a second.
 const TICK_SECS: f64 = 0.1;
 
-/// Adds records of tasks as the first sample of a run, by the second at which they were written.
-fn add(tally: &mut TaskTally, run_id: u64, secs: u64, records: &[(u64, TaskKind)]) {
+/// Adds records of orders as the first sample of a run, by the second at which they were written.
+fn add(tally: &mut OrderTally, run_id: u64, secs: u64, records: &[(u64, OrderKind)]) {
     let records: Vec<_> =
-        records.iter().map(|(task, kind)| TaskRecord::new(*task, *kind)).collect();
-    let header = TaskHeader { run_id, tick: 10 * secs, sequence: 1, ..TaskHeader::default() };
-    tally.add(&Tasks { header: &header, records: &records, missed: 0 }, TICK_SECS);
+        records.iter().map(|(order, kind)| OrderRecord::new(*order, *kind)).collect();
+    let header = OrderHeader { run_id, tick: 10 * secs, sequence: 1, ..OrderHeader::default() };
+    tally.add(&Orders { header: &header, records: &records, missed: 0 }, TICK_SECS);
 }
 
-fn figures(tally: &TaskTally, secs: u64) -> TaskFigures {
+fn figures(tally: &OrderTally, secs: u64) -> OrderFigures {
     tally.figures(&RunClock { run_id: RUN, tick: 10 * secs, tick_secs: TICK_SECS })
 }
 
@@ -23,11 +23,11 @@ fn is_near(value: f64, expected: f64) -> bool {
 }
 
 #[test]
-fn tasks_are_counted_and_timed() {
-    use TaskKind::{
+fn orders_are_counted_and_timed() {
+    use OrderKind::{
         Arrived, Assigned, Cancelled, Created, Failed, Finished, Handled, Stop, Withdrawn,
     };
-    let mut tally = TaskTally::default();
+    let mut tally = OrderTally::default();
     add(&mut tally, RUN, 0, &[(1, Created), (1, Stop), (2, Created), (2, Stop), (3, Created)]);
     add(&mut tally, RUN, 10, &[(1, Assigned), (1, Withdrawn), (2, Assigned)]);
     add(&mut tally, RUN, 30, &[(1, Assigned), (2, Arrived), (2, Handled), (2, Finished)]);
@@ -60,10 +60,10 @@ fn tasks_are_counted_and_timed() {
 
 #[test]
 fn the_rate_is_that_of_the_last_hour() {
-    let mut tally = TaskTally::default();
-    add(&mut tally, RUN, 0, &[(0, TaskKind::Created)]);
-    let finish = |tally: &mut TaskTally, secs: std::ops::Range<u64>, step: usize| {
-        secs.step_by(step).for_each(|secs| add(tally, RUN, secs, &[(secs, TaskKind::Finished)]));
+    let mut tally = OrderTally::default();
+    add(&mut tally, RUN, 0, &[(0, OrderKind::Created)]);
+    let finish = |tally: &mut OrderTally, secs: std::ops::Range<u64>, step: usize| {
+        secs.step_by(step).for_each(|secs| add(tally, RUN, secs, &[(secs, OrderKind::Finished)]));
     };
     finish(&mut tally, 0..600, 1);
     let ahead = figures(&tally, 30).finished_per_second.expect("the log is ahead of the frames");
@@ -77,19 +77,19 @@ fn the_rate_is_that_of_the_last_hour() {
 
 #[test]
 fn the_first_minute_has_no_rate() {
-    let mut tally = TaskTally::default();
-    add(&mut tally, RUN, 1000, &[(1, TaskKind::Finished)]);
+    let mut tally = OrderTally::default();
+    add(&mut tally, RUN, 1000, &[(1, OrderKind::Finished)]);
     assert_eq!(figures(&tally, 1059).finished_per_second, None);
     assert!(is_near(figures(&tally, 1060).finished_per_second.expect("a rate"), 1.0 / 60.0));
 }
 
 #[test]
 fn a_reader_that_joins_late_counts_what_it_sees() {
-    let mut tally = TaskTally::default();
-    let records = [(1, TaskKind::Handled), (2, TaskKind::Assigned), (3, TaskKind::Finished)];
-    let records = records.map(|(task, kind)| TaskRecord::new(task, kind));
-    let header = TaskHeader { run_id: RUN, tick: 500, sequence: 17, ..TaskHeader::default() };
-    tally.add(&Tasks { header: &header, records: &records, missed: 0 }, TICK_SECS);
+    let mut tally = OrderTally::default();
+    let records = [(1, OrderKind::Handled), (2, OrderKind::Assigned), (3, OrderKind::Finished)];
+    let records = records.map(|(order, kind)| OrderRecord::new(order, kind));
+    let header = OrderHeader { run_id: RUN, tick: 500, sequence: 17, ..OrderHeader::default() };
+    tally.add(&Orders { header: &header, records: &records, missed: 0 }, TICK_SECS);
     let seen = figures(&tally, 50);
     assert_eq!((seen.created, seen.finished), (0, 1));
     assert_eq!(seen.open, None, "there may be more than those that were seen");
@@ -98,24 +98,24 @@ fn a_reader_that_joins_late_counts_what_it_sees() {
 
 #[test]
 fn another_run_and_a_replay_that_is_wound_back_start_anew() {
-    let mut tally = TaskTally::default();
+    let mut tally = OrderTally::default();
     for (run_id, secs) in [(RUN + 1, 5), (RUN, 9), (RUN, 3)] {
-        add(&mut tally, run_id, secs, &[(1, TaskKind::Created), (2, TaskKind::Created)]);
+        add(&mut tally, run_id, secs, &[(1, OrderKind::Created), (2, OrderKind::Created)]);
         let clock = RunClock { run_id, tick: 100, tick_secs: TICK_SECS };
         assert_eq!((tally.figures(&clock).created, tally.figures(&clock).open), (2, Some(2)));
     }
     assert_eq!(
         tally.figures(&RunClock { run_id: RUN + 1, tick: 100, tick_secs: 0.1 }),
-        TaskFigures::default()
+        OrderFigures::default()
     );
 }
 
 #[test]
 fn gaps_are_counted_and_unknown_records_ignored() {
-    let mut tally = TaskTally::default();
-    let header = TaskHeader { run_id: RUN, tick: 1, dropped: 12, sequence: 1 };
-    let records = [TaskRecord { kind: 99, ..TaskRecord::new(1, TaskKind::Created) }];
-    tally.add(&Tasks { header: &header, records: &records, missed: 4 }, TICK_SECS);
+    let mut tally = OrderTally::default();
+    let header = OrderHeader { run_id: RUN, tick: 1, dropped: 12, sequence: 1 };
+    let records = [OrderRecord { kind: 99, ..OrderRecord::new(1, OrderKind::Created) }];
+    tally.add(&Orders { header: &header, records: &records, missed: 4 }, TICK_SECS);
     let figures = figures(&tally, 1);
-    assert_eq!(figures, TaskFigures { gaps: 5, ..TaskFigures::default() });
+    assert_eq!(figures, OrderFigures { gaps: 5, ..OrderFigures::default() });
 }

@@ -1,15 +1,15 @@
-//! Orders: each is read and checked as a whole, then carried out or refused.
+//! Commands: each is read and checked as a whole, then carried out or refused.
 
 use regatta_layout::{EdgeIndex, Gear, Leg, NodeIndex};
 use regatta_motion::leg_of;
+use regatta_plugin::command::{CommandKind, CommandRecord};
 use regatta_plugin::event::{EventKind, EventRecord, Refusal};
 use regatta_plugin::frame::RobotState;
-use regatta_plugin::order::{OrderKind, OrderRecord};
 
 use super::spawn::check_connected;
 use super::{EventBuffer, Fleet, Placement, Plans, Route, RouteSource};
 
-/// A checked order, ready to be carried out.
+/// A checked command, ready to be carried out.
 pub(super) enum Action {
     /// Drive these legs from the end of the current one; the first `released` of them now, the last
     /// of those (without any, the current leg) up to `limit` metres.
@@ -25,7 +25,7 @@ pub(super) enum Action {
         released: usize,
         limit: f64,
     },
-    /// What the order wants is so already.
+    /// What the command wants is so already.
     Nothing,
     Cancel {
         row: usize,
@@ -57,76 +57,82 @@ pub(super) enum Action {
     },
 }
 
-/// The reason why an order is refused, and the id that caused it.
+/// The reason why a command is refused, and the id that caused it.
 pub(super) struct Rejection {
     pub reason: Refusal,
     pub id: u32,
 }
 
 impl Fleet {
-    /// Carries out a sample of orders, one after the other. Each is answered by an event,
-    /// `Accepted` or `Refused`; a refused order changes nothing.
+    /// Carries out a sample of commands, one after the other. Each is answered by an event,
+    /// `Accepted` or `Refused`; a refused command changes nothing.
     ///
-    /// If an order ends the base of a robot with limited acceleration nearer than it can brake, the
-    /// robot brakes harder: it never leaves its released base. A loop's base ends with its lap, a
-    /// random walk's with its leg.
-    pub fn apply(&mut self, records: &[OrderRecord], events: &mut EventBuffer) {
+    /// If a command ends the base of a robot with limited acceleration nearer than it can brake,
+    /// the robot brakes harder: it never leaves its released base. A loop's base ends with its lap,
+    /// a random walk's with its leg.
+    pub fn apply(&mut self, records: &[CommandRecord], events: &mut EventBuffer) {
         let mut rest = records;
-        while let [order, after @ ..] = rest {
+        while let [command, after @ ..] = rest {
             let legs =
-                after.iter().take_while(|record| record.kind == OrderKind::Leg as u32).count();
-            let consumed = if is_route(order) { legs.min(order.legs as usize) } else { 0 };
-            match self.prepare(order, &after[..consumed]) {
-                Ok(action) => self.carry_out(order, action, events),
-                Err(rejection) => refuse(order, &rejection, events),
+                after.iter().take_while(|record| record.kind == CommandKind::Leg as u32).count();
+            let consumed = if is_route(command) { legs.min(command.legs as usize) } else { 0 };
+            match self.prepare(command, &after[..consumed]) {
+                Ok(action) => self.carry_out(command, action, events),
+                Err(rejection) => refuse(command, &rejection, events),
             }
-            // Legs without an order are one mistake and get one answer.
-            let skipped = if order.kind == OrderKind::Leg as u32 { legs } else { consumed };
+            // Legs without a command are one mistake and get one answer.
+            let skipped = if command.kind == CommandKind::Leg as u32 { legs } else { consumed };
             rest = &after[skipped..];
         }
     }
 
-    fn prepare(&self, order: &OrderRecord, legs: &[OrderRecord]) -> Result<Action, Rejection> {
+    fn prepare(
+        &self,
+        command: &CommandRecord,
+        legs: &[CommandRecord],
+    ) -> Result<Action, Rejection> {
         let about = |id| move |reason| Rejection { reason, id };
-        let robot = order.robot;
+        let robot = command.robot;
         let row = || self.row(robot).map_err(about(robot));
-        match kind(order) {
-            Some(OrderKind::Assign) => self.prepare_route(order, row()?, legs, Vec::new()),
-            Some(OrderKind::Extend) => {
+        match kind(command) {
+            Some(CommandKind::Assign) => self.prepare_route(command, row()?, legs, Vec::new()),
+            Some(CommandKind::Extend) => {
                 let row = row()?;
                 self.prepare_route(
-                    order,
+                    command,
                     row,
                     legs,
                     self.motion.plans.base(self.columns.route[row]).to_vec(),
                 )
             }
-            Some(OrderKind::Release) => self.prepare_release(order, row()?),
-            Some(OrderKind::Cancel) => Ok(Action::Cancel { row: row()? }),
-            Some(OrderKind::Hold) => Ok(Action::Hold { row: row()? }),
-            Some(OrderKind::Resume) => Ok(Action::Resume { row: row()? }),
-            Some(OrderKind::Break) => row().map(|_| Action::Break { robot }),
-            Some(OrderKind::Repair) => row().map(|_| Action::Repair { robot }),
-            Some(OrderKind::Remove) => row().map(|_| Action::Remove { robot }),
-            Some(OrderKind::CloseEdge) => Ok(Action::Close { edge: self.edge(order.id)? }),
-            Some(OrderKind::OpenEdge) => Ok(Action::Open { edge: self.edge(order.id)? }),
-            Some(OrderKind::SpawnAtNode | OrderKind::SpawnOnEdge) => self.prepare_spawn(order),
-            Some(OrderKind::Leg) | None => Err(about(order.id)(Refusal::MalformedOrder)),
+            Some(CommandKind::Release) => self.prepare_release(command, row()?),
+            Some(CommandKind::Cancel) => Ok(Action::Cancel { row: row()? }),
+            Some(CommandKind::Hold) => Ok(Action::Hold { row: row()? }),
+            Some(CommandKind::Resume) => Ok(Action::Resume { row: row()? }),
+            Some(CommandKind::Break) => row().map(|_| Action::Break { robot }),
+            Some(CommandKind::Repair) => row().map(|_| Action::Repair { robot }),
+            Some(CommandKind::Remove) => row().map(|_| Action::Remove { robot }),
+            Some(CommandKind::CloseEdge) => Ok(Action::Close { edge: self.edge(command.id)? }),
+            Some(CommandKind::OpenEdge) => Ok(Action::Open { edge: self.edge(command.id)? }),
+            Some(CommandKind::SpawnAtNode | CommandKind::SpawnOnEdge) => {
+                self.prepare_spawn(command)
+            }
+            Some(CommandKind::Leg) | None => Err(about(command.id)(Refusal::MalformedCommand)),
         }
     }
 
     /// Prepares a route of `base`, the base that the robot keeps, followed by the legs of the
-    /// order.
+    /// command.
     fn prepare_route(
         &self,
-        order: &OrderRecord,
+        command: &CommandRecord,
         row: usize,
-        records: &[OrderRecord],
+        records: &[CommandRecord],
         base: Vec<Leg>,
     ) -> Result<Action, Rejection> {
-        let about_robot = |reason| Rejection { reason, id: order.robot };
-        if records.len() < order.legs as usize {
-            return Err(about_robot(Refusal::MalformedOrder));
+        let about_robot = |reason| Rejection { reason, id: command.robot };
+        if records.len() < command.legs as usize {
+            return Err(about_robot(Refusal::MalformedCommand));
         }
         let released = records.iter().take_while(|record| record.released != 0).count();
         if records.is_empty() || records[released..].iter().any(|record| record.released != 0) {
@@ -151,7 +157,7 @@ impl Fleet {
     }
 
     /// Returns the leg of a record, which must leave a node.
-    fn leg(&self, record: &OrderRecord, node: NodeIndex) -> Result<Leg, Refusal> {
+    fn leg(&self, record: &CommandRecord, node: NodeIndex) -> Result<Leg, Refusal> {
         let graph = &self.graph;
         let gear = if record.reverse == 0 { Gear::Forward } else { Gear::Reverse };
         let leg = Leg { edge: graph.edge_by_id(record.id).ok_or(Refusal::UnknownEdge)?, gear };
@@ -163,42 +169,43 @@ impl Fleet {
         self.graph.edge_by_id(id).ok_or(Rejection { reason: Refusal::UnknownEdge, id })
     }
 
-    fn prepare_spawn(&self, order: &OrderRecord) -> Result<Action, Rejection> {
+    fn prepare_spawn(&self, command: &CommandRecord) -> Result<Action, Rejection> {
         let graph = &self.graph;
         let about = |id| move |reason| Rejection { reason, id };
-        let placement = if order.kind == OrderKind::SpawnAtNode as u32 {
-            graph.node_by_id(order.id).map(Placement::Node).ok_or(Refusal::UnknownNode)
+        let placement = if command.kind == CommandKind::SpawnAtNode as u32 {
+            graph.node_by_id(command.id).map(Placement::Node).ok_or(Refusal::UnknownNode)
         } else {
             graph
-                .edge_by_id(order.id)
-                .map(|edge| Placement::Edge(edge, order.s))
+                .edge_by_id(command.id)
+                .map(|edge| Placement::Edge(edge, command.s))
                 .ok_or(Refusal::UnknownEdge)
         };
-        let placement = placement.map_err(about(order.id))?;
-        let unknown_type = |_| about(order.robot_type)(Refusal::UnknownRobotType);
-        let robot_type = u16::try_from(order.robot_type).map_err(unknown_type)?;
+        let placement = placement.map_err(about(command.id))?;
+        let unknown_type = |_| about(command.robot_type)(Refusal::UnknownRobotType);
+        let robot_type = u16::try_from(command.robot_type).map_err(unknown_type)?;
         self.check_spawn(placement, robot_type).map_err(|reason| {
-            let id = if reason == Refusal::UnknownRobotType { order.robot_type } else { order.id };
+            let id =
+                if reason == Refusal::UnknownRobotType { command.robot_type } else { command.id };
             Rejection { reason, id }
         })?;
         Ok(Action::Spawn { placement, robot_type })
     }
 
-    fn carry_out(&mut self, order: &OrderRecord, action: Action, events: &mut EventBuffer) {
+    fn carry_out(&mut self, command: &CommandRecord, action: Action, events: &mut EventBuffer) {
         let accepted = |robot| EventRecord {
-            token: order.token,
+            token: command.token,
             kind: EventKind::Accepted as u32,
             robot,
             ..EventRecord::default()
         };
         if let Action::Spawn { placement, robot_type } = action {
-            match self.spawn(placement, robot_type, RouteSource::None, order.token, events) {
+            match self.spawn(placement, robot_type, RouteSource::None, command.token, events) {
                 Ok(robot) => events.push_record(accepted(robot)),
-                Err(reason) => refuse(order, &Rejection { reason, id: order.id }, events),
+                Err(reason) => refuse(command, &Rejection { reason, id: command.id }, events),
             }
             return;
         }
-        events.push_record(accepted(order.robot));
+        events.push_record(accepted(command.robot));
         match action {
             Action::Drive { row, legs, released, limit } => {
                 self.drive(row, legs, released, limit, events)
@@ -214,7 +221,7 @@ impl Fleet {
             }
             Action::Close { edge } => self.close_edge(edge, events),
             Action::Open { edge } => self.open_edge(edge, events),
-            Action::Remove { robot } => self.remove_row(robot, order.token, events),
+            Action::Remove { robot } => self.remove_row(robot, command.token, events),
             Action::Nothing | Action::Spawn { .. } => {}
         }
     }
@@ -227,7 +234,7 @@ impl Fleet {
         limit: f64,
         events: &mut EventBuffer,
     ) {
-        self.set_ordered_route(row, legs, released, limit);
+        self.set_commanded_route(row, legs, released, limit);
         if !self.is_stopped(row) {
             self.motion.start_driving(&mut self.columns.all_rows(), row, events);
         }
@@ -240,7 +247,7 @@ impl Fleet {
         if self.columns.route[row] != Route::PARKED {
             match self.limit_on_leg(row) {
                 f64::INFINITY => self.set_route(row, |_| Route::FINISH),
-                limit => self.set_ordered_route(row, Vec::new(), 0, limit),
+                limit => self.set_commanded_route(row, Vec::new(), 0, limit),
             }
         }
         if !self.is_stopped(row) {
@@ -293,13 +300,13 @@ impl Fleet {
     }
 }
 
-/// Whether an order is followed by legs.
-fn is_route(order: &OrderRecord) -> bool {
-    matches!(kind(order), Some(OrderKind::Assign | OrderKind::Extend))
+/// Whether a command is followed by legs.
+fn is_route(command: &CommandRecord) -> bool {
+    matches!(kind(command), Some(CommandKind::Assign | CommandKind::Extend))
 }
 
-fn kind(order: &OrderRecord) -> Option<OrderKind> {
-    use OrderKind::{
+fn kind(command: &CommandRecord) -> Option<CommandKind> {
+    use CommandKind::{
         Assign, Break, Cancel, CloseEdge, Extend, Hold, Leg, OpenEdge, Release, Remove, Repair,
         Resume, SpawnAtNode, SpawnOnEdge,
     };
@@ -320,14 +327,14 @@ fn kind(order: &OrderRecord) -> Option<OrderKind> {
         OpenEdge,
     ]
     .into_iter()
-    .find(|&kind| kind as u32 == order.kind)
+    .find(|&kind| kind as u32 == command.kind)
 }
 
-fn refuse(order: &OrderRecord, rejection: &Rejection, events: &mut EventBuffer) {
+fn refuse(command: &CommandRecord, rejection: &Rejection, events: &mut EventBuffer) {
     events.push_record(EventRecord {
-        token: order.token,
+        token: command.token,
         kind: EventKind::Refused as u32,
-        robot: order.robot,
+        robot: command.robot,
         id: rejection.id,
         detail: rejection.reason as u32,
     });

@@ -1,14 +1,14 @@
-//! `regatta order`: sends one order to a running fleet, and waits for the answer.
+//! `regatta command`: sends one command to a running fleet, and waits for the answer.
 
 use std::time::Duration;
 
 use clap::{Args, Subcommand};
 use regatta_kit::{Dispatcher, find_node};
+use regatta_plugin::command::RouteLeg;
 use regatta_plugin::event::EventRecord;
 use regatta_plugin::manager::{ManagerAnswer, ManagerResponse};
-use regatta_plugin::order::RouteLeg;
-use regatta_plugin::task::NO_ROBOT;
-use regatta_plugin::{ManagerClient, Orders};
+use regatta_plugin::order::NO_ROBOT;
+use regatta_plugin::{Commands, ManagerClient};
 
 use crate::control::Target;
 use crate::failure::Failure;
@@ -17,7 +17,8 @@ use crate::failure::Failure;
 const TIMEOUT: Duration = Duration::from_secs(5);
 
 #[derive(Subcommand)]
-pub enum OrderCommand {
+/// The subcommands of `regatta command`.
+pub enum RobotCommand {
     /// Give a robot a new route: the fastest one to a node, or along listed edges.
     Assign {
         #[command(flatten)]
@@ -103,7 +104,7 @@ pub enum RobotsCommand {
     Repair(Robot),
 }
 
-impl From<RobotsCommand> for OrderCommand {
+impl From<RobotsCommand> for RobotCommand {
     fn from(command: RobotsCommand) -> Self {
         match command {
             RobotsCommand::Break(robot) => Self::Break(robot),
@@ -138,49 +139,51 @@ pub struct Edges {
     edges: Vec<RouteLeg>,
 }
 
-/// Runs `regatta order`.
-pub fn run(command: OrderCommand) -> Result<(), Failure> {
+/// Runs `regatta command`.
+pub fn run(command: RobotCommand) -> Result<(), Failure> {
     match command {
-        OrderCommand::Assign { robot: Robot { robot, target }, node, edges, reverse } => {
+        RobotCommand::Assign { robot: Robot { robot, target }, node, edges, reverse } => {
             let mut fleet = join(&target)?;
             print_event(&match node {
                 Some(node) => fleet.send_to(robot, |world| find_node(world, &node), reverse)?,
-                None => fleet.send(|orders| orders.assign(robot, &edges.edges))?,
+                None => fleet.send(|commands| commands.assign(robot, &edges.edges))?,
             });
         }
-        OrderCommand::Extend { robot, edges } => {
-            send(&robot, |orders, id| orders.extend(id, &edges.edges))?;
+        RobotCommand::Extend { robot, edges } => {
+            send(&robot, |commands, id| commands.extend(id, &edges.edges))?;
         }
-        OrderCommand::Release { robot, edge, metres } => {
-            send(&robot, |orders, id| orders.release(id, edge, metres))?;
+        RobotCommand::Release { robot, edge, metres } => {
+            send(&robot, |commands, id| commands.release(id, edge, metres))?;
         }
-        OrderCommand::Hold(robot) => send(&robot, Orders::hold)?,
-        OrderCommand::Resume(robot) => send(&robot, Orders::resume)?,
-        OrderCommand::Cancel(robot) => send(&robot, Orders::cancel)?,
-        OrderCommand::Remove(robot) => send(&robot, Orders::remove)?,
-        OrderCommand::Break(robot) => send(&robot, Orders::break_down)?,
-        OrderCommand::Repair(robot) => send(&robot, Orders::repair)?,
-        OrderCommand::Close(Edge { edge, target }) => {
-            print_event(&join(&target)?.send(|orders| orders.close_edge(edge))?);
+        RobotCommand::Hold(robot) => send(&robot, Commands::hold)?,
+        RobotCommand::Resume(robot) => send(&robot, Commands::resume)?,
+        RobotCommand::Cancel(robot) => send(&robot, Commands::cancel)?,
+        RobotCommand::Remove(robot) => send(&robot, Commands::remove)?,
+        RobotCommand::Break(robot) => send(&robot, Commands::break_down)?,
+        RobotCommand::Repair(robot) => send(&robot, Commands::repair)?,
+        RobotCommand::Close(Edge { edge, target }) => {
+            print_event(&join(&target)?.send(|commands| commands.close_edge(edge))?);
         }
-        OrderCommand::Open(Edge { edge, target }) => {
-            print_event(&join(&target)?.send(|orders| orders.open_edge(edge))?);
+        RobotCommand::Open(Edge { edge, target }) => {
+            print_event(&join(&target)?.send(|commands| commands.open_edge(edge))?);
         }
-        OrderCommand::Send { robot: Robot { robot, target }, node } => {
+        RobotCommand::Send { robot: Robot { robot, target }, node } => {
             let node = node_id(&join(&target)?, &node)?;
             print_response(&ManagerClient::open(&target.fleet)?.send(robot, node)?);
         }
-        OrderCommand::Recall(Robot { robot, target }) => {
+        RobotCommand::Recall(Robot { robot, target }) => {
             print_response(&ManagerClient::open(&target.fleet)?.recall(robot)?);
         }
-        OrderCommand::Spawn { node, edge, at, robot_type, target } => {
+        RobotCommand::Spawn { node, edge, at, robot_type, target } => {
             let mut fleet = join(&target)?;
             let robot_type = robot_type_index(&fleet, robot_type.as_deref())?;
             print_event(&match edge {
-                Some(edge) => fleet.send(|orders| orders.spawn_on_edge(robot_type, edge, at))?,
+                Some(edge) => {
+                    fleet.send(|commands| commands.spawn_on_edge(robot_type, edge, at))?
+                }
                 None => {
                     let node = node_id(&fleet, &node.unwrap_or_default())?;
-                    fleet.send(|orders| orders.spawn_at_node(robot_type, node))?
+                    fleet.send(|commands| commands.spawn_at_node(robot_type, node))?
                 }
             });
         }
@@ -188,8 +191,8 @@ pub fn run(command: OrderCommand) -> Result<(), Failure> {
     Ok(())
 }
 
-fn send(robot: &Robot, order: impl FnOnce(&mut Orders, u32) -> u64) -> Result<(), Failure> {
-    print_event(&join(&robot.target)?.send(|orders| order(orders, robot.robot))?);
+fn send(robot: &Robot, command: impl FnOnce(&mut Commands, u32) -> u64) -> Result<(), Failure> {
+    print_event(&join(&robot.target)?.send(|commands| command(commands, robot.robot))?);
     Ok(())
 }
 
@@ -211,7 +214,7 @@ fn leg(text: &str) -> Result<RouteLeg, String> {
 }
 
 fn join(target: &Target) -> Result<Dispatcher, Failure> {
-    Ok(Dispatcher::join(&target.fleet, &format!("order-{}", std::process::id()), TIMEOUT)?)
+    Ok(Dispatcher::join(&target.fleet, &format!("command-{}", std::process::id()), TIMEOUT)?)
 }
 
 /// Prints the fleet manager's answer.
@@ -222,7 +225,7 @@ fn print_response(response: &ManagerResponse) {
     }
 }
 
-/// Prints the answer to an order.
+/// Prints the answer to a command.
 fn print_event(answer: &EventRecord) {
     match answer.robot {
         NO_ROBOT => println!("accepted"),

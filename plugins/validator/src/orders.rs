@@ -1,8 +1,8 @@
-//! Rules of tasks: the task log is checked against itself and against the places of the robots.
+//! Rules of orders: the order log is checked against itself and against the places of the robots.
 
 use std::collections::{BTreeMap, VecDeque};
 
-use regatta_plugin::task::{NO_ROBOT, StopAction, TaskHeader, TaskKind, TaskRecord};
+use regatta_plugin::order::{NO_ROBOT, OrderHeader, OrderKind, OrderRecord, StopAction};
 
 use crate::findings::{Finding, Findings, Kind};
 use crate::stands::{Presence, Stands};
@@ -28,8 +28,8 @@ struct Stop {
 }
 
 #[derive(Clone, Debug, Default)]
-struct Task {
-    /// Whether the log was read from the task's beginning.
+struct Order {
+    /// Whether the log was read from the order's beginning.
     is_whole: bool,
     created_secs: f64,
     wanted_stops: u32,
@@ -43,40 +43,40 @@ struct Task {
     reported_unserved: bool,
 }
 
-/// All tasks of a run.
+/// All orders of a run.
 #[derive(Debug, Default)]
-pub(crate) struct Tasks {
-    tasks: BTreeMap<u64, Task>,
+pub(crate) struct Orders {
+    orders: BTreeMap<u64, Order>,
     robots: BTreeMap<u32, u64>,
     /// Records that came before the frame of their tick.
-    early: VecDeque<(u64, TaskRecord)>,
-    /// Whether records are missing: then a task may have begun or continued unseen.
+    early: VecDeque<(u64, OrderRecord)>,
+    /// Whether records are missing: then an order may have begun or continued unseen.
     pub has_gaps: bool,
     /// Whether a sample of the log has come.
     has_begun: bool,
-    /// Open tasks without a robot.
+    /// Open orders without a robot.
     waiting: u64,
 }
 
 /// A record under judgement, and all that it is checked against.
 struct Check<'a> {
     at: Now,
-    record: &'a TaskRecord,
+    record: &'a OrderRecord,
     world: &'a WorldModel,
     stands: &'a Stands,
     findings: &'a mut Findings,
 }
 
-impl Tasks {
+impl Orders {
     /// Takes the records of a tick. `is_incomplete` says that samples before them are missing.
-    pub fn take(&mut self, header: &TaskHeader, records: &[TaskRecord], is_incomplete: bool) {
+    pub fn take(&mut self, header: &OrderHeader, records: &[OrderRecord], is_incomplete: bool) {
         // Samples published before the judge joined the log don't count as missing, but are
         // unknown.
         let joined_late = !std::mem::replace(&mut self.has_begun, true) && header.sequence > 1;
         if is_incomplete || joined_late || header.dropped > 0 {
             self.has_gaps = true;
-            for task in self.tasks.values_mut() {
-                task.is_whole = false;
+            for order in self.orders.values_mut() {
+                order.is_whole = false;
             }
         }
         self.early.extend(records.iter().map(|record| (header.tick, *record)));
@@ -97,168 +97,178 @@ impl Tasks {
     }
 
     fn judge_record(&mut self, check: &mut Check<'_>) {
-        let (number, created_secs) = (check.record.task, check.at.seconds);
+        let (number, created_secs) = (check.record.order, check.at.seconds);
         let Some(kind) = check.record.kind() else {
-            return check.report(Kind::TaskOrder, "a record of an unknown kind");
+            return check.report(Kind::ContradictoryRecords, "a record of an unknown kind");
         };
-        if kind == TaskKind::Created {
+        if kind == OrderKind::Created {
             return self.create(check);
         }
-        match self.tasks.get(&number) {
-            Some(task) if task.is_closed => {
-                return check.report(Kind::DoneTwice, "a record after the task's end");
+        match self.orders.get(&number) {
+            Some(order) if order.is_closed => {
+                return check.report(Kind::DoneTwice, "a record after the order's end");
             }
             Some(_) => {}
             None => {
                 if !self.has_gaps {
-                    check.report(Kind::TaskOrder, "a record of a task that wasn't created");
+                    check.report(
+                        Kind::ContradictoryRecords,
+                        "a record of an order that wasn't created",
+                    );
                 }
-                self.tasks.insert(number, Task { created_secs, ..Task::default() });
+                self.orders.insert(number, Order { created_secs, ..Order::default() });
                 self.waiting += 1;
             }
         }
         match kind {
-            TaskKind::Created => {}
-            TaskKind::Stop => self.stop(check),
-            TaskKind::Assigned => self.assign(check),
-            TaskKind::Withdrawn => self.withdraw(check),
-            TaskKind::Arrived => self.arrive(check),
-            TaskKind::Handled => self.handle(check),
-            TaskKind::Finished => self.finish(check),
-            TaskKind::Failed | TaskKind::Cancelled => self.close(number),
+            OrderKind::Created => {}
+            OrderKind::Stop => self.stop(check),
+            OrderKind::Assigned => self.assign(check),
+            OrderKind::Withdrawn => self.withdraw(check),
+            OrderKind::Arrived => self.arrive(check),
+            OrderKind::Handled => self.handle(check),
+            OrderKind::Finished => self.finish(check),
+            OrderKind::Failed | OrderKind::Cancelled => self.close(number),
         }
     }
 
     fn create(&mut self, check: &mut Check<'_>) {
-        let &TaskRecord { task: number, detail: wanted_stops, .. } = check.record;
-        if self.tasks.contains_key(&number) {
-            return check.report(Kind::TaskOrder, "created twice");
+        let &OrderRecord { order: number, detail: wanted_stops, .. } = check.record;
+        if self.orders.contains_key(&number) {
+            return check.report(Kind::ContradictoryRecords, "created twice");
         }
         let (is_whole, created_secs) = (true, check.at.seconds);
-        self.tasks.insert(number, Task { is_whole, wanted_stops, created_secs, ..Task::default() });
+        self.orders
+            .insert(number, Order { is_whole, wanted_stops, created_secs, ..Order::default() });
         self.waiting += 1;
     }
 
     fn stop(&mut self, check: &mut Check<'_>) {
         let record = check.record;
-        let Some(task) = self.tasks.get_mut(&record.task) else { return };
-        let is_next = record.stop as usize == task.stops.len() && record.stop < task.wanted_stops;
-        if task.is_whole && (!is_next || task.robot.is_some()) {
-            check.report(Kind::TaskOrder, "a stop that isn't the next one of a new task");
+        let Some(order) = self.orders.get_mut(&record.order) else { return };
+        let is_next = record.stop as usize == order.stops.len() && record.stop < order.wanted_stops;
+        if order.is_whole && (!is_next || order.robot.is_some()) {
+            check.report(
+                Kind::ContradictoryRecords,
+                "a stop that isn't the next one of a new order",
+            );
         }
         let (node, action, dwell_secs) = (record.node, record.action(), record.dwell_secs);
-        task.stops.push(Stop { node, action, dwell_secs });
+        order.stops.push(Stop { node, action, dwell_secs });
     }
 
     fn assign(&mut self, check: &mut Check<'_>) {
-        let &TaskRecord { task: number, robot, .. } = check.record;
-        let Some(task) = self.tasks.get_mut(&number) else { return };
-        if task.is_whole && task.stops.len() != task.wanted_stops as usize {
-            check.report(Kind::TaskOrder, "assigned before all of its stops were told");
+        let &OrderRecord { order: number, robot, .. } = check.record;
+        let Some(order) = self.orders.get_mut(&number) else { return };
+        if order.is_whole && order.stops.len() != order.wanted_stops as usize {
+            check.report(Kind::ContradictoryRecords, "assigned before all of its stops were told");
         }
-        if task.is_whole && task.robot.is_some() {
-            check.report(Kind::TaskOrder, "assigned although it has a robot");
+        if order.is_whole && order.robot.is_some() {
+            check.report(Kind::ContradictoryRecords, "assigned although it has a robot");
         }
         if robot == NO_ROBOT {
-            return check.report(Kind::TaskOrder, "assigned to no robot");
+            return check.report(Kind::ContradictoryRecords, "assigned to no robot");
         }
-        if let Some(before) = task.robot.replace(robot) {
+        if let Some(before) = order.robot.replace(robot) {
             self.robots.remove(&before);
         } else {
             self.waiting -= 1;
         }
         let other = self.robots.insert(robot, number).filter(|other| *other != number);
-        if other.and_then(|other| self.tasks.get(&other)).is_some_and(|other| other.is_whole) {
-            check.report(Kind::TwoTasks, "assigned to a robot that has another task");
+        if other.and_then(|other| self.orders.get(&other)).is_some_and(|other| other.is_whole) {
+            check.report(Kind::TwoOrders, "assigned to a robot that has another order");
         }
     }
 
     fn withdraw(&mut self, check: &mut Check<'_>) {
-        let Some(task) = self.tasks.get_mut(&check.record.task) else { return };
-        if task.is_whole && task.robot != Some(check.record.robot) {
-            check.report(Kind::TaskOrder, "withdrawn from a robot that doesn't have it");
-        } else if task.is_whole && task.loads > 0 {
-            check.report(Kind::TaskOrder, "withdrawn after the pick");
+        let Some(order) = self.orders.get_mut(&check.record.order) else { return };
+        if order.is_whole && order.robot != Some(check.record.robot) {
+            check.report(Kind::ContradictoryRecords, "withdrawn from a robot that doesn't have it");
+        } else if order.is_whole && order.loads > 0 {
+            check.report(Kind::ContradictoryRecords, "withdrawn after the pick");
         }
-        (task.handled, task.arrived) = (0, None);
-        if let Some(robot) = task.robot.take() {
+        (order.handled, order.arrived) = (0, None);
+        if let Some(robot) = order.robot.take() {
             self.waiting += 1;
             self.robots.remove(&robot);
         }
     }
 
     fn arrive(&mut self, check: &mut Check<'_>) {
-        let Some(task) = self.tasks.get_mut(&check.record.task) else { return };
-        if task.is_whole {
-            check.stop(task);
-            check.turn(task);
-            if task.arrived.is_some() {
-                check.report(Kind::TaskOrder, "arrived at a stop before the last one was handled");
+        let Some(order) = self.orders.get_mut(&check.record.order) else { return };
+        if order.is_whole {
+            check.stop(order);
+            check.turn(order);
+            if order.arrived.is_some() {
+                check.report(
+                    Kind::ContradictoryRecords,
+                    "arrived at a stop before the last one was handled",
+                );
             }
         }
         check.presence();
-        task.arrived = Some((check.record.stop, check.at.tick));
+        order.arrived = Some((check.record.stop, check.at.tick));
     }
 
     fn handle(&mut self, check: &mut Check<'_>) {
         let record = check.record;
-        let Some(task) = self.tasks.get_mut(&record.task) else { return };
-        let arrived = task.arrived.take().filter(|(stop, _)| *stop == record.stop);
-        if task.is_whole {
-            check.stop(task);
+        let Some(order) = self.orders.get_mut(&record.order) else { return };
+        let arrived = order.arrived.take().filter(|(stop, _)| *stop == record.stop);
+        if order.is_whole {
+            check.stop(order);
             if let Some((_, since)) = arrived {
-                check.dwell(task, since);
+                check.dwell(order, since);
             } else {
-                check.report(Kind::TaskOrder, "handled without an arrival");
-                check.turn(task);
+                check.report(Kind::ContradictoryRecords, "handled without an arrival");
+                check.turn(order);
             }
         }
         check.presence();
-        match task.stops.get(record.stop as usize).map_or(record.action(), |stop| stop.action) {
-            StopAction::Pick => task.loads += 1,
-            StopAction::Drop if task.loads == 0 && task.is_whole => {
+        match order.stops.get(record.stop as usize).map_or(record.action(), |stop| stop.action) {
+            StopAction::Pick => order.loads += 1,
+            StopAction::Drop if order.loads == 0 && order.is_whole => {
                 check.report(Kind::DropWithoutPick, "");
             }
-            StopAction::Drop => task.loads = task.loads.saturating_sub(1),
+            StopAction::Drop => order.loads = order.loads.saturating_sub(1),
             _ => {}
         }
-        task.handled = task.handled.max(record.stop + 1);
+        order.handled = order.handled.max(record.stop + 1);
     }
 
     fn finish(&mut self, check: &mut Check<'_>) {
-        let Some(task) = self.tasks.get(&check.record.task) else { return };
-        if task.is_whole && task.handled < task.wanted_stops {
+        let Some(order) = self.orders.get(&check.record.order) else { return };
+        if order.is_whole && order.handled < order.wanted_stops {
             check.report(Kind::SkippedStop, "finished before all of its stops were handled");
         }
-        if task.is_whole && task.robot.is_none() {
-            check.report(Kind::TaskOrder, "finished without a robot");
+        if order.is_whole && order.robot.is_none() {
+            check.report(Kind::ContradictoryRecords, "finished without a robot");
         }
-        self.close(check.record.task);
+        self.close(check.record.order);
     }
 
     fn close(&mut self, number: u64) {
-        let Some(task) = self.tasks.get_mut(&number) else { return };
-        match task.robot.take() {
+        let Some(order) = self.orders.get_mut(&number) else { return };
+        match order.robot.take() {
             Some(robot) if self.robots.get(&robot) == Some(&number) => {
                 self.robots.remove(&robot);
             }
             Some(_) => {}
             None => self.waiting -= 1,
         }
-        *task = Task { is_closed: true, ..Task::default() };
+        *order = Order { is_closed: true, ..Order::default() };
     }
 
-    /// Finds tasks that have been open for longer than `after_secs`.
+    /// Finds orders that have been open for longer than `after_secs`.
     pub fn judge_waiting(&mut self, now: Now, after_secs: f64, findings: &mut Findings) {
-        for (number, task) in &mut self.tasks {
-            let age = now.seconds - task.created_secs;
-            if task.is_closed || task.reported_unserved || age <= after_secs {
+        for (number, order) in &mut self.orders {
+            let age = now.seconds - order.created_secs;
+            if order.is_closed || order.reported_unserved || age <= after_secs {
                 continue;
             }
-            task.reported_unserved = true;
+            order.reported_unserved = true;
             findings.add(Kind::Unserved, || Finding {
-                task: Some(*number),
-                robots: task.robot.into_iter().collect(),
+                order: Some(*number),
+                robots: order.robot.into_iter().collect(),
                 value: Some(age),
                 limit: Some(after_secs),
                 ..Finding::at(now.tick, now.seconds)
@@ -266,48 +276,48 @@ impl Tasks {
         }
     }
 
-    /// Whether tasks wait for a robot.
+    /// Whether orders wait for a robot.
     pub fn are_waiting(&self) -> bool {
         self.waiting > 0
     }
 
-    pub fn has_task(&self, robot: u32) -> bool {
+    pub fn has_order(&self, robot: u32) -> bool {
         self.robots.contains_key(&robot)
     }
 
     pub fn len(&self) -> u64 {
-        self.tasks.len() as u64
+        self.orders.len() as u64
     }
 }
 
 impl Check<'_> {
-    /// Checks that the record is of its task's robot, and of the node of its stop.
-    fn stop(&mut self, task: &Task) {
-        if task.robot != Some(self.record.robot) {
-            self.report(Kind::TaskOrder, "a robot that doesn't have the task");
+    /// Checks that the record is of its order's robot, and of the node of its stop.
+    fn stop(&mut self, order: &Order) {
+        if order.robot != Some(self.record.robot) {
+            self.report(Kind::ContradictoryRecords, "a robot that doesn't have the order");
         }
-        match task.stops.get(self.record.stop as usize) {
+        match order.stops.get(self.record.stop as usize) {
             Some(stop) if stop.node != self.record.node => {
                 self.report(Kind::WrongPlace, "not the stop's node");
             }
             Some(_) => {}
-            None => self.report(Kind::TaskOrder, "a stop that the task doesn't have"),
+            None => self.report(Kind::ContradictoryRecords, "a stop that the order doesn't have"),
         }
     }
 
-    /// Checks that the stop is its task's next one.
-    fn turn(&mut self, task: &Task) {
-        if self.record.stop > task.handled {
+    /// Checks that the stop is its order's next one.
+    fn turn(&mut self, order: &Order) {
+        if self.record.stop > order.handled {
             self.report(Kind::SkippedStop, "a later stop than the next one");
-        } else if self.record.stop < task.handled {
+        } else if self.record.stop < order.handled {
             self.report(Kind::DoneTwice, "a stop that was handled before");
         }
     }
 
     /// Checks that the robot stood at the stop for its dwell time.
-    fn dwell(&mut self, task: &Task, since: u64) {
+    fn dwell(&mut self, order: &Order, since: u64) {
         let Now { tick, period, .. } = self.at;
-        let stop = task.stops.get(self.record.stop as usize);
+        let stop = order.stops.get(self.record.stop as usize);
         let wanted = stop.map_or(0.0, |stop| f64::from(stop.dwell_secs));
         let stayed = tick.saturating_sub(since) as f64 * period;
         // A dwell is over in the tick that completes it, however the time is rounded to ticks.
@@ -355,7 +365,7 @@ impl Check<'_> {
             let robots = Some(record.robot).filter(|robot| *robot != NO_ROBOT);
             complete(Finding {
                 robots: robots.into_iter().collect(),
-                task: Some(record.task),
+                order: Some(record.order),
                 ..Finding::at(at.tick, at.seconds)
             })
         });

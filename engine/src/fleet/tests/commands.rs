@@ -1,11 +1,11 @@
-//! Orders: their effects, and every reason to refuse them.
+//! Commands: their effects, and every reason to refuse them.
 
 use std::sync::Arc;
 
 use regatta_layout::{EdgeIndex, Leg, NodeIndex};
+use regatta_plugin::command::{CommandKind, CommandRecord};
 use regatta_plugin::event::{EventKind, Refusal};
 use regatta_plugin::frame::RobotState;
-use regatta_plugin::order::{OrderKind, OrderRecord};
 use regatta_scenario::Repeat;
 
 use super::support::*;
@@ -13,24 +13,24 @@ use crate::fleet::{Fleet, FleetConfig, Placement, RouteSource};
 
 const TOKEN: u64 = 77;
 
-fn order(kind: OrderKind) -> OrderRecord {
-    OrderRecord { token: TOKEN, kind: kind as u32, ..OrderRecord::default() }
+fn command(kind: CommandKind) -> CommandRecord {
+    CommandRecord { token: TOKEN, kind: kind as u32, ..CommandRecord::default() }
 }
 
 /// Returns the record of a leg along an edge, by its index.
-fn leg(edge: u32, released: bool) -> OrderRecord {
-    OrderRecord { id: 1000 + edge, released: released.into(), ..order(OrderKind::Leg) }
+fn leg(edge: u32, released: bool) -> CommandRecord {
+    CommandRecord { id: 1000 + edge, released: released.into(), ..command(CommandKind::Leg) }
 }
 
-fn route(kind: OrderKind, legs: &[OrderRecord]) -> Vec<OrderRecord> {
-    let head = OrderRecord { legs: legs.len() as u32, ..order(kind) };
+fn route(kind: CommandKind, legs: &[CommandRecord]) -> Vec<CommandRecord> {
+    let head = CommandRecord { legs: legs.len() as u32, ..command(kind) };
     std::iter::once(head).chain(legs.iter().copied()).collect()
 }
 
-/// Applies a sample of orders and returns its events: kind, id and detail.
-fn apply(fleet: &mut Fleet, orders: &[OrderRecord]) -> Vec<(u32, u32, u32)> {
+/// Applies a sample of commands and returns its events: kind, id and detail.
+fn apply(fleet: &mut Fleet, commands: &[CommandRecord]) -> Vec<(u32, u32, u32)> {
     let mut events = events();
-    fleet.apply(orders, &mut events);
+    fleet.apply(commands, &mut events);
     events.records().iter().map(|event| (event.kind, event.id, event.detail)).collect()
 }
 
@@ -63,16 +63,16 @@ fn near(found: (f32, u8), x: f32, state: RobotState) -> bool {
 #[test]
 fn a_robot_drives_its_base_waits_at_its_end_and_is_extended() {
     let mut fleet = on_chain();
-    let assign = route(OrderKind::Assign, &[leg(1, true), leg(2, false)]);
+    let assign = route(CommandKind::Assign, &[leg(1, true), leg(2, false)]);
     assert_eq!(apply(&mut fleet, &assign), [ACCEPTED]);
     assert!(
         near(after(&mut fleet, 50), 2.0, RobotState::Driving),
         "the robot finishes its edge first"
     );
     assert!(near(after(&mut fleet, 200), 5.0, RobotState::Waiting));
-    assert_eq!(apply(&mut fleet, &route(OrderKind::Extend, &[leg(2, true)])), [ACCEPTED]);
+    assert_eq!(apply(&mut fleet, &route(CommandKind::Extend, &[leg(2, true)])), [ACCEPTED]);
     assert!(near(after(&mut fleet, 100), 7.0, RobotState::Driving));
-    let more = route(OrderKind::Extend, &[leg(3, true)]);
+    let more = route(CommandKind::Extend, &[leg(3, true)]);
     assert_eq!(apply(&mut fleet, &more), [ACCEPTED]);
     assert!(near(after(&mut fleet, 1000), 14.0, RobotState::Idle));
 }
@@ -80,16 +80,16 @@ fn a_robot_drives_its_base_waits_at_its_end_and_is_extended() {
 #[test]
 fn a_cancelled_robot_finishes_its_edge() {
     let mut fleet = on_chain();
-    apply(&mut fleet, &route(OrderKind::Assign, &[leg(1, true), leg(2, true)]));
+    apply(&mut fleet, &route(CommandKind::Assign, &[leg(1, true), leg(2, true)]));
     after(&mut fleet, 100);
-    assert_eq!(apply(&mut fleet, &[order(OrderKind::Cancel)]), [ACCEPTED]);
+    assert_eq!(apply(&mut fleet, &[command(CommandKind::Cancel)]), [ACCEPTED]);
     assert!(near(after(&mut fleet, 1000), 5.0, RobotState::Idle));
-    assert_eq!(apply(&mut fleet, &[order(OrderKind::Cancel)]), [ACCEPTED]);
+    assert_eq!(apply(&mut fleet, &[command(CommandKind::Cancel)]), [ACCEPTED]);
     assert!(near(after(&mut fleet, 10), 5.0, RobotState::Idle));
-    apply(&mut fleet, &route(OrderKind::Assign, &[leg(2, false)]));
+    apply(&mut fleet, &route(CommandKind::Assign, &[leg(2, false)]));
     assert!(near(after(&mut fleet, 10), 5.0, RobotState::Waiting));
     let done = (EventKind::RouteDone as u32, 0, 0);
-    assert_eq!(apply(&mut fleet, &[order(OrderKind::Cancel)]), [ACCEPTED, done]);
+    assert_eq!(apply(&mut fleet, &[command(CommandKind::Cancel)]), [ACCEPTED, done]);
 }
 
 #[test]
@@ -97,37 +97,37 @@ fn a_cancelled_robot_without_a_route_stays() {
     let mut fleet = on_chain();
     apply(
         &mut fleet,
-        &[order(OrderKind::Cancel), order(OrderKind::Hold), order(OrderKind::Cancel)],
+        &[command(CommandKind::Cancel), command(CommandKind::Hold), command(CommandKind::Cancel)],
     );
-    apply(&mut fleet, &[order(OrderKind::Resume)]);
+    apply(&mut fleet, &[command(CommandKind::Resume)]);
     assert!(near(after(&mut fleet, 100), 1.0, RobotState::Idle));
 }
 
 #[test]
 fn hold_stops_a_robot_and_resume_continues() {
     let mut fleet = on_chain();
-    apply(&mut fleet, &route(OrderKind::Assign, &[leg(1, true)]));
+    apply(&mut fleet, &route(CommandKind::Assign, &[leg(1, true)]));
     after(&mut fleet, 25);
     let held = (EventKind::Held as u32, 0, 0);
-    assert_eq!(apply(&mut fleet, &[order(OrderKind::Hold)]), [ACCEPTED, held]);
-    assert_eq!(apply(&mut fleet, &[order(OrderKind::Hold)]), [ACCEPTED]);
+    assert_eq!(apply(&mut fleet, &[command(CommandKind::Hold)]), [ACCEPTED, held]);
+    assert_eq!(apply(&mut fleet, &[command(CommandKind::Hold)]), [ACCEPTED]);
     assert!(near(after(&mut fleet, 25), 1.5, RobotState::Held));
-    apply(&mut fleet, &route(OrderKind::Assign, &[leg(1, true), leg(2, true)]));
+    apply(&mut fleet, &route(CommandKind::Assign, &[leg(1, true), leg(2, true)]));
     assert!(near(after(&mut fleet, 25), 1.5, RobotState::Held));
     let resumed = (EventKind::Resumed as u32, 0, 0);
-    assert_eq!(apply(&mut fleet, &[order(OrderKind::Resume)]), [ACCEPTED, resumed]);
-    assert_eq!(apply(&mut fleet, &[order(OrderKind::Resume)]), [ACCEPTED]);
+    assert_eq!(apply(&mut fleet, &[command(CommandKind::Resume)]), [ACCEPTED, resumed]);
+    assert_eq!(apply(&mut fleet, &[command(CommandKind::Resume)]), [ACCEPTED]);
     assert!(near(after(&mut fleet, 1000), 9.0, RobotState::Idle));
 }
 
 #[test]
 fn a_hold_between_routes_keeps_a_robot_idle() {
     let mut fleet = on_chain();
-    apply(&mut fleet, &route(OrderKind::Assign, &[leg(1, true)]));
+    apply(&mut fleet, &route(CommandKind::Assign, &[leg(1, true)]));
     after(&mut fleet, 1000);
-    apply(&mut fleet, &[order(OrderKind::Hold)]);
+    apply(&mut fleet, &[command(CommandKind::Hold)]);
     let resumed = (EventKind::Resumed as u32, 0, 0);
-    assert_eq!(apply(&mut fleet, &[order(OrderKind::Resume)]), [ACCEPTED, resumed]);
+    assert_eq!(apply(&mut fleet, &[command(CommandKind::Resume)]), [ACCEPTED, resumed]);
     assert!(near(after(&mut fleet, 10), 5.0, RobotState::Idle));
 }
 
@@ -141,10 +141,10 @@ fn listed_routes_and_random_walks_can_be_extended() {
     fleet.spawn(Placement::Node(NodeIndex(0)), 0, walk, 0, &mut events()).expect("a walk");
     after(&mut fleet, 10);
     assert_eq!(
-        apply(&mut fleet, &route(OrderKind::Extend, &[leg(0, true), leg(1, true)])),
+        apply(&mut fleet, &route(CommandKind::Extend, &[leg(0, true), leg(1, true)])),
         [ACCEPTED]
     );
-    let mut other = route(OrderKind::Extend, &[leg(1, true)]);
+    let mut other = route(CommandKind::Extend, &[leg(1, true)]);
     other[0].robot = 1;
     assert_eq!(apply(&mut fleet, &other), [ACCEPTED]);
     (0..2000).for_each(|_| fleet.step(None, &mut events()));
@@ -153,12 +153,12 @@ fn listed_routes_and_random_walks_can_be_extended() {
 }
 
 #[test]
-fn orders_spawn_and_remove() {
+fn commands_spawn_and_remove() {
     let mut fleet = on_chain();
     let mut events = events();
-    let at_node = OrderRecord { id: 102, ..order(OrderKind::SpawnAtNode) };
-    let on_edge = OrderRecord { id: 1001, s: 0.5, ..order(OrderKind::SpawnOnEdge) };
-    fleet.apply(&[at_node, on_edge, order(OrderKind::Remove)], &mut events);
+    let at_node = CommandRecord { id: 102, ..command(CommandKind::SpawnAtNode) };
+    let on_edge = CommandRecord { id: 1001, s: 0.5, ..command(CommandKind::SpawnOnEdge) };
+    fleet.apply(&[at_node, on_edge, command(CommandKind::Remove)], &mut events);
     let kinds: Vec<_> =
         events.records().iter().map(|event| (event.kind, event.robot, event.token)).collect();
     let (spawned, accepted, removed) =
@@ -171,20 +171,21 @@ fn orders_spawn_and_remove() {
 }
 
 #[test]
-fn orders_that_cannot_be_carried_out_are_refused() {
+fn commands_that_cannot_be_carried_out_are_refused() {
     let mut fleet = on_chain();
-    let robot = |robot, order: OrderRecord| [OrderRecord { robot, ..order }];
-    for kind in [OrderKind::Cancel, OrderKind::Hold, OrderKind::Resume, OrderKind::Remove] {
-        assert_eq!(apply(&mut fleet, &robot(5, order(kind))), refused(Refusal::UnknownRobot, 5));
+    let robot = |robot, command: CommandRecord| [CommandRecord { robot, ..command }];
+    for kind in [CommandKind::Cancel, CommandKind::Hold, CommandKind::Resume, CommandKind::Remove] {
+        assert_eq!(apply(&mut fleet, &robot(5, command(kind))), refused(Refusal::UnknownRobot, 5));
     }
-    let mut assign = |legs: &[OrderRecord]| apply(&mut fleet, &route(OrderKind::Assign, legs));
+    let mut assign = |legs: &[CommandRecord]| apply(&mut fleet, &route(CommandKind::Assign, legs));
     assert_eq!(assign(&[leg(1, true), leg(9, true)]), refused(Refusal::UnknownEdge, 1009));
     assert_eq!(assign(&[leg(2, true)]), refused(Refusal::NotConnected, 1002));
     assert_eq!(assign(&[leg(1, true), leg(3, true)]), refused(Refusal::NotConnected, 1003));
     assert_eq!(assign(&[]), refused(Refusal::MalformedRoute, 0));
     assert_eq!(assign(&[leg(1, false), leg(2, true)]), refused(Refusal::MalformedRoute, 0));
-    let spawn =
-        |id, s, robot_type| [OrderRecord { id, s, robot_type, ..order(OrderKind::SpawnOnEdge) }];
+    let spawn = |id, s, robot_type| {
+        [CommandRecord { id, s, robot_type, ..command(CommandKind::SpawnOnEdge) }]
+    };
     assert_eq!(apply(&mut fleet, &spawn(9, 0.0, 0)), refused(Refusal::UnknownEdge, 9));
     assert_eq!(apply(&mut fleet, &spawn(1000, 2.5, 0)), refused(Refusal::DistanceOutOfRange, 1000));
     assert_eq!(
@@ -196,30 +197,30 @@ fn orders_that_cannot_be_carried_out_are_refused() {
         apply(&mut fleet, &spawn(1000, 0.0, 1 << 20)),
         refused(Refusal::UnknownRobotType, 1 << 20)
     );
-    let at_node = OrderRecord { id: 9, ..order(OrderKind::SpawnAtNode) };
+    let at_node = CommandRecord { id: 9, ..command(CommandKind::SpawnAtNode) };
     assert_eq!(apply(&mut fleet, &[at_node]), refused(Refusal::UnknownNode, 9));
-    assert!(near(after(&mut fleet, 100), 1.0, RobotState::Idle), "refused orders change nothing");
+    assert!(near(after(&mut fleet, 100), 1.0, RobotState::Idle), "refused commands change nothing");
 }
 
 #[test]
-fn an_order_for_a_removed_robot_below_others_is_refused() {
+fn a_command_for_a_removed_robot_below_others_is_refused() {
     let mut fleet = on_chain();
-    let at_node = OrderRecord { id: 100, ..order(OrderKind::SpawnAtNode) };
-    apply(&mut fleet, &[at_node, order(OrderKind::Remove)]);
-    assert_eq!(apply(&mut fleet, &[order(OrderKind::Hold)]), refused(Refusal::UnknownRobot, 0));
+    let at_node = CommandRecord { id: 100, ..command(CommandKind::SpawnAtNode) };
+    apply(&mut fleet, &[at_node, command(CommandKind::Remove)]);
+    assert_eq!(apply(&mut fleet, &[command(CommandKind::Hold)]), refused(Refusal::UnknownRobot, 0));
 }
 
 #[test]
 fn reverse_gear_is_refused_where_it_is_not_allowed() {
     let graph = town(2, 5.0);
-    let reversible = |edge: &usize| graph.edges()[*edge].velocity_backwards.is_some();
+    let reversible = |edge: &usize| graph.edges()[*edge].reverse_speed.is_some();
     let edge = (0..8).find(|edge| !reversible(edge)).expect("one without") as u32;
     let mut fleet = fleet(&graph, config(vec![robot_type(f32::INFINITY, f32::INFINITY)]));
     let end = Placement::Edge(EdgeIndex(edge), 1.0);
     fleet.spawn(end, 0, RouteSource::None, 0, &mut events()).expect("an edge");
-    let back = OrderRecord { reverse: 1, ..leg(edge, true) };
+    let back = CommandRecord { reverse: 1, ..leg(edge, true) };
     assert_eq!(
-        apply(&mut fleet, &route(OrderKind::Assign, &[back])),
+        apply(&mut fleet, &route(CommandKind::Assign, &[back])),
         refused(Refusal::NoReverse, 1000 + edge)
     );
 }
@@ -229,27 +230,27 @@ fn spawns_into_a_full_fleet_are_refused() {
     let graph = chain(&[(2.0, 1.0)]);
     let types = vec![robot_type(f32::INFINITY, f32::INFINITY)];
     let mut fleet = fleet(&graph, FleetConfig { most_robots: 1, ..config(types) });
-    let spawn = OrderRecord { id: 100, ..order(OrderKind::SpawnAtNode) };
+    let spawn = CommandRecord { id: 100, ..command(CommandKind::SpawnAtNode) };
     assert_eq!(apply(&mut fleet, &[spawn]).len(), 2);
     assert_eq!(apply(&mut fleet, &[spawn]), refused(Refusal::FleetFull, 100));
 }
 
 #[test]
-fn stray_legs_and_malformed_orders_are_refused_once() {
+fn stray_legs_and_malformed_commands_are_refused_once() {
     let mut fleet = on_chain();
-    let strays = [leg(1, true), leg(2, true), order(OrderKind::Hold)];
-    assert_eq!(apply(&mut fleet, &strays)[0], refused(Refusal::MalformedOrder, 1001)[0]);
+    let strays = [leg(1, true), leg(2, true), command(CommandKind::Hold)];
+    assert_eq!(apply(&mut fleet, &strays)[0], refused(Refusal::MalformedCommand, 1001)[0]);
     assert_eq!(apply(&mut fleet, &strays).len(), 2);
-    let unknown = OrderRecord { kind: 99, ..order(OrderKind::Hold) };
-    assert_eq!(apply(&mut fleet, &[unknown]), refused(Refusal::MalformedOrder, 0));
+    let unknown = CommandRecord { kind: 99, ..command(CommandKind::Hold) };
+    assert_eq!(apply(&mut fleet, &[unknown]), refused(Refusal::MalformedCommand, 0));
     let short = [
-        OrderRecord { legs: 3, ..order(OrderKind::Assign) },
+        CommandRecord { legs: 3, ..command(CommandKind::Assign) },
         leg(1, true),
-        order(OrderKind::Resume),
+        command(CommandKind::Resume),
     ];
     let answers = apply(&mut fleet, &short);
-    assert_eq!(answers[0], refused(Refusal::MalformedOrder, 0)[0]);
-    assert_eq!(answers[1], ACCEPTED, "the order after it is carried out");
+    assert_eq!(answers[0], refused(Refusal::MalformedCommand, 0)[0]);
+    assert_eq!(answers[1], ACCEPTED, "the command after it is carried out");
 }
 
 /// Returns the legs ahead of the first robot as edge indices: the one that it is on, its base, its
@@ -266,15 +267,15 @@ fn ahead_lists_the_current_leg_the_base_and_the_horizon() {
     let mut fleet = on_chain();
     assert_eq!(ahead(&fleet), (None, vec![], vec![]), "on an edge, but without a route");
     assert_eq!(fleet.ahead(1), None);
-    apply(&mut fleet, &route(OrderKind::Assign, &[leg(1, true), leg(2, false), leg(3, false)]));
+    apply(&mut fleet, &route(CommandKind::Assign, &[leg(1, true), leg(2, false), leg(3, false)]));
     assert_eq!(ahead(&fleet), (Some(0), vec![1], vec![2, 3]), "it finishes its edge first");
     after(&mut fleet, 100);
     assert_eq!(ahead(&fleet), (Some(1), vec![], vec![2, 3]));
     after(&mut fleet, 1000);
     assert_eq!(ahead(&fleet), (None, vec![], vec![2, 3]), "it waits at the end of its base");
-    apply(&mut fleet, &route(OrderKind::Extend, &[leg(2, true)]));
+    apply(&mut fleet, &route(CommandKind::Extend, &[leg(2, true)]));
     assert_eq!(ahead(&fleet), (Some(2), vec![], vec![]), "the horizon was dropped");
-    apply(&mut fleet, &[order(OrderKind::Cancel)]);
+    apply(&mut fleet, &[command(CommandKind::Cancel)]);
     assert_eq!(ahead(&fleet), (Some(2), vec![], vec![]));
     after(&mut fleet, 1000);
     assert_eq!(ahead(&fleet), (None, vec![], vec![]));
@@ -319,6 +320,6 @@ fn a_random_walk_takes_the_legs_that_are_ahead_of_it() {
         }
     }
     assert_eq!(driven[1..], drawn);
-    apply(&mut fleet, &[order(OrderKind::Cancel)]);
+    apply(&mut fleet, &[command(CommandKind::Cancel)]);
     assert_eq!((fleet.walk_ahead(0).count(), fleet.drives_on(0)), (0, false), "it ends its leg");
 }

@@ -1,4 +1,4 @@
-"""Orders: the instructions of a fleet manager to robots."""
+"""Commands: the instructions of a fleet manager to robots."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, cast, overload
 import numpy as np
 import numpy.typing as npt
 
-from regatta._contract import LAYOUT, NO_ROBOT, OrderHeader, OrderRecord, dtype
-from regatta._enums import OrderKind
-from regatta._errors import NoEngineError, OrderError
+from regatta._contract import LAYOUT, NO_ROBOT, CommandHeader, CommandRecord, dtype
+from regatta._enums import CommandKind
+from regatta._errors import CommandError, NoEngineError
 from regatta._numbers import Number, Numbers, number, numbers
 from regatta._open import Open
 from regatta._ports import Bytes, Sender
@@ -20,7 +20,7 @@ from regatta._tokens import TokenArray
 if TYPE_CHECKING:
     from regatta._fleet import Fleet
 
-RECORD = dtype(OrderRecord)
+RECORD = dtype(CommandRecord)
 
 
 @dataclass(frozen=True)
@@ -45,22 +45,22 @@ Legs = Iterable[Leg | Number]
 """A route. A plain number is the id of an edge that the robot may drive forward now."""
 
 
-class Orders(Open):
-    """Collects orders, then sends them together, so that they take effect in the same tick::
+class Commands(Open):
+    """Collects commands, then sends them together, so that they take effect in the same tick::
 
-        orders = regatta.orders("default")
-        orders.hold(4)
-        orders.resume(np.flatnonzero(frame.x > 40.0))
-        orders.assign(7, [12, regatta.Leg(13, released=False)])
-        orders.release(7, 13, metres=2.5)
-        orders.send()
+        commands = regatta.commands("default")
+        commands.hold(4)
+        commands.resume(np.flatnonzero(frame.x > 40.0))
+        commands.assign(7, [12, regatta.Leg(13, released=False)])
+        commands.release(7, 13, metres=2.5)
+        commands.send()
 
-    Each order gets a token, which the events that answer it carry. Programs with different names get different tokens.
-    For a list or an array of robots, each robot gets an order of its own, and the tokens are an array.
+    Each command gets a token, which the events that answer it carry. Programs with different names get different tokens.
+    For a list or an array of robots, each robot gets a command of its own, and the tokens are an array.
     """
 
     def __init__(self, fleet: Fleet) -> None:
-        self._sender: Sender[OrderHeader] = fleet._node.sender("orders", "orders", OrderRecord, OrderHeader)
+        self._sender: Sender[CommandHeader] = fleet._node.sender("commands", "commands", CommandRecord, CommandHeader)
         self._records = bytearray()
         super().__init__(fleet, self._sender)
 
@@ -70,17 +70,17 @@ class Orders(Open):
     def assign(self, robot: Numbers, legs: Iterable[Legs]) -> TokenArray: ...
     def assign(self, robot: Number | Numbers, legs: Legs | Iterable[Legs]) -> int | TokenArray:
         """Gives a robot a new route, from the end of its edge, or from its node. A plain number is the id of an edge
-        that the robot may drive forward now. Returns the order's token. Several robots need one route each."""
-        return self._route(OrderKind.ASSIGN, robot, legs)
+        that the robot may drive forward now. Returns the command's token. Several robots need one route each."""
+        return self._route(CommandKind.ASSIGN, robot, legs)
 
     @overload
     def extend(self, robot: Number, legs: Legs) -> int: ...
     @overload
     def extend(self, robot: Numbers, legs: Iterable[Legs]) -> TokenArray: ...
     def extend(self, robot: Number | Numbers, legs: Legs | Iterable[Legs]) -> int | TokenArray:
-        """Drops a robot's horizon and appends legs to its released base. Returns the order's token. Several robots need
+        """Drops a robot's horizon and appends legs to its released base. Returns the command's token. Several robots need
         one route each."""
-        return self._route(OrderKind.EXTEND, robot, legs)
+        return self._route(CommandKind.EXTEND, robot, legs)
 
     @overload
     def release(self, robot: Number, edge: Number, metres: float, reverse: bool = False) -> int: ...
@@ -96,11 +96,11 @@ class Orders(Open):
         reverse: bool | Bools = False,
     ) -> int | TokenArray:
         """Releases a robot's horizon up to ``metres`` along a leg, from where the leg is entered; ``math.inf`` for all of
-        it. The leg is the first one along this edge, in this gear, at or after the end of the base. Returns the order's
+        it. The leg is the first one along this edge, in this gear, at or after the end of the base. Returns the command's
         token. Several robots may have an edge, a distance and a gear each."""
         gears = np.asarray(reverse, np.uint32)
         return self._push(
-            OrderKind.RELEASE,
+            CommandKind.RELEASE,
             robot=numbers(robot, "robot"),
             id=numbers(edge, "edge"),
             s=_metres(metres),
@@ -112,56 +112,56 @@ class Orders(Open):
     @overload
     def cancel(self, robot: Numbers) -> TokenArray: ...
     def cancel(self, robot: Number | Numbers) -> int | TokenArray:
-        """Drops a robot's route beyond the edge that it is on. Returns the order's token."""
-        return self._push(OrderKind.CANCEL, robot=numbers(robot, "robot"))
+        """Drops a robot's route beyond the edge that it is on. Returns the command's token."""
+        return self._push(CommandKind.CANCEL, robot=numbers(robot, "robot"))
 
     @overload
     def hold(self, robot: Number) -> int: ...
     @overload
     def hold(self, robot: Numbers) -> TokenArray: ...
     def hold(self, robot: Number | Numbers) -> int | TokenArray:
-        """Makes a robot brake and stand. It keeps its route. Returns the order's token."""
-        return self._push(OrderKind.HOLD, robot=numbers(robot, "robot"))
+        """Makes a robot brake and stand. It keeps its route. Returns the command's token."""
+        return self._push(CommandKind.HOLD, robot=numbers(robot, "robot"))
 
     @overload
     def resume(self, robot: Number) -> int: ...
     @overload
     def resume(self, robot: Numbers) -> TokenArray: ...
     def resume(self, robot: Number | Numbers) -> int | TokenArray:
-        """Ends a hold. Returns the order's token."""
-        return self._push(OrderKind.RESUME, robot=numbers(robot, "robot"))
+        """Ends a hold. Returns the command's token."""
+        return self._push(CommandKind.RESUME, robot=numbers(robot, "robot"))
 
     @overload
     def break_down(self, robot: Number) -> int: ...
     @overload
     def break_down(self, robot: Numbers) -> TokenArray: ...
     def break_down(self, robot: Number | Numbers) -> int | TokenArray:
-        """Makes a robot break down: it brakes and stands until it is repaired. Returns the order's token."""
-        return self._push(OrderKind.BREAK, robot=numbers(robot, "robot"))
+        """Makes a robot break down: it brakes and stands until it is repaired. Returns the command's token."""
+        return self._push(CommandKind.BREAK, robot=numbers(robot, "robot"))
 
     @overload
     def repair(self, robot: Number) -> int: ...
     @overload
     def repair(self, robot: Numbers) -> TokenArray: ...
     def repair(self, robot: Number | Numbers) -> int | TokenArray:
-        """Repairs a robot that is broken. Returns the order's token."""
-        return self._push(OrderKind.REPAIR, robot=numbers(robot, "robot"))
+        """Repairs a robot that is broken. Returns the command's token."""
+        return self._push(CommandKind.REPAIR, robot=numbers(robot, "robot"))
 
     @overload
     def close_edge(self, edge: Number) -> int: ...
     @overload
     def close_edge(self, edge: Numbers) -> TokenArray: ...
     def close_edge(self, edge: Number | Numbers) -> int | TokenArray:
-        """Closes an edge, by its id: no robot enters it any more, and robots on it leave it. Returns the order's token."""
-        return self._push(OrderKind.CLOSE_EDGE, robot=NO_ROBOT, id=numbers(edge, "edge"))
+        """Closes an edge, by its id: no robot enters it any more, and robots on it leave it. Returns the command's token."""
+        return self._push(CommandKind.CLOSE_EDGE, robot=NO_ROBOT, id=numbers(edge, "edge"))
 
     @overload
     def open_edge(self, edge: Number) -> int: ...
     @overload
     def open_edge(self, edge: Numbers) -> TokenArray: ...
     def open_edge(self, edge: Number | Numbers) -> int | TokenArray:
-        """Opens a closed edge again. Returns the order's token."""
-        return self._push(OrderKind.OPEN_EDGE, robot=NO_ROBOT, id=numbers(edge, "edge"))
+        """Opens a closed edge again. Returns the command's token."""
+        return self._push(CommandKind.OPEN_EDGE, robot=NO_ROBOT, id=numbers(edge, "edge"))
 
     @overload
     def spawn_at_node(self, robot_type: Number, node: Number) -> int: ...
@@ -171,10 +171,10 @@ class Orders(Open):
     def spawn_at_node(self, robot_type: Numbers, node: Number) -> TokenArray: ...
     def spawn_at_node(self, robot_type: Number | Numbers, node: Number | Numbers) -> int | TokenArray:
         """Spawns a robot on a node, given by its id, in the node's pose. ``robot_type`` is an index into the world's
-        robot types. Returns the order's token; the event ``SPAWNED`` has the robot's id. An array of nodes spawns a
+        robot types. Returns the command's token; the event ``SPAWNED`` has the robot's id. An array of nodes spawns a
         robot on each."""
         return self._push(
-            OrderKind.SPAWN_AT_NODE, robot_type=numbers(robot_type, "robot type"), id=numbers(node, "node")
+            CommandKind.SPAWN_AT_NODE, robot_type=numbers(robot_type, "robot type"), id=numbers(node, "node")
         )
 
     @overload
@@ -186,10 +186,10 @@ class Orders(Open):
     def spawn_on_edge(
         self, robot_type: Number | Numbers, edge: Number | Numbers, s: float | Floats
     ) -> int | TokenArray:
-        """Spawns a robot on an edge, given by its id, ``s`` metres from its origin. Returns the order's token. Arrays
+        """Spawns a robot on an edge, given by its id, ``s`` metres from its origin. Returns the command's token. Arrays
         spawn a robot for each of their elements."""
         return self._push(
-            OrderKind.SPAWN_ON_EDGE,
+            CommandKind.SPAWN_ON_EDGE,
             robot_type=numbers(robot_type, "robot type"),
             id=numbers(edge, "edge"),
             s=_metres(s),
@@ -200,22 +200,22 @@ class Orders(Open):
     @overload
     def remove(self, robot: Numbers) -> TokenArray: ...
     def remove(self, robot: Number | Numbers) -> int | TokenArray:
-        """Removes a robot from the fleet. Returns the order's token."""
-        return self._push(OrderKind.REMOVE, robot=numbers(robot, "robot"))
+        """Removes a robot from the fleet. Returns the command's token."""
+        return self._push(CommandKind.REMOVE, robot=numbers(robot, "robot"))
 
     def __len__(self) -> int:
-        """Returns the number of records collected so far: one per order, and one per leg."""
+        """Returns the number of records collected so far: one per command, and one per leg."""
         return len(self._records) // RECORD.itemsize
 
     def clear(self) -> None:
-        """Discards the collected orders."""
+        """Discards the collected commands."""
         self._records.clear()
 
     def send(self) -> None:
-        """Sends the collected orders, for the next tick. Does nothing if there are none.
+        """Sends the collected commands, for the next tick. Does nothing if there are none.
 
-        Raises :class:`NoEngineError <regatta.NoEngineError>` if the fleet has no engine, and :class:`OrderError
-        <regatta.OrderError>` if too many samples of orders wait already. The orders are kept then, and can be sent
+        Raises :class:`NoEngineError <regatta.NoEngineError>` if the fleet has no engine, and :class:`CommandError
+        <regatta.CommandError>` if too many samples of commands wait already. The commands are kept then, and can be sent
         again or cleared.
         """
         if not self._records:
@@ -224,19 +224,19 @@ class Orders(Open):
         def fill(memory: Bytes) -> None:
             memory[:] = np.frombuffer(self._records, np.uint8)
 
-        if self._sender.send(OrderHeader(self._fleet._tokens.sender), len(self), fill) == 0:
+        if self._sender.send(CommandHeader(self._fleet._tokens.sender), len(self), fill) == 0:
             if self._sender.receivers() == 0:
                 raise NoEngineError(
-                    f"fleet '{self._fleet.name}' has no engine to take orders; start one with `regatta run`, or name"
+                    f"fleet '{self._fleet.name}' has no engine to take commands; start one with `regatta run`, or name"
                     " another fleet"
                 )
-            raise OrderError(
-                f"fleet '{self._fleet.name}' has not taken the last {LAYOUT['order_buffer']} samples of orders"
+            raise CommandError(
+                f"fleet '{self._fleet.name}' has not taken the last {LAYOUT['command_buffer']} samples of commands"
                 " (is it paused?); send fewer, or wait"
             )
         self._records.clear()
 
-    def _route(self, kind: OrderKind, robot: Number | Numbers, legs: Legs | Iterable[Legs]) -> int | TokenArray:
+    def _route(self, kind: CommandKind, robot: Number | Numbers, legs: Legs | Iterable[Legs]) -> int | TokenArray:
         robots, given = numbers(robot, "robot"), cast(Any, legs)
         if isinstance(robots, int):
             return self._push_route(kind, robots, _parsed(given))
@@ -246,20 +246,20 @@ class Orders(Open):
         tokens = [self._push_route(kind, robot, route) for robot, route in zip(robots.tolist(), routes)]
         return np.array(tokens, np.uint64)
 
-    def _push_route(self, kind: OrderKind, robot: int, legs: list[Leg]) -> int:
+    def _push_route(self, kind: CommandKind, robot: int, legs: list[Leg]) -> int:
         token = self._fleet._tokens.next()
-        self._records += OrderRecord(token=token, kind=kind, robot=robot, legs=len(legs))
+        self._records += CommandRecord(token=token, kind=kind, robot=robot, legs=len(legs))
         for leg in legs:
-            self._records += OrderRecord(
-                token=token, kind=OrderKind.LEG, id=leg.edge, reverse=leg.reverse, released=leg.released
+            self._records += CommandRecord(
+                token=token, kind=CommandKind.LEG, id=leg.edge, reverse=leg.reverse, released=leg.released
             )
         return token
 
-    def _push(self, kind: OrderKind, **fields: float | npt.NDArray[Any]) -> int | TokenArray:
+    def _push(self, kind: CommandKind, **fields: float | npt.NDArray[Any]) -> int | TokenArray:
         shapes = [values.shape for values in fields.values() if isinstance(values, np.ndarray)]
         if not shapes:
             token = self._fleet._tokens.next()
-            self._records += OrderRecord(token=token, kind=kind, **fields)
+            self._records += CommandRecord(token=token, kind=kind, **fields)
             return token
         if len(set(shapes)) != 1:
             lengths = " and ".join(str(len(values)) for values in fields.values() if isinstance(values, np.ndarray))
