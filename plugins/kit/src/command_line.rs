@@ -10,7 +10,7 @@ use regatta_plugin::{Error, Result, usage_line};
 ///
 /// ```
 /// use clap::Parser;
-/// use regatta_plugin::{Options, Plugin, Result};
+/// use regatta_plugin::{Frame, Options, Plugin, Result};
 ///
 /// #[derive(Parser)]
 /// struct Cli {
@@ -23,7 +23,12 @@ use regatta_plugin::{Error, Result, usage_line};
 ///
 /// struct MyPlugin { margin: f32 }
 ///
-/// impl Plugin for MyPlugin {}
+/// impl Plugin for MyPlugin {
+///     fn on_frame(&mut self, frame: &Frame) -> Result {
+///         println!("{} robots, margin {} m", frame.len(), self.margin);
+///         Ok(())
+///     }
+/// }
 ///
 /// fn main() -> Result {
 ///     # let args = ["my-plugin", "--help"];

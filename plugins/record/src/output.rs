@@ -29,8 +29,7 @@ impl Draft {
                 return Err(io::Error::new(io::ErrorKind::AlreadyExists, reason));
             }
         }
-        let draft = WholeFile::create(path)?;
-        let file = draft.file().try_clone()?;
+        let (draft, file) = WholeFile::create(path)?;
         Ok((Self { path: path.to_owned(), draft: Some(draft) }, file))
     }
 

@@ -85,7 +85,7 @@ impl Topic {
             Self::Frames => ("/frames", "regatta.Frame"),
             Self::Events => ("/events", "regatta.Events"),
             Self::Commands => ("/commands", "regatta.Commands"),
-            Self::Orders => ("/orders", "regatta.Orders"),
+            Self::Orders => ("/orders", "regatta.TransportOrders"),
             Self::Contacts => ("/contacts", "regatta.Contacts"),
             Self::ContactUpdates => ("/contact_updates", "regatta.ContactUpdate"),
             Self::ContactEvents => ("/contact_events", "regatta.ContactEvents"),

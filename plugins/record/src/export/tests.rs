@@ -351,10 +351,10 @@ fn events_commands_and_contacts_are_exported() {
     let topics = "contacts,events,commands,contact_events";
     run(&recording, &["-o", out.to_str().unwrap(), "--topics", topics]).unwrap();
     let tables = [
+        ("commands.csv", COMMANDS),
         ("contact_events.csv", CONTACT_EVENTS),
         ("contacts.csv", CONTACTS),
         ("events.csv", EVENTS),
-        ("commands.csv", COMMANDS),
     ];
     assert_eq!(names(&out), tables.map(|(name, _)| name));
     for (name, text) in tables {

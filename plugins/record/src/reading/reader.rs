@@ -1,5 +1,6 @@
 //! Reads messages: one by one in order of time, or the one that is valid at a time.
 
+use std::collections::BTreeSet;
 use std::io::{Read, Seek, SeekFrom};
 use std::slice;
 
@@ -130,10 +131,14 @@ impl Recording {
         options: IndexedReaderOptions,
         topics: &[Topic],
     ) -> Result<Reader<'_>, ReadingError> {
+        // Recordings of older versions have other names for some topics.
+        let channels = topics.iter().flat_map(|topic| self.channels(topic));
+        let names: BTreeSet<&str> =
+            channels.map(|channel| self.summary.channels[&channel].topic.as_str()).collect();
         let options = if topics.is_empty() {
             options
-        } else if topics.iter().any(|topic| self.channels(topic).next().is_some()) {
-            options.include_topics(topics.iter().map(Topic::name))
+        } else if !names.is_empty() {
+            options.include_topics(names)
         } else {
             // Nothing: with topics that don't exist, the reader would read all messages.
             IndexedReaderOptions::new().starting_at(0).ending_before(0)
