@@ -21,7 +21,7 @@
 //! more than [`MAX_NODES`] nodes, or is nested more than [`MAX_DEPTH`] deep, is an error.
 
 use std::borrow::Cow;
-use std::collections::HashMap;
+use std::collections::BTreeMap;
 
 use saphyr_parser::{Event, Parser, ScalarStyle, Span, Tag};
 
@@ -236,7 +236,7 @@ struct Builder<'text> {
     /// The lists and maps that aren't complete, outermost first.
     open: Vec<Open<'text>>,
     /// The values of anchors, by their number.
-    anchors: HashMap<usize, Node<'text>>,
+    anchors: BTreeMap<usize, Node<'text>>,
     nodes: usize,
 }
 
@@ -255,7 +255,7 @@ impl<'text> Builder<'text> {
             documents: 0,
             root: None,
             open: Vec::new(),
-            anchors: HashMap::new(),
+            anchors: BTreeMap::new(),
             nodes: 0,
         }
     }

@@ -1,11 +1,11 @@
 //! The headings of robots where they aren't simply those of the edges: edges with an orientation,
 //! and turns on the spot.
 //!
-//! Fleets that need it have columns `gain` and `offset`: the heading in a frame is `gain · tangent
-//! + offset`, brought to (-π, π], where `tangent` is the angle of the edge's tangent. A robot on an
-//! edge that is driven along its tangent has 1 and 0, one at an angle to it 1 and the angle, one
-//! with a heading on the map 0 and the heading, and one that turns on the spot 0 and its heading of
-//! the moment.
+//! Fleets that need it have columns `gain` and `offset`: the heading in a frame is
+//! `gain · tangent + offset`, brought to (-π, π], where `tangent` is the angle of the edge's
+//! tangent. A robot on an edge that is driven along its tangent has 1 and 0, one at an angle to it
+//! 1 and the angle, one with a heading on the map 0 and the heading, and one that turns on the spot
+//! 0 and its heading of the moment.
 
 use std::f32::consts::{PI, TAU};
 

@@ -65,7 +65,7 @@ impl TransportOrder {
             });
         }
         // An entry of the history has numbers and texts only: it is always valid JSON.
-        let history = order.history.iter().map(|entry| serde_json::to_value(entry));
+        let history = order.history.iter().map(serde_json::to_value);
         Self {
             created: Some(order.created_secs),
             deadline: content.deadline_secs,

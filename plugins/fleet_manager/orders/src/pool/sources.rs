@@ -127,7 +127,7 @@ impl OrderPool {
             Change::Created { priority: content.priority, stops: content.stops.len() as u32 };
         let stops = content.stops.clone();
         let order = Order {
-            id: id,
+            id,
             content,
             created_secs,
             state: State::Waiting,
