@@ -97,7 +97,8 @@ pub enum Command {
         command: Option<command::RobotsCommand>,
     },
     /// Send a command to a robot of a running fleet, or close an edge, and wait for the answer.
-    Command {
+    #[command(name = "command")]
+    SendCommand {
         #[command(subcommand)]
         command: command::RobotCommand,
     },
