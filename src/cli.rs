@@ -98,7 +98,7 @@ pub enum Command {
     },
     /// Send a command to a robot of a running fleet, or close an edge, and wait for the answer.
     #[command(name = "command")]
-    SendCommand {
+    Send {
         #[command(subcommand)]
         command: command::RobotCommand,
     },

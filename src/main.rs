@@ -73,7 +73,7 @@ fn dispatch(cli: Cli) -> Result<ExitCode, Failure> {
             let robots = robots.map_or(0, |robots| robots.0);
             control::send(&target, |control| control.robots(robots))?;
         }
-        Command::SendCommand { command } => command::run(command)?,
+        Command::Send { command } => command::run(command)?,
         Command::Status { json, target } => control::status(json, &target)?,
         Command::List { json } => fleets::list(json)?,
         Command::Stop(target) => fleets::stop(&target)?,
