@@ -1,6 +1,6 @@
 //! Readers of layouts: our own files, and those of other systems.
 //!
-//! A reader of another format turns the text of a file into a [`Layout`](layout::Layout):
+//! A reader of another format turns the text of a file into a [`layout::Layout`]:
 //! everything that it understands, with the file's own ids. It reports what it doesn't understand,
 //! once per kind. From there on, layouts take the same way as our own files: [`read()`] validates
 //! them.
