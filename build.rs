@@ -2,20 +2,17 @@
 //! iceoryx2.
 
 use std::fs;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 fn main() {
     // The commit is looked up again when the program has to be compiled anyway, so that a commit
     // alone compiles nothing.
-    let plugins = fs::read_dir("plugins")
-        .into_iter()
-        .flatten()
-        .flatten()
-        .map(|entry| entry.path().join("src"));
-    let sources =
-        ["Cargo.toml", "Cargo.lock", "build.rs", "src", "engine/src", "viewer/src"].map(Into::into);
-    for path in sources.into_iter().chain(plugins).filter(|path| path.exists()) {
+    let mut sources = ["Cargo.toml", "Cargo.lock", "build.rs", "src"].map(PathBuf::from).to_vec();
+    for folder in ["engine", "plugins", "study", "viewer"] {
+        add_sources(Path::new(folder), &mut sources);
+    }
+    for path in sources.iter().filter(|path| path.exists()) {
         println!("cargo::rerun-if-changed={}", path.display());
     }
     println!("cargo::rustc-env=REGATTA_COMMIT={}", commit().unwrap_or_default());
@@ -23,6 +20,18 @@ fn main() {
         "cargo::rustc-env=REGATTA_ICEORYX2={}",
         locked_version("iceoryx2").unwrap_or_default()
     );
+}
+
+/// Adds the folders `src` of the crates in a folder.
+fn add_sources(folder: &Path, sources: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let path = entry.path();
+        if path.ends_with("src") {
+            sources.push(path);
+        } else if path.join("Cargo.toml").exists() {
+            add_sources(&path, sources);
+        }
+    }
 }
 
 /// Returns the commit, with `-modified` if sources differ from it; `None` for sources that aren't

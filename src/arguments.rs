@@ -1,13 +1,13 @@
 //! Types of arguments that several commands have.
 
+use std::error::Error;
 use std::path::PathBuf;
 use std::str::FromStr;
 use std::time::Duration;
 
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use regatta_engine::graph::{Format, Handles, LengthUnit, Millimetres, ReadOptions};
-use regatta_engine::motion::Isa;
+use regatta_layout::{Format, Handles, LengthUnit, Millimetres, ReadOptions};
 
 /// A duration: a number of seconds, or a number with a unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,7 +17,7 @@ pub struct Time(pub Duration);
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ParseTimeError;
 
-impl std::error::Error for ParseTimeError {}
+impl Error for ParseTimeError {}
 
 impl std::fmt::Display for ParseTimeError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -35,20 +35,26 @@ impl FromStr for Time {
     }
 }
 
-/// Returns the parser of `--isa`, which also names the values for completions.
-pub fn isa_parser() -> impl TypedValueParser<Value = Isa> {
-    PossibleValuesParser::new(Isa::ALL.map(Isa::name)).try_map(|name| name.parse::<Isa>())
+/// Returns the parser of an option with these values, which also names them for completions.
+pub fn one_of<T>(names: impl IntoIterator<Item = &'static str>) -> impl TypedValueParser<Value = T>
+where
+    T: FromStr<Err: Into<Box<dyn Error + Send + Sync>>> + Clone + Send + Sync + 'static,
+{
+    PossibleValuesParser::new(names).try_map(|name| name.parse::<T>())
 }
 
-/// How to read a layout.
+/// The points of an edge that handles may be measured from.
+const HANDLES: [Handles; 2] = [Handles::BAtOrigin, Handles::FAtOrigin];
+
+/// The options of reading a layout.
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Layout")]
 pub struct LayoutArgs {
     /// Handle length at an edge's origin instead of the file's setting
-    #[arg(long, value_parser = handles_parser())]
+    #[arg(long, value_parser = one_of::<Handles>(HANDLES.map(Handles::name)))]
     pub handles: Option<Handles>,
-    /// Format of the layout; told by its content if not given
-    #[arg(long, value_parser = format_parser())]
+    /// Format of the layout; detected by its content if not given
+    #[arg(long, value_parser = one_of::<Format>(Format::ALL.map(Format::name)))]
     pub format: Option<Format>,
     /// Level (floor) or layout to read; all if not given
     #[arg(long, value_name = "NAME")]
@@ -60,7 +66,7 @@ pub struct LayoutArgs {
     #[arg(long = "layer", value_name = "NAME")]
     pub layers: Vec<String>,
     /// Unit of a drawing instead of its own
-    #[arg(long, value_parser = unit_parser())]
+    #[arg(long, value_parser = one_of::<LengthUnit>(LengthUnit::ALL.map(LengthUnit::name)))]
     pub units: Option<LengthUnit>,
     /// Length in metres of the side of a grid map's cells; 1 if not given
     #[arg(long, value_name = "METRES")]
@@ -91,39 +97,19 @@ impl LayoutArgs {
 
     /// Converts the options to command-line arguments for a child process.
     pub fn to_args(&self) -> Vec<String> {
-        let handles = self.handles.map(|handles| format!("--handles={}", handles.name()));
-        let format = self.format.map(|format| format!("--format={format}"));
-        let level = self.level.as_ref().map(|level| format!("--level={level}"));
-        let vehicle_type = self.vehicle_type.as_ref().map(|name| format!("--vehicle-type={name}"));
-        let cell_size = self.cell_size.map(|length| format!("--cell-size={length}"));
-        let background =
-            self.background.as_ref().map(|map| format!("--background={}", map.display()));
-        let units = self.units.map(|unit| format!("--units={}", unit.name()));
-        let skeleton = self.skeleton.map(|width| format!("--skeleton={width}"));
+        let options = [
+            self.handles.map(|handles| format!("--handles={}", handles.name())),
+            self.format.map(|format| format!("--format={format}")),
+            self.level.as_ref().map(|level| format!("--level={level}")),
+            self.vehicle_type.as_ref().map(|name| format!("--vehicle-type={name}")),
+            self.cell_size.map(|length| format!("--cell-size={length}")),
+            self.background.as_ref().map(|map| format!("--background={}", map.display())),
+            self.units.map(|unit| format!("--units={}", unit.name())),
+            self.skeleton.map(|width| format!("--skeleton={width}")),
+        ];
         let layers = self.layers.iter().map(|layer| format!("--layer={layer}"));
-        [handles, format, level, vehicle_type, cell_size, background, units, skeleton]
-            .into_iter()
-            .flatten()
-            .chain(layers)
-            .collect()
+        options.into_iter().flatten().chain(layers).collect()
     }
-}
-
-/// Returns the parser of `--format`, which also names the values for completions.
-pub fn format_parser() -> impl TypedValueParser<Value = Format> {
-    PossibleValuesParser::new(Format::ALL.map(Format::name)).try_map(|name| name.parse::<Format>())
-}
-
-/// Returns the parser of `--units`, which also names the values for completions.
-fn unit_parser() -> impl TypedValueParser<Value = LengthUnit> {
-    PossibleValuesParser::new(LengthUnit::ALL.map(LengthUnit::name))
-        .try_map(|name| name.parse::<LengthUnit>())
-}
-
-/// Returns the parser of `--handles`, which also names the values for completions.
-pub fn handles_parser() -> impl TypedValueParser<Value = Handles> {
-    let names = [Handles::BAtOrigin, Handles::FAtOrigin].map(Handles::name);
-    PossibleValuesParser::new(names).try_map(|name| name.parse::<Handles>())
 }
 
 #[cfg(test)]

@@ -7,16 +7,16 @@ use std::sync::LazyLock;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use clap_complete::Shell;
-use regatta_engine::scenario::RobotCount;
 use regatta_plugin::producer::Speed;
 use regatta_plugin::usage_line;
+use regatta_scenario::RobotCount;
 
 use crate::arguments::Time;
 use crate::control::Target;
 use crate::failure::Failure;
 use crate::output::{Force, write_file};
 use crate::{
-    doctor, engine, graph, order, orders, plugin, recording, report, run, study, validate, version,
+    command, doctor, engine, graph, orders, plugin, recording, report, run, study, version,
 };
 
 static SHORT_VERSION: LazyLock<String> = LazyLock::new(version::short);
@@ -24,7 +24,8 @@ static LONG_VERSION: LazyLock<String> = LazyLock::new(version::long);
 
 /// Simulate, watch and steer a large fleet of mobile robots.
 #[derive(Parser)]
-#[command(name = "regatta", version = SHORT_VERSION.as_str(), long_version = LONG_VERSION.as_str())]
+#[command(name = "regatta", version = SHORT_VERSION.as_str())]
+#[command(long_version = LONG_VERSION.as_str())]
 #[command(arg_required_else_help = false, max_term_width = 100)]
 pub struct Cli {
     /// Print more: -v shows progress and the causes of errors, -vv also details.
@@ -93,12 +94,13 @@ pub enum Command {
         #[command(flatten)]
         target: Target,
         #[command(subcommand)]
-        command: Option<order::RobotsCommand>,
+        command: Option<command::RobotsCommand>,
     },
-    /// Send an order to a robot of a running fleet, or close an edge, and wait for the answer.
-    Order {
+    /// Send a command to a robot of a running fleet, or close an edge, and wait for the answer.
+    #[command(name = "command")]
+    Send {
         #[command(subcommand)]
-        command: order::OrderCommand,
+        command: command::RobotCommand,
     },
     /// Print the status of a running fleet.
     Status {
@@ -128,8 +130,8 @@ pub enum Command {
     /// Plot one robot of a recording: its path over the graph, and its x, y, heading and speed over
     /// time.
     Plot(regatta_record::PlotArgs),
-    /// Judge a recording: contacts, motion, tasks. Fails if anything is found.
-    Validate(validate::ValidateArgs),
+    /// Judge a recording: contacts, motion, orders. Fails if anything is found.
+    Validate(recording::ValidateArgs),
     /// Watch and steer a running fleet live in this terminal.
     Top(Target),
     /// List, show, cancel and import the transport orders of a running fleet manager.
@@ -195,7 +197,7 @@ pub fn start_logging(verbose: u8) {
         .init();
 }
 
-/// Prints the requested help or version, or one line that says what is wrong with the arguments.
+/// Prints the requested help or version, or the error of the arguments in one line.
 pub fn print_usage(error: &clap::Error) -> ExitCode {
     if !error.use_stderr() {
         // Printing fails if the reader of a pipe is gone, which is no error here.
@@ -230,6 +232,8 @@ fn write_man_page(command: &clap::Command, folder: &Path, force: Force) -> Resul
     let mut page = Vec::new();
     man.render(&mut page)?;
     write_file(&folder.join(man.get_filename()), &page, force)?;
-    let mut shown = command.get_subcommands().filter(|command| !command.is_hide_set());
-    shown.try_for_each(|command| write_man_page(command, folder, force))
+    for command in command.get_subcommands().filter(|command| !command.is_hide_set()) {
+        write_man_page(command, folder, force)?;
+    }
+    Ok(())
 }

@@ -1,13 +1,11 @@
 //! `regatta pause`, `resume`, `step`, `speed`, `seek`, `robots` and `status`: requests to the
 //! control service of a running fleet.
 
-use std::process::ExitCode;
-use std::time::Duration;
-
 use clap::Args;
 use regatta_plugin::control::ControlResponse;
-use regatta_plugin::producer::Speed;
+use regatta_plugin::frame::ClockState;
 use regatta_plugin::{Control, ControlError, FleetName};
+use serde_json::json;
 
 use crate::failure::Failure;
 
@@ -19,56 +17,36 @@ pub struct Target {
     pub fleet: FleetName,
 }
 
-pub fn pause(target: &Target) -> Result<ExitCode, Failure> {
-    send(target, Control::pause)
-}
-
-pub fn resume(target: &Target) -> Result<ExitCode, Failure> {
-    send(target, Control::resume)
-}
-
-pub fn step(ticks: u64, target: &Target) -> Result<ExitCode, Failure> {
-    send(target, |control| control.step(ticks))
-}
-
-pub fn speed(speed: Speed, target: &Target) -> Result<ExitCode, Failure> {
-    send(target, |control| control.speed(speed.as_f32()))
-}
-
-pub fn seek(time: Duration, target: &Target) -> Result<ExitCode, Failure> {
-    send(target, |control| control.seek(time))
-}
-
-pub fn robots(robots: u32, target: &Target) -> Result<ExitCode, Failure> {
-    send(target, |control| control.robots(robots))
-}
-
-pub fn status(json: bool, target: &Target) -> Result<ExitCode, Failure> {
+/// Prints the status of a fleet.
+pub fn status(json: bool, target: &Target) -> Result<(), Failure> {
     let status = Control::open(&target.fleet)?.status()?;
     println!("{}", if json { status_json(&status) } else { status_line(&status) });
-    Ok(ExitCode::SUCCESS)
+    Ok(())
 }
 
 /// Sends a request and prints the status that answers it.
-fn send(
+pub fn send(
     target: &Target,
     request: impl FnOnce(&mut Control) -> Result<ControlResponse, ControlError>,
-) -> Result<ExitCode, Failure> {
+) -> Result<(), Failure> {
     let status = request(&mut Control::open(&target.fleet)?)?;
     println!("{}", status_line(&status));
-    Ok(ExitCode::SUCCESS)
+    Ok(())
+}
+
+/// Whether the clock of a fleet is paused.
+pub fn is_paused(status: &ControlResponse) -> bool {
+    status.clock == ClockState::Paused as u32
 }
 
 /// Formats the status of a fleet in one line.
 pub fn status_line(status: &ControlResponse) -> String {
     let [idle, driving, waiting, held, faulted, turning, stalled, broken] = status.robots_by_state;
-    let clock = match status.clock {
-        1 => "  paused",
-        _ => "",
-    };
+    let clock = if is_paused(status) { "  paused" } else { "" };
     format!(
-        "t {:.2} s{clock}  rtf {:.2}  robots {} (driving {driving}, turning {turning}, idle {idle}, \
-         waiting {waiting}, held {held}, stalled {stalled}, broken {broken}, faulted {faulted})  tick p50 {:.3} ms p99 {:.3} ms  late {}",
+        "t {:.2} s{clock}  rtf {:.2}  robots {} (driving {driving}, turning {turning}, \
+         idle {idle}, waiting {waiting}, held {held}, stalled {stalled}, broken {broken}, \
+         faulted {faulted})  tick p50 {:.3} ms p99 {:.3} ms  late {}",
         status.sim_time_nanos as f64 * 1e-9,
         status.real_time_factor,
         status.robots,
@@ -81,18 +59,14 @@ pub fn status_line(status: &ControlResponse) -> String {
 /// Formats the status of a fleet as JSON.
 pub fn status_json(status: &ControlResponse) -> String {
     let [idle, driving, waiting, held, faulted, turning, stalled, broken] = status.robots_by_state;
-    let speed = if status.speed.is_finite() {
-        serde_json::json!(status.speed)
-    } else {
-        serde_json::json!("max")
-    };
-    serde_json::json!({
+    let speed = if status.speed.is_finite() { json!(status.speed) } else { json!("max") };
+    json!({
         "run_id": format!("{:016x}", status.run_id),
         "pid": status.pid,
         "tick": status.tick,
         "sim_time_secs": status.sim_time_nanos as f64 * 1e-9,
         "wall_time_secs": status.wall_time_nanos as f64 * 1e-9,
-        "clock": if status.clock == 1 { "paused" } else { "running" },
+        "clock": if is_paused(status) { "paused" } else { "running" },
         "speed": speed,
         "real_time_factor": status.real_time_factor,
         "robots": status.robots,

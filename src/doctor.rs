@@ -1,4 +1,4 @@
-//! `regatta doctor`: checks that this machine can run fleets, and gives advice where it can't.
+//! `regatta doctor`: checks that this machine can run fleets, and gives advice if it can't.
 
 use std::fmt;
 use std::process::ExitCode;
@@ -7,14 +7,14 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use regatta_plugin::frame::CONTRACT_VERSION;
 use regatta_plugin::health::{self, Cleaned, Occupant};
-use regatta_plugin::{FleetName, Subscriber};
-use regatta_plugin::{ProducerPorts, RUNTIME_DIR_VARIABLE};
+use regatta_plugin::{FleetName, ProducerPorts, RUNTIME_DIR_VARIABLE, Subscriber};
+use serde_json::json;
 
 use crate::failure::Failure;
 
 #[derive(Args)]
 pub struct DoctorArgs {
-    /// Remove what dead processes left in shared memory.
+    /// Remove the remains of dead processes from shared memory.
     #[arg(long)]
     pub clean: bool,
     /// Print a line of JSON for each check.
@@ -25,44 +25,58 @@ pub struct DoctorArgs {
 /// Less available shared memory than this gives a warning: the frames of a million robots take
 /// about 75 MB.
 const LOW_MEMORY: u64 = 128 << 20;
-/// Less memory than this that others use is not worth a warning.
-const WORTH_TELLING: u64 = 1 << 20;
+/// Less memory than this in other directories is not worth a warning.
+const WORTH_A_WARNING: u64 = 1 << 20;
 /// The longest time that the trial's frame may take.
 const TRIAL_TIMEOUT: Duration = Duration::from_secs(5);
 
-/// The result of a check: one line of the output.
-enum CheckResult {
-    Passed(String),
-    Warning { problem: String, advice: String },
-    Failed { problem: String, advice: String },
+/// The outcome of a check.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Outcome {
+    Ok,
+    Warn,
+    Fail,
 }
 
-use CheckResult::{Failed, Passed, Warning};
+impl Outcome {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Ok => "ok",
+            Self::Warn => "warn",
+            Self::Fail => "fail",
+        }
+    }
+}
+
+/// The result of a check: one line of the output.
+struct CheckResult {
+    outcome: Outcome,
+    message: String,
+    /// The way to correct a problem.
+    advice: Option<String>,
+}
 
 impl CheckResult {
     fn to_json(&self) -> serde_json::Value {
-        match self {
-            Passed(message) => serde_json::json!({"result": "ok", "message": message}),
-            Warning { problem, advice } => {
-                serde_json::json!({"result": "warn", "message": problem, "advice": advice})
-            }
-            Failed { problem, advice } => {
-                serde_json::json!({"result": "fail", "message": problem, "advice": advice})
-            }
+        let mut json = json!({"result": self.outcome.name(), "message": self.message});
+        if let Some(advice) = &self.advice {
+            json["advice"] = json!(advice);
         }
+        json
     }
 }
 
 impl fmt::Display for CheckResult {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Passed(message) => write!(f, "ok    {message}"),
-            Warning { problem, advice } => write!(f, "warn  {problem} -> {advice}"),
-            Failed { problem, advice } => write!(f, "fail  {problem} -> {advice}"),
+        write!(f, "{:<4}  {}", self.outcome.name(), self.message)?;
+        match &self.advice {
+            Some(advice) => write!(f, " -> {advice}"),
+            None => Ok(()),
         }
     }
 }
 
+/// Runs `regatta doctor`.
 pub fn run(args: DoctorArgs) -> Result<ExitCode, Failure> {
     health::look_only();
     let mut results = Vec::new();
@@ -76,12 +90,21 @@ pub fn run(args: DoctorArgs) -> Result<ExitCode, Failure> {
     for result in &results {
         if args.json { println!("{}", result.to_json()) } else { println!("{result}") }
     }
-    let any_failed = results.iter().any(|result| matches!(result, Failed { .. }));
+    let any_failed = results.iter().any(|result| result.outcome == Outcome::Fail);
     Ok(if any_failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
 
-fn failed(error: impl fmt::Display, advice: &str) -> CheckResult {
-    Failed { problem: error.to_string(), advice: advice.to_owned() }
+fn passed(message: impl fmt::Display) -> CheckResult {
+    CheckResult { outcome: Outcome::Ok, message: message.to_string(), advice: None }
+}
+
+fn warning(problem: impl fmt::Display, advice: impl fmt::Display) -> CheckResult {
+    let (message, advice) = (problem.to_string(), Some(advice.to_string()));
+    CheckResult { outcome: Outcome::Warn, message, advice }
+}
+
+fn failed(problem: impl fmt::Display, advice: impl fmt::Display) -> CheckResult {
+    CheckResult { outcome: Outcome::Fail, ..warning(problem, advice) }
 }
 
 fn cleanup_result(cleaned: Cleaned) -> CheckResult {
@@ -89,16 +112,16 @@ fn cleanup_result(cleaned: Cleaned) -> CheckResult {
     let freed = megabytes(bytes);
     let repaired = if repaired { "; removed the damaged management segment" } else { "" };
     let message = format!(
-        "cleaned up after {occupants} dead processes and {orphans} orphaned segments: {freed} freed{repaired}"
+        "cleaned up after {occupants} dead processes and {orphans} orphaned segments: \
+         {freed} freed{repaired}"
     );
     if failed == 0 {
-        return Passed(message);
+        return passed(message);
     }
-    let problem = format!("{message}; can't clean up after {failed} dead processes");
-    Warning {
-        problem,
-        advice: "another process may be cleaning up: run `regatta doctor --clean` again".to_owned(),
-    }
+    warning(
+        format_args!("{message}; can't clean up after {failed} dead processes"),
+        "another process may be cleaning up: run `regatta doctor --clean` again",
+    )
 }
 
 fn megabytes(bytes: u64) -> String {
@@ -107,67 +130,59 @@ fn megabytes(bytes: u64) -> String {
 
 fn memory() -> CheckResult {
     let folder = health::SHARED_MEMORY;
-    match health::space() {
-        Ok(space) if space.available < LOW_MEMORY => Warning {
-            problem: format!(
-                "shared memory: only {} of {} left in {folder}",
-                megabytes(space.available),
-                megabytes(space.total)
-            ),
-            advice: format!(
-                "enough for small fleets; for more, `mount -o remount,size=1g {folder}` (Docker: --shm-size=1g)"
-            ),
-        },
-        Ok(space) => Passed(format!(
-            "shared memory: {} of {} left in {folder}",
-            megabytes(space.available),
-            megabytes(space.total)
-        )),
-        Err(error) => failed(error, "mount a tmpfs there"),
+    let space = match health::space() {
+        Ok(space) => space,
+        Err(error) => return failed(error, "mount a tmpfs there"),
+    };
+    let (available, total) = (megabytes(space.available), megabytes(space.total));
+    if space.available >= LOW_MEMORY {
+        return passed(format_args!("shared memory: {available} of {total} left in {folder}"));
     }
+    warning(
+        format_args!("shared memory: only {available} of {total} left in {folder}"),
+        format_args!(
+            "enough for small fleets; for more, `mount -o remount,size=1g {folder}` \
+             (Docker: --shm-size=1g)"
+        ),
+    )
 }
 
 fn rights() -> CheckResult {
+    let folder = health::SHARED_MEMORY;
     match health::check_rights() {
-        Ok(()) => Passed(
-            "rights: this user can create shared memory (other users can't read its fleets)"
-                .to_owned(),
-        ),
-        Err(error) => failed(
-            error,
-            &format!("let this user write to {}: `chmod 1777`", health::SHARED_MEMORY),
-        ),
+        Ok(()) => {
+            passed("rights: this user can create shared memory (other users can't read its fleets)")
+        }
+        Err(error) => failed(error, format_args!("let this user write to {folder}: `chmod 1777`")),
     }
 }
 
 /// The advice if iceoryx2's files can't be listed.
 const CHECK_OWNER: &str = "check the directory above, and who owns it";
 
-/// Checks where this user's shared memory is.
+/// Checks the location of this user's shared memory.
 fn directory() -> Vec<CheckResult> {
+    let folder = health::SHARED_MEMORY;
     let mut results = Vec::new();
-    match health::location() {
+    results.push(match health::location() {
         Ok((root, prefix)) => {
-            results.push(Passed(format!(
-                "directory: {root} (segments {}/{prefix}*)",
-                health::SHARED_MEMORY
-            )));
+            passed(format_args!("directory: {root} (segments {folder}/{prefix}*)"))
         }
-        Err(error) => results.push(failed(error, "other users may not control it")),
-    }
+        Err(error) => failed(error, "other users may not control it"),
+    });
     if let Some(damage) = health::damage() {
         results.push(failed(damage, "run `regatta doctor --clean`"));
     }
-    match health::bytes_elsewhere() {
-        Ok(bytes) if bytes >= WORTH_TELLING => results.push(Warning {
-            problem: format!("{} of segments belong to another directory", megabytes(bytes)),
-            advice: format!(
-                "a container or another {RUNTIME_DIR_VARIABLE} may use them; if none does, remove {}/regatta_* that don't \
-                 have the prefix above",
-                health::SHARED_MEMORY
+    if let Ok(bytes) = health::bytes_elsewhere()
+        && bytes >= WORTH_A_WARNING
+    {
+        results.push(warning(
+            format_args!("{} of segments belong to another directory", megabytes(bytes)),
+            format_args!(
+                "a container or another {RUNTIME_DIR_VARIABLE} may use them; if none does, remove \
+                 {folder}/regatta_* that don't have the prefix above"
             ),
-        }),
-        _ => {}
+        ));
     }
     results
 }
@@ -178,24 +193,22 @@ fn processes() -> Vec<CheckResult> {
         Err(error) => return vec![failed(error, CHECK_OWNER)],
     };
     let (alive, dead): (Vec<_>, Vec<_>) = occupants.iter().partition(|occupant| occupant.alive);
-    let mut results = vec![Passed(format!("processes in shared memory: {}", list(&alive)))];
+    let mut results = vec![passed(format_args!("processes in shared memory: {}", list(&alive)))];
     if !dead.is_empty() {
-        results.push(Warning {
-            problem: format!("left by dead processes: {}", list(&dead)),
-            advice: "run `regatta doctor --clean`, or start any fleet or plugin: it cleans up too"
-                .to_owned(),
-        });
+        results.push(warning(
+            format_args!("left by dead processes: {}", list(&dead)),
+            "run `regatta doctor --clean`, or start any fleet or plugin: it cleans up too",
+        ));
     }
     match health::orphans() {
         Ok(orphans) if orphans.is_empty() => {}
-        Ok(orphans) => results.push(Warning {
-            problem: format!(
-                "{} segments without an owner: {}",
-                orphans.len(),
-                megabytes(orphans.iter().map(|orphan| orphan.bytes).sum())
-            ),
-            advice: "run `regatta doctor --clean`".to_owned(),
-        }),
+        Ok(orphans) => {
+            let (count, bytes) = (orphans.len(), orphans.iter().map(|orphan| orphan.bytes).sum());
+            results.push(warning(
+                format_args!("{count} segments without an owner: {}", megabytes(bytes)),
+                "run `regatta doctor --clean`",
+            ));
+        }
         Err(error) => results.push(failed(error, CHECK_OWNER)),
     }
     results
@@ -222,32 +235,28 @@ fn describe(occupant: &Occupant) -> String {
 }
 
 fn versions() -> CheckResult {
-    match health::versions() {
-        Ok(versions) => {
-            let others: Vec<_> = versions
-                .keys()
-                .filter(|version| **version != CONTRACT_VERSION.to_string())
-                .collect();
-            if others.is_empty() {
-                return Passed(format!(
-                    "contract: version {CONTRACT_VERSION}, and no fleet here has another"
-                ));
-            }
-            Warning {
-                problem: format!(
-                    "contract: this program has version {CONTRACT_VERSION}, but there are fleets with version {others:?}"
-                ),
-                advice: "stop them, or use the programs of their release for them".to_owned(),
-            }
-        }
-        Err(error) => failed(error, CHECK_OWNER),
+    let versions = match health::versions() {
+        Ok(versions) => versions,
+        Err(error) => return failed(error, CHECK_OWNER),
+    };
+    let ours = CONTRACT_VERSION.to_string();
+    let others: Vec<_> = versions.keys().filter(|version| **version != ours).collect();
+    if others.is_empty() {
+        return passed(format_args!("contract: version {ours}, and no fleet here has another"));
     }
+    warning(
+        format_args!(
+            "contract: this program has version {ours}, but there are fleets with version \
+             {others:?}"
+        ),
+        "stop them, or use the programs of their release for them",
+    )
 }
 
 /// Publishes a frame and receives it.
 fn trial() -> CheckResult {
     match send_a_frame() {
-        Ok(time) => Passed(format!(
+        Ok(time) => passed(format_args!(
             "iceoryx2 0.10: a frame of 1000 robots was received after {:.0} µs",
             time.as_secs_f64() * 1e6
         )),
@@ -274,8 +283,8 @@ fn send_a_frame() -> Result<Duration, Failure> {
 
 fn processor() -> CheckResult {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    Passed(format!(
+    passed(format_args!(
         "processor: {cores} cores, motion kernel for {}",
-        regatta_engine::motion::Isa::detect()
+        regatta_motion::Isa::detect()
     ))
 }

@@ -1,16 +1,15 @@
 //! `regatta engine`: runs the engine in this process.
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use clap::Args;
 use regatta_engine::engine::{Engine, Options};
-use regatta_engine::motion::Isa;
-use regatta_engine::scenario::{Overrides, RobotCount};
+use regatta_motion::Isa;
 use regatta_plugin::producer::{LockstepOptions, Speed};
 use regatta_plugin::{FleetName, SchedulingOptions, Termination};
+use regatta_scenario::{Overrides, RobotCount};
 
-use crate::arguments::{LayoutArgs, isa_parser};
+use crate::arguments::{LayoutArgs, one_of};
 use crate::failure::{Failure, plugin_failure};
 use crate::progress::Progress;
 use crate::scenario::{self, Demo};
@@ -22,7 +21,7 @@ pub struct EngineArgs {
     pub scenario: Option<PathBuf>,
     #[command(flatten)]
     pub options: EngineOptions,
-    /// Run the demo whose robots wait for orders of a fleet manager, if no scenario is given.
+    /// Run the demo whose robots wait for commands of a fleet manager, if no scenario is given.
     #[arg(long, hide = true)]
     pub managed_demo: bool,
     /// Stop after this number of ticks.
@@ -59,7 +58,7 @@ pub struct EngineOptions {
     #[arg(long, default_value = "1", value_parser = parse_threads)]
     pub threads: Option<usize>,
     /// Instruction set of the motion kernel; the best available if not given.
-    #[arg(long, value_parser = isa_parser())]
+    #[arg(long, value_parser = one_of::<Isa>(Isa::ALL.map(Isa::name)))]
     pub isa: Option<Isa>,
     #[command(flatten)]
     pub layout: LayoutArgs,
@@ -89,42 +88,33 @@ impl EngineOptions {
 
     /// Converts the options to command-line arguments for a child process.
     pub fn to_args(&self) -> Vec<String> {
-        fn pair(name: &str, value: &Option<impl ToString>) -> Vec<String> {
-            value
-                .as_ref()
-                .map(|value| vec![format!("--{name}"), value.to_string()])
-                .unwrap_or_default()
-        }
-        let mut args = vec!["--fleet".to_owned(), self.fleet.to_string()];
-        args.extend(pair("speed", &self.speed));
-        args.extend(pair("robots", &self.robots));
-        args.extend(pair("rate", &self.rate));
-        args.extend(pair("publish-rate", &self.publish_rate));
-        args.extend(pair("seed", &self.seed));
-        args.extend(pair("threads", &self.threads));
-        args.extend(pair("isa", &self.isa));
+        let mut args = vec![format!("--fleet={}", self.fleet)];
+        args.extend(self.speed.map(|speed| format!("--speed={speed}")));
+        args.extend(self.robots.map(|robots| format!("--robots={robots}")));
+        args.extend(self.rate.map(|rate| format!("--rate={rate}")));
+        args.extend(self.publish_rate.map(|rate| format!("--publish-rate={rate}")));
+        args.extend(self.seed.map(|seed| format!("--seed={seed}")));
+        args.extend(self.threads.map(|threads| format!("--threads={threads}")));
+        args.extend(self.isa.map(|isa| format!("--isa={isa}")));
         args.extend(self.layout.to_args());
         args.extend(self.scheduling.priority.map(|priority| format!("--priority={priority}")));
         args.extend(self.scheduling.pin.iter().map(|core| format!("--pin={core}")));
-        args.extend([
-            "--lockstep-timeout".to_owned(),
-            self.lockstep.timeout.as_secs_f64().to_string(),
-        ]);
-        args.extend(
-            self.lockstep.names.iter().flat_map(|name| ["--lockstep".to_owned(), name.clone()]),
-        );
+        args.push(format!("--lockstep-timeout={}", self.lockstep.timeout.as_secs_f64()));
+        args.extend(self.lockstep.names.iter().map(|name| format!("--lockstep={name}")));
         args
     }
 }
 
-pub fn run(args: EngineArgs) -> Result<ExitCode, Failure> {
+/// Runs `regatta engine`.
+pub fn run(args: EngineArgs) -> Result<(), Failure> {
     let termination = Termination::watch().map_err(plugin_failure)?;
     let demo = if args.managed_demo { Demo::Managed } else { Demo::Unmanaged };
     let scenario = scenario::load(args.scenario.as_deref(), demo, &args.options.overrides())?;
-    // The engine of `regatta run` says it, too.
+    // The engine of `regatta run` prints this, too.
     if scenario.is_made_up {
         eprintln!(
-            "this is a layout without a scenario: robots on random routes are made up; `regatta new` writes them to a file"
+            "this is a layout without a scenario: robots on random routes are made up; \
+             `regatta new` writes them to a file"
         );
     }
     for warning in &scenario.warnings {
@@ -156,5 +146,5 @@ pub fn run(args: EngineArgs) -> Result<ExitCode, Failure> {
         summary.wall_time.as_secs_f64(),
         summary.late_ticks
     );
-    Ok(ExitCode::SUCCESS)
+    Ok(())
 }

@@ -1,6 +1,6 @@
 //! Errors for the user.
 
-/// An error for the user: one line that says what is wrong and what to do. `-v` also prints its
+/// An error for the user: one line with the problem and its solution. `-v` also prints its
 /// sources.
 pub type Failure = Box<dyn std::error::Error + Send + Sync>;
 

@@ -1,7 +1,6 @@
 //! `regatta list` and `regatta stop`: the fleets that run on this machine.
 
 use std::collections::BTreeMap;
-use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 use regatta_plugin::control::{ControlKind, ControlRequest, ControlResponse};
@@ -9,7 +8,7 @@ use regatta_plugin::health::{self, Occupant};
 use regatta_plugin::{Control, FleetName};
 use serde_json::{Value, json};
 
-use crate::control::Target;
+use crate::control::{Target, is_paused};
 use crate::failure::Failure;
 
 /// The longest time that a producer may take to answer before it is listed as silent.
@@ -22,11 +21,12 @@ struct RunningFleet {
     name: FleetName,
     /// The status, or the reason why there is none.
     status: Result<ControlResponse, String>,
-    /// The name of the producer in the fleet, `engine` for example; empty if it is unknown.
+    /// The name of the producer in the fleet, for example `engine`; empty if it is unknown.
     producer: String,
 }
 
-pub fn list(json: bool) -> Result<ExitCode, Failure> {
+/// Runs `regatta list`.
+pub fn list(json: bool) -> Result<(), Failure> {
     let fleets: Vec<_> = fleets()?
         .into_iter()
         .map(|(name, processes)| RunningFleet::ask(name, &processes))
@@ -38,16 +38,15 @@ pub fn list(json: bool) -> Result<ExitCode, Failure> {
     } else {
         print!("{}", table(&fleets));
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(())
 }
 
 /// Returns the live processes of each fleet.
 fn fleets() -> Result<BTreeMap<FleetName, Vec<Occupant>>, Failure> {
     let mut fleets: BTreeMap<_, Vec<_>> = BTreeMap::new();
     for occupant in health::occupants()?.into_iter().filter(|occupant| occupant.alive) {
-        if let Some((fleet, _)) =
-            fleet_and_name(&occupant).and_then(|(fleet, name)| Some((fleet.parse().ok()?, name)))
-        {
+        let fleet = fleet_and_name(&occupant).and_then(|(fleet, _)| fleet.parse().ok());
+        if let Some(fleet) = fleet {
             fleets.entry(fleet).or_default().push(occupant);
         }
     }
@@ -70,7 +69,7 @@ impl RunningFleet {
 
     fn state(&self) -> &str {
         match &self.status {
-            Ok(status) if status.clock == 1 => "paused",
+            Ok(status) if is_paused(status) => "paused",
             Ok(_) => "running",
             Err(reason) => reason,
         }
@@ -78,12 +77,12 @@ impl RunningFleet {
 
     /// Returns the ticks per simulated second; `None` before the first tick.
     fn rate_hz(&self) -> Option<f64> {
-        let status = self
-            .status
-            .as_ref()
-            .ok()
-            .filter(|status| status.tick > 0 && status.sim_time_nanos > 0)?;
-        Some((status.tick as f64 / (status.sim_time_nanos as f64 * 1e-9) * 1000.0).round() / 1000.0)
+        let status = self.status.as_ref().ok()?;
+        if status.tick == 0 || status.sim_time_nanos == 0 {
+            return None;
+        }
+        let rate_hz = status.tick as f64 / (status.sim_time_nanos as f64 * 1e-9);
+        Some((rate_hz * 1000.0).round() / 1000.0)
     }
 
     fn json(&self) -> Value {
@@ -109,44 +108,47 @@ fn ask_status(fleet: &FleetName) -> Result<ControlResponse, Failure> {
     answer.map_err(|_| "no answer".into())
 }
 
-/// Returns the process of a producer that says that it has this id.
+/// Returns the process of a producer with this id.
 fn producer(processes: &[Occupant], pid: u32) -> Option<&Occupant> {
     processes.iter().find(|occupant| occupant.pid == pid)
 }
 
 /// Formats a line per fleet below a line of titles.
 fn table(fleets: &[RunningFleet]) -> String {
-    let titles = ["FLEET", "PRODUCER", "PID", "ROBOTS", "RATE", "STATE"].map(str::to_owned);
-    let rows = fleets.iter().map(|fleet| {
-        let number = |number: fn(&ControlResponse) -> u32| {
-            fleet.status.as_ref().map(|s| number(s).to_string())
-        };
-        let number = |figure| number(figure).unwrap_or_default();
+    let mut rows = vec![["FLEET", "PRODUCER", "PID", "ROBOTS", "RATE", "STATE"].map(str::to_owned)];
+    for fleet in fleets {
+        let (mut pid, mut robots) = Default::default();
+        if let Ok(status) = &fleet.status {
+            (pid, robots) = (status.pid.to_string(), status.robots.to_string());
+        }
         let rate = fleet.rate_hz().map(|rate| format!("{rate} Hz")).unwrap_or_default();
-        let (name, producer, state) =
-            (fleet.name.to_string(), fleet.producer.clone(), fleet.state().to_owned());
-        [name, producer, number(|status| status.pid), number(|status| status.robots), rate, state]
-    });
-    let rows: Vec<_> = std::iter::once(titles).chain(rows).collect();
-    let width =
-        |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-    let widths: [usize; 6] = std::array::from_fn(width);
-    let line = |row: &[String; 6]| {
-        let cells: String =
-            row.iter().zip(widths).map(|(cell, width)| format!("{cell:<width$}  ")).collect();
-        cells.trim_end().to_owned() + "\n"
-    };
-    rows.iter().map(line).collect()
+        let (name, producer) = (fleet.name.to_string(), fleet.producer.clone());
+        rows.push([name, producer, pid, robots, rate, fleet.state().to_owned()]);
+    }
+    let mut widths = [0; 6];
+    for row in &rows {
+        for (width, cell) in widths.iter_mut().zip(row) {
+            *width = cell.chars().count().max(*width);
+        }
+    }
+    let mut table = String::new();
+    for row in &rows {
+        let cells = row.iter().zip(widths).map(|(cell, width)| format!("{cell:<width$}  "));
+        table += cells.collect::<String>().trim_end();
+        table.push('\n');
+    }
+    table
 }
 
-pub fn stop(target: &Target) -> Result<ExitCode, Failure> {
+/// Runs `regatta stop`.
+pub fn stop(target: &Target) -> Result<(), Failure> {
     let fleet = &target.fleet;
     let mut control = Control::open(fleet)?;
     let pid = control.status()?.pid;
     let processes = fleets()?.remove(fleet).unwrap_or_default();
     let verified = producer(&processes, pid).filter(|occupant| is_same_program(occupant));
     let Some(occupant) = verified else {
-        // In another container, for example, ids of processes are others.
+        // Another container, for example, has other process ids.
         return Err(format!(
             "process {pid} here isn't the producer of fleet '{fleet}'; stop it where it was started"
         )
@@ -165,7 +167,7 @@ pub fn stop(target: &Target) -> Result<ExitCode, Failure> {
         std::thread::sleep(Duration::from_millis(10));
     }
     println!("fleet '{fleet}' has ended");
-    Ok(ExitCode::SUCCESS)
+    Ok(())
 }
 
 /// Whether the process with the id of an occupant runs the occupant's program.
@@ -174,8 +176,7 @@ fn is_same_program(occupant: &Occupant) -> bool {
     let program = std::fs::read_link(format!("/proc/{}/exe", occupant.pid));
     program.is_ok_and(|path| {
         // The kernel appends ` (deleted)` when the program was built anew meanwhile.
-        let name =
-            path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
         name.trim_end_matches(" (deleted)") == occupant.executable
     })
 }
@@ -186,7 +187,7 @@ fn is_same_program(_occupant: &Occupant) -> bool {
     true
 }
 
-/// Sends what Ctrl-C sends.
+/// Sends the signal of Ctrl-C.
 #[cfg(unix)]
 fn interrupt(occupant: &Occupant) -> Result<(), Failure> {
     use rustix::process::{Pid, Signal, kill_process};

@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
-use regatta_engine::graph::generate::{Grid, Warehouse};
-use regatta_engine::graph::info::Info;
-use regatta_engine::graph::{self, Format, GraphError, ReadOptions, RouteGraph, draw};
-use regatta_engine::scenario::is_scenario;
+use regatta_layout::generate::{Grid, Warehouse};
+use regatta_layout::model::info::Info;
+use regatta_layout::{Format, GraphError, ReadOptions, RouteGraph, draw};
+use regatta_scenario::is_scenario;
 
-use crate::arguments::{LayoutArgs, format_parser};
+use crate::arguments::{LayoutArgs, one_of};
 use crate::failure::Failure;
 use crate::output::{Destination, Force, STANDARD_STREAM, write_file};
 use crate::progress::Progress;
@@ -65,8 +65,9 @@ pub enum GraphCommand {
         /// File to write; - for standard output
         #[arg(short, long, value_name = "FILE")]
         output: Destination,
-        /// Format to write; told by the ending (.yaml, .json, .geojson, .xml) if not given
-        #[arg(long, value_name = "FORMAT", value_parser = format_parser())]
+        /// Format to write; that of the ending (.yaml, .json, .geojson, .xml) if not given
+        #[arg(long, value_name = "FORMAT")]
+        #[arg(value_parser = one_of::<Format>(Format::ALL.map(Format::name)))]
         to: Option<Format>,
         #[command(flatten)]
         force: Force,
@@ -84,7 +85,7 @@ pub enum GraphCommand {
     },
 }
 
-/// A route graph file and how to read it.
+/// A route graph file, and the options of reading it.
 #[derive(Debug, Args)]
 pub struct FileArgs {
     /// Route graph or layout file of any format; - for standard input
@@ -192,17 +193,11 @@ fn generate(generator: &Generator) -> Result<(), Failure> {
 }
 
 fn draw(file: &FileArgs, output: &Destination, force: Force) -> Result<(), Failure> {
-    let has_ending = |path: &Path, ending| {
-        path.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending))
-    };
     let png = match output {
         Destination::File(path) if has_ending(path, "png") => Some(path),
         Destination::File(path) if !has_ending(path, "svg") => {
-            let name = path.display();
-            return Err(format!(
-                "{name}: a map is drawn as SVG or PNG; give a file that ends in .svg or .png"
-            )
-            .into());
+            let advice = "a map is drawn as SVG or PNG; give a file that ends in .svg or .png";
+            return Err(format!("{}: {advice}", path.display()).into());
         }
         _ => None,
     };
@@ -217,12 +212,18 @@ fn draw(file: &FileArgs, output: &Destination, force: Force) -> Result<(), Failu
     }
 }
 
+fn has_ending(path: &Path, ending: &str) -> bool {
+    path.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending))
+}
+
 /// Compares two layouts, each read with the options that its format has.
 fn diff(first: &Path, second: &Path, layout: &LayoutArgs) -> Result<ExitCode, Failure> {
     let _progress = Progress::start("comparing", 0);
-    let read = |path: &Path| Ok::<_, Failure>(graph::read(path, &layout.options())?.0);
-    let differences = graph::diff::diff(&read(first)?, &read(second)?);
-    differences.iter().for_each(|difference| println!("{difference}"));
+    let read = |path: &Path| Ok::<_, Failure>(regatta_layout::read(path, &layout.options())?.0);
+    let differences = regatta_layout::check::diff::diff(&read(first)?, &read(second)?);
+    for difference in &differences {
+        println!("{difference}");
+    }
     Ok(if differences.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
@@ -233,10 +234,9 @@ impl FileArgs {
 
     /// Returns the name of the file in messages.
     fn name(&self) -> String {
-        if self.is_standard_input() {
-            "standard input".to_owned()
-        } else {
-            self.file.display().to_string()
+        match self.is_standard_input() {
+            true => "standard input".to_owned(),
+            false => self.file.display().to_string(),
         }
     }
 
@@ -246,14 +246,14 @@ impl FileArgs {
 
     fn text(&self) -> Result<String, GraphError> {
         if self.is_standard_input() {
-            return graph::read_stream(std::io::stdin().lock(), &self.name());
+            return regatta_layout::read_stream(std::io::stdin().lock(), &self.name());
         }
-        graph::read_file(&self.file)
+        regatta_layout::read_file(&self.file)
     }
 
     fn read(&self) -> Result<RouteGraph, Failure> {
         let text = self.text()?;
-        match graph::parse(&text, &self.name(), &self.options()) {
+        match regatta_layout::parse(&text, &self.name(), &self.options()) {
             Ok((graph, _)) => Ok(graph),
             Err(_) if is_scenario(&text) => Err(format!(
                 "{}: this is a scenario; give the route graph that it names",

@@ -10,7 +10,8 @@ use regatta_plugin::FleetName;
 use serde_json::Value;
 
 use crate::failure::Failure;
-use crate::supervisor::{EndedChild, Supervisor};
+use crate::program::Program;
+use crate::supervisor::Supervisor;
 
 /// The name of the engine's process.
 pub const ENGINE: &str = "engine";
@@ -19,11 +20,22 @@ pub const POLL_INTERVAL: Duration = Duration::from_millis(5);
 /// The longest time that the engine waits for a tick of the others: the first ones of a large fleet
 /// take seconds.
 const LOCKSTEP_TIMEOUT_SECS: &str = "120";
-/// Room that a disk has unless it is full: more than the last words of all processes.
+/// Room that a disk has unless it is full: more than the last messages of all processes.
 const PROBE_BYTES: usize = 1 << 16;
+
+/// The error of writing a file of a run.
+#[derive(Debug, thiserror::Error)]
+#[error("can't write to {}: {reason}", path.display())]
+pub struct WriteError {
+    /// The file, or the folder that holds the run's.
+    pub path: PathBuf,
+    /// The reason.
+    pub reason: std::io::Error,
+}
 
 /// The processes of a run.
 pub struct LockstepRun {
+    program: Program,
     fleet: FleetName,
     /// Stopped before the folder is removed.
     supervisor: Supervisor,
@@ -31,19 +43,24 @@ pub struct LockstepRun {
 }
 
 impl LockstepRun {
-    /// Makes a run without processes, whose fleet is named after this process.
-    pub fn new(name: &str) -> Result<Self, Failure> {
+    /// Makes a run without processes, whose fleet is named after this process. `program` is run by
+    /// [`command`](Self::command).
+    ///
+    /// # Errors
+    /// If no temporary folder can be made.
+    pub fn new(name: &str, program: Program) -> Result<Self, Failure> {
         let folder = tempfile::tempdir()
-            .map_err(|error| format!("can't create a temporary folder: {error}"))?;
+            .map_err(|reason| WriteError { path: std::env::temp_dir(), reason })?;
         let fleet = format!("{name}-{}", std::process::id()).parse()?;
-        Ok(Self { fleet, supervisor: Supervisor::default(), folder })
+        Ok(Self { program, fleet, supervisor: Supervisor::default(), folder })
     }
 
+    /// The name of the fleet.
     pub fn fleet(&self) -> &FleetName {
         &self.fleet
     }
 
-    /// The folder for what the processes write.
+    /// The folder for the files of the processes.
     pub fn folder(&self) -> &Path {
         self.folder.path()
     }
@@ -69,9 +86,9 @@ impl LockstepRun {
         self.supervisor.start(name, command)
     }
 
-    /// Returns a command of this program.
+    /// Returns a command of the program.
     pub fn command(&self, name: &str, args: &[&str]) -> Result<Command, Failure> {
-        let mut command = Command::new(std::env::current_exe()?);
+        let mut command = self.program.command();
         command.args(args);
         self.joined(name, command)
     }
@@ -79,8 +96,10 @@ impl LockstepRun {
     /// Gives a command the fleet, and a file for its messages: `NAME.log`.
     pub fn joined(&self, name: &str, mut command: Command) -> Result<Command, Failure> {
         let path = self.folder().join(format!("{name}.log"));
-        let log = File::create(&path)
-            .map_err(|error| format!("can't write to {}: {error}", path.display()))?;
+        let log = match File::create(&path) {
+            Ok(log) => log,
+            Err(reason) => return Err(WriteError { path, reason }.into()),
+        };
         command.args(["--fleet", self.fleet.as_str()]);
         command.stdin(Stdio::null()).stdout(log.try_clone()?).stderr(log);
         Ok(command)
@@ -97,9 +116,9 @@ impl LockstepRun {
     /// If a process has ended too early.
     pub fn engine_has_ended(&mut self) -> Result<bool, Failure> {
         let ended = self.supervisor.take_ended();
-        let is_fault = |child: &&EndedChild| child.name != ENGINE || !child.status.success();
-        // If another one has failed, that is why the engine has.
-        match ended.iter().filter(is_fault).max_by_key(|child| child.name != ENGINE) {
+        let faults = ended.iter().filter(|child| child.name != ENGINE || !child.status.success());
+        // If another process has failed, the engine has failed for that reason.
+        match faults.max_by_key(|child| child.name != ENGINE) {
             Some(child) => {
                 let failure =
                     child.failure().unwrap_or_else(|| format!("{} ended early", child.name));
@@ -117,23 +136,20 @@ impl LockstepRun {
     /// A failure of a process with the last line that it wrote.
     pub fn failure(&self, failure: &str, name: &str) -> Failure {
         let folder = self.folder();
-        // What the processes say is of no use then: their last words found no room.
-        if let Err(error) = fs::write(folder.join("probe"), [0; PROBE_BYTES]) {
-            return format!(
-                "can't write to {}: {error}",
-                folder.parent().unwrap_or(folder).display()
-            )
-            .into();
+        // The logs are of no use on a full disk: the last messages found no room.
+        if let Err(reason) = fs::write(folder.join("probe"), [0; PROBE_BYTES]) {
+            return WriteError { path: folder.parent().unwrap_or(folder).to_owned(), reason }
+                .into();
         }
         let log = self.log(name);
         let line = log.lines().rfind(|line| !line.trim().is_empty()).unwrap_or("it said nothing");
-        // Nobody finds the files of a run that is over.
+        // The files of a run that is over are gone.
         let line =
             line.trim_start_matches("regatta: ").replace(&format!("{}/", folder.display()), "");
         format!("{failure}: {line}").into()
     }
 
-    /// What a process wrote on standard output and standard error.
+    /// The text that a process wrote to standard output and standard error.
     pub fn log(&self, name: &str) -> String {
         fs::read_to_string(self.folder().join(format!("{name}.log"))).unwrap_or_default()
     }
@@ -169,7 +185,7 @@ mod tests {
 
     #[test]
     fn a_failure_has_the_last_line_and_no_temporary_folder() {
-        let run = LockstepRun::new("test").expect("a run");
+        let run = LockstepRun::new("test", Program::this().expect("a path")).expect("a run");
         assert_eq!(
             run.failure("engine failed", ENGINE).to_string(),
             "engine failed: it said nothing"

@@ -2,40 +2,36 @@
 //! child processes of this same binary. Each subcommand has a file of its own, which only connects
 //! the command line to the crate that does the work.
 
-mod arguments;
 mod cli;
+mod command;
 mod control;
 mod doctor;
 mod engine;
-mod failure;
 mod fleets;
 mod graph;
-mod lockstep_run;
 mod new;
-mod order;
 mod orders;
-mod output;
-mod output_error;
 mod plugin;
-mod progress;
 mod recording;
 mod report;
 mod run;
 mod scenario;
 mod study;
-mod supervisor;
-mod top;
-mod validate;
-mod version;
 #[cfg(feature = "viewer")]
 mod viewer;
 
 use std::process::ExitCode;
 
 use clap::Parser;
+use regatta::{
+    arguments, experiment, failure, lockstep_run, output, output_error, program, progress,
+    supervisor, version,
+};
+use regatta_plugin::Control;
 
 use cli::{Cli, Command};
-use failure::{Failure, print_failure};
+use control::Target;
+use failure::{Failure, plugin_failure, print_failure};
 
 fn main() -> ExitCode {
     output_error::silence_panics();
@@ -58,46 +54,46 @@ fn main() -> ExitCode {
 
 fn dispatch(cli: Cli) -> Result<ExitCode, Failure> {
     match cli.command.unwrap_or_default() {
-        Command::Run(args) => run::run(args),
-        Command::Engine(args) => engine::run(args),
-        Command::Plugin(args) => plugin::run(args),
+        Command::Run(args) => return run::run(args),
+        Command::Engine(args) => engine::run(args)?,
+        Command::Plugin(args) => plugin::run(args)?,
         #[cfg(feature = "viewer")]
-        Command::Viewer(options) => viewer::run(&options),
-        Command::Graph { command } => graph::run(command),
-        Command::New(args) => new::run(&args).map(|()| ExitCode::SUCCESS),
-        Command::Pause(target) => control::pause(&target),
-        Command::Resume(target) => control::resume(&target),
-        Command::Step { ticks, target } => control::step(ticks, &target),
-        Command::Speed { speed, target } => control::speed(speed, &target),
-        Command::Seek { time, target } => control::seek(time.0, &target),
-        Command::Robots { command: Some(command), .. } => order::run(command.into()),
+        Command::Viewer(options) => viewer::run(&options)?,
+        Command::Graph { command } => return graph::run(command),
+        Command::New(args) => new::run(&args)?,
+        Command::Pause(target) => control::send(&target, Control::pause)?,
+        Command::Resume(target) => control::send(&target, Control::resume)?,
+        Command::Step { ticks, target } => control::send(&target, |control| control.step(ticks))?,
+        Command::Speed { speed, target } => {
+            control::send(&target, |control| control.speed(speed.as_f32()))?;
+        }
+        Command::Seek { time, target } => control::send(&target, |control| control.seek(time.0))?,
+        Command::Robots { command: Some(command), .. } => command::run(command.into())?,
         Command::Robots { robots, target, .. } => {
-            control::robots(robots.map_or(0, |robots| robots.0), &target)
+            let robots = robots.map_or(0, |robots| robots.0);
+            control::send(&target, |control| control.robots(robots))?;
         }
-        Command::Order { command } => order::run(command),
-        Command::Status { json, target } => control::status(json, &target),
-        Command::List { json } => fleets::list(json),
-        Command::Stop(target) => fleets::stop(&target),
-        Command::Record(args) => recording::record(&args),
-        Command::Replay(args) => recording::replay(&args),
-        Command::Info(args) => recording::info(&args),
-        Command::Export(args) => recording::export(&args),
-        Command::Plot(args) => recording::plot(&args),
-        Command::Validate(args) => validate::run(&args),
-        Command::Top(target) => top::run(&target),
-        Command::Orders { command } => orders::run(command),
-        Command::Report { command } => report::run(command),
-        Command::Study(args) => study::run(&args),
-        Command::StudyRun(args) => study::run_single(&args),
-        Command::StudyObserve(args) => study::run_observers(&args),
-        Command::Doctor(args) => doctor::run(args),
-        Command::Completions { shell } => {
-            cli::print_completions(shell);
-            Ok(ExitCode::SUCCESS)
+        Command::Send { command } => command::run(command)?,
+        Command::Status { json, target } => control::status(json, &target)?,
+        Command::List { json } => fleets::list(json)?,
+        Command::Stop(target) => fleets::stop(&target)?,
+        Command::Record(args) => regatta_record::record(&args).map_err(plugin_failure)?,
+        Command::Replay(args) => regatta_record::replay(&args)?,
+        Command::Info(args) => recording::info(&args)?,
+        Command::Export(args) => println!("{}", regatta_record::export(&args)?),
+        Command::Plot(args) => println!("{}", regatta_record::plot(&args)?),
+        Command::Validate(args) => recording::validate(&args)?,
+        Command::Top(Target { fleet }) => {
+            regatta_metrics::top::run(&fleet).map_err(plugin_failure)?;
         }
-        Command::Man { folder, force } => {
-            cli::write_man_pages(&folder, force)?;
-            Ok(ExitCode::SUCCESS)
-        }
+        Command::Orders { command } => orders::run(command)?,
+        Command::Report { command } => return report::run(command),
+        Command::Study(args) => return study::run(&args),
+        Command::StudyRun(args) => return study::run_single(&args),
+        Command::StudyObserve(args) => return study::run_observers(&args),
+        Command::Doctor(args) => return doctor::run(args),
+        Command::Completions { shell } => cli::print_completions(shell),
+        Command::Man { folder, force } => cli::write_man_pages(&folder, force)?,
     }
+    Ok(ExitCode::SUCCESS)
 }

@@ -5,8 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use regatta_engine::graph::{self, RouteGraph};
-use regatta_engine::scenario::made_up_scenario;
+use regatta_layout::RouteGraph;
+use regatta_scenario::made_up_scenario;
 
 use crate::arguments::LayoutArgs;
 use crate::failure::Failure;
@@ -32,7 +32,7 @@ pub struct NewArgs {
 /// Returns an error if the layout can't be read or has errors, or if the folder has such files
 /// already.
 pub fn run(args: &NewArgs) -> Result<(), Failure> {
-    let (graph, findings) = graph::read(&args.plant, &args.layout.options())?;
+    let (graph, findings) = regatta_layout::read(&args.plant, &args.layout.options())?;
     // In the folder, the background lies beside the layout.
     let background = args.layout.background.as_deref().and_then(Path::file_name).map(PathBuf::from);
     let layout = LayoutArgs { background, ..args.layout.clone() };
@@ -49,16 +49,18 @@ pub fn run(args: &NewArgs) -> Result<(), Failure> {
         ("README.md", readme(&name, &layout, &graph).into_bytes()),
     ];
     let with_companions =
-        |path: &Path| std::iter::once(path.to_owned()).chain(graph::format::companions(path));
+        |path: &Path| std::iter::once(path.to_owned()).chain(regatta_layout::companions(path));
     let copies = std::iter::once(&args.plant)
         .chain(&args.layout.background)
         .flat_map(|path| with_companions(path));
     let copies: BTreeMap<_, _> =
         copies.filter_map(|from| Some((folder.join(from.file_name()?), from))).collect();
-    let is_new = |path: &Path| check_file(path, args.force).map(|_| ());
-    files.iter().try_for_each(|(name, _)| is_new(&folder.join(name)))?;
-    copies.iter().try_for_each(|(to, _)| is_new(to))?;
-
+    for (name, _) in &files {
+        check_file(&folder.join(name), args.force)?;
+    }
+    for to in copies.keys() {
+        check_file(to, args.force)?;
+    }
     fs::create_dir_all(&folder).map_err(|error| unwritable(&folder, &error))?;
     for (to, from) in &copies {
         let bytes = fs::read(from)
@@ -86,12 +88,9 @@ fn print_summary(folder: &Path, graph: &RouteGraph, warnings: usize) {
 }
 
 fn counts(graph: &RouteGraph) -> String {
-    let counts = [
-        (graph.edges().len(), "edge"),
-        (graph.nodes().len(), "node"),
-        (graph.stations().len(), "station"),
-    ];
-    counts.map(|(count, noun)| with_plural(count, noun)).join(", ")
+    let edges = with_plural(graph.edges().len(), "edge");
+    let nodes = with_plural(graph.nodes().len(), "node");
+    format!("{edges}, {nodes}, {}", with_plural(graph.stations().len(), "station"))
 }
 
 fn readme(name: &str, layout: &LayoutArgs, graph: &RouteGraph) -> String {
@@ -101,11 +100,14 @@ fn readme(name: &str, layout: &LayoutArgs, graph: &RouteGraph) -> String {
         "# {name}\n\n\
          A layout of {}, and a scenario for it.\n\n\
          ```console\n\
-         $ regatta run scenario.yaml                # robots on random routes, with the collision checker\n\
-         $ regatta graph check {plant}     # what of the layout wasn't understood, and what can't be driven\n\
+         $ regatta run scenario.yaml                # robots on random routes, with the collision \
+         checker\n\
+         $ regatta graph check {plant}     # what of the layout wasn't understood, and what can't \
+         be driven\n\
          $ regatta graph draw {plant} -o map.svg\n\
          ```\n\n\
-         `scenario.yaml` has the robot types (size, speed, acceleration, rotation) and the number of robots: change them to\n\
+         `scenario.yaml` has the robot types (size, speed, acceleration, rotation) and the number \
+         of robots: change them to\n\
          those of your plant.\n",
         counts(graph),
     )

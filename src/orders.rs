@@ -2,10 +2,9 @@
 //! manager, through its web API.
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
-use regatta_fleet_manager::tasks::{Client, ClientError, TimedDraft, read_orders};
+use regatta_orders::{Client, ClientError, TimedDraft, read_orders};
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
@@ -63,17 +62,18 @@ pub struct Manager {
 
 impl Manager {
     fn client(&self) -> Result<Client, Failure> {
-        let read = |path: &PathBuf| {
+        let mut token = None;
+        if let Some(path) = &self.token_file {
             let text = std::fs::read_to_string(path)
-                .map_err(|error| format!("can't read {} ({error})", path.display()));
-            text.map(|text| text.trim().to_owned())
-        };
-        let token = self.token_file.as_ref().map(read).transpose()?;
+                .map_err(|error| format!("can't read {} ({error})", path.display()))?;
+            token = Some(text.trim().to_owned());
+        }
         Ok(Client::new(&self.url, token)?)
     }
 }
 
-pub fn run(command: OrdersCommand) -> Result<ExitCode, Failure> {
+/// Runs `regatta orders`.
+pub fn run(command: OrdersCommand) -> Result<(), Failure> {
     match command {
         OrdersCommand::List { state, json, manager } => {
             list(&manager.client()?, state.as_deref(), json)?
@@ -86,17 +86,16 @@ pub fn run(command: OrdersCommand) -> Result<ExitCode, Failure> {
         }
         OrdersCommand::Import { file, manager } => import(&manager.client()?, read_orders(&file)?)?,
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(())
 }
 
-/// How many orders are asked for at once: there may be millions.
+/// The number of orders that are requested at once: there may be millions.
 const PAGE: usize = 10_000;
 
 fn list(client: &Client, state: Option<&str>, as_json: bool) -> Result<(), Failure> {
-    let is_word = |state: &&str| state.chars().all(|c| c.is_ascii_alphabetic());
     let state = match state {
-        Some(state) if !is_word(&state) => {
-            return Err(format!("`{}` is no state", state.escape_debug()).into());
+        Some(state) if !state.chars().all(|c| c.is_ascii_alphabetic()) => {
+            return Err(format!("invalid state '{}'", state.escape_debug()).into());
         }
         Some(state) => format!("&state={state}"),
         None => String::new(),
@@ -108,9 +107,12 @@ fn list(client: &Client, state: Option<&str>, as_json: bool) -> Result<(), Failu
     loop {
         let answer = client.get(&format!("/v1/transportOrders?limit={PAGE}{state}{after}"))?;
         let page = answer.as_array().map_or(&[][..], Vec::as_slice);
-        match as_json {
-            true => all.extend_from_slice(page),
-            false => page.iter().for_each(|order| println!("{}", line(order))),
+        if as_json {
+            all.extend_from_slice(page);
+        } else {
+            for order in page {
+                println!("{}", line(order));
+            }
         }
         match page.last().and_then(|order| order["name"].as_str()) {
             Some(name) if page.len() == PAGE => after = format!("&after={}", Client::escaped(name)),
@@ -125,12 +127,12 @@ fn list(client: &Client, state: Option<&str>, as_json: bool) -> Result<(), Failu
 
 /// Formats an order in one line.
 fn line(order: &Value) -> String {
-    let text = |name: &str| order[name].as_str().unwrap_or("-");
     let stops = order["destinations"].as_array().into_iter().flatten();
     let stops: Vec<_> = stops.filter_map(|stop| stop["locationName"].as_str()).collect();
-    let (robot, priority, stops) =
-        (text("processingVehicle"), &order["priority"], stops.join(" → "));
-    format!("{:<24} {:<11} {robot:>6} {priority:>8}  {stops}", text("name"), text("state"))
+    let [name, state, robot] =
+        ["name", "state", "processingVehicle"].map(|key| order[key].as_str().unwrap_or("-"));
+    let (priority, stops) = (&order["priority"], stops.join(" → "));
+    format!("{name:<24} {state:<11} {robot:>6} {priority:>8}  {stops}")
 }
 
 fn cancel(client: &Client, name: &str, immediate: bool) -> Result<(), Failure> {

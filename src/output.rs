@@ -1,4 +1,4 @@
-//! The files that commands write: each is there as a whole or not at all, and none replaces another
+//! The files that commands write: each appears only when it is complete, and none replaces another
 //! without `--force`.
 
 use std::ffi::OsString;
@@ -14,10 +14,12 @@ use crate::failure::{Failure, plugin_failure};
 /// The name of standard input or standard output in place of a file.
 pub const STANDARD_STREAM: &str = "-";
 
-/// Where a command writes.
+/// The destination of a text that a command writes.
 #[derive(Clone, Debug)]
 pub enum Destination {
+    /// Standard output, written as `-`.
     StandardOutput,
+    /// A file.
     File(PathBuf),
 }
 
@@ -86,9 +88,9 @@ pub fn write_file(path: &Path, bytes: &[u8], force: Force) -> Result<(), Failure
 }
 
 /// Returns the error of writing a file or a folder. The system's own text may name a temporary
-/// file, which tells nobody anything.
+/// file, which users don't know.
 pub fn unwritable(path: &Path, error: &io::Error) -> Failure {
-    let what_to_do = match error.kind() {
+    let advice = match error.kind() {
         io::ErrorKind::NotFound => "the folder doesn't exist: create it, or give another",
         io::ErrorKind::PermissionDenied => "you may not write there: give another folder",
         io::ErrorKind::StorageFull => "the disk is full: make room, or give another folder",
@@ -97,7 +99,7 @@ pub fn unwritable(path: &Path, error: &io::Error) -> Failure {
             return format!("{}: can't write: {kind}; give another path", path.display()).into();
         }
     };
-    format!("{}: can't write: {what_to_do}", path.display()).into()
+    format!("{}: can't write: {advice}", path.display()).into()
 }
 
 /// Returns a number of things in words.

@@ -1,9 +1,7 @@
 //! `regatta plugin NAME`: the built-in plugins.
 
-use std::process::ExitCode;
-
 use clap::{Args, Command, CommandFactory};
-use regatta_engine::scenario::closest;
+use regatta_scenario::closest;
 
 use crate::failure::{Failure, plugin_failure};
 use crate::version;
@@ -76,7 +74,7 @@ const PLUGINS: &[BuiltIn] = &[
     },
     BuiltIn {
         name: "validator",
-        about: "Judge the fleet: contacts, motion, tasks",
+        about: "Judge the fleet: contacts, motion, orders",
         run: |args| regatta_validator::run_from(args),
         add_options: |_| regatta_validator::Cli::command(),
     },
@@ -124,7 +122,8 @@ pub fn with_subcommands(command: Command) -> Command {
     Command::new("plugin").about(about).subcommands(subcommands)
 }
 
-pub fn run(args: PluginArgs) -> Result<ExitCode, Failure> {
+/// Runs `regatta plugin`.
+pub fn run(args: PluginArgs) -> Result<(), Failure> {
     let Some(name) = args.name_and_args.first() else {
         return Err(format!(
             "the name of the plugin is missing; the built-in plugins are: {}",
@@ -133,16 +132,14 @@ pub fn run(args: PluginArgs) -> Result<ExitCode, Failure> {
         .into());
     };
     if ["-h", "--help"].contains(&name.as_str()) {
-        let plugins =
-            PLUGINS.iter().map(|plugin| format!("  {:<13}  {}\n", plugin.name, plugin.about));
-        println!(
-            "Run one of the built-in plugins, in this process\n\nUsage: regatta plugin NAME [OPTIONS]\n\nPlugins:\n{}\n\
-             For a plugin's options: regatta plugin NAME --help",
-            plugins.collect::<String>()
-        );
-        return Ok(ExitCode::SUCCESS);
+        println!("Run one of the built-in plugins, in this process\n");
+        println!("Usage: regatta plugin NAME [OPTIONS]\n\nPlugins:");
+        for BuiltIn { name, about, .. } in PLUGINS {
+            println!("  {name:<13}  {about}");
+        }
+        println!("\nFor a plugin's options: regatta plugin NAME --help");
+        return Ok(());
     }
     let plugin = PLUGINS.iter().find(|plugin| plugin.name == name).ok_or_else(|| unknown(name))?;
-    (plugin.run)(args.name_and_args).map_err(plugin_failure)?;
-    Ok(ExitCode::SUCCESS)
+    (plugin.run)(args.name_and_args).map_err(plugin_failure)
 }

@@ -1,5 +1,5 @@
-//! Progress of work that takes long: nothing for a second, then a bar on a terminal, and a line now
-//! and then elsewhere.
+//! Progress of long work: nothing for a second, then a bar on a terminal, and a line now and then
+//! elsewhere.
 
 use std::io::IsTerminal;
 use std::sync::Arc;
@@ -18,7 +18,7 @@ const FRAME_TIME: Duration = Duration::from_millis(100);
 /// The time between two lines where standard error isn't a terminal.
 const LINE_TIME: Duration = Duration::from_secs(15);
 
-/// Shows on standard error what a command does, until it is dropped.
+/// Shows the work of a command on standard error, until it is dropped.
 pub struct Progress {
     state: Arc<State>,
     /// Dropped to end the thread.
@@ -35,7 +35,7 @@ struct State {
 }
 
 impl Progress {
-    /// Begins work of a number of steps; 0 if that isn't known. `current` says what it does first.
+    /// Begins work of a number of steps, 0 if that isn't known. `current` describes the first step.
     pub fn start(current: impl Into<String>, steps: u64) -> Self {
         let current = Mutex::new(current.into());
         let state =
@@ -48,13 +48,13 @@ impl Progress {
         Self { state, end: Some(end), thread: thread.ok() }
     }
 
-    /// Ends a step. `next` says what the next one does.
+    /// Ends a step. `next` describes the next one.
     pub fn step(&self, next: impl Into<String>) {
         self.state.done.fetch_add(1, Ordering::Relaxed);
         self.set_current(next);
     }
 
-    /// Says what the present step does.
+    /// Sets the description of the present step.
     pub fn set_current(&self, current: impl Into<String>) {
         *self.state.current.lock() = current.into();
     }
@@ -86,24 +86,28 @@ impl State {
 }
 
 fn show(state: &State, ended: &mpsc::Receiver<()>) {
-    let is_over = |time| ended.recv_timeout(time) != Err(RecvTimeoutError::Timeout);
-    if is_over(QUIET_TIME) {
+    if is_over(ended, QUIET_TIME) {
         return;
     }
     if !std::io::stderr().is_terminal() {
         regatta_plugin::tell!("{}", state.line());
-        while !is_over(LINE_TIME) {
+        while !is_over(ended, LINE_TIME) {
             regatta_plugin::tell!("{}", state.line());
         }
         return;
     }
     let bar = bar(state);
-    while !is_over(FRAME_TIME) {
+    while !is_over(ended, FRAME_TIME) {
         bar.set_position(state.done.load(Ordering::Relaxed));
         bar.set_message(state.current());
         bar.tick();
     }
     bar.finish_and_clear();
+}
+
+/// Waits for the end of the work, and returns whether it came.
+fn is_over(ended: &mpsc::Receiver<()>, time: Duration) -> bool {
+    ended.recv_timeout(time) != Err(RecvTimeoutError::Timeout)
 }
 
 fn bar(state: &State) -> ProgressBar {

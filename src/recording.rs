@@ -1,32 +1,12 @@
-//! `regatta record`, `replay`, `export`, `plot` and `info`: recordings of fleets.
+//! `regatta info` and `validate`: describe and judge recordings.
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use clap::Args;
-use regatta_record::{ExportArgs, PlotArgs, RecordArgs, ReplayArgs};
+use regatta_record::{Published, play};
+use regatta_validator::{Judge, JudgeOptions};
 
-use crate::failure::{Failure, plugin_failure};
-
-pub fn record(args: &RecordArgs) -> Result<ExitCode, Failure> {
-    regatta_record::record(args).map_err(plugin_failure)?;
-    Ok(ExitCode::SUCCESS)
-}
-
-pub fn replay(args: &ReplayArgs) -> Result<ExitCode, Failure> {
-    regatta_record::replay(args)?;
-    Ok(ExitCode::SUCCESS)
-}
-
-pub fn export(args: &ExportArgs) -> Result<ExitCode, Failure> {
-    println!("{}", regatta_record::export(args)?);
-    Ok(ExitCode::SUCCESS)
-}
-
-pub fn plot(args: &PlotArgs) -> Result<ExitCode, Failure> {
-    println!("{}", regatta_record::plot(args)?);
-    Ok(ExitCode::SUCCESS)
-}
+use crate::failure::Failure;
 
 /// Options of `regatta info`.
 #[derive(Args)]
@@ -38,11 +18,37 @@ pub struct InfoArgs {
     json: bool,
 }
 
-pub fn info(args: &InfoArgs) -> Result<ExitCode, Failure> {
+/// Runs `regatta info`.
+pub fn info(args: &InfoArgs) -> Result<(), Failure> {
     let info = regatta_record::info(&args.file)?;
     match args.json {
         true => println!("{}", serde_json::to_string_pretty(&info)?),
         false => print!("{info}"),
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(())
+}
+
+/// Options of `regatta validate`.
+#[derive(Args)]
+pub struct ValidateArgs {
+    /// The recording
+    file: PathBuf,
+    #[command(flatten)]
+    judge: JudgeOptions,
+}
+
+/// Runs `regatta validate`.
+pub fn validate(args: &ValidateArgs) -> Result<(), Failure> {
+    let mut judge = Judge::new(args.judge.settings());
+    play(&args.file, |published| match published {
+        Published::World(world) => judge.take_world(&world),
+        Published::Types(types) => judge.take_types(types),
+        Published::Events(header, events) => judge.take_events(&header, events, false),
+        Published::Orders(header, missed, orders) => judge.take_orders(&header, missed, orders),
+        Published::Frame(frame) => judge.take_frame(&frame),
+    })?;
+    let report = judge.finish();
+    print!("{report}");
+    args.judge.conclude(&report)?;
+    Ok(())
 }

@@ -7,8 +7,10 @@ use std::process::{Command, ExitCode};
 use std::time::{Duration, Instant};
 
 use clap::Args;
-use regatta_engine::scenario::{CameraEntry, LightEntry, PluginCommand, Scenario, Viewer};
+use regatta_plugin::column::ACTIVITY;
 use regatta_plugin::{AFTER_VARIABLE, Control, FleetName, LOAD_VARIABLE, Termination};
+use regatta_scenario::{CameraEntry, LightEntry, PluginCommand, Scenario, Viewer};
+use serde_json::json;
 use tempfile::NamedTempFile;
 
 use crate::arguments::Time;
@@ -29,7 +31,7 @@ const STATUS_INTERVAL: Duration = Duration::from_secs(1);
 const ENGINE: &str = "engine";
 /// The name of the viewer's process in messages.
 const VIEWER: &str = "viewer";
-/// The name of the plugin that publishes what robots are about.
+/// The name of the plugin that publishes the activities of robots.
 const FLEET_MANAGER: &str = "fleet-manager";
 /// Whether this program has a viewer.
 const HAS_VIEWER: bool = cfg!(feature = "viewer");
@@ -54,15 +56,20 @@ pub struct RunArgs {
     json: bool,
 }
 
+/// Runs `regatta run`.
 pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
     let termination = Termination::watch().map_err(plugin_failure)?;
     let (scenario, input) = read_scenario(&args)?;
     if scenario.viewer == Viewer::On && !HAS_VIEWER {
-        return Err("the scenario requires a viewer, and this program was built without the feature 'viewer'".into());
+        return Err("the scenario requires a viewer, and this program was built without the \
+                    feature 'viewer'"
+            .into());
     }
     let fleet = &args.options.fleet;
-    let plugins = scenario.plugins.iter().map(|plugin| plugin_command(plugin, fleet));
-    let plugins = plugins.collect::<Result<Vec<_>, _>>()?;
+    let mut plugins = Vec::new();
+    for plugin in &scenario.plugins {
+        plugins.push((&plugin.name, plugin_command(plugin, fleet)?));
+    }
 
     let mut supervisor = Supervisor::default();
     let load = if scenario.has_load { Some(LoadFile::new(&args, input.as_ref())?) } else { None };
@@ -71,9 +78,9 @@ pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
         engine.stdin(input);
     }
     let engine = supervisor.start(ENGINE, &mut engine)?;
-    for (plugin, mut command) in scenario.plugins.iter().zip(plugins) {
+    for (name, mut command) in plugins {
         command.envs(load.as_ref().map(|load| (LOAD_VARIABLE, load.path())));
-        supervisor.start(&plugin.name, &mut command)?;
+        supervisor.start(name, &mut command)?;
     }
     print_summary(&scenario, &args);
     match scenario.viewer {
@@ -160,13 +167,12 @@ fn print_summary(scenario: &Scenario, args: &RunArgs) {
     let rate_hz = (1.0 / scenario.tick_period.as_secs_f64()).round();
     if args.json {
         let fleet = fleet.as_str();
-        println!(
-            "{}",
-            serde_json::json!({"fleet": fleet, "robots": robots, "edges": edges, "rate_hz": rate_hz})
-        );
+        let summary = json!({"fleet": fleet, "robots": robots, "edges": edges, "rate_hz": rate_hz});
+        println!("{summary}");
     } else {
         println!(
-            "fleet '{fleet}': {robots} robots on {edges} edges, {rate_hz} ticks a second; Ctrl-C stops"
+            "fleet '{fleet}': {robots} robots on {edges} edges, {rate_hz} ticks a second; \
+             Ctrl-C stops"
         );
     }
 }
@@ -198,18 +204,18 @@ fn report_ended(children: &[EndedChild], required: &Required) -> (bool, bool) {
         // An optional viewer that fails doesn't make the run a failure; it has printed its error
         // itself.
         success &= child.name == VIEWER && !is_required;
-        eprintln!(
-            "regatta: {failure}{}",
-            if is_required { "" } else { "; the run continues without it" }
-        );
+        let consequence = if is_required { "" } else { "; the run continues without it" };
+        eprintln!("regatta: {failure}{consequence}");
     }
     (over, success)
 }
 
 /// Whether a window can be opened.
 fn has_display() -> bool {
-    let is_set = |variable| std::env::var_os(variable).is_some_and(|value| !value.is_empty());
-    cfg!(any(target_os = "macos", windows)) || is_set("DISPLAY") || is_set("WAYLAND_DISPLAY")
+    cfg!(any(target_os = "macos", windows))
+        || ["DISPLAY", "WAYLAND_DISPLAY"]
+            .into_iter()
+            .any(|variable| std::env::var_os(variable).is_some_and(|value| !value.is_empty()))
 }
 
 /// Prints a status line per second until the run is over; returns whether it is a success.
@@ -234,8 +240,7 @@ fn watch(
         }
         if Instant::now() >= next_line && control.has_engine() {
             match control.status() {
-                // Another engine has this fleet name: this run's engine is about to report that and
-                // end.
+                // Another engine has this fleet name, which this run's engine is about to report.
                 Ok(status) if status.pid != required.engine_pid => {}
                 Ok(status) => println!("{}", format(&status)),
                 // Either the engine has ended, which the next iteration reports, or the next
@@ -276,7 +281,7 @@ fn viewer_command(fleet: &FleetName, scenario: &Scenario) -> Result<Command, Fai
     let mut command = this_program()?;
     command.args(["viewer", "--fleet", &fleet.to_string()]);
     if scenario.plugins.iter().any(|plugin| plugin.name == FLEET_MANAGER) {
-        command.args(["--colour", "activity"]);
+        command.args(["--colour", ACTIVITY.name()]);
     }
     for LightEntry { x, y, z, colour: [red, green, blue] } in &scenario.lights {
         command.args(["--light", &format!("{x},{y},{z},{red},{green},{blue}")]);
@@ -290,18 +295,16 @@ fn viewer_command(fleet: &FleetName, scenario: &Scenario) -> Result<Command, Fai
 }
 
 fn plugin_command(plugin: &PluginCommand, fleet: &FleetName) -> Result<Command, Failure> {
-    let mut command = match plugin.command.split_first() {
-        Some((program, args)) => {
-            let mut command = Command::new(program);
-            command.args(args);
-            command
-        }
-        None if plugin::is_built_in(&plugin.name) => {
-            let mut command = this_program()?;
-            command.args(["plugin", &plugin.name]);
-            command
-        }
-        None => return Err(plugin::unknown(&plugin.name).into()),
+    let mut command = if let Some((program, args)) = plugin.command.split_first() {
+        let mut command = Command::new(program);
+        command.args(args);
+        command
+    } else if plugin::is_built_in(&plugin.name) {
+        let mut command = this_program()?;
+        command.args(["plugin", &plugin.name]);
+        command
+    } else {
+        return Err(plugin::unknown(&plugin.name).into());
     };
     command.args(["--fleet", &fleet.to_string()]).args(&plugin.args);
     if !plugin.after.is_empty() {
@@ -313,7 +316,7 @@ fn plugin_command(plugin: &PluginCommand, fleet: &FleetName) -> Result<Command, 
 #[cfg(all(test, feature = "viewer"))]
 mod tests {
     use clap::{Args, FromArgMatches};
-    use regatta_engine::scenario::Overrides;
+    use regatta_scenario::Overrides;
     use regatta_viewer::options::CameraOption;
 
     use super::*;

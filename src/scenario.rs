@@ -3,7 +3,7 @@
 
 use std::path::Path;
 
-use regatta_engine::scenario::{Overrides, Scenario, ScenarioError};
+use regatta_scenario::{Overrides, Scenario, ScenarioError};
 
 use crate::output::STANDARD_STREAM;
 use crate::progress::Progress;

@@ -1,5 +1,5 @@
-//! `regatta study`: how many robots does a plant hold? Many runs, here or on a cluster, and a page
-//! with the answer.
+//! `regatta study`: finds the number of robots that a plant holds, by many runs, on this machine or
+//! a cluster, and writes a page with the answer.
 
 mod export;
 mod observers;
@@ -81,20 +81,19 @@ pub struct StudyArgs {
 }
 
 fn parse_seeds(text: &str) -> Result<(u64, u64), String> {
-    let error = || format!("invalid seeds '{text}': give a range such as 3..10, from at least 2");
-    let number = |text: &str| text.trim().parse::<u64>().map_err(|_| error());
-    let (least, most) = match text.split_once("..") {
-        Some((least, most)) => (number(least)?, number(most)?),
-        None => (number(text)?, number(text)?),
-    };
-    if (2..=most).contains(&least) && most <= 1000 { Ok((least, most)) } else { Err(error()) }
+    let (least, most) = text.split_once("..").unwrap_or((text, text));
+    match (least.trim().parse(), most.trim().parse()) {
+        (Ok(least), Ok(most)) if 2 <= least && least <= most && most <= 1000 => Ok((least, most)),
+        _ => Err(format!("invalid seeds '{text}': give a range such as 3..10, from at least 2")),
+    }
 }
 
 fn parse_address(text: &str) -> Result<String, String> {
     let is_known = ["tcp://", "tls://", "ray://"].iter().any(|scheme| text.starts_with(scheme));
-    match is_known {
-        true => Ok(text.to_owned()),
-        false => Err("give tcp://HOST:PORT of a Dask scheduler, or ray://HOST:PORT".to_owned()),
+    if is_known {
+        Ok(text.to_owned())
+    } else {
+        Err("give tcp://HOST:PORT of a Dask scheduler, or ray://HOST:PORT".to_owned())
     }
 }
 

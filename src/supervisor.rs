@@ -1,4 +1,4 @@
-//! The child processes of `regatta run`: starts them, watches them and stops them together.
+//! Child processes: starts them, watches them and stops them together.
 
 use std::process::{Child, Command, ExitStatus};
 use std::time::{Duration, Instant};
@@ -23,8 +23,11 @@ pub struct Supervisor {
 }
 
 /// A child process that has ended.
+#[derive(Debug)]
 pub struct EndedChild {
+    /// Its name in messages.
     pub name: String,
+    /// Its exit code, or the signal that ended it.
     pub status: ExitStatus,
 }
 

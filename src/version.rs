@@ -15,12 +15,17 @@ pub fn short() -> String {
     }
 }
 
-/// Returns the version and those of the contract and of iceoryx2: processes can share a fleet if
-/// both are equal.
+/// Returns the version, and those of [`interfaces`].
 pub fn long() -> String {
+    format!("{}\n{}", short(), interfaces())
+}
+
+/// Returns the versions of the contract and of iceoryx2, a line each: processes can share a fleet
+/// if both are equal.
+pub fn interfaces() -> String {
     let iceoryx2 = match env!("REGATTA_ICEORYX2") {
         "" => "unknown",
         version => version,
     };
-    format!("{}\ncontract {CONTRACT_VERSION}\niceoryx2 {iceoryx2}", short())
+    format!("contract {CONTRACT_VERSION}\niceoryx2 {iceoryx2}")
 }

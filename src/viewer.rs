@@ -2,7 +2,7 @@
 //! which a replay publishes under a name of its own: the viewer reads the contract only.
 
 use std::path::Path;
-use std::process::{Command, ExitCode, Stdio};
+use std::process::{Command, Stdio};
 use std::time::Duration;
 
 use regatta_plugin::FleetName;
@@ -12,12 +12,12 @@ use regatta_viewer::Options;
 use crate::failure::{Failure, plugin_failure};
 use crate::supervisor::Supervisor;
 
-pub fn run(options: &Options) -> Result<ExitCode, Failure> {
+/// Runs `regatta viewer`.
+pub fn run(options: &Options) -> Result<(), Failure> {
     let Some(file) = &options.recording else {
-        regatta_viewer::run(options).map_err(plugin_failure)?;
-        return Ok(ExitCode::SUCCESS);
+        return regatta_viewer::run(options).map_err(plugin_failure);
     };
-    // One line about a file that is no recording, before a window opens.
+    // Fails before a window opens if the file is no recording.
     let recording = Recording::open_frames(file)?;
     check_times(&recording, options)?;
     let fleet: FleetName = format!("recording-{}", std::process::id()).parse()?;
@@ -30,12 +30,11 @@ pub fn run(options: &Options) -> Result<ExitCode, Failure> {
             .start("traffic", traffic.args(["plugin", "traffic", "--fleet", fleet.as_str()]))?;
     }
     // They end with the viewer, whatever the outcome.
-    regatta_viewer::run(&options).map_err(plugin_failure)?;
-    Ok(ExitCode::SUCCESS)
+    regatta_viewer::run(&options).map_err(plugin_failure)
 }
 
-/// The command that publishes a recording, which begins at `start`, as a fleet, and stays at its
-/// end.
+/// Returns the command that publishes a recording, which begins at `start`, as a fleet, and stays
+/// at its end.
 fn replay_command(file: &Path, start: Duration, options: &Options) -> Result<Command, Failure> {
     let mut command = Command::new(std::env::current_exe()?);
     command
@@ -60,10 +59,9 @@ fn replay_command(file: &Path, start: Duration, options: &Options) -> Result<Com
 /// Returns an error unless the wanted times are in the recording, in the right order.
 fn check_times(recording: &Recording, options: &Options) -> Result<(), Failure> {
     let (start, end) = recording.span();
-    let [from, to, at] =
-        [options.from, options.to, options.at].map(|time| time.map(Duration::from));
-    for (name, time) in [("--from", from), ("--to", to), ("--at", at)] {
-        if let Some(time) = time.filter(|time| !(start..=end).contains(time)) {
+    for (name, time) in [("--from", options.from), ("--to", options.to), ("--at", options.at)] {
+        let Some(time) = time.map(Duration::from) else { continue };
+        if !(start..=end).contains(&time) {
             let [time, start, end] = [time, start, end].map(|time| time.as_secs_f64());
             return Err(format!(
                 "{name} {time:.3} s is outside of the recording, {start:.3} s to {end:.3} s"
@@ -71,15 +69,11 @@ fn check_times(recording: &Recording, options: &Options) -> Result<(), Failure> 
             .into());
         }
     }
-    if let (Some(from), Some(to)) = (from, to)
-        && from > to
-    {
-        return Err(format!(
-            "--from {:.3} s is after --to {:.3} s",
-            from.as_secs_f64(),
-            to.as_secs_f64()
-        )
-        .into());
+    if let (Some(from), Some(to)) = (options.from, options.to) {
+        let [from, to] = [from, to].map(|time| Duration::from(time).as_secs_f64());
+        if from > to {
+            return Err(format!("--from {from:.3} s is after --to {to:.3} s").into());
+        }
     }
     Ok(())
 }

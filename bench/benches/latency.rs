@@ -2,7 +2,8 @@
 //! first access of the woken reader to its poses. Goals for 10,000 robots on a quiet machine:
 //! median 15 µs, 99th percentile 80 µs.
 //!
-//!     cargo bench -p regatta-bench --bench latency -- [--robots N] [--hz N] [--frames N]
+//!     cargo bench -p regatta-bench --features benches --bench latency -- \
+//!         [--robots N] [--hz N] [--frames N]
 
 use std::hint::black_box;
 use std::process::{Command, Stdio};

@@ -7,7 +7,6 @@ use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_m
 use regatta_metrics::aggregator::Aggregator;
 use regatta_metrics::exposition::Format;
 use regatta_metrics::page::{ExporterState, page};
-use regatta_metrics::snapshot::Collisions;
 use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
 use regatta_plugin::{FleetName, Frame};
 
@@ -42,13 +41,7 @@ fn aggregate(criterion: &mut Criterion) {
 }
 
 fn write_page(criterion: &mut Criterion) {
-    let snapshot = Aggregator::default().snapshot(
-        FleetName::default(),
-        Collisions::default(),
-        None,
-        Vec::new(),
-        0,
-    );
+    let snapshot = Aggregator::default().snapshot(&FleetName::default(), 0);
     criterion.bench_function("page", |bencher| {
         bencher.iter(|| page(black_box(&snapshot), &ExporterState::default(), Format::Prometheus))
     });

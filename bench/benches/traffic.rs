@@ -4,9 +4,10 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use regatta_kit::Spots;
+use regatta_plugin::Frame;
 use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, RobotState, frame_lines, stride_lines};
 use regatta_plugin::history::FleetSample;
-use regatta_plugin::{Frame, Spots};
 use regatta_traffic::periods::Periods;
 use regatta_traffic::tally::Tally;
 

@@ -1,6 +1,6 @@
 //! Measures the time to write, read and send lines. One frame has 10,000 robots.
 //!
-//!     cargo bench -p regatta-bench --bench udp
+//!     cargo bench -p regatta-bench --features benches --bench udp
 //!
 //! `send/…` is the time that the sender's thread takes for one frame of datagrams of 1,400 bytes
 //! over the loopback interface, in three ways: one call per datagram, `sendmmsg`, and generic

@@ -4,13 +4,13 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use regatta_engine::fleet::{EventBuffer, Fleet, FleetConfig, Placement, RobotType, RouteSource};
-use regatta_engine::graph::arc_length::Tracks;
-use regatta_engine::graph::generate::Warehouse;
-use regatta_engine::graph::{EdgeIndex, ReadOptions, RouteGraph, parse};
-use regatta_engine::motion::Isa;
+use regatta_engine::arc_length;
+use regatta_engine::fleet::{EventBuffer, Fleet, FleetConfig, Placement, RouteSource};
+use regatta_layout::generate::Warehouse;
+use regatta_layout::{EdgeIndex, ReadOptions, RouteGraph, parse};
+use regatta_motion::{Isa, Tracks};
 use regatta_plugin::frame::{ColumnsMut, Line, frame_lines};
-use regatta_plugin::world::Shape;
+use regatta_scenario::{RobotType, Shape};
 
 /// The simulated time per tick: 60 Hz.
 pub const TICK: Duration = Duration::from_nanos(16_666_667);
@@ -32,7 +32,7 @@ impl World {
     pub fn new() -> Self {
         let yaml = Warehouse { aisles: 24, rows: 18, bays: 6 }.generate().expect("a valid size");
         let (graph, _) = parse(&yaml, "warehouse", &ReadOptions::default()).expect("a valid graph");
-        let tracks = Arc::new(Tracks::compile(&graph));
+        let tracks = Arc::new(arc_length::compile(&graph));
         Self { graph: Arc::new(graph), tracks }
     }
 

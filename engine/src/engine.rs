@@ -1,8 +1,7 @@
-//! A tick of the engine: take orders → step → publish.
+//! A tick of the engine: take commands → step → publish.
 
 mod disturbances;
 mod footprint;
-mod logarithm;
 mod options;
 mod population;
 mod producer;
@@ -11,18 +10,19 @@ mod standing;
 
 use std::sync::Arc;
 
-use regatta_plugin::order::{OrderHeader, OrderRecord};
+use regatta_plugin::command::{CommandHeader, CommandRecord};
 use regatta_plugin::producer::Session;
 use regatta_plugin::{FrameLoan, Participant, ProducerPorts, RouteServer, Termination, services};
 
+use crate::arc_length;
 use crate::digest::Digest;
 use crate::fleet::{EventBuffer, Fleet, FleetConfig, check_size};
-use crate::graph::arc_length::Tracks;
-use crate::motion::Isa;
-use crate::scenario::{MAX_ROBOTS, Scenario};
 use disturbances::Schedule;
 pub use options::{EngineError, Options, Summary};
 use population::NoRoom;
+use regatta_motion::Isa;
+use regatta_motion::Tracks;
+use regatta_scenario::{MAX_ROBOTS, Scenario};
 
 /// The largest number of events that one tick publishes; the rest is counted.
 const MAX_EVENTS: usize = 1 << 18;
@@ -42,9 +42,9 @@ struct Simulation {
     /// The robot types that the column `type` last published.
     robot_types: Vec<u16>,
     tracks: Arc<Tracks>,
-    orders: Vec<(OrderHeader, Vec<OrderRecord>)>,
-    /// The orders of this tick, if a process reads the order log.
-    order_log: Vec<OrderRecord>,
+    commands: Vec<(CommandHeader, Vec<CommandRecord>)>,
+    /// The commands of this tick, if a process reads the command log.
+    command_log: Vec<CommandRecord>,
     /// How often edges had been closed or opened when the closed ones were last published.
     closures_published: u64,
     /// Ticks with events since readers were last woken.
@@ -75,7 +75,7 @@ impl Engine {
         let participant = Participant::join(&options.fleet, "engine")?;
         let ports = ProducerPorts::create_on(participant, robots as usize)?;
         check_size(&scenario.graph)?;
-        let tracks = Arc::new(Tracks::compile(&scenario.graph));
+        let tracks = Arc::new(arc_length::compile(&scenario.graph));
         let config = FleetConfig {
             types: scenario.robot_types.clone(),
             tick_period: scenario.tick_period,
@@ -93,8 +93,8 @@ impl Engine {
             events: EventBuffer::new(MAX_EVENTS),
             robot_types: Vec::new(),
             tracks,
-            orders: Vec::new(),
-            order_log: Vec::new(),
+            commands: Vec::new(),
+            command_log: Vec::new(),
             closures_published: 0,
             unannounced_ticks: 0,
             last_tick: options.ticks,
@@ -105,7 +105,7 @@ impl Engine {
             fleet,
             routes,
         };
-        // The first frame shows these robots. EventBuffer of them would reach only readers that
+        // The first frame shows these robots. Events of them would reach only readers that
         // happen to be there by now.
         simulation.events.set_wanted(false);
         simulation
@@ -138,27 +138,27 @@ impl Simulation {
         tick.is_multiple_of(u64::from(self.scenario.ticks_per_frame))
     }
 
-    /// Applies the orders that came since the last tick; in lockstep by sender, so that the order
+    /// Applies the commands that came since the last tick; in lockstep by sender, so that the order
     /// in which processes were scheduled doesn't matter.
-    fn take_orders(&mut self, session: &mut Session) -> Result<(), EngineError> {
+    fn take_commands(&mut self, session: &mut Session) -> Result<(), EngineError> {
         let by_sender = session.is_lockstep();
         let ports = session.ports();
-        let logged = ports.has_order_log_readers();
-        let Self { fleet, events, orders, order_log, .. } = self;
+        let logged = ports.has_command_log_readers();
+        let Self { fleet, events, commands, command_log, .. } = self;
         let mut came = false;
-        let mut apply = |records: &[OrderRecord]| {
+        let mut apply = |records: &[CommandRecord]| {
             came = true;
             fleet.apply(records, events);
             if logged {
-                order_log.extend_from_slice(records);
+                command_log.extend_from_slice(records);
             }
         };
         if by_sender {
-            ports.take_orders(|header, records| orders.push((*header, records.to_vec())))?;
-            orders.sort_by_key(|(header, _)| header.sender);
-            orders.drain(..).for_each(|(_, records)| apply(&records));
+            ports.take_commands(|header, records| commands.push((*header, records.to_vec())))?;
+            commands.sort_by_key(|(header, _)| header.sender);
+            commands.drain(..).for_each(|(_, records)| apply(&records));
         } else {
-            ports.take_orders(|_, records| apply(records))?;
+            ports.take_commands(|_, records| apply(records))?;
         }
         let left_out = self.robot_types.is_empty();
         if (came || left_out) && self.fleet.robot_types() != self.robot_types {
@@ -179,10 +179,10 @@ impl Simulation {
             self.unannounced_ticks += 1;
         }
         self.publish_closures(session)?;
-        if !self.order_log.is_empty() {
-            let published = session.ports().publish_order_log(tick, &self.order_log);
+        if !self.command_log.is_empty() {
+            let published = session.ports().publish_command_log(tick, &self.command_log);
             session.unless_full(published)?;
-            self.order_log.clear();
+            self.command_log.clear();
         }
         Ok(())
     }

@@ -1,16 +1,17 @@
-//! The state of all robots as private columns, and everything that changes it: spawns, orders and
+//! The state of all robots as private columns, and everything that changes it: spawns, commands and
 //! time.
 //!
-//! The parts of a fleet (`ahead`, `batteries`, `closures`, `impairment`, `orders`, `release`,
+//! The parts of a fleet (`ahead`, `batteries`, `closures`, `impairment`, `commands`, `release`,
 //! `spawn`) are methods of [`Fleet`] by topic.
 
 mod ahead;
 mod batteries;
 mod closures;
 mod columns;
+mod commands;
+mod events;
 mod graph_size;
 mod impairment;
-mod orders;
 mod release;
 mod spawn;
 mod step_pool;
@@ -21,47 +22,22 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 use std::time::Duration;
 
+use regatta_layout::{Orientation, RouteGraph};
+use regatta_motion::{
+    EdgeHeading, EdgeHeadings, HeadingRule, Isa, KinematicLimits, LegTable, Motion, Plans,
+    PoseColumns, Route, SpeedVariation, SupportedIsa, TimeStep, TooManyPieces, Tracks,
+};
 use regatta_plugin::frame::{BYTES_PER_LINE, ColumnsMut, RobotState, WORDS_PER_LINE, stride_lines};
-use regatta_plugin::world::Shape;
+use regatta_scenario::RobotType;
 
 pub use self::ahead::Ahead;
 use self::batteries::Batteries;
-pub use self::batteries::Battery;
 use self::columns::FleetColumns;
+pub use self::events::EventBuffer;
 pub use self::graph_size::check_size;
 use self::impairment::Impairment;
 pub use self::spawn::{Placement, RouteSource};
 use self::step_pool::StepPool;
-use crate::graph::arc_length::Tracks;
-use crate::graph::{Orientation, RouteGraph};
-use crate::motion::{
-    EdgeHeadings, Isa, KinematicLimits, LegTable, Motion, Plans, Route, SpeedVariation,
-    SupportedIsa, TimeStep, TooManyPieces,
-};
-pub use crate::motion::{EventBuffer, Repeat};
-
-/// A type of robot, with everything that its robots have in common.
-#[derive(Clone, Debug, PartialEq)]
-pub struct RobotType {
-    /// Name, for display.
-    pub name: String,
-    /// Footprint.
-    pub shape: Shape,
-    /// Metres along the heading; of a circle, its diameter.
-    pub length: f32,
-    /// Metres across it.
-    pub width: f32,
-    /// Metres per second, > 0; infinity if only edges limit the speed.
-    pub max_speed: f32,
-    /// Metres per second squared, > 0; infinity if the speed changes at once.
-    pub max_acceleration: f32,
-    /// Radians per second, ≥ 0; 0 if it can't turn on the spot.
-    pub max_rotation_speed: f32,
-    /// Radians per second squared, > 0; infinity if the rotation speed changes at once.
-    pub max_rotation_acceleration: f32,
-    /// `None` if it never needs charging.
-    pub battery: Option<Battery>,
-}
 
 /// The error of setting up a fleet.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -150,6 +126,7 @@ pub struct FleetConfig {
 /// them again; a frame has [`Fleet::robots`] rows.
 #[derive(Debug)]
 pub struct Fleet {
+    graph: Arc<RouteGraph>,
     motion: Motion,
     types: Vec<RobotType>,
     columns: FleetColumns,
@@ -191,16 +168,18 @@ impl Fleet {
             _ => Some(StepPool::new(threads).ok_or(FleetError::Threads(threads))?),
         };
         let batteries = Batteries::new(&types, &graph, (tick_period, seed));
-        let legs = LegTable::new(graph, tracks)?;
+        let node_ids = graph.nodes().iter().map(|node| node.id).collect();
+        let legs = LegTable::new(node_ids, &motion_edges(&graph), tracks)?;
         let oriented = limits.iter().any(KinematicLimits::can_turn)
-            || legs.graph().edges().iter().any(|edge| edge.orientation != Orientation::Tangential);
+            || graph.edges().iter().any(|edge| edge.orientation != Orientation::Tangential);
         let columns = FleetColumns::new(legs.pieces().len(), limited, oriented);
         let time_step = TimeStep::new(tick_period.as_secs_f64());
-        let headings = oriented.then(|| EdgeHeadings::new(&legs));
+        let headings = oriented.then(|| EdgeHeadings::new(&legs, &edge_headings(&graph)));
         let variation = SpeedVariation::default();
         let motion =
             Motion { legs, plans: Plans::new(seed), headings, limits, variation, time_step, isa };
         Ok(Self {
+            graph,
             motion,
             types,
             columns,
@@ -270,7 +249,7 @@ impl Fleet {
         std::array::from_fn(|state| by_state[state])
     }
 
-    /// Bytes of memory per robot, without frames and ordered routes.
+    /// Bytes of memory per robot, without frames and commanded routes.
     pub fn bytes_per_robot(&self) -> usize {
         self.columns.bytes_per_row()
     }
@@ -286,8 +265,8 @@ impl Fleet {
         }
         let rows = self.columns.rows(self.robots as usize);
         match &mut self.pool {
-            None => self.motion.step(rows, columns, events),
-            Some(pool) => pool.step(&self.motion, rows, columns, events),
+            None => self.motion.step(rows, columns.map(pose_columns), events),
+            Some(pool) => pool.step(&self.motion, rows, columns.map(pose_columns), events),
         }
     }
 
@@ -298,9 +277,24 @@ impl Fleet {
     /// on a cache line.
     pub fn write(&mut self, columns: ColumnsMut) {
         check_frame(&columns, self.robots());
-        self.motion.write(self.columns.rows(self.robots as usize), columns);
+        self.motion.write(self.columns.rows(self.robots as usize), pose_columns(columns));
     }
 }
+
+/// The states of the contract have the numbers of those of the motion kernel.
+const _: () = {
+    use regatta_motion::RobotState as Kernel;
+    assert!(Kernel::Idle as u8 == RobotState::Idle as u8);
+    assert!(Kernel::Driving as u8 == RobotState::Driving as u8);
+    assert!(Kernel::Waiting as u8 == RobotState::Waiting as u8);
+    assert!(Kernel::Held as u8 == RobotState::Held as u8);
+    assert!(Kernel::Faulted as u8 == RobotState::Faulted as u8);
+    assert!(Kernel::Turning as u8 == RobotState::Turning as u8);
+    assert!(Kernel::Stalled as u8 == RobotState::Stalled as u8);
+    assert!(Kernel::Broken as u8 == RobotState::Broken as u8);
+    assert!(Kernel::Absent as u8 == RobotState::Absent as u8);
+    assert!(regatta_motion::NO_EDGE == regatta_plugin::frame::NO_EDGE);
+};
 
 fn check_frame(columns: &ColumnsMut, robots: usize) {
     let words = stride_lines(robots) * WORDS_PER_LINE;
@@ -319,6 +313,36 @@ fn check_frame(columns: &ColumnsMut, robots: usize) {
         starts.into_iter().chain([columns.edge.as_ptr().addr(), columns.state.as_ptr().addr()]);
     let is_aligned = starts.into_iter().all(|start| start.is_multiple_of(BYTES_PER_LINE));
     assert!(robots == 0 || is_aligned, "the columns of a frame start on cache lines");
+}
+
+/// Returns the columns of a frame as the motion kernel takes them.
+fn pose_columns(columns: ColumnsMut<'_>) -> PoseColumns<'_> {
+    let ColumnsMut { x, y, theta, speed, s, edge, state } = columns;
+    PoseColumns { x, y, theta, speed, s, edge, state }
+}
+
+/// Returns the edges of a graph as the motion kernel takes them.
+fn motion_edges(graph: &RouteGraph) -> Vec<regatta_motion::Edge> {
+    let edges = graph.edges().iter().map(|edge| regatta_motion::Edge {
+        origin: edge.origin,
+        destination: edge.destination,
+        speed: edge.speed,
+        reverse_speed: edge.reverse_speed,
+    });
+    edges.collect()
+}
+
+/// Returns the headings along the edges of a graph.
+fn edge_headings(graph: &RouteGraph) -> Vec<EdgeHeading> {
+    let headings = graph.edges().iter().map(|edge| {
+        let rule = match edge.orientation {
+            Orientation::Tangential => HeadingRule::TANGENT,
+            Orientation::Offset(angle) => HeadingRule::at_angle(angle as f32),
+            Orientation::Fixed(heading) => HeadingRule::fixed(heading as f32),
+        };
+        EdgeHeading { rule, rotation: edge.rotation }
+    });
+    headings.collect()
 }
 
 fn kinematic_limits(robot_type: &RobotType) -> KinematicLimits {
@@ -343,10 +367,8 @@ fn check_config(graph: &RouteGraph, config: &FleetConfig) -> Result<(), FleetErr
     if let Some(bad) = config.types.iter().find(|robot_type| !has_limits(robot_type)) {
         return Err(FleetError::BadLimit { name: bad.name.clone() });
     }
-    let speeds = graph
-        .edges()
-        .iter()
-        .flat_map(|edge| [edge.velocity_forward, edge.velocity_backwards.unwrap_or(0.0)]);
+    let speeds =
+        graph.edges().iter().flat_map(|edge| [edge.speed, edge.reverse_speed.unwrap_or(0.0)]);
     let metres = speeds.fold(0.0, f64::max) * config.tick_period.as_secs_f64();
     if metres > Fleet::LONGEST_STEP {
         return Err(FleetError::StepTooLong { metres, tick: config.tick_period });

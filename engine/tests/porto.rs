@@ -4,9 +4,10 @@
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-use regatta_engine::graph::arc_length::{Distance, Tracks};
-use regatta_engine::graph::{Gear, Leg, NodeIndex, ReadOptions, RouteGraph, read};
-use regatta_engine::scenario::{Overrides, Scenario, Start};
+use regatta_engine::arc_length;
+use regatta_layout::{Gear, Leg, NodeIndex, ReadOptions, RouteGraph, read};
+use regatta_motion::Distance;
+use regatta_scenario::{Overrides, Scenario, Start};
 
 /// Tables 5.1 and 5.3: a route, and the target X, Y and θ (degrees) of its end. Two rows have the
 /// simulated target 90.03 where the row of the single edge has 90; here it is 90.
@@ -89,7 +90,7 @@ fn legs(graph: &RouteGraph, route: &[u32]) -> Vec<Leg> {
 #[test]
 fn routes_end_at_the_published_poses() {
     let graph = porto();
-    let tracks = Tracks::compile(&graph);
+    let tracks = arc_length::compile(&graph);
     for (route, [x, y, degrees]) in END_POSES {
         let last = tracks.track(*legs(&graph, route).last().unwrap()).unwrap().last_piece();
         let piece = tracks.pieces()[last as usize];
@@ -109,7 +110,7 @@ fn edge_34_starts_at_the_position_in_the_figure() {
 #[test]
 fn headings_are_continuous_along_routes() {
     let graph = porto();
-    let tracks = Tracks::compile(&graph);
+    let tracks = arc_length::compile(&graph);
     let all = END_POSES.iter().map(|row| row.0).chain(TIMES.iter().map(|row| row.0)).chain(THIRTY);
     for route in all {
         for pair in legs(&graph, route).windows(2) {
@@ -131,8 +132,8 @@ fn headings_are_continuous_along_routes() {
 #[test]
 fn routes_take_about_as_long_as_published() {
     let graph = porto();
-    let tracks = Tracks::compile(&graph);
-    let time = |leg: Leg| tracks.edge_length(leg.edge) / graph.leg_velocity(leg).unwrap();
+    let tracks = arc_length::compile(&graph);
+    let time = |leg: Leg| tracks.edge_length(leg.edge) / graph.leg_speed(leg).unwrap();
     for (route, published) in TIMES {
         let seconds: f64 = legs(&graph, route).into_iter().map(time).sum();
         assert!((seconds - published).abs() < TIME_TOLERANCE, "{route:?} takes {seconds} s");

@@ -5,6 +5,6 @@
 mod layout;
 
 use libfuzzer_sys::fuzz_target;
-use regatta_engine::graph::Format;
+use regatta_layout::Format;
 
 fuzz_target!(|text: &str| layout::read(text, Format::OpenRmfBuilding));

@@ -1,12 +1,11 @@
 //! `regatta graph check`: lists everything that is wrong with a route graph, or with a scenario and
 //! its route graph.
 
-use std::fmt::Write as _;
 use std::path::Path;
 use std::process::ExitCode;
 
-use regatta_engine::graph::{self, Finding, Findings, GraphError};
-use regatta_engine::scenario::{Overrides, Scenario, ScenarioError, is_scenario};
+use regatta_layout::{Finding, Findings, GraphError};
+use regatta_scenario::{Overrides, Scenario, ScenarioError, is_scenario};
 use serde_json::{Value, json};
 
 use super::FileArgs;
@@ -18,7 +17,7 @@ use crate::progress::Progress;
 struct Checked {
     /// `route graph` or `scenario`.
     kind: &'static str,
-    /// What there is if it is valid: `21 edges, 8 nodes`.
+    /// The contents if it is valid: `21 edges, 8 nodes`.
     content: Option<String>,
     findings: Findings,
     /// Errors and warnings about the scenario itself.
@@ -29,7 +28,7 @@ struct Checked {
 pub fn run(file: &FileArgs, json: bool) -> Result<ExitCode, Failure> {
     let progress = Progress::start(format!("checking {}", file.name()), 0);
     let text = file.text()?;
-    let checked = match graph::parse(&text, &file.name(), &file.options()) {
+    let checked = match regatta_layout::parse(&text, &file.name(), &file.options()) {
         Ok((graph, findings)) => {
             let content = format!(
                 "{}, {}",
@@ -53,11 +52,10 @@ fn check_scenario(text: &str, file: &FileArgs) -> Result<Checked, Failure> {
     let checked = Checked { kind: "scenario", ..Checked::route_graph(None, Findings::default()) };
     match Scenario::from_text(text, Path::new(&file.name()), &overrides) {
         Ok(scenario) => {
-            let content = {
-                let robots = with_plural(scenario.robots() as usize, "robot");
-                format!("{robots} on {}", with_plural(scenario.graph.edges().len(), "edge"))
-            };
-            Ok(Checked { content: Some(content), scenario_warnings: scenario.warnings, ..checked })
+            let robots = with_plural(scenario.robots() as usize, "robot");
+            let edges = with_plural(scenario.graph.edges().len(), "edge");
+            let content = Some(format!("{robots} on {edges}"));
+            Ok(Checked { content, scenario_warnings: scenario.warnings, ..checked })
         }
         Err(ScenarioError::Graph(GraphError::Invalid(findings))) => {
             Ok(Checked { findings, ..checked })
@@ -85,16 +83,14 @@ impl Checked {
 
     /// Formats every finding and a summary line.
     fn text(&self, file: &str) -> String {
-        let mut text: String =
-            self.findings.as_slice().iter().map(|finding| format!("{finding}\n")).collect();
-        // Writing to a string can't fail.
-        let _ = self.scenario_error.iter().try_for_each(|error| writeln!(text, "{error}"));
-        let _ = self.scenario_warnings.iter().try_for_each(|warning| writeln!(text, "{warning}"));
-        let (errors, warnings) = (self.errors(), self.warnings());
-        let unlisted =
-            self.findings.errors() + self.findings.warnings() - self.findings.as_slice().len();
+        let mut lines: Vec<String> =
+            self.findings.as_slice().iter().map(Finding::to_string).collect();
+        lines.extend(self.scenario_error.iter().map(ScenarioError::to_string));
+        lines.extend(self.scenario_warnings.iter().cloned());
+        let listed = self.findings.as_slice().len();
+        let unlisted = self.findings.errors() + self.findings.warnings() - listed;
         if unlisted > 0 {
-            let _ = writeln!(text, "({unlisted} more findings are not listed)");
+            lines.push(format!("({unlisted} more findings are not listed)"));
         }
         let summary = match (&self.content, self.kind) {
             (Some(content), "scenario") => format!("a scenario that can be run: {content}"),
@@ -102,20 +98,20 @@ impl Checked {
             (Some(content), _) => format!("can be driven: {content}"),
             (None, _) => "can't be driven".to_owned(),
         };
-        let (errors, warnings) = (with_plural(errors, "error"), with_plural(warnings, "warning"));
-        text + &format!("{file}: {summary}; {errors}, {warnings}\n")
+        let errors = with_plural(self.errors(), "error");
+        let warnings = with_plural(self.warnings(), "warning");
+        lines.push(format!("{file}: {summary}; {errors}, {warnings}\n"));
+        lines.join("\n")
     }
 
     fn json(&self, file: &str) -> Value {
         let mut findings: Vec<_> = self.findings.as_slice().iter().map(finding_json).collect();
-        let of_scenario =
-            |severity: &str, message: String| json!({"severity": severity, "message": message});
-        findings.extend(
-            self.scenario_error.iter().map(|error| of_scenario("error", error.to_string())),
-        );
-        findings.extend(
-            self.scenario_warnings.iter().map(|warning| of_scenario("warning", warning.clone())),
-        );
+        if let Some(error) = &self.scenario_error {
+            findings.push(json!({"severity": "error", "message": error.to_string()}));
+        }
+        for warning in &self.scenario_warnings {
+            findings.push(json!({"severity": "warning", "message": warning}));
+        }
         json!({
             "file": file,
             "kind": self.kind,

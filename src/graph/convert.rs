@@ -1,18 +1,16 @@
 //! `regatta graph convert`: writes a layout in another format.
 
-use std::path::Path;
+use std::fmt::Display;
 
-use regatta_engine::graph::Format;
-use regatta_engine::graph::format::write;
-use regatta_engine::graph::parse_fixed;
+use regatta_layout::{Format, parse_fixed, write};
 
 use super::FileArgs;
 use crate::failure::Failure;
 use crate::output::{Destination, Force};
 use crate::progress::Progress;
 
-/// Reads a layout and writes it in the format `to`, or in that of the output's ending. What the
-/// format can't say goes to standard error.
+/// Reads a layout and writes it in the format `to`, or in that of the output's ending. Lists the
+/// losses on standard error.
 pub fn run(
     file: &FileArgs,
     output: &Destination,
@@ -28,30 +26,38 @@ pub fn run(
         format!("graphs can't be written as {format}: use regatta, lif, nav2 or opentcs")
     })?;
     drop(progress);
-    for loss in &written.losses {
-        eprintln!("regatta: {format} can't say everything: {loss}");
-    }
+    print_losses(format, &written.losses);
     output.write(&written.text, force)
 }
 
-/// Writes a copy of a layout in which what has one obvious answer is mended, and says what that
-/// was, and what the copy hasn't.
+fn print_losses(format: Format, losses: &[impl Display]) {
+    for loss in losses {
+        eprintln!("regatta: {format} can't say everything: {loss}");
+    }
+}
+
+/// Writes a copy of a layout in which faults with one obvious correction are mended. Lists the
+/// corrections and the losses on standard error.
 pub fn fix(file: &FileArgs, output: &Destination, force: Force) -> Result<(), Failure> {
-    let format = format_of(output)
-        .map_err(|_| "the ending of the copy tells its format: give one that ends in .yaml, .json, .geojson or .xml")?;
+    let format = format_of(output).map_err(|_| {
+        "the ending of the copy tells its format: give one that ends in .yaml, .json, .geojson \
+                      or .xml"
+    })?;
     output.check(force)?;
     let (graph, findings, fixes) = parse_fixed(&file.text()?, &file.name(), &file.options())?;
     let written =
         write(&graph, format).ok_or_else(|| format!("graphs can't be written as {format}"))?;
-    fixes.iter().for_each(|fix| eprintln!("regatta: {fix}"));
+    for fix in &fixes {
+        eprintln!("regatta: {fix}");
+    }
     if fixes.is_empty() {
         eprintln!("regatta: {}: nothing to mend", file.name());
     }
-    // What the reader didn't understand isn't in the copy.
-    findings.as_slice().iter().for_each(|finding| eprintln!("{finding}"));
-    for loss in &written.losses {
-        eprintln!("regatta: {format} can't say everything: {loss}");
+    // The copy lacks everything that the reader didn't understand.
+    for finding in findings.as_slice() {
+        eprintln!("{finding}");
     }
+    print_losses(format, &written.losses);
     output.write(&written.text, force)
 }
 
@@ -59,19 +65,15 @@ fn format_of(output: &Destination) -> Result<Format, Failure> {
     let Destination::File(path) = output else {
         return Err("give the format of standard output: --to regatta, lif, nav2 or opentcs".into());
     };
-    let ending =
-        |path: &Path| path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
-    match ending(path).as_deref() {
-        Some("yaml" | "yml") => Ok(Format::Regatta),
-        Some("json") => Ok(Format::Lif),
-        Some("geojson") => Ok(Format::Nav2),
-        Some("xml") => Ok(Format::OpenTcs),
+    let ending = path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    match &*ending {
+        "yaml" | "yml" => Ok(Format::Regatta),
+        "json" => Ok(Format::Lif),
+        "geojson" => Ok(Format::Nav2),
+        "xml" => Ok(Format::OpenTcs),
         _ => {
-            let name = path.display();
-            Err(format!(
-                "{name}: the ending tells no format; give --to regatta, lif, nav2 or opentcs"
-            )
-            .into())
+            let advice = "the ending tells no format; give --to regatta, lif, nav2 or opentcs";
+            Err(format!("{}: {advice}", path.display()).into())
         }
     }
 }

@@ -4,11 +4,13 @@ use std::fmt::Write as _;
 use std::process::ExitCode;
 use std::time::Duration;
 
-use super::experiment::{Experiment, all_idle, folder_with_porto};
-use super::output::{Output, Report, environment, write};
-use super::plot;
+use super::folder_with_porto;
 use super::published::{AVERAGE_RATES, END_POSES, EndPose, Pose, success_rate};
+use crate::experiment::plot::{self, Chart, Scale, Series};
+use crate::experiment::report::{Output, Report, environment};
+use crate::experiment::{Experiment, all_idle, write};
 use crate::failure::Failure;
+use crate::program::Program;
 use crate::progress::Progress;
 
 /// The number of rows of [`END_POSES`] that are single edges; the others are routes.
@@ -27,16 +29,17 @@ struct Drive {
 pub fn run(output: &Output) -> Result<ExitCode, Failure> {
     output.check("accuracy")?;
     let progress = Progress::start("driving the dissertation's routes", 0);
-    let drive = drive()?;
-    let (line, machine) = environment();
-    let plot = plot::path(PLOTTED_ROUTE, &drive.path)?;
+    let program = Program::this()?;
+    let drive = drive(&program)?;
+    let (line, machine) = environment(&program);
+    let plot = plot(PLOTTED_ROUTE, &drive.path)?;
     drop(progress);
     let (markdown, json) = (markdown(&drive, &line), json(&drive, machine));
     output.write(&Report { name: "accuracy", markdown, json, plot: Some(plot) })?;
     Ok(ExitCode::SUCCESS)
 }
 
-fn drive() -> Result<Drive, Failure> {
+fn drive(program: &Program) -> Result<Drive, Failure> {
     let folder = folder_with_porto()?;
     let scenario = folder.path().join("accuracy.yaml");
     let routes = END_POSES.iter().fold(String::new(), |mut text, row| {
@@ -47,7 +50,7 @@ fn drive() -> Result<Drive, Failure> {
     write(&scenario, &format!("graph: porto.yaml\nrate: 100\nrobots:\n{routes}"))?;
 
     let mut experiment =
-        Experiment::start("accuracy", &scenario, &["--speed".into(), "20".into()])?;
+        Experiment::start(program, "accuracy", &scenario, &["--speed".into(), "20".into()])?;
     let plotted = END_POSES.iter().position(|row| row.route == PLOTTED_ROUTE).unwrap_or(0);
     let pose = |frame: &regatta_plugin::Frame<'_>, robot: usize| {
         [
@@ -67,6 +70,37 @@ fn drive() -> Result<Drive, Failure> {
     })?;
     experiment.finish()?;
     Ok(drive)
+}
+
+/// Draws a driven path and the heading along it, as the dissertation's figures of edge 34 do.
+fn plot(route: &[u32], poses: &[Pose]) -> Result<String, Failure> {
+    let start = (0.0, poses.first().map_or(0.0, |pose| pose[2]));
+    let along = poses.windows(2).scan(start, |(distance, heading), pair| {
+        *distance += (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1]);
+        // The difference is wrapped to half a turn, so that the line has no jump where the angle
+        // wraps.
+        *heading += (pair[1][2] - *heading + 180.0).rem_euclid(360.0) - 180.0;
+        Some((*distance, *heading))
+    });
+    let name = format!("route {route:?}");
+    let path = poses.iter().map(|pose| (pose[0], pose[1])).collect();
+    let heading = Series { name: name.clone(), points: along.collect() };
+    plot::side_by_side(
+        &Chart {
+            caption: "Driven path",
+            x: "x [m]",
+            y: "y [m]",
+            scale: Scale::Equal,
+            series: vec![Series { name, points: path }],
+        },
+        &Chart {
+            caption: "Heading along it",
+            x: "distance [m]",
+            y: "θ [°]",
+            scale: Scale::Linear,
+            series: vec![heading],
+        },
+    )
 }
 
 /// Returns the success rates of x, y and θ of a row.
@@ -99,9 +133,12 @@ fn rates_text(rates: [Option<f64>; 3]) -> String {
 fn markdown(drive: &Drive, environment: &str) -> String {
     let mut text = format!(
         "# Accuracy: end poses of the dissertation's routes\n\n{environment}\n\n\
-         Poses are x m, y m, θ °; success rates follow equation 5.1, in % for x / y / θ, and have no value where\n\
-         the wanted value is 0. 'Dissertation' is the result of its own system on its own graph.\n\n\
-         | route | simulated | wanted | success rate | dissertation simulated | its success rate |\n|---|---|---|---|---|---|\n"
+         Poses are x m, y m, θ °; success rates follow equation 5.1, in % for x / y / θ, and have \
+         no value where\n\
+         the wanted value is 0. 'Dissertation' is the result of its own system on its own \
+         graph.\n\n\
+         | route | simulated | wanted | success rate | dissertation simulated | its success rate \
+         |\n|---|---|---|---|---|---|\n"
     );
     for (row, pose) in END_POSES.iter().zip(&drive.end_poses) {
         let _ = writeln!(
@@ -159,5 +196,7 @@ fn json(drive: &Drive, machine: serde_json::Value) -> serde_json::Value {
             (name.into(), serde_json::json!({"regatta": mean, "dissertation": published}))
         })
         .collect();
-    serde_json::json!({ "machine": machine, "rows": rows, "average_success_rate_percent": averages })
+    serde_json::json!({
+        "machine": machine, "rows": rows, "average_success_rate_percent": averages,
+    })
 }

@@ -7,16 +7,18 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant, SystemTime};
 
 use clap::Args;
-use regatta_engine::graph::generate::Warehouse;
-use regatta_engine::scenario::RobotCount;
+use regatta_layout::generate::Warehouse;
 use regatta_plugin::producer::Speed;
+use regatta_scenario::RobotCount;
 
-use super::experiment::{Experiment, all_idle, folder_with_porto, temporary_folder};
-use super::output::{Output, Report, environment, write};
+use super::folder_with_porto;
 use super::published::{DURATIONS, FLEET_SIZES};
-use super::{plot, seconds_parser};
 use crate::engine::parse_threads;
+use crate::experiment::plot::{self, Chart, Scale, Series};
+use crate::experiment::report::{Output, Report, environment};
+use crate::experiment::{Experiment, all_idle, seconds_parser, temporary_folder, write};
 use crate::failure::Failure;
+use crate::program::Program;
 use crate::progress::Progress;
 
 /// The loads beyond the dissertation's fleet sizes: number of robots, ticks per second.
@@ -88,16 +90,16 @@ pub fn run(args: &ScalingArgs) -> Result<ExitCode, Failure> {
     let loads = loads(args.max_robots);
     let steps = DURATIONS.len() * FLEET_SIZES.len() + 1 + loads.len();
     let progress = Progress::start("starting", steps as u64);
-    let times = route_times(args.speed, &progress)?;
-    let costs = costs(&loads, args, &progress)?;
+    let program = Program::this()?;
+    let times = route_times(&program, args.speed, &progress)?;
+    let costs = costs(&program, &loads, args, &progress)?;
     drop(progress);
-    let (line, machine) = environment();
-    let (duration_series, cost_series) = series(&times, &costs);
+    let (line, machine) = environment(&program);
     args.output.write(&Report {
         name: "scaling",
         markdown: markdown(&times, &costs, &line),
         json: json(&times, &costs, args, machine),
-        plot: Some(plot::scaling(&duration_series, &cost_series)?),
+        plot: Some(plot(&times, &costs)?),
     })?;
     Ok(ExitCode::SUCCESS)
 }
@@ -113,24 +115,39 @@ fn loads(max_robots: u32) -> Vec<(u32, u32)> {
 }
 
 /// Measures every route of the tables with every fleet size.
-fn route_times(speed: f32, progress: &Progress) -> Result<Vec<Vec<RouteTime>>, Failure> {
+fn route_times(
+    program: &Program,
+    speed: f32,
+    progress: &Progress,
+) -> Result<Vec<Vec<RouteTime>>, Failure> {
     let folder = folder_with_porto()?;
-    let one = |route, robots| {
-        progress.set_current(format!("driving route {route:?} with {robots} robots"));
-        route_time(folder.path(), route, robots, speed).inspect(|_| progress.step("next"))
-    };
-    let all_sizes = |route| FLEET_SIZES.iter().map(|&robots| one(route, robots)).collect();
-    DURATIONS.iter().map(|row| all_sizes(row.route)).collect()
+    let mut times = Vec::new();
+    for row in DURATIONS {
+        let mut row_times = Vec::new();
+        for robots in FLEET_SIZES {
+            progress.set_current(format!("driving route {:?} with {robots} robots", row.route));
+            row_times.push(route_time(program, folder.path(), row.route, robots, speed)?);
+            progress.step("next");
+        }
+        times.push(row_times);
+    }
+    Ok(times)
 }
 
-fn route_time(folder: &Path, route: &[u32], robots: u32, speed: f32) -> Result<RouteTime, Failure> {
+fn route_time(
+    program: &Program,
+    folder: &Path,
+    route: &[u32],
+    robots: u32,
+    speed: f32,
+) -> Result<RouteTime, Failure> {
     let scenario = folder.join("scaling.yaml");
     write(
         &scenario,
         &format!("graph: porto.yaml\nrate: 100\nrobots: [{{count: {robots}, route: {route:?}}}]\n"),
     )?;
     let mut experiment =
-        Experiment::start("finish", &scenario, &["--speed".into(), speed.to_string()])?;
+        Experiment::start(program, "finish", &scenario, &["--speed".into(), speed.to_string()])?;
     let mut first = None;
     let mut time = RouteTime { simulated_secs: 0.0, wall_secs: 0.0 };
     experiment.watch(Duration::from_secs(600), |frame| {
@@ -147,6 +164,7 @@ fn route_time(folder: &Path, route: &[u32], robots: u32, speed: f32) -> Result<R
 }
 
 fn costs(
+    program: &Program,
     loads: &[(u32, u32)],
     args: &ScalingArgs,
     progress: &Progress,
@@ -155,21 +173,22 @@ fn costs(
     write(&folder.path().join("warehouse.yaml"), &LARGE_WAREHOUSE.generate()?)?;
     let scenario = folder.path().join("load.yaml");
     write(&scenario, "graph: warehouse.yaml\nseed: 1\nrobots: [{count: 1, routes: random}]\n")?;
-    let one = |load: (u32, u32), empty_bytes| {
-        progress.set_current(format!("measuring {} robots at {} Hz", load.0, load.1));
-        cost(&scenario, load, args, empty_bytes).inspect(|_| progress.step("next"))
-    };
-    let empty_bytes = one((1, 100), 0)?.bytes_per_robot as u64;
-    loads.iter().map(|&load| one(load, empty_bytes)).collect()
+    let empty_bytes = cost(program, &scenario, (1, 100), args, 0, progress)?.bytes_per_robot as u64;
+    let costs =
+        loads.iter().map(|&load| cost(program, &scenario, load, args, empty_bytes, progress));
+    costs.collect()
 }
 
 /// Measures one fleet; `empty_bytes` is the resident memory of an engine with a single robot.
 fn cost(
+    program: &Program,
     scenario: &Path,
     (robots, rate_hz): (u32, u32),
     args: &ScalingArgs,
     empty_bytes: u64,
+    progress: &Progress,
 ) -> Result<Cost, Failure> {
+    progress.set_current(format!("measuring {robots} robots at {rate_hz} Hz"));
     let options = [
         ("robots", robots.to_string()),
         ("rate", rate_hz.to_string()),
@@ -177,12 +196,13 @@ fn cost(
     ];
     let options: Vec<_> =
         options.into_iter().flat_map(|(name, value)| [format!("--{name}"), value]).collect();
-    let mut experiment = Experiment::start("load", scenario, &options)?;
+    let mut experiment = Experiment::start(program, "load", scenario, &options)?;
     read_for(&mut experiment, WARM_UP)?;
     let before = experiment.status()?;
     let mut ages = read_for(&mut experiment, Duration::from_secs(args.secs))?;
     let after = experiment.status()?;
     experiment.finish()?;
+    progress.step("next");
     ages.sort_by(f64::total_cmp);
     let percentile =
         |part: f64| ages.get((ages.len() as f64 * part) as usize).copied().unwrap_or(f64::NAN);
@@ -220,41 +240,65 @@ fn read_for(experiment: &mut Experiment, time: Duration) -> Result<Vec<f64>, Fai
     Ok(ages)
 }
 
-fn series(times: &[Vec<RouteTime>], costs: &[Cost]) -> (Vec<plot::Series>, Vec<plot::Series>) {
+/// Draws the durations over the fleet size on the left, and the cost of a tick over the fleet size
+/// on the right.
+fn plot(times: &[Vec<RouteTime>], costs: &[Cost]) -> Result<String, Failure> {
+    plot::side_by_side(
+        &Chart {
+            caption: "Time for all robots to finish a route",
+            x: "robots",
+            y: "time over that of one robot",
+            scale: Scale::Linear,
+            series: duration_series(times),
+        },
+        &Chart {
+            caption: "Cost of a tick",
+            x: "robots",
+            y: "milliseconds",
+            scale: Scale::Logarithmic,
+            series: cost_series(costs),
+        },
+    )
+}
+
+fn duration_series(times: &[Vec<RouteTime>]) -> Vec<Series> {
     let mut durations = Vec::new();
     for (row, times) in DURATIONS.iter().zip(times) {
         let over_one = |secs: &[f64]| {
             FLEET_SIZES.iter().zip(secs).map(|(&n, s)| (f64::from(n), s / secs[0])).collect()
         };
         let ours: Vec<_> = times.iter().map(|time| time.wall_secs).collect();
-        durations.push(plot::Series {
+        durations.push(Series {
             name: format!("{:?}, dissertation", row.route),
             points: over_one(&row.secs),
         });
-        durations.push(plot::Series {
-            name: format!("{:?}, Regatta", row.route),
-            points: over_one(&ours),
-        });
+        durations
+            .push(Series { name: format!("{:?}, Regatta", row.route), points: over_one(&ours) });
     }
+    durations
+}
+
+fn cost_series(costs: &[Cost]) -> Vec<Series> {
     let point = |cost: &Cost, milliseconds: f64| (f64::from(cost.robots), milliseconds);
     let usual_rates: Vec<_> = costs.iter().filter(|cost| cost.rate_hz <= 100).collect();
-    let costs = vec![
-        plot::Series {
+    vec![
+        Series {
             name: "median".into(),
             points: usual_rates.iter().map(|cost| point(cost, cost.tick_cost_p50_ms)).collect(),
         },
-        plot::Series {
+        Series {
             name: "p99".into(),
             points: usual_rates.iter().map(|cost| point(cost, cost.tick_cost_p99_ms)).collect(),
         },
-    ];
-    (durations, costs)
+    ]
 }
 
 fn markdown(times: &[Vec<RouteTime>], costs: &[Cost], environment: &str) -> String {
     let mut text = format!(
-        "# Scaling: from one robot to a million\n\n{environment}\n\n## The dissertation's tables 5.5 to 5.7\n\n\
-         Seconds of wall time until all robots have driven the route (in brackets the dissertation's).\n\n\
+        "# Scaling: from one robot to a million\n\n{environment}\n\n## The dissertation's tables \
+         5.5 to 5.7\n\n\
+         Seconds of wall time until all robots have driven the route (in brackets the \
+         dissertation's).\n\n\
          | route | 1 robot | 10 | 20 | 30 | 30 over 1 |\n|---|---|---|---|---|---|\n"
     );
     for (row, times) in DURATIONS.iter().zip(times) {
@@ -268,16 +312,20 @@ fn markdown(times: &[Vec<RouteTime>], costs: &[Cost], environment: &str) -> Stri
         let _ = writeln!(text, "| {:?} | {cells} | {ratio:.3} ({published:.2}) |", row.route);
     }
     text.push_str(
-        "\n## Larger fleets\n\nRandom routes on a generated warehouse, one reader attached. A tick is late when it ends after\n\
-         the next one is due. Memory is the resident memory above that of an engine with one robot, frames included. The age\n\
+        "\n## Larger fleets\n\nRandom routes on a generated warehouse, one reader attached. A \
+         tick is late when it ends after\n\
+         the next one is due. Memory is the resident memory above that of an engine with one \
+         robot, frames included. The age\n\
          of a frame is the time from the engine's send to the reader's first access.\n\n\
-         | robots | ticks/s | tick p50 | tick p99 | late | real-time factor | bytes per robot | frames read | age p50 | age p99 |\n\
+         | robots | ticks/s | tick p50 | tick p99 | late | real-time factor | bytes per robot | \
+         frames read | age p50 | age p99 |\n\
          |---|---|---|---|---|---|---|---|---|---|\n",
     );
     for cost in costs {
         let _ = writeln!(
             text,
-            "| {} | {} | {:.3} ms | {:.3} ms | {} of {} ({:.2} %) | {:.2} | {:.0} | {} | {:.0} µs | {:.0} µs |",
+            "| {} | {} | {:.3} ms | {:.3} ms | {} of {} ({:.2} %) | {:.2} | {:.0} | {} | {:.0} µs \
+             | {:.0} µs |",
             cost.robots,
             cost.rate_hz,
             cost.tick_cost_p50_ms,
@@ -302,7 +350,11 @@ fn json(
     args: &ScalingArgs,
     machine: serde_json::Value,
 ) -> serde_json::Value {
-    let fleet = |(time, robots): (&RouteTime, &u32)| serde_json::json!({"robots": robots, "simulated_secs": time.simulated_secs, "wall_secs": time.wall_secs});
+    let fleet = |(time, robots): (&RouteTime, &u32)| {
+        serde_json::json!({
+            "robots": robots, "simulated_secs": time.simulated_secs, "wall_secs": time.wall_secs,
+        })
+    };
     let tables: Vec<_> = DURATIONS
         .iter()
         .zip(times)
@@ -316,12 +368,18 @@ fn json(
         .map(|cost| {
             serde_json::json!({
                 "robots": cost.robots, "rate_hz": cost.rate_hz,
-                "tick_cost_p50_ms": cost.tick_cost_p50_ms, "tick_cost_p99_ms": cost.tick_cost_p99_ms,
-                "ticks": cost.ticks, "late_ticks": cost.late_ticks, "real_time_factor": cost.real_time_factor,
+                "tick_cost_p50_ms": cost.tick_cost_p50_ms,
+                "tick_cost_p99_ms": cost.tick_cost_p99_ms,
+                "ticks": cost.ticks, "late_ticks": cost.late_ticks,
+                "real_time_factor": cost.real_time_factor,
                 "bytes_per_robot": cost.bytes_per_robot, "frames_read": cost.frames_read,
-                "frame_age_p50_us": cost.frame_age_p50_us, "frame_age_p99_us": cost.frame_age_p99_us,
+                "frame_age_p50_us": cost.frame_age_p50_us,
+                "frame_age_p99_us": cost.frame_age_p99_us,
             })
         })
         .collect();
-    serde_json::json!({"machine": machine, "speed": args.speed, "threads": args.threads, "tables": tables, "loads": loads})
+    serde_json::json!({
+        "machine": machine, "speed": args.speed, "threads": args.threads, "tables": tables,
+        "loads": loads,
+    })
 }

@@ -1,4 +1,4 @@
-//! Studies as job arrays, for those who have only Slurm or a shell.
+//! Studies as job arrays, for users who have only Slurm or a shell.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use crate::output::{Force, unwritable, write_file};
 /// indices are below it. With more jobs, each task does several.
 const LARGEST_ARRAY: usize = 1000;
 
-/// Writes the runs of the first round as a job array: they are what any answer needs.
+/// Writes the runs of the first round, which any answer needs, as a job array.
 pub fn export(plan: &Plan, folder: &Path) -> Result<(), Failure> {
     let store = Store::open(folder)?;
     let mut ids = Vec::new();
@@ -20,8 +20,7 @@ pub fn export(plan: &Plan, folder: &Path) -> Result<(), Failure> {
         let layout = store.keep_layout(&variant.layout_text())?;
         for robots in plan.robots.grid().into_iter().rev() {
             for seed in 1..=plan.precision.least_seeds {
-                let job =
-                    variant.job(&layout, robots, seed, (plan.secs, plan.rate_hz), &plan.program);
+                let job = variant.job(&layout, robots, seed, plan.time, &plan.program);
                 store.keep_job(&job)?;
                 ids.push(job.id().to_string());
             }

@@ -1,8 +1,9 @@
-//! `regatta study-observe`: the readers of a study's run in one process. In lockstep each process
-//! more costs some wake-ups a tick, and with small fleets these would cost more than what the
-//! readers do.
+//! `regatta study-observe`: the readers of a study's run in one process. In lockstep each
+//! additional process costs some wake-ups a tick, which with small fleets would cost more than the
+//! work of the readers.
 
-use std::path::PathBuf;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Parser};
@@ -16,13 +17,13 @@ pub struct ObserverArgs {
     /// File for the traffic on edges, as JSON
     #[arg(long, value_name = "FILE")]
     traffic: PathBuf,
-    /// File for what robots wait for, as JSON
+    /// File for the places that robots wait for, as JSON
     #[arg(long, value_name = "FILE")]
     queues: PathBuf,
-    /// File for what the fleet carries, as JSON
+    /// File for the figures of the orders, as JSON
     #[arg(long, value_name = "FILE")]
     meter: PathBuf,
-    /// File for what the validator finds, as JSON; without it, nothing is judged
+    /// File for the findings of the validator, as JSON; without it, nothing is judged
     #[arg(long, value_name = "FILE")]
     validator: Option<PathBuf>,
     /// File that is made when all are ready to read
@@ -35,8 +36,6 @@ pub struct ObserverArgs {
 /// Runs `regatta study-observe`.
 pub fn run(args: &ObserverArgs) -> Result<ExitCode, Failure> {
     let mut readers: Vec<Box<dyn Plugin>> = Vec::new();
-    let with_json =
-        |name: &str, file: &PathBuf| [name.into(), "--json".into(), file.clone().into_os_string()];
     let traffic = regatta_traffic::Cli::try_parse_from(with_json("traffic", &args.traffic))?;
     readers.push(Box::new(regatta_traffic::plugin(traffic)));
     readers.push(Box::new(regatta_traffic::queue_observer(args.queues.clone())));
@@ -44,9 +43,10 @@ pub fn run(args: &ObserverArgs) -> Result<ExitCode, Failure> {
     readers.push(Box::new(regatta_meter::plugin(meter)));
     if let Some(file) = &args.validator {
         // Findings are figures here, and no failure.
-        let kinds = Kind::ALL.map(Kind::name).join(",");
-        let words =
-            with_json("validator", file).into_iter().chain(["--allow".into(), kinds.into()]);
+        let kinds: Vec<_> = Kind::all().map(|kind| kind.to_string()).collect();
+        let words = with_json("validator", file)
+            .into_iter()
+            .chain(["--allow".into(), kinds.join(",").into()]);
         readers.push(Box::new(regatta_validator::plugin(regatta_validator::Cli::try_parse_from(
             words,
         )?)));
@@ -54,6 +54,10 @@ pub fn run(args: &ObserverArgs) -> Result<ExitCode, Failure> {
     let observers = Observers { readers, ready: args.ready.clone() };
     args.options.run(observers, "observers").map_err(plugin_failure)?;
     Ok(ExitCode::SUCCESS)
+}
+
+fn with_json(name: &str, file: &Path) -> [OsString; 3] {
+    [name.into(), "--json".into(), file.into()]
 }
 
 /// Plugins that are called one after the other.
@@ -96,7 +100,7 @@ impl Plugin for Observers {
     }
 
     fn on_stop(&mut self) -> Result {
-        // Each writes its figures, whatever becomes of the others.
+        // Each writes its figures, even if others fail.
         let ends: Vec<Result> = self.readers.iter_mut().map(|reader| reader.on_stop()).collect();
         ends.into_iter().collect()
     }

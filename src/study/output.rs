@@ -1,32 +1,32 @@
-//! What a study leaves for its reader: the page, its pictures and a recording.
+//! The files that a study leaves for its reader: the page, its pictures and a recording.
 
 use std::path::Path;
 use std::process::Command;
 
 use regatta_study::answer::Answer;
-use regatta_study::page::{Block, content, html, markdown};
+use regatta_study::page::{Block, Picture, content, html, markdown, title};
 use regatta_study::plan::{Plan, Variant};
 use regatta_study::store::Store;
 
 use crate::failure::Failure;
 use crate::output::{Force, write_file};
 
-/// Writes the answer into the folder of the study, and says it.
+/// Writes the answer into the folder of the study, and prints it.
 pub fn write(answer: &Answer, base: &Variant, folder: &Path) -> Result<(), Failure> {
     let blocks = content(answer, base);
-    let replace = Force { force: true };
-    let file = |name: &str, bytes: &[u8]| write_file(&folder.join(name), bytes, replace);
-    file("study.json", format!("{:#}\n", serde_json::to_value(answer)?).as_bytes())?;
-    file("study.md", markdown(&blocks).as_bytes())?;
-    file(
-        "index.html",
-        html(&format!("How many robots does {} hold?", answer.title), &blocks).as_bytes(),
-    )?;
+    let mut files = vec![
+        ("study.json".to_owned(), format!("{:#}\n", serde_json::to_value(answer)?).into_bytes()),
+        ("study.md".to_owned(), markdown(&blocks).into_bytes()),
+        ("index.html".to_owned(), html(&title(answer), &blocks).into_bytes()),
+    ];
     for block in &blocks {
-        if let Block::Picture(name, _, svg) = block {
-            file(&format!("{name}.svg"), svg.as_bytes())?;
-            file(&format!("{name}.png"), &regatta_record::png(svg)?)?;
+        if let Block::Picture(Picture { name, svg, .. }) = block {
+            files.push((format!("{name}.svg"), svg.clone().into_bytes()));
+            files.push((format!("{name}.png"), regatta_record::png(svg)?));
         }
+    }
+    for (name, bytes) in files {
+        write_file(&folder.join(name), &bytes, Force { force: true })?;
     }
     for block in &blocks {
         if let Block::Answer(text) = block {
@@ -44,7 +44,7 @@ pub fn record(plan: &Plan, store: &Store, answer: &Answer) -> Result<(), Failure
     };
     let variant = &plan.variants[0];
     let layout = store.keep_layout(&variant.layout_text())?;
-    let job = variant.job(&layout, knee.robots, 1, (plan.secs, plan.rate_hz), &plan.program);
+    let job = variant.job(&layout, knee.robots, 1, plan.time, &plan.program);
     let file = store.folder().join(format!("knee-{}-robots.mcap", knee.robots));
     let mut command = Command::new(std::env::current_exe()?);
     command.arg("study-run").arg(store.job_file(&job.id())).arg("--record").arg(&file);

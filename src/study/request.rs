@@ -1,13 +1,15 @@
-//! What a command line asks: the plan of a study.
+//! The plan of a study, from a command line and a study file.
 
 use std::fs;
 use std::path::Path;
 
 use clap::ValueEnum;
-use regatta_engine::graph::ReadOptions;
-use regatta_engine::scenario::document;
 use regatta_fleet_manager::PlannerKind;
-use regatta_study::plan::{Axis, Plan, Precision, Robots, Setting, StudyFile, Variant, is_study};
+use regatta_layout::ReadOptions;
+use regatta_scenario::document;
+use regatta_study::plan::{
+    Axis, Plan, Precision, Robots, RunTime, Setting, StudyFile, Variant, is_study,
+};
 use serde_json::Value;
 
 use super::StudyArgs;
@@ -41,15 +43,14 @@ pub fn plan(args: &StudyArgs) -> Result<Plan, Failure> {
     let robots = args.robots.clone().or_else(|| file.as_ref()?.robots.clone());
     let reliefs = args.reliefs.or_else(|| file.as_ref()?.reliefs).unwrap_or(DEFAULT_RELIEFS);
     let mut axes = file.as_ref().map_or_else(|| Ok(Vec::new()), StudyFile::axes)?;
-    // What the command line says counts.
+    // The command line overrides the file.
     axes.retain(|axis| args.vary.iter().all(|other| other.setting != axis.setting));
     axes.extend(args.vary.iter().cloned());
     Ok(Plan {
         title,
         robots: robots.unwrap_or(Robots::Range(1, 1000)),
         precision,
-        secs: secs(args, file.as_ref())?,
-        rate_hz: args.rate,
+        time: RunTime { secs: secs(args, file.as_ref())?, rate_hz: args.rate },
         reliefs,
         program: version::short(),
         variants: variants(&plant, &checked(axes)?, args, &options)?,
@@ -66,24 +67,25 @@ fn checked(mut axes: Vec<Axis>) -> Result<Vec<Axis>, Failure> {
                 format!("{setting} is varied twice: give all its values in one list").into()
             );
         }
-        let planners =
-            values.iter().filter(|_| *setting == Setting::Planner).filter_map(Value::as_str);
-        for name in planners {
-            if PlannerKind::from_str(name, false).is_err() {
-                let known: Vec<_> = PlannerKind::value_variants()
-                    .iter()
-                    .filter_map(ValueEnum::to_possible_value)
-                    .collect();
-                let known: Vec<_> = known.iter().map(|value| value.get_name()).collect();
-                return Err(format!(
-                    "planner: unknown planner '{name}': there are {}",
-                    known.join(", ")
-                )
-                .into());
+        if *setting == Setting::Planner {
+            for name in values.iter().filter_map(Value::as_str) {
+                check_planner(name)?;
             }
         }
     }
     Ok(axes)
+}
+
+fn check_planner(name: &str) -> Result<(), Failure> {
+    if PlannerKind::from_str(name, false).is_ok() {
+        return Ok(());
+    }
+    let known: Vec<String> = PlannerKind::value_variants()
+        .iter()
+        .filter_map(ValueEnum::to_possible_value)
+        .map(|value| value.get_name().to_owned())
+        .collect();
+    Err(format!("planner: unknown planner '{name}': there are {}", known.join(", ")).into())
 }
 
 fn title(plant: &Path) -> String {
@@ -92,12 +94,15 @@ fn title(plant: &Path) -> String {
 }
 
 fn secs(args: &StudyArgs, file: Option<&StudyFile>) -> Result<u64, Failure> {
-    let of_file = file.and_then(|file| file.duration.as_ref()).map(|duration| match duration {
-        Value::String(text) => text.parse::<Time>().map_err(|error| format!("duration: {error}")),
-        other => other.to_string().parse::<Time>().map_err(|error| format!("duration: {error}")),
-    });
-    let time = args.duration.map(Ok).or(of_file).transpose()?;
-    let secs = time.map_or(DEFAULT_SECS, |time| time.0.as_secs());
+    let of_file = file.and_then(|file| file.duration.as_ref());
+    let secs = match (args.duration, of_file) {
+        (Some(time), _) => time.0.as_secs(),
+        (None, Some(value)) => {
+            let time = plain(value).parse::<Time>();
+            time.map_err(|error| format!("duration: {error}"))?.0.as_secs()
+        }
+        (None, None) => DEFAULT_SECS,
+    };
     if RUN_SECS.contains(&secs) {
         Ok(secs)
     } else {
@@ -129,24 +134,36 @@ fn variants(
         let mut own =
             variants[0].clone().with(Setting::Manager, &command.as_str().into(), options)?;
         own.name = name_of(command);
-        variants[0].name =
-            if variants[0].name.is_empty() { "ours".into() } else { variants[0].name.clone() };
+        name_first(&mut variants, "ours");
         variants.push(own);
     }
     if args.bound || args.manager.is_some() {
         let mut bound = variants[0].clone().bound();
         bound.name = "bound".to_owned();
-        variants[0].name =
-            if variants[0].name.is_empty() { "as it is".into() } else { variants[0].name.clone() };
+        name_first(&mut variants, "as it is");
         variants.push(bound);
     }
-    variants.iter().try_for_each(|variant| variant.check(args.rate))?;
+    for variant in &variants {
+        variant.check(args.rate)?;
+    }
     Ok(variants)
+}
+
+/// Names the first variant, unless it has a name.
+fn name_first(variants: &mut [Variant], name: &str) {
+    if variants[0].name.is_empty() {
+        variants[0].name = name.to_owned();
+    }
+}
+
+/// Returns a value as a text, without the quotation marks of JSON.
+fn plain(value: &Value) -> String {
+    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
 }
 
 /// The value of a setting in words.
 fn words(setting: Setting, value: &Value) -> String {
-    let value = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+    let value = plain(value);
     match setting {
         Setting::Layout => title(Path::new(&value)),
         _ => format!("{} {value}", setting.name().replace('_', " ")),

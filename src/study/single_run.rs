@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use std::time::Instant;
@@ -11,13 +12,14 @@ use clap::Args;
 use regatta_meter::Figures;
 use regatta_plugin::{AFTER_VARIABLE, LOAD_VARIABLE, Termination};
 use regatta_study::job::{Job, Manager};
-use regatta_study::outcome::{EdgeOutcome, Outcome};
+use regatta_study::outcome::{Outcome, edges};
 use regatta_study::workers::UNWRITABLE;
 use serde_json::Value;
 
 use crate::failure::{Failure, plugin_failure, print_failure};
-use crate::lockstep_run::{ENGINE, LockstepRun, POLL_INTERVAL, findings};
+use crate::lockstep_run::{ENGINE, LockstepRun, POLL_INTERVAL, WriteError, findings};
 use crate::output::{Force, write_file};
+use crate::program::Program;
 use crate::version;
 
 const MANAGER: &str = "fleet-manager";
@@ -60,14 +62,15 @@ pub fn run(args: &StudyRunArgs) -> Result<ExitCode, Failure> {
         .into());
     }
     let beside = args.job.parent().and_then(Path::parent).unwrap_or(Path::new("."));
-    let layout = args.layout.clone().unwrap_or_else(|| beside.join("files").join(job.layout()));
+    let layout =
+        args.layout.clone().unwrap_or_else(|| beside.join("files").join(&job.scenario.graph));
     let output = args
         .output
         .clone()
         .unwrap_or_else(|| beside.join("results").join(format!("{}.json", job.id())));
     let outcome = JobRun::start(&job, &layout, args.record.as_deref()).and_then(JobRun::finish);
     let outcome = match outcome {
-        Err(failure) if is_of_full_disk(&*failure) => return Ok(unwritable(&*failure)),
+        Err(failure) if is_of_full_disk(&failure) => return Ok(unwritable(&*failure)),
         outcome => outcome?,
     };
     let text = serde_json::to_string(&outcome)?;
@@ -77,12 +80,10 @@ pub fn run(args: &StudyRunArgs) -> Result<ExitCode, Failure> {
     }
 }
 
-/// Whether a full disk is the reason, also of what another process has said.
-fn is_of_full_disk(failure: &(dyn std::error::Error + 'static)) -> bool {
-    let text = failure.to_string();
-    ["No space left on device", "disk is full", "os error 28"]
-        .iter()
-        .any(|sign| text.contains(sign))
+/// Whether a full disk is the reason of a failure, also of that of another process.
+fn is_of_full_disk(failure: &Failure) -> bool {
+    let error = failure.downcast_ref::<WriteError>();
+    error.is_some_and(|error| error.reason.kind() == ErrorKind::StorageFull)
 }
 
 fn unwritable(failure: &(dyn std::error::Error + 'static)) -> ExitCode {
@@ -101,8 +102,12 @@ struct JobRun<'a> {
 impl<'a> JobRun<'a> {
     fn start(job: &'a Job, layout: &Path, record: Option<&Path>) -> Result<Self, Failure> {
         let termination = Termination::watch().map_err(plugin_failure)?;
-        let mut run =
-            Self { job, run: LockstepRun::new("study")?, termination, started: Instant::now() };
+        let mut run = Self {
+            job,
+            run: LockstepRun::new("study", Program::this()?)?,
+            termination,
+            started: Instant::now(),
+        };
         let scenario = run.write_scenario(layout)?;
         let members: Vec<_> =
             [MANAGER, OBSERVERS].into_iter().chain(record.map(|_| RECORDER)).collect();
@@ -112,8 +117,8 @@ impl<'a> JobRun<'a> {
             &members,
             &["--digest"],
         )?;
-        // The task log has no history: who joins it after the manager's first tick misses how
-        // orders began.
+        // The order log has no history: a reader that joins it after the manager's first tick
+        // misses the beginning of orders.
         run.start_observers()?;
         run.start_manager(&scenario)?;
         if let Some(file) = record {
@@ -124,19 +129,18 @@ impl<'a> JobRun<'a> {
         Ok(run)
     }
 
-    /// Robots that drive through each other aren't judged.
+    /// Whether the validator judges the run: not if robots drive through each other.
     fn is_judged(&self) -> bool {
         !matches!(self.job.manager, Manager::Bound(_))
     }
 
     fn write_scenario(&self, layout: &Path) -> Result<PathBuf, Failure> {
-        let mut scenario = self.job.scenario.clone();
-        scenario["graph"] = std::path::absolute(layout)?.to_string_lossy().into();
+        let mut job = self.job.clone();
+        job.scenario.graph = std::path::absolute(layout)?.to_string_lossy().into_owned();
         let path = self.run.folder().join("scenario.yaml");
-        let unwritable =
-            |error| format!("can't write to {}: {error}", std::env::temp_dir().display());
         // JSON is YAML, too.
-        fs::write(&path, format!("{scenario:#}")).map_err(unwritable)?;
+        fs::write(&path, job.scenario_text())
+            .map_err(|reason| WriteError { path: std::env::temp_dir(), reason })?;
         Ok(path)
     }
 
@@ -183,7 +187,12 @@ impl<'a> JobRun<'a> {
         Ok(())
     }
 
-    /// Waits for the end of the run, and returns what came of it.
+    /// Returns the figures in a file of the observers.
+    fn json(&self, name: &str) -> Result<Value, Failure> {
+        self.run.json(name, OBSERVERS)
+    }
+
+    /// Waits for the end of the run, and returns its outcome.
     fn finish(mut self) -> Result<Outcome, Failure> {
         while !self.run.engine_has_ended()? {
             if self.termination.requested() {
@@ -197,14 +206,15 @@ impl<'a> JobRun<'a> {
             return Err(self.run.failure(failure, name));
         }
         let log = self.run.log(ENGINE);
-        let is_digest =
-            |line: &&str| line.len() == 32 && line.bytes().all(|byte| byte.is_ascii_hexdigit());
-        let digest = log.lines().find(is_digest).ok_or("the engine gave no digest")?.to_owned();
-        let json = |name| self.run.json(name, OBSERVERS);
-        let figures: Figures = serde_json::from_value(json(METER)?)?;
+        let digest = log
+            .lines()
+            .find(|line| line.len() == 32 && line.bytes().all(|byte| byte.is_ascii_hexdigit()))
+            .ok_or("the engine gave no digest")?
+            .to_owned();
+        let figures: Figures = serde_json::from_value(self.json(METER)?)?;
         if figures.samples_missed > 0 {
             return Err(format!(
-                "{} samples of the task log were lost; run it again",
+                "{} samples of the order log were lost; run it again",
                 figures.samples_missed
             )
             .into());
@@ -214,38 +224,15 @@ impl<'a> JobRun<'a> {
             digest,
             figures,
             findings: if self.is_judged() {
-                findings(&json(VALIDATOR)?).collect()
+                findings(&self.json(VALIDATOR)?).collect()
             } else {
                 BTreeMap::new()
             },
-            edges: edges(&json(TRAFFIC)?, &json(QUEUES)?),
+            edges: edges(
+                serde_json::from_value(self.json(TRAFFIC)?)?,
+                serde_json::from_value(self.json(QUEUES)?)?,
+            ),
             wall_secs: self.started.elapsed().as_secs_f64(),
         })
     }
-}
-
-/// The edges on which robots were, or that they were kept out of.
-fn edges(traffic: &Value, queues: &Value) -> Vec<EdgeOutcome> {
-    let caused = queues["edges"].as_array().into_iter().flatten();
-    let caused: BTreeMap<u64, f64> = caused
-        .filter_map(|edge| Some((edge["edge"].as_u64()?, edge["caused_secs"].as_f64()?)))
-        .collect();
-    let edge = |edge: &Value| {
-        let number = |key: &str| edge[key].as_f64();
-        Some(EdgeOutcome {
-            edge: u32::try_from(edge["edge"].as_u64()?).ok()?,
-            waiting_secs: number("waiting_secs")?,
-            caused_secs: edge["edge"]
-                .as_u64()
-                .and_then(|id| caused.get(&id).copied())
-                .unwrap_or_default(),
-            entered_per_hour: number("entered_per_hour")?,
-        })
-    };
-    let edges = traffic["edges"].as_array().into_iter().flatten().filter_map(edge);
-    edges
-        .filter(|edge| {
-            edge.waiting_secs > 0.0 || edge.caused_secs > 0.0 || edge.entered_per_hour > 0.0
-        })
-        .collect()
 }

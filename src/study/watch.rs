@@ -1,4 +1,4 @@
-//! What a user sees of a study under way: runs done, running and left, and the time to go.
+//! The progress of a study under way: runs done, running and left, and the time to go.
 
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeSet;
@@ -17,15 +17,17 @@ pub struct Terminal {
     termination: Termination,
     bar: Option<ProgressBar>,
     started: Instant,
-    /// When the last line was written.
+    /// The time when the last line was written.
     told: Cell<Instant>,
     round: Cell<u64>,
     round_started: Cell<Instant>,
-    /// Runs of this round: how many there are, and how many are done.
-    runs: Cell<[u64; 2]>,
+    /// The number of runs of this round.
+    runs: Cell<u64>,
+    /// The number of those that have ended.
+    done: Cell<u64>,
     finished: Cell<u64>,
     side_by_side: Cell<u64>,
-    /// What was told of runs that failed.
+    /// The failures of runs that were reported.
     failures: RefCell<BTreeSet<String>>,
 }
 
@@ -47,7 +49,8 @@ impl Terminal {
             told: Cell::new(now),
             round: Cell::new(0),
             round_started: Cell::new(now),
-            runs: Cell::new([0; 2]),
+            runs: Cell::new(0),
+            done: Cell::new(0),
             finished: Cell::new(0),
             side_by_side: Cell::new(1),
             failures: RefCell::default(),
@@ -60,7 +63,7 @@ impl Terminal {
     }
 
     fn tell(&self) {
-        let ([runs, done], round) = (self.runs.get(), self.round.get());
+        let (runs, done, round) = (self.runs.get(), self.done.get(), self.round.get());
         let running = (runs - done).min(self.side_by_side.get());
         if let Some(bar) = &self.bar {
             bar.set_length(runs);
@@ -72,9 +75,9 @@ impl Terminal {
             self.told.set(Instant::now());
             let secs = self.started.elapsed().as_secs();
             let of_round = self.round_started.get().elapsed().as_secs_f64();
-            let left = |done: u64| of_round / done as f64 * (runs - done) as f64;
             let to_go = if done > 0 {
-                format!(", {:.0} s to go in this round", left(done))
+                let left = of_round / done as f64 * (runs - done) as f64;
+                format!(", {left:.0} s to go in this round")
             } else {
                 String::new()
             };
@@ -93,7 +96,8 @@ impl Watcher for Terminal {
     fn begin(&self, runs: usize, side_by_side: usize) {
         self.side_by_side.set(side_by_side as u64);
         self.round.set(self.round.get() + 1);
-        self.runs.set([runs as u64, 0]);
+        self.runs.set(runs as u64);
+        self.done.set(0);
         self.round_started.set(Instant::now());
         if let Some(bar) = &self.bar {
             bar.reset_eta();
@@ -102,26 +106,27 @@ impl Watcher for Terminal {
     }
 
     fn end(&self) {
-        let [runs, done] = self.runs.get();
-        self.runs.set([runs, done + 1]);
+        self.done.set(self.done.get() + 1);
         self.finished.set(self.finished.get() + 1);
         self.tell();
     }
 
-    fn fail(&self, what: &str, failure: &str) {
-        // What is wrong with one run is mostly wrong with many.
+    fn fail(&self, run: &str, failure: &str) {
+        // Many runs mostly fail for the same reason.
         if !self.failures.borrow_mut().insert(failure.to_owned()) {
             return;
         }
         match &self.bar {
-            Some(bar) => bar.suspend(|| regatta_plugin::tell!("{what} failed: {failure}")),
-            None => regatta_plugin::tell!("{what} failed: {failure}"),
+            Some(bar) => bar.suspend(|| regatta_plugin::tell!("{run} failed: {failure}")),
+            None => regatta_plugin::tell!("{run} failed: {failure}"),
         }
     }
 }
 
 impl Drop for Terminal {
     fn drop(&mut self) {
-        self.bar.iter().for_each(ProgressBar::finish_and_clear);
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
+        }
     }
 }

@@ -1,39 +1,33 @@
-//! The answer of a study: curves, the knee, bottlenecks and what their relief brings, and
-//! comparisons.
-
-mod bottleneck;
-mod comparison;
+//! The answer of a study: curves, their knees, bottlenecks with their reliefs, and comparisons.
 
 use serde::Serialize;
 
-pub use bottleneck::{Bottleneck, Relief, Remedy, bottlenecks};
-pub use comparison::{Comparison, Difference};
-
-use crate::outcome::{EdgeOutcome, Measured};
+use crate::bottleneck::Bottleneck;
+use crate::outcome::EdgeOutcome;
 use crate::plan::{Plan, Precision, Variant};
 use crate::statistics::Interval;
-use crate::sweep::{Curve, Known, Point};
+use crate::sweep::{Curve, Known, Point, Run};
 
 /// The answer of a study. As JSON it is the same, byte by byte, for the same study on any machine.
 #[derive(Clone, Debug, Serialize)]
 pub struct Answer {
-    /// What was studied.
+    /// The name of the plant.
     pub title: String,
     /// The version of the program.
     pub program: String,
-    /// How it was studied.
+    /// The method of the study.
     pub method: Method,
-    /// The variants. The first is what the others are compared with.
+    /// The variants. The others are compared with the first.
     pub variants: Vec<VariantAnswer>,
-    /// The other variants against the first one.
+    /// The comparisons of the other variants with the first one.
     pub comparisons: Vec<Comparison>,
-    /// What the first variant's robots wait for at its knee, the worst first.
+    /// The places that the first variant's robots wait for at its knee, the worst first.
     pub bottlenecks: Vec<Bottleneck>,
     /// The edges of the first variant at its knee: means over the runs there.
     pub edges: Vec<EdgeOutcome>,
 }
 
-/// How a study was made.
+/// The method of a study.
 #[derive(Clone, Debug, Serialize)]
 pub struct Method {
     /// Simulated seconds of a run, the warm-up included.
@@ -55,9 +49,9 @@ pub struct Method {
 pub struct VariantAnswer {
     /// The variant's name; empty if there are no others.
     pub name: String,
-    /// Where orders go.
+    /// The stops of the orders, in words.
     pub load: String,
-    /// Edges and nodes of the layout.
+    /// Edges of the layout.
     pub edges: usize,
     /// Nodes of the layout.
     pub nodes: usize,
@@ -65,9 +59,9 @@ pub struct VariantAnswer {
     pub points: Vec<PointAnswer>,
     /// The knee.
     pub knee: Option<KneeAnswer>,
-    /// Numbers of robots whose runs failed, and why.
+    /// Numbers of robots whose runs failed, with the reasons.
     pub failed: Vec<(u32, String)>,
-    /// Contacts in all runs: must be 0.
+    /// Contacts in all runs; 0 unless the manager is wrong.
     pub contacts: u64,
     /// Other findings of the validator in all runs.
     pub other_findings: u64,
@@ -80,9 +74,10 @@ pub struct KneeAnswer {
     pub robots: u32,
     /// Orders an hour.
     pub orders_per_hour: Interval,
-    /// Up to so many robots, each more brings at least half of what one brings alone.
+    /// The number of robots up to which each additional one brings at least half of what one
+    /// brings alone.
     pub half: u32,
-    /// Whether it is the largest number of robots that was tried: more may bring more.
+    /// Whether it is the largest number of robots that was tried, so that more may bring more.
     pub is_open: bool,
 }
 
@@ -131,7 +126,7 @@ pub struct RunAnswer {
 }
 
 impl Answer {
-    /// Puts the answer together. `known` has the runs of all variants, in their order.
+    /// Combines the results. `known` has the runs of all variants, in their order.
     pub fn new(
         plan: &Plan,
         curves: &[Curve],
@@ -141,8 +136,8 @@ impl Answer {
     ) -> Self {
         let Precision { least_seeds, most_seeds, interval, knee, .. } = plan.precision;
         let method = Method {
-            secs: plan.secs,
-            rate_hz: plan.rate_hz,
+            secs: plan.time.secs,
+            rate_hz: plan.time.rate_hz,
             robots: plan.robots.to_string(),
             seeds: [least_seeds, most_seeds],
             interval,
@@ -154,20 +149,19 @@ impl Answer {
             .zip(curves)
             .map(|(variant, curve)| VariantAnswer::new(variant, curve))
             .collect();
-        let others = plan.variants.iter().zip(known).skip(1);
-        let comparisons = match known.first() {
-            Some(base) => {
-                others.map(|(variant, other)| Comparison::of(&variant.name, base, other)).collect()
+        let mut comparisons = Vec::new();
+        if let Some((base, others)) = known.split_first() {
+            for (variant, other) in plan.variants.iter().skip(1).zip(others) {
+                comparisons.push(Comparison::of(&variant.name, base, other));
             }
-            None => Vec::new(),
-        };
+        }
         let (title, program) = (plan.title.clone(), plan.program.clone());
         Self { title, program, method, variants, comparisons, bottlenecks, edges }
     }
 }
 
 impl VariantAnswer {
-    /// Returns why there is no figure: none of the runs has succeeded.
+    /// Returns the failure of the runs if none of them has succeeded.
     pub fn failure(&self) -> Option<&str> {
         let reason = self.failed.first().map(|(_, reason)| reason.as_str());
         reason.filter(|_| self.points.is_empty())
@@ -205,22 +199,82 @@ impl PointAnswer {
             digest: run.digest.clone(),
             orders_per_hour: run.orders_per_hour,
         });
-        let interval = |figure: fn(&Measured) -> Option<f64>| point.interval(figure);
         Self {
             robots: point.robots,
             runs: runs.collect(),
             orders_per_hour: point.throughput(),
-            stops_per_hour: interval(|run| Some(run.stops_per_hour)),
-            service_mean_secs: interval(|run| run.service_mean_secs),
-            service_p50_secs: interval(|run| run.service_p50_secs),
-            service_p99_secs: interval(|run| run.service_p99_secs),
-            utilisation: interval(|run| Some(run.utilisation)),
-            waiting: interval(|run| Some(run.waiting)),
-            empty: interval(|run| run.empty),
-            warm_up_secs: interval(|run| Some(run.warm_up_secs)),
+            stops_per_hour: point.interval(|run| Some(run.stops_per_hour)),
+            service_mean_secs: point.interval(|run| run.service_mean_secs),
+            service_p50_secs: point.interval(|run| run.service_p50_secs),
+            service_p99_secs: point.interval(|run| run.service_p99_secs),
+            utilisation: point.interval(|run| Some(run.utilisation)),
+            waiting: point.interval(|run| Some(run.waiting)),
+            empty: point.interval(|run| run.empty),
+            warm_up_secs: point.interval(|run| Some(run.warm_up_secs)),
             contacts: point.runs.iter().map(|run| run.contacts).sum(),
             other_findings: point.runs.iter().map(|run| run.other_findings).sum(),
             failed_orders: point.runs.iter().map(|run| run.failed_orders).sum(),
         }
+    }
+}
+
+/// The comparison of a variant with the first one.
+#[derive(Clone, Debug, Serialize)]
+pub struct Comparison {
+    /// The variant.
+    pub name: String,
+    /// The differences by number of robots, for the numbers that both were run with.
+    pub differences: Vec<Difference>,
+}
+
+/// The difference at a number of robots.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Difference {
+    /// The number of robots.
+    pub robots: u32,
+    /// Orders an hour of the first variant, the mean over the seeds that both were run with.
+    pub base: f64,
+    /// The additional orders an hour, seed by seed.
+    pub more_orders_per_hour: Interval,
+}
+
+impl Difference {
+    /// Returns the difference at a number of robots, of the seeds that both have; `None` if there
+    /// are none.
+    ///
+    /// Runs with the same seed have the same orders and disturbances (common random numbers), so it
+    /// is the interval of paired differences (Law, Simulation Modeling and Analysis, 5th edition,
+    /// sections 10.2.1 and 11.2).
+    pub fn of(base: &Known, other: &Known, robots: u32) -> Option<Self> {
+        let (mut sum, mut differences) = (0.0, Vec::new());
+        for (run, _) in base.range((robots, 0)..(robots + 1, 0)) {
+            if let (Some(base), Some(other)) = (orders(base, run), orders(other, run)) {
+                sum += base;
+                differences.push(other - base);
+            }
+        }
+        let more_orders_per_hour = Interval::of(&differences)?;
+        Some(Self { robots, base: sum / differences.len() as f64, more_orders_per_hour })
+    }
+
+    /// Whether the interval excludes 0, so that the difference is more than chance.
+    pub fn is_clear(&self) -> bool {
+        let Interval { mean, half_width, .. } = self.more_orders_per_hour;
+        half_width.is_some_and(|half_width| mean.abs() > half_width)
+    }
+}
+
+fn orders(known: &Known, run: &Run) -> Option<f64> {
+    Some(known.get(run)?.as_ref().ok()?.orders_per_hour)
+}
+
+impl Comparison {
+    /// Compares a variant with the first one.
+    pub fn of(name: &str, base: &Known, other: &Known) -> Self {
+        let mut robots: Vec<u32> = base.keys().map(|(robots, _)| *robots).collect();
+        robots.dedup();
+        let differences =
+            robots.into_iter().filter_map(|robots| Difference::of(base, other, robots)).collect();
+        Self { name: name.to_owned(), differences }
     }
 }

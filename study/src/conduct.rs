@@ -1,16 +1,19 @@
-//! Conducts a study: asks sweeps for runs, has them done, and puts the answer together.
+//! Conducts a study: asks sweeps for runs, gives them to workers, and puts the answer together.
 
+use std::cmp::Reverse;
 use std::collections::BTreeMap;
+use std::ops::Range;
 
-use crate::answer::{Answer, Bottleneck, Relief, bottlenecks};
+use crate::answer::{Answer, Difference};
+use crate::bottleneck::{Bottleneck, Relief, bottlenecks};
 use crate::job::{Job, JobId};
 use crate::outcome::Measured;
 use crate::plan::{Plan, PlanError, Variant, robots_in_words};
 use crate::store::{Label, Store, StoreError};
-use crate::sweep::{self, Curve, Fate, Known, Run, Step};
+use crate::sweep::{self, Curve, Known, Run, RunResult, Step};
 use crate::workers::{Report, Task, Workers, WorkersError};
 
-/// Who watches a study.
+/// The observer of a study.
 pub trait Watcher {
     /// Whether the user wants it to end.
     fn is_interrupted(&self) -> bool;
@@ -18,8 +21,8 @@ pub trait Watcher {
     fn begin(&self, runs: usize, side_by_side: usize);
     /// Called when a run of the round has ended.
     fn end(&self);
-    /// Called when a run has failed, with its failure.
-    fn fail(&self, what: &str, failure: &str);
+    /// Called when a run has failed, with a description of it and its failure.
+    fn fail(&self, run: &str, failure: &str);
 }
 
 /// The error of a study.
@@ -47,11 +50,18 @@ pub struct Conductor<'a> {
     watcher: &'a dyn Watcher,
 }
 
-/// A variant with its layout's file, and what is known of its runs.
-struct Site<'a> {
+/// A variant with its layout's file, and the known results of its runs.
+struct Experiment<'a> {
     variant: &'a Variant,
     layout: String,
     known: Known,
+}
+
+/// A run of an experiment, by its index.
+#[derive(Clone, Copy)]
+struct Wanted {
+    experiment: usize,
+    run: Run,
 }
 
 impl<'a> Conductor<'a> {
@@ -71,129 +81,126 @@ impl<'a> Conductor<'a> {
     /// [`StudyError`]. Finished runs are kept in any case.
     pub fn conduct(&mut self) -> Result<Answer, StudyError> {
         let plan = self.plan;
-        let mut sites = plan
-            .variants
-            .iter()
-            .map(|variant| self.site(variant))
-            .collect::<Result<Vec<_>, _>>()?;
-        let curves = self.sweep(&mut sites)?;
+        let mut experiments = self.experiments(&plan.variants)?;
+        let curves = self.sweep(&mut experiments)?;
         let [first, ..] = &curves[..] else {
             return Err(StudyError::AllFailed("the plan has no variants".to_owned()));
         };
         let Some(knee) = first.knee else {
-            let reason = first
-                .failed
-                .first()
-                .map_or("nothing was carried: no order was finished", |(_, reason)| reason);
-            return Err(StudyError::AllFailed(reason.to_owned()));
+            let reason = match first.failed.first() {
+                Some((_, reason)) => reason.clone(),
+                None => "nothing was carried: no order was finished".to_owned(),
+            };
+            return Err(StudyError::AllFailed(reason));
         };
         let (robots, seeds) = (first.points[knee].robots, first.points[knee].runs.len() as u64);
-        self.complete(&mut sites, robots, seeds)?;
-        let ids: Vec<JobId> = (1..=seeds).map(|seed| self.id(&sites[0], (robots, seed))).collect();
+        // The other variants need the runs of the first one at its knee, to be compared with it.
+        let others = runs(1..experiments.len(), robots, seeds);
+        self.round(&mut experiments, &others)?;
+        let ids: Vec<JobId> =
+            (1..=seeds).map(|seed| self.job(&experiments[0], (robots, seed)).id()).collect();
         let edges = self.store.edges(&ids);
-        let mut found = bottlenecks(&plan.variants[0], &edges, plan.secs);
-        self.relieve(&sites[0], &mut found, robots, seeds)?;
-        let known: Vec<Known> = sites.into_iter().map(|site| site.known).collect();
+        let mut found = bottlenecks(&plan.variants[0], &edges, plan.time.secs);
+        self.relieve(&experiments[0], &mut found, robots, seeds)?;
+        let known: Vec<Known> =
+            experiments.into_iter().map(|experiment| experiment.known).collect();
         Ok(Answer::new(plan, &curves, &known, found, edges))
     }
 
-    fn site<'v>(&self, variant: &'v Variant) -> Result<Site<'v>, StudyError> {
-        let layout = self.store.keep_layout(&variant.layout_text())?;
-        Ok(Site { variant, layout, known: Known::new() })
+    fn experiments<'v>(
+        &self,
+        variants: impl IntoIterator<Item = &'v Variant>,
+    ) -> Result<Vec<Experiment<'v>>, StudyError> {
+        let mut experiments = Vec::new();
+        for variant in variants {
+            let layout = self.store.keep_layout(&variant.layout_text())?;
+            experiments.push(Experiment { variant, layout, known: Known::new() });
+        }
+        Ok(experiments)
     }
 
     /// Sweeps all variants side by side, round by round.
-    fn sweep(&mut self, sites: &mut [Site<'_>]) -> Result<Vec<Curve>, StudyError> {
-        let (robots, precision) = (&self.plan.robots, &self.plan.precision);
+    fn sweep(&mut self, experiments: &mut [Experiment<'_>]) -> Result<Vec<Curve>, StudyError> {
         loop {
-            let steps: Vec<Step> =
-                sites.iter().map(|site| sweep::next(robots, precision, &site.known)).collect();
-            let needs = |(site, step): (usize, &Step)| match step {
-                Step::Needs(runs) => runs.iter().map(|run| (site, *run)).collect(),
-                Step::Done(_) => Vec::new(),
-            };
-            let mut wanted: Vec<(usize, Run)> = steps.iter().enumerate().flat_map(needs).collect();
-            if wanted.is_empty() {
-                let curve =
-                    |step| if let Step::Done(curve) = step { curve } else { Curve::default() };
-                return Ok(steps.into_iter().map(curve).collect());
+            let mut wanted = Vec::new();
+            let mut curves = Vec::new();
+            for (index, experiment) in experiments.iter().enumerate() {
+                match sweep::next(&self.plan.robots, &self.plan.precision, &experiment.known) {
+                    Step::Done(curve) => curves.push(curve),
+                    Step::Needs(runs) => {
+                        wanted
+                            .extend(runs.into_iter().map(|run| Wanted { experiment: index, run }));
+                    }
+                }
             }
-            wanted.sort_by_key(|(_, (robots, seed))| (std::cmp::Reverse(*robots), *seed));
-            self.round(sites, &wanted)?;
+            if wanted.is_empty() {
+                return Ok(curves);
+            }
+            wanted.sort_by_key(|wanted| (Reverse(wanted.run.0), wanted.run.1));
+            self.round(experiments, &wanted)?;
         }
-    }
-
-    /// Does the runs of the other variants that the first one has at its knee, to compare them.
-    fn complete(
-        &mut self,
-        sites: &mut [Site<'_>],
-        robots: u32,
-        seeds: u64,
-    ) -> Result<(), StudyError> {
-        let runs =
-            (1..sites.len()).flat_map(|site| (1..=seeds).map(move |seed| (site, (robots, seed))));
-        let wanted: Vec<_> =
-            runs.filter(|(site, run)| !sites[*site].known.contains_key(run)).collect();
-        self.round(sites, &wanted)
     }
 
     /// Tries the relief of the worst bottlenecks.
     fn relieve(
         &mut self,
-        base: &Site<'_>,
+        base: &Experiment<'_>,
         found: &mut [Bottleneck],
         robots: u32,
         seeds: u64,
     ) -> Result<(), StudyError> {
-        let tried: Vec<(usize, Variant)> = (found.iter().enumerate().take(self.plan.reliefs))
-            .filter_map(|(index, bottleneck)| Some((index, bottleneck.relieved(base.variant)?)))
-            .collect();
-        let mut sites =
-            tried.iter().map(|(_, variant)| self.site(variant)).collect::<Result<Vec<_>, _>>()?;
-        let runs =
-            (0..sites.len()).flat_map(|site| (1..=seeds).map(move |seed| (site, (robots, seed))));
-        self.round(&mut sites, &runs.collect::<Vec<_>>())?;
-        for ((index, _), site) in tried.iter().zip(&sites) {
-            found[*index].relief = Relief::of(&base.known, &site.known, robots);
+        let mut tried = Vec::new();
+        let mut variants = Vec::new();
+        for bottleneck in found.iter_mut().take(self.plan.reliefs) {
+            if let Some(variant) = bottleneck.relieved(base.variant) {
+                tried.push(bottleneck);
+                variants.push(variant);
+            }
+        }
+        let mut experiments = self.experiments(&variants)?;
+        let wanted = runs(0..experiments.len(), robots, seeds);
+        self.round(&mut experiments, &wanted)?;
+        for (bottleneck, experiment) in tried.into_iter().zip(&experiments) {
+            let difference = Difference::of(&base.known, &experiment.known, robots);
+            bottleneck.relief = difference.map(|difference| Relief { difference });
         }
         Ok(())
     }
 
-    fn id(&self, site: &Site<'_>, (robots, seed): Run) -> JobId {
-        self.job(site, (robots, seed)).id()
+    fn job(&self, experiment: &Experiment<'_>, (robots, seed): Run) -> Job {
+        let Plan { time, program, .. } = self.plan;
+        experiment.variant.job(&experiment.layout, robots, seed, *time, program)
     }
 
-    fn job(&self, site: &Site<'_>, (robots, seed): Run) -> Job {
-        site.variant.job(
-            &site.layout,
-            robots,
-            seed,
-            (self.plan.secs, self.plan.rate_hz),
-            &self.plan.program,
-        )
-    }
-
-    /// Does runs of some sites, those that aren't done yet.
-    fn round(&mut self, sites: &mut [Site<'_>], wanted: &[(usize, Run)]) -> Result<(), StudyError> {
+    /// Does runs of some experiments, except those that were done before.
+    fn round(
+        &mut self,
+        experiments: &mut [Experiment<'_>],
+        wanted: &[Wanted],
+    ) -> Result<(), StudyError> {
         let mut tasks = Vec::new();
-        let mut by_id: BTreeMap<JobId, Vec<(usize, Run)>> = BTreeMap::new();
-        for &(site, run) in wanted {
-            let job = self.job(&sites[site], run);
-            let id = job.id();
-            if let Some(measured) = self.finished(&sites[site], &id, run)? {
-                sites[site].known.insert(run, Fate::Done(measured));
+        let mut by_id: BTreeMap<JobId, Vec<Wanted>> = BTreeMap::new();
+        for &wanted in wanted {
+            let experiment = &mut experiments[wanted.experiment];
+            if experiment.known.contains_key(&wanted.run) {
                 continue;
             }
-            // Two sites may want the same job: reliefs of neighbouring places, or settings that
-            // change nothing.
+            let job = self.job(experiment, wanted.run);
+            let id = job.id();
+            if let Some(measured) = self.finished(experiment.variant, &id, wanted.run)? {
+                experiment.known.insert(wanted.run, Ok(measured));
+                continue;
+            }
+            // Two experiments may want the same job: reliefs of neighbouring places, or settings
+            // that change nothing.
             let wanting = by_id.entry(id.clone()).or_default();
-            wanting.push((site, run));
+            wanting.push(wanted);
             if wanting.len() > 1 {
                 continue;
             }
             self.store.keep_job(&job)?;
             let (job, result) = (self.store.job_file(&id), self.store.result_file(&id));
-            let layout = self.store.files().join(&sites[site].layout);
+            let layout = self.store.files().join(&experiment.layout);
             tasks.push(Task { id, job, layout, result });
         }
         if !tasks.is_empty() {
@@ -206,58 +213,68 @@ impl<'a> Conductor<'a> {
         });
         // Also those that ended before an interrupt.
         for Report { id, failure } in reports {
-            let Some(&(first, run)) = by_id.get(&id).and_then(|wanting| wanting.first()) else {
-                continue;
-            };
-            let fate = self.fate(&sites[first], &id, run, failure)?;
-            for &(site, run) in by_id.get(&id).into_iter().flatten() {
-                sites[site].known.insert(run, fate.clone());
+            let Some(wanting) = by_id.get(&id) else { continue };
+            let Some(first) = wanting.first() else { continue };
+            let result =
+                self.result(experiments[first.experiment].variant, &id, first.run, failure)?;
+            for wanted in wanting {
+                experiments[wanted.experiment].known.insert(wanted.run, result.clone());
             }
         }
         Ok(done?)
     }
 
-    fn fate(
+    fn result(
         &self,
-        site: &Site<'_>,
+        variant: &Variant,
         id: &JobId,
         run: Run,
         failure: Option<String>,
-    ) -> Result<Fate, StudyError> {
+    ) -> Result<RunResult, StudyError> {
         let failure = match failure {
             Some(failure) => failure,
-            None => {
-                match self.store.take_result(id, &label(site.variant, run, &self.command(id)))? {
-                    Some(measured) => return Ok(Fate::Done(measured)),
-                    None => "it left no result".to_owned(),
-                }
-            }
+            None => match self.take_result(variant, id, run)? {
+                Some(measured) => return Ok(Ok(measured)),
+                None => "it left no result".to_owned(),
+            },
         };
-        self.watcher.fail(&describe(site.variant, run), &failure);
-        Ok(Fate::Failed(failure))
+        self.watcher.fail(&describe(variant, run), &failure);
+        Ok(Err(failure))
     }
 
     /// Returns the figures of a run that was done before.
     fn finished(
         &self,
-        site: &Site<'_>,
+        variant: &Variant,
         id: &JobId,
         run: Run,
     ) -> Result<Option<Measured>, StudyError> {
-        if let Some(measured) = self.store.measured(id)? {
-            return Ok(Some(measured));
+        match self.store.measured(id)? {
+            None => self.take_result(variant, id, run),
+            measured => Ok(measured),
         }
-        Ok(self.store.take_result(id, &label(site.variant, run, &self.command(id)))?)
     }
 
-    /// The command that repeats a run, in the study's folder.
-    fn command(&self, id: &JobId) -> String {
-        format!("regatta study-run jobs/{id}.json")
+    fn take_result(
+        &self,
+        variant: &Variant,
+        id: &JobId,
+        (robots, seed): Run,
+    ) -> Result<Option<Measured>, StudyError> {
+        // In the study's folder.
+        let command = &format!("regatta study-run jobs/{id}.json");
+        let label = Label { variant: &variant.name, robots, seed, command };
+        Ok(self.store.take_result(id, &label)?)
     }
 }
 
-fn label<'a>(variant: &'a Variant, (robots, seed): Run, command: &'a str) -> Label<'a> {
-    Label { variant: &variant.name, robots, seed, command }
+/// Returns the runs of some experiments with a number of robots, with the seeds from 1 on.
+fn runs(experiments: Range<usize>, robots: u32, seeds: u64) -> Vec<Wanted> {
+    let mut runs = Vec::new();
+    for experiment in experiments {
+        runs.extend((1..=seeds).map(|seed| Wanted { experiment, run: (robots, seed) }));
+    }
+    runs
 }
 
 fn describe(variant: &Variant, (robots, seed): Run) -> String {

@@ -1,11 +1,11 @@
-//! A job: one run, as a file that says all of it. The same job gives the same result wherever it
-//! runs.
+//! A job: one run, as a self-contained file. The same job gives the same result on any machine.
 
 use std::fmt;
 
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 use xxhash_rust::xxh3::xxh3_128;
+
+use crate::plan::RunScenario;
 
 /// The manager of a run.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -16,7 +16,7 @@ pub enum Manager {
     /// A program and its arguments. It finds the fleet's name in `--fleet`, which is appended.
     Command(Vec<String>),
     /// Regatta's fleet manager with these arguments, whose robots drive through each other: the
-    /// bound of what any management can reach. Nobody judges such a run.
+    /// upper bound of any management. The validator doesn't judge such a run.
     Bound(Vec<String>),
 }
 
@@ -27,12 +27,12 @@ pub struct Job {
     /// The version of the program that runs it. Others may give other results.
     pub program: String,
     /// The scenario. Its `graph` is the name of the layout's file.
-    pub scenario: Value,
+    pub scenario: RunScenario,
     /// Simulated seconds.
     pub secs: u64,
     /// Ticks and frames per simulated second.
     pub rate_hz: u32,
-    /// Who steers the robots.
+    /// The program that steers the robots.
     pub manager: Manager,
 }
 
@@ -57,19 +57,24 @@ impl fmt::Display for JobId {
 impl Job {
     /// Returns the text of the job's file. Equal jobs have equal texts: keys are sorted.
     pub fn text(&self) -> String {
-        // Text, numbers and lists: nothing that JSON can't hold.
-        format!("{:#}\n", serde_json::to_value(self).unwrap_or_default())
+        json(self) + "\n"
+    }
+
+    /// Returns the scenario as a text of JSON, which is YAML, too.
+    pub fn scenario_text(&self) -> String {
+        json(&self.scenario)
     }
 
     /// Returns the job's id.
     pub fn id(&self) -> JobId {
         JobId(content_hash(self.text().as_bytes()))
     }
+}
 
-    /// Returns the name of the layout's file.
-    pub fn layout(&self) -> &str {
-        self.scenario["graph"].as_str().unwrap_or_default()
-    }
+/// Returns text, numbers and lists as JSON with sorted keys.
+fn json(value: &impl Serialize) -> String {
+    // There is nothing in them that JSON can't hold.
+    format!("{:#}", serde_json::to_value(value).unwrap_or_default())
 }
 
 /// Returns a hash of some bytes as 32 hexadecimal digits (XXH3, 128 bits): the name of a file with
@@ -85,8 +90,12 @@ mod tests {
     use super::*;
 
     fn job(seed: u64) -> Job {
-        let scenario =
-            json!({"graph": "a.yaml", "seed": seed, "robots": [{"count": 3, "routes": "none"}]});
+        let scenario = serde_json::from_value(json!({
+            "graph": "a.yaml", "rate": 10, "seed": seed, "load": {"per_hour": 100, "seed": seed},
+            "robots": [{"count": 3, "routes": "none"}],
+            "robot_types": [{"name": "a", "length": 1.0, "max_speed": 2}],
+        }))
+        .expect("a scenario");
         let manager = Manager::BuiltIn(vec!["--in-turn".to_owned()]);
         Job { program: "0.1.0".to_owned(), scenario, secs: 600, rate_hz: 10, manager }
     }
@@ -97,6 +106,7 @@ mod tests {
         let read: Job = serde_json::from_str(&job.text()).expect("a job");
         assert_eq!((&read, read.id()), (&job, job.id()));
         assert_ne!(job.id(), self::job(2).id());
-        assert_eq!((job.id().as_str().len(), job.layout()), (32, "a.yaml"));
+        assert_eq!((job.id().as_str().len(), &*job.scenario.graph), (32, "a.yaml"));
+        assert!(job.text().contains("\"max_speed\": 2,"), "numbers stay as they are");
     }
 }

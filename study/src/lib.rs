@@ -1,14 +1,15 @@
 //! Study: many runs of a plant, one answer.
 //!
-//! A [`plan`] says what is asked. It makes [`job`]s: self-contained files that [`workers`] turn
-//! into [`outcome`]s anywhere, which the [`store`] keeps. The [`sweep`] decides by what is known
-//! which jobs come next, and the [`answer`] says what they tell, with the [`statistics`] that it
-//! takes; [`page`] shows it.
+//! A [`plan`] makes [`job`]s: self-contained files that [`workers`] turn into [`outcome`]s on any
+//! machine. The [`store`] keeps them. The [`sweep`] selects the next jobs by the outcomes so far,
+//! and [`conduct`] drives it. The [`answer`] summarises the outcomes by [`statistics`] and
+//! [`bottleneck`]s, and the [`page`] shows it.
 //!
-//! What a study does next depends on finished rounds alone, never on which run ended first: the
-//! same study gives the same answer on any machine.
+//! The next jobs depend on finished rounds alone, never on the order in which runs end, so the same
+//! study gives the same answer on any machine.
 
 pub mod answer;
+pub mod bottleneck;
 pub mod conduct;
 pub mod job;
 pub mod outcome;

@@ -1,4 +1,4 @@
-//! What came of a job, and the figures that a study takes from it.
+//! The outcome of a job, and the figures that a study takes from it.
 
 use std::collections::BTreeMap;
 
@@ -16,13 +16,13 @@ pub struct Outcome {
     pub job: JobId,
     /// The engine's digest of all frames, 32 hexadecimal digits: equal wherever the job runs.
     pub digest: String,
-    /// What the fleet carried, as the meter measured it.
+    /// The meter's figures of the fleet.
     pub figures: Figures,
-    /// What the validator found, by kind; kinds without findings are left out.
+    /// The numbers of the validator's findings by kind; kinds without findings are left out.
     pub findings: BTreeMap<String, u64>,
     /// The edges where robots waited.
     pub edges: Vec<EdgeOutcome>,
-    /// How long the run took on the machine where it ran, in seconds.
+    /// The duration of the run on the machine where it ran, in seconds.
     pub wall_secs: f64,
 }
 
@@ -33,11 +33,63 @@ pub struct EdgeOutcome {
     pub edge: u32,
     /// Robot seconds in which robots stood there and waited to drive on.
     pub waiting_secs: f64,
-    /// Robot seconds in which robots waited, wherever they stood, because they or those before them
-    /// were kept out of it.
+    /// Robot seconds in which robots waited, wherever they stood, because they or the robots before
+    /// them were kept out of it.
     pub caused_secs: f64,
     /// Robots that entered it, an hour.
     pub entered_per_hour: f64,
+}
+
+impl EdgeOutcome {
+    /// Returns an edge where no robot was.
+    pub fn new(edge: u32) -> Self {
+        Self { edge, waiting_secs: 0.0, caused_secs: 0.0, entered_per_hour: 0.0 }
+    }
+}
+
+/// The figures of an observer by edges.
+#[derive(Clone, Debug, Deserialize)]
+pub struct EdgeFigures<T> {
+    /// The figures of each edge.
+    pub edges: Vec<T>,
+}
+
+/// The traffic of an edge.
+#[derive(Clone, Debug, Deserialize)]
+pub struct EdgeTraffic {
+    /// The id in the layout.
+    pub edge: u32,
+    /// Robot seconds of waiting there.
+    pub waiting_secs: f64,
+    /// Robots that entered it, an hour.
+    pub entered_per_hour: f64,
+}
+
+/// The waiting that an edge has caused.
+#[derive(Clone, Debug, Deserialize)]
+pub struct EdgeQueues {
+    /// The id in the layout.
+    pub edge: u32,
+    /// Robot seconds of waiting for it.
+    pub caused_secs: f64,
+}
+
+/// Returns the edges on which robots were, or that they were kept out of, from the figures of the
+/// observers.
+pub fn edges(
+    traffic: EdgeFigures<EdgeTraffic>,
+    queues: EdgeFigures<EdgeQueues>,
+) -> Vec<EdgeOutcome> {
+    let caused: BTreeMap<u32, f64> =
+        queues.edges.into_iter().map(|edge| (edge.edge, edge.caused_secs)).collect();
+    let mut edges = Vec::new();
+    for EdgeTraffic { edge, waiting_secs, entered_per_hour } in traffic.edges {
+        let caused_secs = caused.get(&edge).copied().unwrap_or_default();
+        if waiting_secs > 0.0 || caused_secs > 0.0 || entered_per_hour > 0.0 {
+            edges.push(EdgeOutcome { edge, waiting_secs, caused_secs, entered_per_hour });
+        }
+    }
+    edges
 }
 
 /// The figures of a run after its warm-up.
@@ -72,7 +124,7 @@ pub struct Measured {
     pub other_findings: u64,
     /// Orders that the manager gave up.
     pub failed_orders: u64,
-    /// How long the run took, in seconds.
+    /// The duration of the run, in seconds.
     pub wall_secs: f64,
 }
 
@@ -80,7 +132,7 @@ pub struct Measured {
 const CONTACT: &str = "contact";
 
 impl Outcome {
-    /// Returns the figures after the warm-up, which is where the series of finished orders says.
+    /// Returns the figures after the warm-up, whose end the series of finished orders determines.
     pub fn measured(&self) -> Measured {
         let Figures { secs, period_secs, effort, finished, failed, .. } = &self.figures;
         // A period that isn't over would look like a slow one.
@@ -90,41 +142,39 @@ impl Outcome {
             // The orders of an instant between two periods belong to the first one, as in the
             // meter.
             let period = ((order.at_secs / period_secs).ceil() as usize).saturating_sub(1);
-            series.get_mut(period).into_iter().for_each(|count| *count += 1.0);
+            if let Some(count) = series.get_mut(period) {
+                *count += 1.0;
+            }
         }
         let cut = warm_up(&series);
         let warm_up_secs = cut as f64 * period_secs;
         let end_secs = periods as f64 * period_secs;
-        let counted = || {
-            finished
-                .iter()
-                .filter(|order| order.at_secs > warm_up_secs && order.at_secs <= end_secs)
-        };
-        let service: Vec<f64> = counted().map(|order| order.service_secs).collect();
+        let (mut service, mut stops) = (Vec::new(), 0.0);
+        for order in finished {
+            if order.at_secs > warm_up_secs && order.at_secs <= end_secs {
+                service.push(order.service_secs);
+                stops += f64::from(order.stops);
+            }
+        }
+        let orders = service.len() as f64;
         let hours = (end_secs - warm_up_secs) / 3600.0;
-        let per_hour = |count: f64| if hours > 0.0 { count / hours } else { 0.0 };
         let effort = sum(effort.get(cut..periods.min(effort.len())).unwrap_or_default());
+        let contacts = self.findings.get(CONTACT).copied().unwrap_or(0);
         let metres = effort.loaded_metres + effort.empty_metres;
         Measured {
             digest: self.digest.clone(),
             warm_up_secs,
             secs: end_secs - warm_up_secs,
-            orders_per_hour: per_hour(service.len() as f64),
-            stops_per_hour: per_hour(counted().map(|order| f64::from(order.stops)).sum()),
-            service_mean_secs: (!service.is_empty())
-                .then(|| service.iter().sum::<f64>() / service.len() as f64),
+            orders_per_hour: ratio(orders, hours),
+            stops_per_hour: ratio(stops, hours),
+            service_mean_secs: (orders > 0.0).then(|| service.iter().sum::<f64>() / orders),
             service_p50_secs: percentile(&service, 50),
             service_p99_secs: percentile(&service, 99),
             utilisation: ratio(effort.ordered_secs, effort.robot_secs),
             waiting: ratio(effort.waiting_secs, effort.robot_secs),
             empty: (effort.loaded_metres > 0.0).then(|| effort.empty_metres / metres),
-            contacts: self.findings.get(CONTACT).copied().unwrap_or(0),
-            other_findings: self
-                .findings
-                .iter()
-                .filter(|(kind, _)| *kind != CONTACT)
-                .map(|(_, count)| count)
-                .sum(),
+            contacts,
+            other_findings: self.findings.values().sum::<u64>() - contacts,
             failed_orders: *failed,
             wall_secs: self.wall_secs,
         }

@@ -1,7 +1,8 @@
-//! What a study asks: variants of a plant, numbers of robots, seeds.
+//! The plan of a study: variants of a plant, numbers of robots, seeds.
 
 mod file;
 mod robots;
+mod scenario;
 mod setting;
 mod variant;
 
@@ -9,37 +10,38 @@ use std::path::PathBuf;
 
 pub use file::{StudyFile, is_study};
 pub use robots::{ParseRobotsError, Robots, robots_in_words};
+pub use scenario::{
+    Breakdowns, Disturbances, Load, RobotGroup, RobotType, Routes, RunScenario, Setup,
+};
 pub use setting::{Axis, ParseAxisError, Setting};
-pub use variant::Variant;
+pub use variant::{RunTime, Variant};
 
-use regatta_engine::graph::{ChangeError, GraphError};
-use regatta_engine::scenario::ScenarioError;
+use regatta_layout::{ChangeError, GraphError};
+use regatta_scenario::ScenarioError;
 
 /// A study.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// What is studied, for the page's title.
+    /// The name of the plant, for the page's title.
     pub title: String,
     /// The numbers of robots.
     pub robots: Robots,
-    /// How precise the answer shall be.
+    /// The precision of the answer.
     pub precision: Precision,
-    /// Simulated seconds of a run.
-    pub secs: u64,
-    /// Ticks and frames per simulated second.
-    pub rate_hz: u32,
+    /// The time of a run.
+    pub time: RunTime,
     /// The number of bottlenecks whose relief is tried.
     pub reliefs: usize,
     /// The version of the program.
     pub program: String,
-    /// What is compared; at least one. The first is what the others are compared with.
+    /// The variants; at least one. The others are compared with the first.
     pub variants: Vec<Variant>,
 }
 
-/// How many seeds are run, and when a curve has its knee.
+/// The numbers of seeds, and the definition of the knee of a curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Precision {
-    /// The least number of seeds of each point; at least 2, as one run tells nothing of its spread.
+    /// The least number of seeds of each point; at least 2, as one run has no spread.
     pub least_seeds: u64,
     /// The largest number of seeds of a point.
     pub most_seeds: u64,
@@ -72,7 +74,7 @@ pub enum PlanError {
     Change {
         /// The layout.
         file: PathBuf,
-        /// What is wrong.
+        /// The reason.
         error: ChangeError,
     },
     /// The engine would refuse a variant.
@@ -80,27 +82,23 @@ pub enum PlanError {
     Variant {
         /// Its name.
         name: String,
-        /// What is wrong.
+        /// The reason.
         error: ScenarioError,
-    },
-    /// A file can't be read.
-    #[error("{}: can't read: {reason}; check the path", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        reason: std::io::Error,
     },
     /// A setting doesn't fit the scenario, or its value is invalid.
     #[error("{setting}: {message}")]
     Setting {
         /// The setting.
         setting: String,
-        /// What is wrong, and what to do.
+        /// The reason, and the remedy.
         message: String,
     },
     /// A station isn't connected to the others.
-    #[error("{file}: {station} can't be reached from the other stations, or not be left again: connect it, or `regatta graph check` shows more", file = file.display())]
+    #[error(
+        "{file}: {station} can't be reached from the other stations, or not be left again: \
+         connect it, or `regatta graph check` shows more",
+        file = file.display()
+    )]
     Unreachable {
         /// The layout.
         file: PathBuf,

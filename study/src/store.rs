@@ -4,12 +4,12 @@
 //! ```text
 //! study.sqlite          a row per finished run
 //! files/HASH.yaml       layouts, by the hashes of their content
-//! jobs/ID.json          what a run is
-//! results/ID.json       what came of it
+//! jobs/ID.json          the job of a run
+//! results/ID.json       its outcome
 //! ```
 //!
-//! A result is there as a whole or not at all. So a study that is killed goes on where it was: what
-//! has a row, or a result, isn't done again.
+//! A result exists as a whole or not at all. A study that was killed continues: a run that has a
+//! row or a result isn't done again.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -39,23 +39,18 @@ pub enum StoreError {
     Write {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         reason: std::io::Error,
     },
-    /// A file can't be read.
-    #[error("{}: can't read: {reason}", path.display())]
-    Read {
-        /// The file.
-        path: PathBuf,
-        /// Why.
-        reason: String,
-    },
     /// The database can't be used.
-    #[error("{}: {reason}; finished runs are kept beside it, and the same command goes on", path.display())]
+    #[error(
+        "{}: {reason}; finished runs are kept beside it, and the same command goes on",
+        path.display()
+    )]
     Database {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The reason.
         reason: rusqlite::Error,
     },
     /// The file is of another version of Regatta.
@@ -68,7 +63,7 @@ pub enum StoreError {
     },
 }
 
-/// What a row says of a run beside its figures.
+/// The columns of a row beside the figures of the run.
 #[derive(Clone, Debug)]
 pub struct Label<'a> {
     /// The variant's name.
@@ -99,16 +94,11 @@ impl Store {
             fs::create_dir_all(&path).map_err(|reason| StoreError::Write { path, reason })?;
         }
         let path = folder.join("study.sqlite");
-        let failed = |reason| StoreError::Database { path: path.clone(), reason };
-        let database = Connection::open(&path).map_err(failed)?;
-        let found: i64 =
-            database.query_row("PRAGMA user_version", [], |row| row.get(0)).map_err(failed)?;
-        if found != 0 && found != VERSION {
-            return Err(StoreError::Version { path, found });
+        match open_database(&path) {
+            Ok((database, 0 | VERSION)) => Ok(Self { folder: folder.to_owned(), database }),
+            Ok((_, found)) => Err(StoreError::Version { path, found }),
+            Err(reason) => Err(StoreError::Database { path, reason }),
         }
-        database.execute_batch(TABLES).map_err(failed)?;
-        database.pragma_update(None, "user_version", VERSION).map_err(failed)?;
-        Ok(Self { folder: folder.to_owned(), database })
     }
 
     /// Returns the folder.
@@ -198,22 +188,21 @@ impl Store {
 
     /// Returns the edges of some finished runs: the means of their figures.
     pub fn edges(&self, ids: &[JobId]) -> Vec<EdgeOutcome> {
-        let mut sums: BTreeMap<u32, [f64; 3]> = BTreeMap::new();
         let outcomes: Vec<Outcome> = ids.iter().filter_map(|id| self.outcome(id)).collect();
+        let mut sums: BTreeMap<u32, EdgeOutcome> = BTreeMap::new();
         for edge in outcomes.iter().flat_map(|outcome| &outcome.edges) {
-            let sum = sums.entry(edge.edge).or_default();
-            sum[0] += edge.waiting_secs;
-            sum[1] += edge.caused_secs;
-            sum[2] += edge.entered_per_hour;
+            let sum = sums.entry(edge.edge).or_insert(EdgeOutcome::new(edge.edge));
+            sum.waiting_secs += edge.waiting_secs;
+            sum.caused_secs += edge.caused_secs;
+            sum.entered_per_hour += edge.entered_per_hour;
         }
         let runs = outcomes.len().max(1) as f64;
-        let mean = |(edge, [waiting, caused, entered]): (u32, [f64; 3])| EdgeOutcome {
-            edge,
-            waiting_secs: waiting / runs,
-            caused_secs: caused / runs,
-            entered_per_hour: entered / runs,
-        };
-        sums.into_iter().map(mean).collect()
+        for edge in sums.values_mut() {
+            edge.waiting_secs /= runs;
+            edge.caused_secs /= runs;
+            edge.entered_per_hour /= runs;
+        }
+        sums.into_values().collect()
     }
 
     /// Reads the result of a run; `None` if there is none, or it isn't one of this job.
@@ -227,16 +216,30 @@ impl Store {
     }
 }
 
+/// Opens the database, and returns the version that it had; its tables are made if that is ours.
+fn open_database(path: &Path) -> rusqlite::Result<(Connection, i64)> {
+    let database = Connection::open(path)?;
+    let found = database.query_row("PRAGMA user_version", [], |row| row.get(0))?;
+    if found == 0 || found == VERSION {
+        database.execute_batch(TABLES)?;
+        database.pragma_update(None, "user_version", VERSION)?;
+    }
+    Ok((database, found))
+}
+
 /// Writes a file that appears under its name only when it is complete. A file that exists already
 /// has the same content, as its name says.
 fn write_whole(path: &Path, bytes: &[u8]) -> Result<(), StoreError> {
-    let failed = |reason| StoreError::Write { path: path.to_owned(), reason };
     if path.exists() {
         return Ok(());
     }
     let folder = path.parent().unwrap_or(Path::new("."));
-    let mut file = tempfile::NamedTempFile::new_in(folder).map_err(failed)?;
-    file.write_all(bytes).map_err(failed)?;
-    file.persist(path).map_err(|error| failed(error.error))?;
-    Ok(())
+    let written = tempfile::NamedTempFile::new_in(folder).and_then(|mut file| {
+        file.write_all(bytes)?;
+        Ok(file.persist(path)?)
+    });
+    match written {
+        Ok(_) => Ok(()),
+        Err(reason) => Err(StoreError::Write { path: path.to_owned(), reason }),
+    }
 }

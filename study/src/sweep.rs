@@ -1,9 +1,9 @@
 //! The sweep of a variant: which numbers of robots and which seeds come next.
 //!
-//! Each step is a function of what is known, and asks only for runs that it needs whatever else
-//! comes out: first the grid with the least number of seeds, then the middles between the knee and
-//! its neighbours, then seeds at the knee until its interval is narrow enough. All variants use the
-//! same seeds 1, 2, 3 …, which are common random numbers: differences between variants have
+//! Each step is a function of the finished runs, and asks only for runs that it needs whatever the
+//! others give: first the grid with the least number of seeds, then the middles between the knee
+//! and its neighbours, then seeds at the knee until its interval is narrow enough. All variants use
+//! the same seeds 1, 2, 3 …, which are common random numbers: differences between variants have
 //! narrower intervals than the variants themselves.
 
 use std::collections::BTreeMap;
@@ -12,43 +12,37 @@ use crate::outcome::Measured;
 use crate::plan::{Precision, Robots};
 use crate::statistics::{Interval, knee};
 
-/// What became of a run.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Fate {
-    /// It is finished.
-    Done(Measured),
-    /// It failed: why.
-    Failed(String),
-}
+/// The figures of a finished run, or the reason why it failed.
+pub type RunResult = Result<Measured, String>;
 
 /// A run of a variant: the number of robots and the seed.
 pub type Run = (u32, u64);
 
-/// What is known of a variant's runs.
-pub type Known = BTreeMap<Run, Fate>;
+/// The finished runs of a variant.
+pub type Known = BTreeMap<Run, RunResult>;
 
 /// The next step.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Step {
     /// These runs are needed.
     Needs(Vec<Run>),
-    /// Nothing is.
+    /// No runs are needed.
     Done(Curve),
 }
 
-/// What a sweep has found.
+/// The result of a sweep.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Curve {
     /// The points, by ascending robots.
     pub points: Vec<Point>,
     /// The index of the knee; `None` if nothing is carried.
     pub knee: Option<usize>,
-    /// The index of the last point up to which each more robot brings at least half of what one
-    /// brings alone.
+    /// The index of the last point up to which each additional robot brings at least half of what
+    /// one brings alone.
     pub half: Option<usize>,
-    /// Whether the knee is the last point, so that it may be beyond it.
+    /// Whether the knee is the last point, so that the real one may be beyond it.
     pub is_open: bool,
-    /// The numbers of robots whose runs failed, and why.
+    /// The numbers of robots whose runs failed, with the reasons.
     pub failed: Vec<(u32, String)>,
 }
 
@@ -73,12 +67,11 @@ impl Point {
     }
 }
 
-/// The most rounds of refinement: each at least halves a distance, so it is far more than is ever
+/// The largest number of rounds of refinement. Each at least halves a distance, so fewer are
 /// needed.
 const MAX_ROUNDS: usize = 64;
 
-/// Returns the next step of a sweep. `most` is the largest number of seeds where seeds are added:
-/// that of the plan, or less.
+/// Returns the next step of a sweep.
 pub fn next(robots: &Robots, precision: &Precision, known: &Known) -> Step {
     let mut wanted: BTreeMap<u32, u64> =
         robots.grid().into_iter().map(|robots| (robots, precision.least_seeds)).collect();
@@ -90,22 +83,25 @@ pub fn next(robots: &Robots, precision: &Precision, known: &Known) -> Step {
         let curve = curve(&wanted, precision, known);
         let more =
             if robots.is_refined() { refined(&curve, precision, &wanted) } else { Vec::new() };
-        match (more.is_empty(), more_seeds(&curve, precision)) {
-            (false, _) => {
-                wanted.extend(more.into_iter().map(|robots| (robots, precision.least_seeds)))
-            }
-            (true, Some((robots, seeds))) => drop(wanted.insert(robots, seeds)),
-            (true, None) => return Step::Done(curve),
+        if !more.is_empty() {
+            wanted.extend(more.into_iter().map(|robots| (robots, precision.least_seeds)));
+        } else if let Some((robots, seeds)) = more_seeds(&curve, precision) {
+            wanted.insert(robots, seeds);
+        } else {
+            return Step::Done(curve);
         }
     }
     Step::Done(curve(&wanted, precision, known))
 }
 
-/// Returns the wanted runs of which nothing is known. Large ones come first: they take the longest.
+/// Returns the wanted runs that aren't finished. Large ones come first: they take the longest.
 fn missing(wanted: &BTreeMap<u32, u64>, known: &Known) -> Vec<Run> {
-    let runs =
-        wanted.iter().rev().flat_map(|(robots, seeds)| (1..=*seeds).map(|seed| (*robots, seed)));
-    runs.filter(|run| !known.contains_key(run)).collect()
+    let mut missing = Vec::new();
+    for (&robots, &seeds) in wanted.iter().rev() {
+        missing.extend((1..=seeds).map(|seed| (robots, seed)));
+    }
+    missing.retain(|run| !known.contains_key(run));
+    missing
 }
 
 fn curve(wanted: &BTreeMap<u32, u64>, precision: &Precision, known: &Known) -> Curve {
@@ -114,8 +110,8 @@ fn curve(wanted: &BTreeMap<u32, u64>, precision: &Precision, known: &Known) -> C
         let mut runs = Vec::new();
         for seed in 1..=seeds {
             match known.get(&(robots, seed)) {
-                Some(Fate::Done(measured)) => runs.push(measured.clone()),
-                Some(Fate::Failed(reason))
+                Some(Ok(measured)) => runs.push(measured.clone()),
+                Some(Err(reason))
                     if curve.failed.last().is_none_or(|(last, _)| *last != robots) =>
                 {
                     curve.failed.push((robots, reason.clone()));
@@ -152,17 +148,12 @@ fn refined(curve: &Curve, precision: &Precision, wanted: &BTreeMap<u32, u64>) ->
     // it.
     let before = wanted.range(..knee).next_back().map(|(robots, _)| *robots);
     let after = wanted.range(knee + 1..).next().map(|(robots, _)| *robots);
-    let halfway = |other: u32| (knee.abs_diff(other) > near).then(|| knee.midpoint(other));
-    before
-        .into_iter()
-        .chain(after)
-        .filter_map(halfway)
-        .filter(|robots| !wanted.contains_key(robots))
-        .collect()
+    let far = before.into_iter().chain(after).filter(|other| knee.abs_diff(*other) > near);
+    far.map(|other| knee.midpoint(other)).filter(|robots| !wanted.contains_key(robots)).collect()
 }
 
-/// Returns the number of seeds that the knee needs beyond those that it has; `None` if its interval
-/// is narrow enough.
+/// Returns the knee's robots with the number of seeds that they need; `None` if the interval is
+/// narrow enough.
 fn more_seeds(curve: &Curve, precision: &Precision) -> Option<Run> {
     let point = &curve.points[curve.knee?];
     let interval = point.throughput()?;
@@ -215,8 +206,8 @@ mod tests {
                 Step::Needs(runs) => {
                     assert!(!runs.is_empty());
                     for (robots, seed) in runs {
-                        let fate = plant(robots, seed)
-                            .map_or_else(Fate::Failed, |orders| Fate::Done(measured(orders)));
+                        let fate =
+                            plant(robots, seed).map_or_else(Err, |orders| Ok(measured(orders)));
                         assert!(
                             known.insert((robots, seed), fate).is_none(),
                             "asked twice for {robots}, {seed}"

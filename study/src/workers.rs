@@ -1,4 +1,4 @@
-//! Workers: who turns jobs into results. They get files and leave files, so they may be anywhere.
+//! Workers turn jobs into results. They get files and leave files, so they may be on any machine.
 
 mod adapter;
 mod local;
@@ -8,10 +8,12 @@ use std::path::PathBuf;
 pub use adapter::Adapter;
 pub use local::Local;
 
+use serde::{Deserialize, Serialize};
+
 use crate::job::JobId;
 
-/// A job for a worker: its files here.
-#[derive(Clone, Debug)]
+/// A job for a worker, with its files on this machine.
+#[derive(Clone, Debug, Serialize)]
 pub struct Task {
     /// The job.
     pub id: JobId,
@@ -19,16 +21,16 @@ pub struct Task {
     pub job: PathBuf,
     /// The layout's file.
     pub layout: PathBuf,
-    /// Where the result belongs.
+    /// The path for the result.
     pub result: PathBuf,
 }
 
-/// What a worker says of a job.
-#[derive(Clone, Debug, PartialEq)]
+/// A worker's report on a job.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 pub struct Report {
     /// The job.
     pub id: JobId,
-    /// Why there is no result.
+    /// The reason why there is no result.
     pub failure: Option<String>,
 }
 
@@ -40,7 +42,7 @@ pub enum WorkersError {
     Start {
         /// The program.
         program: String,
-        /// Why.
+        /// The reason.
         reason: std::io::Error,
     },
     /// A result can't be written.
@@ -49,19 +51,18 @@ pub enum WorkersError {
     /// The adapter to a cluster has ended.
     #[error("{0}; finished runs are kept")]
     Adapter(String),
-    /// The user wants no more.
+    /// The user has interrupted the study.
     #[error("interrupted; finished runs are kept, and the same command goes on")]
     Interrupted,
 }
 
-/// The exit code of a run whose result can't be written (`EX_IOERR` of sysexits.h): then no other
-/// run's can, either.
+/// The exit code of a run whose result can't be written (`EX_IOERR` of sysexits.h). The results of
+/// other runs can't be written then, either.
 pub const UNWRITABLE: u8 = 74;
 
-/// Those who do jobs.
+/// A pool of workers.
 pub trait Workers {
-    /// Does all of some tasks, and calls `on_report` for each as it ends. Tasks are begun in their
-    /// order.
+    /// Does tasks, which begin in their order, and calls `on_report` for each as it ends.
     ///
     /// # Errors
     /// [`WorkersError`] if no more tasks can be done, or `is_interrupted` says so. Tasks that are
@@ -73,6 +74,6 @@ pub trait Workers {
         on_report: &mut dyn FnMut(Report),
     ) -> Result<(), WorkersError>;
 
-    /// Returns how many tasks are done side by side.
+    /// Returns the number of tasks that are done side by side.
     fn size(&self) -> usize;
 }

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use std::time::Duration;
 
 use regatta_plugin::{Control, FleetName, Participant, WorldReader};
+use regatta_viewer::interface::log::{AlarmKey, FleetLog};
 use regatta_viewer::log::watch::LogCollector;
-use regatta_viewer::log::{AlarmKey, FleetLog};
 
 use crate::fleet::{Fleet, Process, eventually, regatta, unique};
 use crate::record::{file, recorder};
@@ -44,9 +44,9 @@ impl Window {
     }
 }
 
-fn order(fleet: &FleetName, arguments: &[&str]) {
+fn command(fleet: &FleetName, arguments: &[&str]) {
     let output = regatta()
-        .arg("order")
+        .arg("command")
         .args(arguments)
         .args(["--fleet", &fleet.to_string()])
         .output()
@@ -66,8 +66,8 @@ fn a_window_that_opens_late_has_the_alarms_that_hold() {
     let both = [AlarmKey::Robot(7), AlarmKey::Edge(edge)];
     let mut early = Window::open(&fleet.name);
     eventually("a frame", || (early.alarms().is_empty() && fleet.tick() > 0).then_some(()));
-    order(&fleet.name, &["break", "7"]);
-    order(&fleet.name, &["close", &edge.to_string()]);
+    command(&fleet.name, &["break", "7"]);
+    command(&fleet.name, &["close", &edge.to_string()]);
     assert_eq!(
         early.await_alarms(&both),
         ["robot 7 broke down".to_owned(), format!("edge {edge} closed")]
@@ -84,8 +84,8 @@ fn a_window_that_opens_late_has_the_alarms_that_hold() {
         (2, 2),
         "nothing is told twice"
     );
-    order(&fleet.name, &["repair", "7"]);
-    order(&fleet.name, &["open", &edge.to_string()]);
+    command(&fleet.name, &["repair", "7"]);
+    command(&fleet.name, &["open", &edge.to_string()]);
     for window in [&mut early, &mut late] {
         window.await_alarms(&[]);
         assert_eq!(window.log.entries().len(), 4, "{:?}", window.log.entries());
@@ -108,10 +108,10 @@ fn after_jumps_in_a_recording_the_alarms_are_those_of_the_shown_time() {
         time
     };
     let before = after_ticks();
-    order(&fleet.name, &["break", "7"]);
-    order(&fleet.name, &["close", &edge.to_string()]);
+    command(&fleet.name, &["break", "7"]);
+    command(&fleet.name, &["close", &edge.to_string()]);
     let during = after_ticks();
-    order(&fleet.name, &["repair", "7"]);
+    command(&fleet.name, &["repair", "7"]);
     let after = after_ticks();
     assert!(recorder.interrupt().status.success() && fleet.engine.interrupt().status.success());
 

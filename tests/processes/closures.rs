@@ -12,14 +12,14 @@ use regatta_plugin::{ClosureReader, Control, FleetName, Participant, Subscriber,
 use crate::fleet::{Fleet, Process, eventually, graphs, regatta, unique};
 use crate::record::{file, recorder};
 
-fn order(fleet: &Fleet, arguments: &[&str]) -> Output {
+fn command(fleet: &Fleet, arguments: &[&str]) -> Output {
     let mut command = regatta();
-    command.arg("order").args(arguments).args(["--fleet", &fleet.name.to_string()]);
+    command.arg("command").args(arguments).args(["--fleet", &fleet.name.to_string()]);
     command.output().expect("the program starts")
 }
 
 fn accepted(fleet: &Fleet, arguments: &[&str]) {
-    let output = order(fleet, arguments);
+    let output = command(fleet, arguments);
     assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
     assert_eq!(String::from_utf8_lossy(&output.stdout).trim(), "accepted");
 }
@@ -91,9 +91,10 @@ fn walkers_enter_a_closed_edge_only_after_it_is_opened_again() {
     assert_eq!(closed(&fleet.name).iter().map(|closed| closed.edge).collect::<Vec<_>>(), ids);
     let [others, none] = entries(&fleet, 3_000, &edges);
     assert!(others > 100 && none == 0, "{others} entered other edges, {none} closed ones");
-    let refused = order(&fleet, &["assign", "0", "--edges", &ids[0].to_string()]);
+    let refused = command(&fleet, &["assign", "0", "--edges", &ids[0].to_string()]);
     assert!(!refused.status.success());
-    let unknown = String::from_utf8_lossy(&order(&fleet, &["close", "999999"]).stderr).into_owned();
+    let unknown =
+        String::from_utf8_lossy(&command(&fleet, &["close", "999999"]).stderr).into_owned();
     assert!(unknown.contains("there is no edge 999999"), "{unknown}");
     for (_, id) in &edges {
         accepted(&fleet, &["open", &id.to_string()]);
@@ -104,7 +105,7 @@ fn walkers_enter_a_closed_edge_only_after_it_is_opened_again() {
     assert!(fleet.engine.interrupt().status.success());
 }
 
-/// Robots that wait for orders, and a load that keeps them busy.
+/// Robots that wait for commands, and a load that keeps them busy.
 fn managed(folder: &Path) -> (Fleet, Process) {
     let scenario = format!(
         "graph: {}\nrate: 50\npublish_rate: 10\nseed: 3\nrobot_types:\n- {{name: amr, length: 0.9, width: 0.6}}\n\

@@ -3,7 +3,7 @@
 
 use std::time::{Duration, Instant};
 
-use regatta_plugin::{OrderLogReader, Orders, Participant, ReadError};
+use regatta_plugin::{CommandLogReader, Commands, Participant, ReadError};
 
 use crate::fleet::{Fleet, TIMEOUT, eventually, regatta, unique};
 
@@ -95,16 +95,16 @@ fn frames_are_published_at_the_publish_rate() {
 }
 
 #[test]
-fn the_order_log_contains_the_orders_that_the_engine_took() {
-    let fleet = Fleet::start("order-log", "thirty.yaml", &[]);
+fn the_command_log_contains_the_commands_that_the_engine_took() {
+    let fleet = Fleet::start("command-log", "thirty.yaml", &[]);
     let participant = Participant::join(&fleet.name, "recorder").unwrap();
-    let mut log = OrderLogReader::open_on(&participant).unwrap();
-    let mut orders = Orders::open_on(&participant).unwrap();
-    let token = orders.hold(3);
-    orders.hold(4_000);
+    let mut log = CommandLogReader::open_on(&participant).unwrap();
+    let mut commands = Commands::open_on(&participant).unwrap();
+    let token = commands.hold(3);
+    commands.hold(4_000);
     let before = fleet.tick();
-    orders.send().unwrap();
-    let (tick, records) = eventually("the orders in the log", || {
+    commands.send().unwrap();
+    let (tick, records) = eventually("the commands in the log", || {
         let mut seen = None;
         log.take(|log| {
             seen = Some((log.header.tick, log.records.to_vec()));
@@ -115,5 +115,5 @@ fn the_order_log_contains_the_orders_that_the_engine_took() {
     });
     assert!(tick > before && tick <= fleet.tick());
     assert_eq!((records[0].token, records[0].robot), (token, 3));
-    assert_eq!(records[1].robot, 4_000, "a refused order is in the log too");
+    assert_eq!(records[1].robot, 4_000, "a refused command is in the log too");
 }

@@ -35,6 +35,8 @@ pub fn build_example(name: &str) -> PathBuf {
         .arg(root().join("examples").join(name).join("Cargo.toml"))
         .arg("--target-dir")
         .arg(&target)
+        // Its dependencies are built a second time: at least without debug information.
+        .env("CARGO_PROFILE_DEV_DEBUG", "0")
         .output()
         .expect("cargo starts");
     assert!(build.status.success(), "{}", String::from_utf8_lossy(&build.stderr));

@@ -1,4 +1,4 @@
-//! The fleet manager on real engines: no contact, no task lost, and runs that repeat.
+//! The fleet manager on real engines: no contact, no order lost, and runs that repeat.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -35,7 +35,7 @@ fn manager(fleet: &FleetName, folder: &Path, args: &[&str]) -> Process {
 }
 
 fn validator(fleet: &FleetName) -> Process {
-    // Robots without a task are no fault of a manager that has as many orders as robots, now and
+    // Robots without an order are no fault of a manager that has as many orders as robots, now and
     // then.
     let args = ["plugin", "validator", "--after", "fleet-manager", "--fleet"];
     Process::start(regatta().args(args).arg(fleet.to_string()))

@@ -6,7 +6,7 @@ use std::time::Duration;
 use regatta_plugin::event::EventKind;
 use regatta_plugin::frame::ClockState;
 use regatta_plugin::{
-    ColumnPublisher, ColumnReader, EventReader, FleetName, Frame, Orders, Participant, Plugin,
+    ColumnPublisher, ColumnReader, Commands, EventReader, FleetName, Frame, Participant, Plugin,
     ReadError, Reporter, Result, Subscriber, WorldReader,
 };
 
@@ -33,7 +33,7 @@ fn text(bytes: &[u8]) -> String {
 fn control(fleet: &FleetName, pause: Duration) {
     let participant = Participant::join(fleet, "controller").expect("joined");
     let mut frames = Subscriber::open_on(&participant).expect("opened");
-    let mut orders = Orders::open_on(&participant).expect("opened");
+    let mut commands = Commands::open_on(&participant).expect("opened");
     let reporter = Reporter::open_on(&participant).expect("opened");
     let mut next = 0;
     while next <= TICKS {
@@ -43,11 +43,11 @@ fn control(fleet: &FleetName, pause: Duration) {
         assert_eq!(tick, next, "every tick, from the one before the first step");
         if tick.is_multiple_of(7) {
             std::thread::sleep(pause);
-            orders.hold(robot);
+            commands.hold(robot);
         } else {
-            orders.resume(robot);
+            commands.resume(robot);
         }
-        orders.send().expect("sent");
+        commands.send().expect("sent");
         reporter.done(run, tick).expect("reported");
         next += 1;
     }
@@ -68,7 +68,7 @@ fn a_controllers_run_is_reproducible_however_slow_it_is() {
     let slow = controlled_run("lockstep-slow", Duration::from_millis(3));
     let alone = engine(&unique("lockstep-alone"), &[]).finish();
     assert_eq!(text(&fast.stdout), text(&slow.stdout));
-    assert_ne!(text(&fast.stdout), text(&alone.stdout), "the controller's orders count");
+    assert_ne!(text(&fast.stdout), text(&alone.stdout), "the controller's commands count");
 }
 
 /// A controller that closes edges and opens them again, by the tick that it sees, after a pause of
@@ -77,7 +77,7 @@ fn close_edges(fleet: &FleetName, pause: Duration) {
     let participant = Participant::join(fleet, "controller").expect("joined");
     let mut frames = Subscriber::open_on(&participant).expect("opened");
     let mut worlds = WorldReader::open_on(&participant).expect("opened");
-    let mut orders = Orders::open_on(&participant).expect("opened");
+    let mut commands = Commands::open_on(&participant).expect("opened");
     let reporter = Reporter::open_on(&participant).expect("opened");
     let mut closed = Vec::new();
     for next in 0..=TICKS {
@@ -95,11 +95,11 @@ fn close_edges(fleet: &FleetName, pause: Duration) {
         if next % 100 == 0 {
             std::thread::sleep(pause);
             closed = edge_ids;
-            closed.iter().for_each(|edge| _ = orders.close_edge(*edge));
+            closed.iter().for_each(|edge| _ = commands.close_edge(*edge));
         } else if next % 100 == 80 {
-            closed.iter().for_each(|edge| _ = orders.open_edge(*edge));
+            closed.iter().for_each(|edge| _ = commands.open_edge(*edge));
         }
-        orders.send().expect("sent");
+        commands.send().expect("sent");
         reporter.done(run, next).expect("reported");
     }
 }
@@ -216,7 +216,7 @@ fn steer_by_events(fleet: &FleetName, ticks: u64) {
     let participant = Participant::join(fleet, "gatekeeper").expect("joined");
     let mut frames = Subscriber::open_on(&participant).expect("opened");
     let mut events = EventReader::open_on(&participant).expect("opened");
-    let mut orders = Orders::open_on(&participant).expect("opened");
+    let mut commands = Commands::open_on(&participant).expect("opened");
     let reporter = Reporter::open_on(&participant).expect("opened");
     let mut held = std::collections::VecDeque::new();
     let mut tick = 0;
@@ -228,16 +228,16 @@ fn steer_by_events(fleet: &FleetName, ticks: u64) {
             for event in
                 events.records.iter().filter(|event| event.kind() == Some(EventKind::ReachedNode))
             {
-                orders.hold(event.robot);
+                commands.hold(event.robot);
                 held.push_back((tick + 7, event.robot));
             }
             Ok(())
         });
         read.expect("readable");
         while held.front().is_some_and(|(until, _)| *until <= tick) {
-            orders.resume(held.pop_front().map_or(0, |(_, robot)| robot));
+            commands.resume(held.pop_front().map_or(0, |(_, robot)| robot));
         }
-        orders.send().expect("sent");
+        commands.send().expect("sent");
         reporter.done(frame.run_id(), tick).expect("reported");
     }
 }

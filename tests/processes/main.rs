@@ -5,15 +5,16 @@
 mod alarms;
 mod closures;
 mod collision;
+mod command;
 mod command_line;
 mod control;
 mod determinism;
 mod fleet;
 mod fleet_manager;
 mod fleets;
+mod graph_command;
 mod lockstep;
 mod metrics;
-mod order;
 mod orders;
 mod own_plugin;
 mod producers;

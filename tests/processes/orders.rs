@@ -5,7 +5,7 @@ use std::net::{TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
 use std::process::ChildStderr;
 
-use regatta_fleet_manager::tasks::{Client, ClientError};
+use regatta_orders::{Client, ClientError};
 use regatta_plugin::FleetName;
 use rustix::process::Signal;
 use serde_json::{Value, json};

@@ -3,7 +3,7 @@
 
 use std::process::Command;
 
-use regatta_plugin::{ColumnReader, Orders, Participant};
+use regatta_plugin::{ColumnReader, Commands, Participant};
 
 use crate::fleet::{Fleet, Process, build_example, eventually};
 
@@ -16,9 +16,9 @@ fn the_example_plugin_builds_by_itself_and_reads_the_fleet() {
     let plugin = Process::start(Command::new(program).args(["--fleet", &fleet.name.to_string()]));
     let participant = Participant::join(&fleet.name, "test").expect("joined");
     let mut column = ColumnReader::open_on(&participant, "standing").expect("opened");
-    let mut orders = Orders::open_on(&participant).expect("opened");
-    orders.hold(7);
-    orders.send().expect("sent");
+    let mut commands = Commands::open_on(&participant).expect("opened");
+    commands.hold(7);
+    commands.send().expect("sent");
     eventually("robot 7 stands for a second, and others drive on", || {
         let standing = column.latest().expect("readable")?.values;
         (standing.len() == 30 && standing[7] > 1.0 && standing.contains(&0.0)).then_some(())

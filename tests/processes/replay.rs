@@ -2,15 +2,16 @@
 
 use std::path::Path;
 
+use regatta_kit::Spots;
+use regatta_plugin::command::CommandKind;
 use regatta_plugin::contact::ContactRecord;
 use regatta_plugin::event::EventKind;
 use regatta_plugin::frame::ClockState;
-use regatta_plugin::order::OrderKind;
 use regatta_plugin::recording::MarkKind;
 use regatta_plugin::{
-    ColumnReader, ContactReader, Control, ControlError, EventReader, FleetName, HistoryReader,
-    OrderLogReader, Orders, Participant, ReadError, RecordingReader, Spots, Subscriber,
-    TrafficReader, WorldReader,
+    ColumnReader, CommandLogReader, Commands, ContactReader, Control, ControlError, EventReader,
+    FleetName, HistoryReader, Participant, ReadError, RecordingReader, Subscriber, TrafficReader,
+    WorldReader,
 };
 use regatta_record::{ReadingError, Recording, Topic};
 use tempfile::TempDir;
@@ -199,31 +200,31 @@ fn a_replay_that_holds_stays_at_its_end() {
 }
 
 #[test]
-fn orders_events_and_columns_are_replayed() {
+fn commands_events_and_columns_are_replayed() {
     let folder = TempDir::new().expect("a folder");
-    let engine = Fleet::start("replay-orders-source", "thirty.yaml", &[]);
+    let engine = Fleet::start("replay-commands-source", "thirty.yaml", &[]);
     let recorder = recorder(&engine.name, &file(&folder), &[]);
     engine.let_ticks_pass(50);
-    let mut orders = Orders::open(&engine.name).expect("opened");
-    let token = orders.hold(3);
-    orders.send().expect("sent");
+    let mut commands = Commands::open(&engine.name).expect("opened");
+    let token = commands.hold(3);
+    commands.send().expect("sent");
     engine.let_ticks_pass(200);
     assert!(recorder.interrupt().status.success());
 
-    let (fleet, _process, mut control) = paused("replay-orders", &file(&folder), &[]);
+    let (fleet, _process, mut control) = paused("replay-commands", &file(&folder), &[]);
     let participant = Participant::join(&fleet, "test").expect("joined");
-    let mut log = OrderLogReader::open_on(&participant).expect("opened");
+    let mut log = CommandLogReader::open_on(&participant).expect("opened");
     let mut events = EventReader::open_on(&participant).expect("opened");
     let mut column = ColumnReader::open_on(&participant, "type").expect("opened");
     control.resume().expect("resumed");
     let (mut held, mut accepted) = (None, None);
-    eventually("the order and its answer", || {
+    eventually("the command and its answer", || {
         let taken = log.take(|log| -> Result<(), ReadError> {
             held = held.or(log
                 .records
                 .iter()
-                .find(|order| order.token == token)
-                .map(|order| (order.kind, order.robot)));
+                .find(|command| command.token == token)
+                .map(|command| (command.kind, command.robot)));
             Ok(())
         });
         taken.expect("readable");
@@ -240,7 +241,7 @@ fn orders_events_and_columns_are_replayed() {
     });
     assert_eq!(
         (held, accepted),
-        (Some((OrderKind::Hold as u32, 3)), Some(EventKind::Accepted as u32))
+        (Some((CommandKind::Hold as u32, 3)), Some(EventKind::Accepted as u32))
     );
     let types = eventually("the column type", || {
         column.latest().expect("readable").map(|column| column.values.len())

@@ -6,14 +6,14 @@ use regatta_plugin::WorldReader;
 
 use crate::fleet::{Fleet, Process, eventually, graphs, regatta, unique};
 
-fn order(fleet: &Fleet, arguments: &[&str]) -> Output {
+fn command(fleet: &Fleet, arguments: &[&str]) -> Output {
     let mut command = regatta();
-    command.arg("order").args(arguments).args(["--fleet", &fleet.name.to_string()]);
+    command.arg("command").args(arguments).args(["--fleet", &fleet.name.to_string()]);
     command.output().expect("the program starts")
 }
 
 fn answer(fleet: &Fleet, arguments: &[&str]) -> String {
-    let output = order(fleet, arguments);
+    let output = command(fleet, arguments);
     let text = if output.status.success() { output.stdout } else { output.stderr };
     String::from_utf8(text).expect("UTF-8").trim().to_owned()
 }

@@ -1,10 +1,10 @@
 //! The route service: the engine returns the routes that robots have.
 
+use regatta_plugin::command::RouteLeg;
 use regatta_plugin::event::EventKind;
-use regatta_plugin::order::RouteLeg;
 use regatta_plugin::route::{LegAhead, RouteResponse};
 use regatta_plugin::{
-    EventReader, Orders, Participant, ReadError, RouteClient, RouteError, WorldReader,
+    Commands, EventReader, Participant, ReadError, RouteClient, RouteError, WorldReader,
 };
 use tempfile::TempDir;
 
@@ -65,12 +65,12 @@ fn a_route_is_returned_with_its_base_and_its_horizon() {
 
     // A held robot accepts a route and doesn't move.
     let mut events = EventReader::open_on(&participant).expect("opened");
-    let mut orders = Orders::open_on(&participant).expect("opened");
-    orders.hold(0);
+    let mut commands = Commands::open_on(&participant).expect("opened");
+    commands.hold(0);
     let ahead = [1, 11, 2, 12].map(RouteLeg::forward);
-    let token = orders.assign(0, &[ahead[0], ahead[1], ahead[2].horizon(), ahead[3].horizon()]);
-    orders.send().expect("sent");
-    eventually("the order is taken", || {
+    let token = commands.assign(0, &[ahead[0], ahead[1], ahead[2].horizon(), ahead[3].horizon()]);
+    commands.send().expect("sent");
+    eventually("the command is taken", || {
         let mut answer = None;
         let taken = events.take(|events| {
             answer = answer.or(events
@@ -103,8 +103,8 @@ fn a_route_is_returned_with_its_base_and_its_horizon() {
     assert!(random.drives_on() && !first.drives_on());
 
     // At the end of its base the robot waits for a release of the horizon.
-    orders.resume(0);
-    orders.send().expect("sent");
+    commands.resume(0);
+    commands.send().expect("sent");
     let waiting = eventually("the end of the base", || {
         let route = routes.route(0).expect("answered");
         (route.released == 0).then_some(route)

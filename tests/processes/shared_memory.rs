@@ -7,8 +7,8 @@ use std::process::{Command, Output};
 use std::time::Duration;
 
 use regatta_plugin::{
-    Control, OpenError, Orders, Participant, RUNTIME_DIR_VARIABLE, RouteClient, Subscriber, health,
-    services,
+    Commands, Control, OpenError, Participant, RUNTIME_DIR_VARIABLE, RouteClient, Subscriber,
+    health, services,
 };
 use tempfile::TempDir;
 
@@ -115,14 +115,14 @@ fn answers_and_growing_columns_in_full_memory_do_not_end_an_engine() {
     let participant = Participant::join(&fleet.name, "test").expect("joined");
     let mut control = Control::open(&fleet.name).expect("opened");
     let mut routes = RouteClient::open_on(&participant).expect("opened");
-    let mut orders = Orders::open_on(&participant).expect("opened");
+    let mut commands = Commands::open_on(&participant).expect("opened");
     let from = control.status().expect("answered").tick;
     assert!(routes.route(1).expect("answered").is_found());
-    // The order's chunk has memory from here on.
+    // The command's chunk has memory from here on.
     for _ in 0..200 {
-        orders.spawn_at_node(0, u32::MAX);
+        commands.spawn_at_node(0, u32::MAX);
     }
-    orders.send().expect("sent");
+    commands.send().expect("sent");
 
     let filler = fill();
     // Answers need chunks that haven't been used yet, and the engine's column `type` one for more
@@ -131,9 +131,9 @@ fn answers_and_growing_columns_in_full_memory_do_not_end_an_engine() {
         let _ = routes.routes(&(0..30).collect::<Vec<_>>(), Duration::from_millis(200));
     }
     for _ in 0..200 {
-        orders.spawn_at_node(0, 1);
+        commands.spawn_at_node(0, 1);
     }
-    let _ = orders.send();
+    let _ = commands.send();
     eventually("more ticks", || {
         (control.status().expect("answered").tick >= from + 100).then_some(())
     });

@@ -73,5 +73,5 @@ fn a_recording_is_judged_as_its_fleet_was() {
     assert!(output.status.success(), "{}", text(&output));
     assert!(text(&output).contains("1001 frames of 30 robots in 10.00 s"), "{}", text(&output));
     let output = validate(&["--allow", "collisions"]);
-    assert!(text(&output).contains("unknown kind 'collisions'"), "{}", text(&output));
+    assert!(text(&output).contains("invalid value 'collisions'"), "{}", text(&output));
 }

@@ -1,7 +1,7 @@
 //! What the window shows besides robots: the heat map, panels in a narrow window, and levels side
 //! by side.
 
-use regatta_viewer::palette::{Rgb, Theme, heat_ramp};
+use regatta_viewer::scene::palette::{Rgb, Theme, heat_ramp};
 
 use crate::fleet::{Fleet, Process, eventually, regatta};
 use crate::recording::record;

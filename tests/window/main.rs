@@ -14,8 +14,8 @@ use std::process::{Command, ExitCode, Stdio};
 use fleet::{Fleet, Process, eventually, graphs, regatta, unique};
 use glam::{Vec2, Vec3};
 use libtest_mimic::{Arguments, Trial};
-use regatta_viewer::camera::Camera;
 use regatta_viewer::gpu::device::Gpu;
+use regatta_viewer::scene::camera::Camera;
 use rustix::process::Signal;
 use screen::{Screen, Screenshot};
 

@@ -3,7 +3,7 @@
 use glam::Vec2;
 use regatta_plugin::frame::{NO_EDGE, RobotState};
 use regatta_plugin::{ClosureReader, Participant, Subscriber, WorldReader};
-use regatta_viewer::camera::Camera;
+use regatta_viewer::scene::camera::Camera;
 
 use crate::fleet::{Fleet, eventually, unique};
 use crate::screen::{self, Screen, Screenshot};
@@ -112,7 +112,7 @@ pub fn an_edge_is_closed_and_a_robot_sent_broken_and_held_by_the_menu() {
         state == RobotState::Idle && at.distance(Vec2::new(20.0, 0.0)) < 0.1
     });
 
-    // Each order is undone by the same menu.
+    // Each command is undone by the same menu.
     let at = Vec2::new(20.0, 0.0);
     choose(&screen, at, 0);
     state("it is held", &|state, _| state == RobotState::Held);

@@ -4,19 +4,19 @@ mod synthetic;
 
 use std::time::{Duration, Instant};
 
+use regatta_gpu::TargetConfig;
+use regatta_gpu::device::Gpu;
+use regatta_gpu::renderer::{Picture, Renderer};
+use regatta_interface::text::with_plural;
 use regatta_plugin::{Participant, Result, Termination, World};
+use regatta_scene::camera::{Bounds, Camera, Window};
+use regatta_scene::heat::{Heat, HeatMap};
+use regatta_scene::palette::{Colouring, Theme};
+use regatta_scene::{Detail, Scene};
 
-use crate::camera::{Bounds, Camera, Window};
-use crate::gpu::TargetConfig;
-use crate::gpu::device::Gpu;
-use crate::gpu::renderer::{Picture, Renderer};
-use crate::jams::heat::{Heat, HeatMap};
 use crate::options::Options;
-use crate::palette::{Colouring, Theme};
 use crate::picture::{FORMAT, Offscreen};
-use crate::scene::{Detail, Scene};
 use crate::stage::Stage;
-use crate::text::with_plural;
 use crate::watching::Inbox;
 use synthetic::SyntheticFleet;
 

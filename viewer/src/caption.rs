@@ -3,24 +3,24 @@
 
 use egui::{Context, FullOutput, RawInput, Rect, pos2, vec2};
 use glam::{UVec2, Vec2};
+use regatta_gpu::device::Gpu;
+use regatta_gpu::painter::{Drawing, Painter};
+use regatta_interface::banner::Banner;
+use regatta_interface::heat::HeatLegend;
+use regatta_interface::labels::{LabelView, Labels};
+use regatta_interface::placement::Placement;
+use regatta_interface::plan::PlanScale;
+use regatta_interface::symbols::Symbols;
+use regatta_interface::{overlay, robot_spots, style};
 use regatta_plugin::{Frame, World};
+use regatta_scene::Scene;
+use regatta_scene::camera::Camera;
+use regatta_scene::heat::HeatFacts;
+use regatta_scene::palette::Legend;
+use regatta_scene::plans::PlanFacts;
 use wgpu::{CommandEncoder, TextureView};
 
-use crate::camera::Camera;
-use crate::gpu::device::Gpu;
-use crate::gpu::painter::{Drawing, Painter};
-use crate::interface::banner::Banner;
-use crate::interface::heat::HeatLegend;
-use crate::interface::labels::{LabelView, Labels};
-use crate::interface::placement::Placement;
-use crate::interface::plan::PlanScale;
-use crate::interface::symbols::Symbols;
-use crate::interface::{overlay, robot_spots, style};
-use crate::jams::heat::HeatFacts;
-use crate::palette::Legend;
 use crate::picture::OVERLAY_FORMAT;
-use crate::plans::PlanFacts;
-use crate::scene::Scene;
 
 /// The height in pixels up to which pictures have text of the default size; text grows with larger
 /// pictures.

@@ -3,6 +3,7 @@
 
 use std::time::{Duration, Instant};
 
+use regatta_interface::view_model::Counts;
 use regatta_plugin::closure::ClosedEdge;
 use regatta_plugin::{
     ClosureReader, ColumnName, ColumnReader, ContactReader, Contacts, Frame, Participant,
@@ -56,15 +57,6 @@ pub struct News {
     pub closures: bool,
     /// There is a new [`Feed::recording`], or more is known of it.
     pub recording: bool,
-}
-
-/// The numbers of frames read and missed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counts {
-    /// Frames read.
-    pub read: u64,
-    /// Frames that were published but not read.
-    pub skipped: u64,
 }
 
 impl Feed {

@@ -4,9 +4,11 @@ use std::path::{Path, PathBuf};
 
 use glam::Vec2;
 use image::{ImageReader, RgbaImage};
+use regatta_gpu::floor::FloorPicture;
+use regatta_interface::settings::FloorPlacement;
+use regatta_scene::camera::Bounds;
 use saphyr::{LoadableYamlNode, Yaml};
 
-use crate::camera::Bounds;
 use crate::files;
 
 /// The most memory for one picture, in bytes.
@@ -26,70 +28,54 @@ pub struct FloorPictureError {
     pub reason: String,
 }
 
-/// A picture and its placement on the floor.
-#[derive(Clone, Debug)]
-pub struct FloorPicture {
-    /// The pixels; the first row is farthest from the corner.
-    pub pixels: RgbaImage,
-    /// The lower left corner, in metres.
-    pub corner: Vec2,
-    /// Rotation about the corner, in radians counter-clockwise.
-    pub turn: f32,
-    /// Width and height in metres.
-    pub size: Vec2,
+/// Reads a ROS map if the name ends in `.yaml` or `.yml`, else an image that is stretched over
+/// `bounds`. A picture with more than `limit` pixels in either direction is scaled down.
+/// `placed` overrides the placement.
+///
+/// # Errors
+/// [`FloorPictureError`] if a file can't be read or is malformed.
+pub fn load(
+    path: &Path,
+    bounds: Bounds,
+    limit: u32,
+    placed: Option<FloorPlacement>,
+) -> Result<FloorPicture, FloorPictureError> {
+    let failed = |reason: String| FloorPictureError { path: path.to_owned(), reason };
+    let is_map =
+        path.extension().is_some_and(|extension| extension == "yaml" || extension == "yml");
+    let picture = if is_map {
+        load_map(path)?
+    } else {
+        let pixels = read(path).map_err(failed)?;
+        FloorPicture { pixels, corner: bounds.low, turn: 0.0, size: bounds.high - bounds.low }
+    };
+    let picture = match placed {
+        None => picture,
+        Some(at) => FloorPicture {
+            corner: Vec2::new(at.x, at.y),
+            turn: at.yaw_degrees.to_radians(),
+            size: Vec2::new(picture.pixels.width() as f32, picture.pixels.height() as f32)
+                * at.metres_per_pixel,
+            ..picture
+        },
+    };
+    Ok(limited(picture, limit))
 }
 
-impl FloorPicture {
-    /// Reads a ROS map if the name ends in `.yaml` or `.yml`, else an image that is stretched over
-    /// `bounds`. A picture with more than `limit` pixels in either direction is scaled down.
-    /// `placed` overrides the placement: x and y of the lower left corner in metres, metres per
-    /// pixel, and the yaw in degrees.
-    ///
-    /// # Errors
-    /// [`FloorPictureError`] if a file can't be read or is malformed.
-    pub fn load(
-        path: &Path,
-        bounds: Bounds,
-        limit: u32,
-        placed: Option<[f32; 4]>,
-    ) -> Result<Self, FloorPictureError> {
-        let failed = |reason: String| FloorPictureError { path: path.to_owned(), reason };
-        let is_map =
-            path.extension().is_some_and(|extension| extension == "yaml" || extension == "yml");
-        let picture = if is_map {
-            load_map(path)?
-        } else {
-            let pixels = read(path).map_err(failed)?;
-            Self { pixels, corner: bounds.low, turn: 0.0, size: bounds.high - bounds.low }
-        };
-        let picture = match placed {
-            None => picture,
-            Some([x, y, resolution, yaw]) => Self {
-                corner: Vec2::new(x, y),
-                turn: yaw.to_radians(),
-                size: Vec2::new(picture.pixels.width() as f32, picture.pixels.height() as f32)
-                    * resolution,
-                ..picture
-            },
-        };
-        Ok(picture.limited(limit))
+fn limited(picture: FloorPicture, limit: u32) -> FloorPicture {
+    let (width, height) = picture.pixels.dimensions();
+    let longest = width.max(height);
+    if longest <= limit {
+        return picture;
     }
-
-    fn limited(self, limit: u32) -> Self {
-        let (width, height) = self.pixels.dimensions();
-        let longest = width.max(height);
-        if longest <= limit {
-            return self;
-        }
-        tracing::warn!(
-            "the floor picture of {width}x{height} pixels exceeds the adapter's limit of {limit} and is scaled down"
-        );
-        let scaled =
-            |side: u32| (u64::from(side) * u64::from(limit) / u64::from(longest)).max(1) as u32;
-        Self {
-            pixels: image::imageops::thumbnail(&self.pixels, scaled(width), scaled(height)),
-            ..self
-        }
+    tracing::warn!(
+        "the floor picture of {width}x{height} pixels exceeds the adapter's limit of {limit} and is scaled down"
+    );
+    let scaled =
+        |side: u32| (u64::from(side) * u64::from(limit) / u64::from(longest)).max(1) as u32;
+    FloorPicture {
+        pixels: image::imageops::thumbnail(&picture.pixels, scaled(width), scaled(height)),
+        ..picture
     }
 }
 
@@ -224,10 +210,10 @@ mod tests {
             "image: m.pgm\nresolution: 0.5\norigin: [-1, 2, 0]\n",
         )
         .expect("written");
-        let picture = FloorPicture::load(&folder.join("m.yaml"), Bounds::default(), 4096, None);
-        let placed = Some([7.0, -8.0, 0.1, 90.0]);
-        let moved =
-            FloorPicture::load(&folder.join("m.yaml"), Bounds::default(), 4096, placed).unwrap();
+        let picture = load(&folder.join("m.yaml"), Bounds::default(), 4096, None);
+        let placed =
+            Some(FloorPlacement { x: 7.0, y: -8.0, metres_per_pixel: 0.1, yaw_degrees: 90.0 });
+        let moved = load(&folder.join("m.yaml"), Bounds::default(), 4096, placed).unwrap();
         assert_eq!((moved.corner, moved.size), (Vec2::new(7.0, -8.0), Vec2::new(0.3, 0.2)));
         assert!((moved.turn - core::f32::consts::FRAC_PI_2).abs() < 1e-6);
         std::fs::remove_dir_all(&folder).expect("removed");
@@ -241,7 +227,7 @@ mod tests {
     fn large_pictures_are_scaled_down() {
         let pixels = RgbaImage::new(300, 20);
         let picture =
-            FloorPicture { pixels, corner: Vec2::ZERO, turn: 0.0, size: Vec2::ONE }.limited(100);
+            limited(FloorPicture { pixels, corner: Vec2::ZERO, turn: 0.0, size: Vec2::ONE }, 100);
         assert_eq!(picture.pixels.dimensions(), (100, 6));
     }
 }

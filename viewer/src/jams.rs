@@ -2,24 +2,18 @@
 //! background thread reads frames, contacts and what the traffic plugin publishes, and reduces them
 //! to lists to draw and figures to show, so that no picture waits for it.
 
-pub mod heat;
-pub mod presence;
-pub mod spots;
 mod watcher;
 
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 
+use regatta_interface::jams::{EdgeFacts, Known, NodeFacts, Spot};
 use regatta_plugin::history::FleetSample;
-use regatta_plugin::traffic::{EdgeTraffic, TRAFFIC_PERIODS};
 use regatta_plugin::{FleetName, Participant, Result};
-
-use heat::{Heat, HeatFacts, HeatMap};
-use presence::Presence;
-use spots::Spot;
-use watcher::Watcher;
+use regatta_scene::heat::{Heat, HeatMap};
 
 use crate::watching::Watched;
+use watcher::Watcher;
 
 /// What is to be watched.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -71,64 +65,6 @@ impl JamReader {
     /// If the fleet can't be read.
     pub fn read(&mut self, watch: &Watch) -> Result<JamReport> {
         self.0.look_now(watch)
-    }
-}
-
-/// What is known of an edge.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct EdgeFacts {
-    /// Its index in the world.
-    pub edge: u32,
-    /// What happened there in each period; `None` without a traffic plugin.
-    pub traffic: Option<[EdgeTraffic; TRAFFIC_PERIODS]>,
-    /// The length of each period so far, in simulated seconds.
-    pub period_secs: [f32; TRAFFIC_PERIODS],
-    /// The robots there.
-    pub present: Presence,
-}
-
-/// What is known of a node.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct NodeFacts {
-    /// Its index in the world.
-    pub node: u32,
-    /// The robots over it.
-    pub present: Presence,
-}
-
-/// What the interface shows of all this.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct JamFacts {
-    /// The scale of the heat map; `None` as long as there is none.
-    pub heat: Option<HeatFacts>,
-    /// The watched edges.
-    pub edges: Vec<EdgeFacts>,
-    /// The watched node.
-    pub node: Option<NodeFacts>,
-    /// The hot spots, the worst first. Times of these and of the figures are those of the clock
-    /// that is shown.
-    pub spots: Arc<[Spot]>,
-    /// The figures over time, the oldest first.
-    pub series: Arc<[FleetSample]>,
-    /// The part of the run that both are about.
-    pub known: Known,
-}
-
-/// The part of a run whose history is known.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Known {
-    /// Its first time, in simulated seconds.
-    pub from_secs: f64,
-    /// Its last time, in simulated seconds.
-    pub until_secs: f64,
-    /// Whether a plugin keeps it, or a replay knows it of its recording; if not, this window does.
-    pub is_published: bool,
-}
-
-impl JamFacts {
-    /// What is known of an edge, by its index in the world.
-    pub fn edge(&self, edge: u32) -> Option<&EdgeFacts> {
-        self.edges.iter().find(|facts| facts.edge == edge)
     }
 }
 

@@ -2,47 +2,33 @@
 //! the fleet only through the contract.
 //!
 //! Data flows one way: [`feed`] reads shared memory, [`stage`] uploads new data to the [`gpu`],
-//! which draws it according to the [`scene`] and the [`camera`] into a window's surface or a
-//! [`picture`].
+//! which draws it according to the [`scene`] and its camera into a window's surface or a
+//! [`picture`]. The [`interface`] shows panels over it.
 
 mod bench;
-pub mod camera;
 mod caption;
-pub mod curves;
-mod density;
 pub mod feed;
 mod files;
-pub mod filter;
 pub mod floor_picture;
-pub mod footprint;
-pub mod gpu;
 mod headless;
-pub mod interface;
 pub mod jams;
 mod link;
 pub mod log;
-mod memory;
-pub mod mesh;
 pub mod mesh_file;
 pub mod notes;
 pub mod options;
-pub mod orders;
-pub mod palette;
 pub mod past;
 pub mod picture;
 pub mod plans;
 pub mod playhead;
-pub mod route;
-pub mod scene;
 pub mod stage;
 pub mod svg;
-pub mod tasks;
-pub mod text;
 mod video;
 pub mod watching;
 mod window;
 
 use regatta_plugin::Result;
+pub use {regatta_gpu as gpu, regatta_interface as interface, regatta_scene as scene};
 
 pub use options::Options;
 

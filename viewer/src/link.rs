@@ -1,24 +1,25 @@
-//! Background threads for everything that takes time: requests to the engine, orders, the order of
-//! the fleet list, the names of columns, routes and plans. None of it delays a picture. An iceoryx2
-//! port stays on the thread that created it, so each thread opens its own ports.
+//! Background threads for everything that takes time: requests to the engine, commands, the order
+//! of the fleet list, the names of columns, routes and plans. None of it delays a picture. An
+//! iceoryx2 port stays on the thread that created it, so each thread opens its own ports.
 
+mod commands;
 mod control;
-mod orders;
 mod poller;
 mod report;
+pub mod routes;
 mod steps;
 
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::thread::JoinHandle;
 
+use regatta_interface::commands::UserCommand;
+use regatta_interface::robot_filter::Filter;
+use regatta_interface::rows::RowQuery;
 use regatta_plugin::control::ControlRequest;
 use regatta_plugin::{FleetName, Result};
 
-use crate::filter::Filter;
-use crate::interface::rows::RowQuery;
 use crate::jams::Watch as JamWatched;
 use crate::log::watch::LogWatch;
-use crate::orders::UserOrder;
 use crate::plans::Watch;
 use crate::watching::Watching;
 use poller::Query;
@@ -29,7 +30,7 @@ pub use report::{Fact, Report};
 pub struct Link {
     requests: Option<Sender<ControlRequest>>,
     queries: Option<Sender<Query>>,
-    orders: Option<Sender<UserOrder>>,
+    commands: Option<Sender<UserCommand>>,
     reports: Receiver<Report>,
     poller: Option<JoinHandle<()>>,
     plans: Watching<Watch>,
@@ -52,11 +53,11 @@ impl Link {
         std::thread::Builder::new().name("control".into()).spawn(move || {
             report_error(&control_report, control::run(&name, &requested, &control_report));
         })?;
-        let (orders, ordered) = mpsc::channel();
-        let (name, order_report) = (fleet.clone(), report.clone());
+        let (commands, commanded) = mpsc::channel();
+        let (name, command_report) = (fleet.clone(), report.clone());
         // Not joined either: it may wait for the world of a fleet that ends.
-        std::thread::Builder::new().name("orders".into()).spawn(move || {
-            report_error(&order_report, orders::run(&name, &ordered, &order_report));
+        std::thread::Builder::new().name("commands".into()).spawn(move || {
+            report_error(&command_report, commands::run(&name, &commanded, &command_report));
         })?;
         let plan_report = report.clone();
         let plans = Watching::start(fleet, move |found| {
@@ -89,7 +90,7 @@ impl Link {
         Ok(Self {
             requests: Some(requests),
             queries: Some(queries),
-            orders: Some(orders),
+            commands: Some(commands),
             reports,
             poller: Some(poller),
             plans,
@@ -106,10 +107,10 @@ impl Link {
         }
     }
 
-    /// Queues an order to the fleet. Its answer comes as a notice.
-    pub fn order(&self, order: UserOrder) {
-        if let Some(orders) = &self.orders {
-            let _ = orders.send(order);
+    /// Queues a command to the fleet. Its answer comes as a notice.
+    pub fn command(&self, command: UserCommand) {
+        if let Some(commands) = &self.commands {
+            let _ = commands.send(command);
         }
     }
 
@@ -157,7 +158,7 @@ impl Link {
 
 impl Drop for Link {
     fn drop(&mut self) {
-        (self.requests, self.queries, self.orders) = (None, None, None);
+        (self.requests, self.queries, self.commands) = (None, None, None);
         if let Some(poller) = self.poller.take() {
             // The result is an error only if the thread panicked, and the panic has been printed.
             let _ = poller.join();

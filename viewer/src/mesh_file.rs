@@ -8,9 +8,10 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 
 use glam::{Quat, Vec3};
+use regatta_gpu::mesh::{Mesh, Vertex};
+use regatta_interface::settings::MeshPlacement;
 
 use crate::files;
-use crate::mesh::{Mesh, Vertex};
 
 /// The most triangles of a mesh, which may be drawn thousands of times.
 const MAX_TRIANGLES: usize = 500_000;
@@ -54,22 +55,11 @@ struct Corner {
     paint: [u8; 4],
 }
 
-/// How a mesh is placed on its robot.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Placement {
-    /// Metres per unit of the file.
-    pub scale: f32,
-    /// The height by which it is lifted, in metres.
-    pub z: f32,
-    /// The angle by which it is turned about the vertical axis, in radians counter-clockwise.
-    pub yaw: f32,
-}
-
 /// Reads a mesh, scales it, turns it and lifts it.
 ///
 /// # Errors
 /// [`MeshFileError`].
-pub fn load(path: &Path, placement: Placement) -> Result<Mesh, MeshFileError> {
+pub fn load(path: &Path, placement: MeshPlacement) -> Result<Mesh, MeshFileError> {
     let extension = path
         .extension()
         .and_then(|extension| extension.to_str())
@@ -98,7 +88,7 @@ pub fn load(path: &Path, placement: Placement) -> Result<Mesh, MeshFileError> {
     Ok(build(&corners, placement))
 }
 
-fn build(corners: &[Corner], Placement { scale, z, yaw }: Placement) -> Mesh {
+fn build(corners: &[Corner], MeshPlacement { scale, z, yaw }: MeshPlacement) -> Mesh {
     let (mut mesh, turn) = (Mesh::default(), Quat::from_rotation_z(yaw));
     for triangle in corners.chunks_exact(3) {
         let [a, b, c] = [triangle[0], triangle[1], triangle[2]];

@@ -7,18 +7,16 @@ use std::time::Duration;
 
 use clap::{ArgGroup, Args};
 use glam::{UVec2, Vec2};
+use regatta_gpu::renderer::Renderer;
+pub use regatta_interface::cameras::{Bookmark, CameraOption};
 use regatta_plugin::{Error, FleetName, Result};
+use regatta_scene::camera::Bounds;
+use regatta_scene::heat::Heat;
+use regatta_scene::palette::{Colouring, Theme};
+use regatta_scene::{MAX_LIGHTS, Scene, Trails};
 
-use crate::camera::Bounds;
-use crate::floor_picture::FloorPicture;
-use crate::gpu::renderer::Renderer;
-use crate::jams::heat::Heat;
-use crate::mesh_file;
-use crate::palette::{Colouring, Theme};
-use crate::scene::{MAX_LIGHTS, Scene, Trails};
-pub use values::{
-    Bookmark, CameraOption, FloorAt, LightOption, MeshOption, OptionError, Pair, Size,
-};
+use crate::{floor_picture, mesh_file};
+pub use values::{FloorAt, LightOption, MeshOption, Pair, Size};
 
 /// Options of `regatta viewer`.
 #[derive(Args, Clone, Debug)]
@@ -225,7 +223,7 @@ impl LookOptions {
         let Some(path) = &self.floor_image else { return };
         let bounds = self.scene().floor.bounds.unwrap_or(bounds);
         let placed = self.floor_at.map(|at| at.0);
-        match FloorPicture::load(path, bounds, renderer.max_texture_size(), placed) {
+        match floor_picture::load(path, bounds, renderer.max_texture_size(), placed) {
             Ok(picture) if renderer.set_floor_picture(Some(&picture)) => {}
             Ok(_) => tracing::warn!(
                 "{}: no room in the graphics memory; the floor stays plain",

@@ -7,6 +7,7 @@
 
 use std::collections::VecDeque;
 
+use regatta_interface::view_model::Live;
 use regatta_plugin::Frame;
 use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines};
 
@@ -14,8 +15,6 @@ use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines};
 const KEPT: u64 = 600_000_000_000;
 /// The shortest and the longest time between two kept frames, in nanoseconds.
 const INTERVALS: (u64, u64) = (100_000_000, 2_000_000_000);
-/// The memory for frames, in bytes.
-pub const BUDGET: usize = 256 << 20;
 
 /// A frame with memory of its own.
 #[derive(Debug)]
@@ -54,7 +53,7 @@ pub struct Past {
 
 impl Default for Past {
     fn default() -> Self {
-        Self::new(BUDGET)
+        Self::new(Live::BUDGET)
     }
 }
 

@@ -4,15 +4,13 @@ use std::path::{Path, PathBuf};
 
 use glam::UVec2;
 use image::RgbaImage;
+use regatta_gpu::TargetConfig;
+use regatta_gpu::attachments::Attachments;
+use regatta_gpu::device::{DeviceError, Gpu};
+use regatta_gpu::resources::view_of;
+use regatta_interface::text::with_plural;
+use regatta_scene::palette::Rgb;
 use wgpu::{BufferUsages, TextureFormat, TextureUsages};
-
-use crate::gpu::TargetConfig;
-use crate::gpu::attachments::Attachments;
-use crate::gpu::device::{DeviceError, Gpu};
-use crate::gpu::resources::view_of;
-use crate::memory;
-use crate::palette::Rgb;
-use crate::text::with_plural;
 
 /// The format of offscreen pictures.
 pub const FORMAT: TextureFormat = TextureFormat::Rgba8UnormSrgb;
@@ -89,7 +87,7 @@ impl Offscreen {
             && readback <= limits.max_buffer_size;
         // A software adapter hands out more than the machine has, and the system then kills the
         // process.
-        let available = memory::available().filter(|_| gpu.is_software());
+        let available = available_memory().filter(|_| gpu.is_software());
         if !is_within || available.is_some_and(|bytes| bytes_of(size, target.samples) > bytes) {
             return None;
         }
@@ -220,4 +218,11 @@ pub fn write_png(picture: &RgbaImage, path: &Path) -> Result<(), PictureError> {
     let file = std::fs::File::create(path).map_err(|error| failed(error.to_string()))?;
     let encoder = image::codecs::png::PngEncoder::new(std::io::BufWriter::new(file));
     picture.write_with_encoder(encoder).map_err(|error| failed(error.to_string()))
+}
+
+/// Returns the bytes of main memory that are available; `None` where the system doesn't tell.
+fn available_memory() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/meminfo").ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;
+    Some(line.split_whitespace().next()?.parse::<u64>().ok()? * 1024)
 }

@@ -10,17 +10,15 @@ pub mod waits;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
+use regatta_interface::robot_filter::{RobotSet, is_in};
 use regatta_plugin::{
     ColumnReader, FleetName, Participant, ReadError, Result, RouteClient, Subscriber, WorldReader,
 };
+use regatta_scene::plans::PlanReport;
 
-use crate::filter::{RobotSet, is_in};
-use crate::route::RouteSegment;
 use crate::watching::Watched;
 use collector::Collector;
-pub use collector::Coverage;
-use goals::{GoalMark, Places};
-use waits::WaitArrow;
+use goals::Places;
 
 /// The time between two reports, unless they take long, and between two rounds of requests for
 /// routes.
@@ -77,41 +75,6 @@ impl Watched for Watch {
         report: &mut dyn FnMut(PlanReport) -> bool,
     ) -> Result {
         run(fleet, changed, report)
-    }
-}
-
-/// What was found: lists to draw, and facts to tell.
-#[derive(Clone, Debug, Default)]
-pub struct PlanReport {
-    /// The routes of robots that match and of selected ones.
-    pub lines: Vec<RouteSegment>,
-    /// Their goals.
-    pub goals: Vec<GoalMark>,
-    /// For whom they wait.
-    pub arrows: Vec<WaitArrow>,
-    /// What the lists leave out.
-    pub facts: PlanFacts,
-}
-
-/// How much is known.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PlanFacts {
-    /// Whether only robots that match a filter are counted.
-    pub is_filtered: bool,
-    /// The routes of robots, while they are watched.
-    pub routes: Option<Coverage>,
-    /// Whether a fleet manager says where robots go.
-    pub has_goals: bool,
-    /// The number of robots that wait for others, and of those among them in rings; `None` if no
-    /// fleet manager says so.
-    pub waiting: Option<[u32; 2]>,
-}
-
-impl PlanFacts {
-    /// Whether the routes of a notable part of the robots under way are not known (yet).
-    pub fn lacks_routes(&self) -> bool {
-        self.routes
-            .is_some_and(|routes| f64::from(routes.known) < 0.95 * f64::from(routes.under_way))
     }
 }
 

@@ -1,34 +1,38 @@
 //! The stage: passes new data from the feed to the renderer, and derives from it what the renderer
-//! needs beside it: bounds, legend and routes.
+//! needs besides: bounds, legend and routes.
 
-mod beside;
 mod columns;
+mod further_levels;
 
 use std::time::Instant;
 
 use glam::{UVec2, Vec2};
+use regatta_gpu::renderer::{Picture, Renderer};
+use regatta_interface::jams::JamFacts;
+use regatta_interface::orders::OpenOrders;
+use regatta_interface::robot_filter::{Filter, RobotSet};
+use regatta_interface::view_model::{Live, Timeline};
 use regatta_plugin::closure::ClosedEdge;
 use regatta_plugin::frame::ClockState;
 use regatta_plugin::route::RouteResponse;
 use regatta_plugin::{Frame, Participant, Result, World};
+use regatta_scene::Scene;
+use regatta_scene::camera::{Bounds, Camera};
+use regatta_scene::curves::curve_point;
+use regatta_scene::heat::HeatMap;
+use regatta_scene::palette::{Colouring, Legend, Theme};
+use regatta_scene::plans::{PlanFacts, PlanReport};
+use regatta_scene::route::{Remaining, remaining_route};
 use wgpu::{CommandEncoder, TextureView};
 
-use crate::camera::{Bounds, Camera};
-use crate::curves::curve_point;
 use crate::feed::{Feed, News};
-use crate::filter::{Filter, RobotSet};
-use crate::gpu::renderer::{Picture, Renderer};
-use crate::jams::heat::HeatMap;
-use crate::jams::{self, JamFacts, JamReport, Watch as JamWatched};
-use crate::palette::{Colouring, Legend, Theme};
+use crate::jams;
+use crate::jams::{JamReport, Watch as JamWatched};
 use crate::past::Past;
-use crate::plans::{PlanFacts, PlanReport, Watch};
+use crate::plans::Watch;
 use crate::playhead::Playhead;
-use crate::route::{Remaining, remaining_route};
-use crate::scene::Scene;
 use crate::svg;
-use crate::tasks::TaskBook;
-use beside::{Beside, all};
+use further_levels::{LevelView, all};
 
 /// A feed and the renderer that draws it.
 #[derive(Debug)]
@@ -38,7 +42,7 @@ pub struct Stage {
     /// The renderer.
     pub renderer: Renderer,
     /// The levels beside the one that the renderer shows.
-    beside: Vec<Beside>,
+    further_levels: Vec<LevelView>,
     /// The content and the style of pictures.
     pub scene: Scene,
     /// The last minutes of a live run; `None` if they aren't kept.
@@ -78,7 +82,7 @@ impl Stage {
         Ok(Self {
             feed: Feed::open(participant)?,
             renderer,
-            beside: Vec::new(),
+            further_levels: Vec::new(),
             scene,
             past: None,
             looking_back: None,
@@ -131,7 +135,7 @@ impl Stage {
             self.graph_bounds = bounds_of_graph(&world, None);
             self.robot_types =
                 world.robot_types().iter().map(|robot_type| robot_type.name().to_owned()).collect();
-            all(&mut self.renderer, &mut self.beside)
+            all(&mut self.renderer, &mut self.further_levels)
                 .for_each(|renderer| renderer.set_world(&world));
         }
         self.update_closed(news, !has_graph);
@@ -147,7 +151,7 @@ impl Stage {
                 self.playhead.arrive();
             }
             if self.looking_back.is_none() {
-                all(&mut self.renderer, &mut self.beside)
+                all(&mut self.renderer, &mut self.further_levels)
                     .for_each(|renderer| renderer.push_frame(&frame));
             }
         }
@@ -164,6 +168,41 @@ impl Stage {
             (Some((_, time)), Some(past)) => past.at(time),
             _ => self.feed.frame(),
         }
+    }
+
+    /// The recording that is shown, or the part of a live run that is kept.
+    pub fn timeline(&self) -> Option<Timeline<'_>> {
+        let frame = self.frame()?;
+        let Some(recording) = self.feed.recording() else { return self.live_timeline(&frame) };
+        let header = recording.header;
+        Some(Timeline {
+            name: header.file(),
+            note: header.note(),
+            start: header.start_nanos,
+            end: header.end_nanos,
+            now: (frame.run_id() == header.run_id)
+                .then(|| header.time_of(frame.header().sim_time_nanos)),
+            searched: header.searched_nanos,
+            left_out: header.left_out,
+            marks: recording.marks,
+            live: None,
+        })
+    }
+
+    fn live_timeline(&self, frame: &Frame<'_>) -> Option<Timeline<'_>> {
+        let past = self.past.as_ref()?;
+        let (start, end) = past.span()?;
+        Some(Timeline {
+            name: "live",
+            note: "",
+            start,
+            end,
+            now: Some(frame.header().sim_time_nanos),
+            searched: u64::MAX,
+            left_out: 0,
+            marks: &[],
+            live: Some(Live { bytes: past.bytes(), is_past: self.is_looking_back() }),
+        })
     }
 
     /// Whether a frame of the past is shown.
@@ -183,7 +222,7 @@ impl Stage {
                 _ => self.feed.frame(),
             };
             if let Some(frame) = frame {
-                all(&mut self.renderer, &mut self.beside)
+                all(&mut self.renderer, &mut self.further_levels)
                     .for_each(|renderer| renderer.push_frame(&frame));
             }
         }
@@ -217,7 +256,7 @@ impl Stage {
     /// Replaces what is drawn of plans.
     pub fn set_plans(&mut self, report: PlanReport) {
         self.plans = report;
-        all(&mut self.renderer, &mut self.beside)
+        all(&mut self.renderer, &mut self.further_levels)
             .for_each(|renderer| renderer.set_plans(&self.plans));
     }
 
@@ -238,7 +277,7 @@ impl Stage {
         let is_new = report.heat.is_some() || report.history.is_some() || !is_same;
         if let Some(map) = report.heat {
             self.jam_facts.heat = map.as_ref().map(|map| map.facts);
-            all(&mut self.renderer, &mut self.beside)
+            all(&mut self.renderer, &mut self.further_levels)
                 .for_each(|renderer| renderer.set_heat(map.as_ref()));
             self.heat = map;
         }
@@ -283,7 +322,7 @@ impl Stage {
             world.edges().iter().zip(0..).filter(|(edge, _)| !ids.is_empty() && is_closed(edge.id));
         self.closed = (run, edges.map(|(_, index)| index).collect());
         let closed = &self.closed.1;
-        all(&mut self.renderer, &mut self.beside)
+        all(&mut self.renderer, &mut self.further_levels)
             .for_each(|renderer| renderer.set_closed(&world, closed));
     }
 
@@ -309,7 +348,7 @@ impl Stage {
             return;
         };
         let filter = Filter::default().of_level(self.scene.level.as_deref());
-        let matches = filter.matches(&frame, &world, None, &TaskBook::default());
+        let matches = filter.matches(&frame, &world, None, &OpenOrders::default());
         self.renderer.set_on_level(matches.on_level.as_ref().map(RobotSet::words));
     }
 

@@ -5,16 +5,15 @@
 use std::fmt::Write;
 
 use glam::Vec2;
+use regatta_interface::footprint::Footprint;
+use regatta_interface::plan::{metres_text, round_step};
+use regatta_interface::text::with_plural;
 use regatta_plugin::frame::{Frame, RobotState};
 use regatta_plugin::world::{EdgeRecord, NodeRecord, NodeRole, RobotTypeRecord};
 use regatta_plugin::{Result, World};
-
-use crate::camera::Bounds;
-use crate::curves::midpoint;
-use crate::footprint::Footprint;
-use crate::interface::plan::{metres_text, round_step};
-use crate::palette::{COLOURS, Colouring, Legend, Rgb, Scale, Theme};
-use crate::text::with_plural;
+use regatta_scene::camera::Bounds;
+use regatta_scene::curves::midpoint;
+use regatta_scene::palette::{COLOURS, Colouring, Legend, Rgb, Scale, Theme};
 
 /// The most robots in a file.
 const MAX_ROBOTS: usize = 200_000;
@@ -204,7 +203,7 @@ fn graph(text: &mut String, plan: &Plan<'_>, per_metre: f32) {
     let line = 0.25 / per_metre;
     let _ = writeln!(text, "<g id=\"edges\" fill=\"none\" stroke-width=\"{line:.5}\">");
     for edge in plan.edges() {
-        let colour = if edge.velocity_backwards > 0.0 { colours.two_way } else { colours.edge };
+        let colour = if edge.reverse_speed > 0.0 { colours.two_way } else { colours.edge };
         let path = path_of(plan, edge);
         let _ =
             writeln!(text, "<path id=\"e{}\" stroke=\"{}\" d=\"{path}\"/>", edge.id, hex(colour));

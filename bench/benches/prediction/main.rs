@@ -1,7 +1,8 @@
 //! Measures how good the collision checker's predictions are: against what happened then, on a real
 //! engine.
 //!
-//!     cargo bench -p regatta-bench --bench prediction -- [--scenario FILE] [--seconds N] [--checker OPTION]...
+//!     cargo bench -p regatta-bench --features benches --bench prediction -- \
+//!         [--scenario FILE] [--seconds N] [--checker OPTION]...
 //!
 //! An engine and a checker run in lockstep, each in a process of its own. A pair of robots is
 //! *predicted* at a tick if the checker considers it possible and it doesn't touch yet; a
@@ -15,9 +16,9 @@ use std::process::{Child, Command, Stdio};
 use std::time::Duration;
 
 use regatta_engine::engine::{Engine, Options};
-use regatta_engine::scenario::{Overrides, Scenario};
 use regatta_plugin::producer::{LockstepOptions, Speed};
 use regatta_plugin::{ContactEventReader, Error, FleetName, Participant, Result, Termination};
+use regatta_scenario::{Overrides, Scenario};
 
 use intervals::Pairs;
 

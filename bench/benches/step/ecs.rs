@@ -2,13 +2,13 @@
 //! one system over a query, and libm's atan2.
 //!
 //! It drives along the same pieces of the same graph, but publishes no frames and has no events, no
-//! orders and no fixed-point distances.
+//! commands and no fixed-point distances.
 
 use std::sync::Arc;
 
 use bevy_ecs::prelude::{Component, Query, Res, Resource, Schedule, World};
-use regatta_engine::graph::arc_length::Tracks;
-use regatta_engine::graph::{EdgeIndex, Gear, Leg, RouteGraph};
+use regatta_layout::{EdgeIndex, Gear, Leg, RouteGraph};
+use regatta_motion::Tracks;
 
 #[derive(Component)]
 struct Location {
@@ -50,7 +50,7 @@ impl EcsSimulation {
     /// Creates `robots` robots, spread over all edges.
     pub fn new(bench: &regatta_bench::World, robots: usize) -> Self {
         let (graph, tracks) = (bench.graph.clone(), bench.tracks.clone());
-        let exits = |edge: &regatta_engine::graph::Edge| {
+        let exits = |edge: &regatta_layout::Edge| {
             let forward =
                 graph.departures(edge.destination).iter().filter(|leg| leg.gear == Gear::Forward);
             forward.map(|leg| leg.edge.0).collect()
@@ -83,7 +83,7 @@ impl CompiledGraph {
     fn enter(&self, edge: u32) -> (u32, f32, f32) {
         let leg = Leg { edge: EdgeIndex(edge), gear: Gear::Forward };
         let first = self.tracks.track(leg).expect("forward is always allowed").first_piece;
-        (first, self.length(first), self.graph.edge(leg.edge).velocity_forward as f32)
+        (first, self.length(first), self.graph.edge(leg.edge).speed as f32)
     }
 
     fn length(&self, piece: u32) -> f32 {

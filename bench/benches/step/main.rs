@@ -15,7 +15,7 @@ use criterion::{
     BenchmarkGroup, BenchmarkId, Criterion, Throughput, criterion_group, criterion_main,
 };
 use regatta_bench::{FrameRing, World, unread_events};
-use regatta_engine::motion::Isa;
+use regatta_motion::Isa;
 use regatta_plugin::frame::{Line, frame_lines};
 
 const MILLION: usize = 1_000_000;

@@ -1,3 +1,21 @@
 //! Mathematics and text that the layout crate and plugins share: it knows neither layouts nor the
-//! contract. The motion kernel and the validator keep implementations of their own on purpose: the
-//! kernel for its bits, the validator for its independence.
+//! contract. The validator keeps implementations of its own on purpose, for its independence.
+//!
+//! ```
+//! use regatta_base::graph::{EdgeIndex, Gear, Leg};
+//! use regatta_base::random;
+//!
+//! // A random walk: the leg after a node depends on the seed and the number of choices so far.
+//! let (seed, choices, exits) = (7, 3, [EdgeIndex(4), EdgeIndex(9)]);
+//! let random = random::mix(seed ^ random::mix(choices)) >> 32;
+//! let leg = Leg { edge: exits[(random * exits.len() as u64 >> 32) as usize], gear: Gear::Forward };
+//! assert!(exits.contains(&leg.edge));
+//! ```
+
+pub mod bezier;
+pub mod graph;
+mod ln;
+pub mod random;
+pub mod yaml;
+
+pub use ln::ln;

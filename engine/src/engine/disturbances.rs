@@ -7,10 +7,11 @@ use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::time::Duration;
 
-use super::logarithm::ln;
-use super::population::mix;
+use regatta_base::ln;
+use regatta_base::random::{mix, unit};
+use regatta_scenario::{Breakdowns, Disturbances, Stalls};
+
 use crate::fleet::{EventBuffer, Fleet};
-use crate::scenario::{Breakdowns, Disturbances, Stalls};
 
 /// Something that happens to a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -139,7 +140,7 @@ impl Schedule {
     /// Returns a number in [0, 1).
     fn random(&self, robot: u32, incident: Incident, number: u32) -> f64 {
         let counter = u64::from(robot) << 32 | u64::from(number);
-        (mix(self.seed ^ mix(counter ^ mix(incident as u64))) >> 11) as f64 / (1u64 << 53) as f64
+        unit(mix(self.seed ^ mix(counter ^ mix(incident as u64))))
     }
 }
 

@@ -1,9 +1,7 @@
 //! Footprints of robots that stand, and the distance between two of them.
 
 use glam::DVec2;
-use regatta_plugin::world::Shape;
-
-use crate::fleet::RobotType;
+use regatta_scenario::{RobotType, Shape};
 
 /// A convex polygon, enlarged by a radius all around: a rectangle without one, or a point with that
 /// of a circle.

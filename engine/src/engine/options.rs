@@ -2,12 +2,12 @@
 
 use std::time::Duration;
 
+use regatta_motion::Isa;
 use regatta_plugin::producer::{LockstepOptions, Speed};
 use regatta_plugin::{FleetName, LockstepError, OpenError, PublishError, ReadError, services};
+use regatta_scenario::MAX_ROBOTS;
 
 use crate::fleet::FleetError;
-use crate::motion::Isa;
-use crate::scenario::MAX_ROBOTS;
 
 /// Options of a run.
 #[derive(Clone, Debug)]
@@ -54,7 +54,7 @@ pub enum EngineError {
     /// A frame, world, event or column can't be published.
     #[error(transparent)]
     Publish(#[from] PublishError),
-    /// Orders or requests can't be read.
+    /// Commands or requests can't be read.
     #[error(transparent)]
     Read(#[from] ReadError),
     /// A plugin in lockstep didn't finish a tick.
@@ -71,7 +71,7 @@ pub enum EngineError {
     TooFewFrames(u32),
     /// The route graph has too few places for robots that stand.
     #[error(
-        "{fit} of {wanted} robots fit where they wait for orders (ends of edges, 0.1 m from each other); use fewer, or a \
+        "{fit} of {wanted} robots fit where they wait for commands (ends of edges, 0.1 m from each other); use fewer, or a \
          larger graph"
     )]
     NoRoom {

@@ -1,17 +1,18 @@
 //! The number of robots, and the world and types that the engine publishes.
 
 use glam::DVec2;
+use regatta_base::random::mix;
+use regatta_layout::{CubicBezier, Edge, EdgeIndex, Node, Orientation, RouteGraph, Tags};
 use regatta_plugin::PublishError;
 use regatta_plugin::producer::Session;
 use regatta_plugin::world::{
     self, CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Texts, WorldData,
 };
+use regatta_scenario::{RobotType, Shape, Start};
 
 use super::standing::StandingPlaces;
 use super::{EngineError, Scenario, Simulation};
-use crate::fleet::{Placement, RobotType, RouteSource};
-use crate::graph::{CubicBezier, Edge, EdgeIndex, Node, Orientation, RouteGraph, Tags};
-use crate::scenario::Start;
+use crate::fleet::{Placement, RouteSource};
 
 /// No place is left for a robot that stands.
 #[derive(Clone, Copy, Debug)]
@@ -129,15 +130,6 @@ impl Simulation {
     }
 }
 
-/// SplitMix64's finaliser (Steele, Lea, Flood: Fast splittable pseudorandom number generators,
-/// 2014).
-pub(super) fn mix(value: u64) -> u64 {
-    let z = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
-}
-
 /// Returns a graph as a world without robot types. `lengths` are those of the edges, in metres.
 fn world_of(graph: &RouteGraph, lengths: impl Iterator<Item = f32>) -> WorldData {
     let mut world = WorldData { origin: graph.origin().to_array(), ..WorldData::default() };
@@ -190,8 +182,8 @@ fn edge_record(edge: &Edge, length: f32, texts: &mut Texts) -> EdgeRecord {
         origin: edge.origin.0,
         destination: edge.destination.0,
         length,
-        velocity_forward: edge.velocity_forward as f32,
-        velocity_backwards: edge.velocity_backwards.unwrap_or(0.0) as f32,
+        speed: edge.speed as f32,
+        reverse_speed: edge.reverse_speed.unwrap_or(0.0) as f32,
         name,
         level,
         zone,
@@ -204,7 +196,10 @@ fn robot_type_record(robot_type: &RobotType) -> RobotTypeRecord {
     let battery = robot_type.battery.unwrap_or_default();
     RobotTypeRecord {
         name: RobotTypeRecord::padded_name(&robot_type.name),
-        shape: robot_type.shape as u32,
+        shape: match robot_type.shape {
+            Shape::Rectangle => world::Shape::Rectangle,
+            Shape::Circle => world::Shape::Circle,
+        } as u32,
         length: robot_type.length,
         width: robot_type.width,
         max_speed: robot_type.max_speed,
@@ -220,8 +215,9 @@ fn robot_type_record(robot_type: &RobotType) -> RobotTypeRecord {
 
 #[cfg(test)]
 mod tests {
+    use regatta_layout::{NodeIndex, Path, Role};
+
     use super::*;
-    use crate::graph::{NodeIndex, Path, Role};
 
     #[test]
     fn roles_have_the_numbers_and_names_of_the_contract() {

@@ -4,9 +4,9 @@
 use regatta_plugin::control::ControlKind;
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::producer::{Moment, Producer, RefusalReason, Session};
+use regatta_scenario::MAX_ROBOTS;
 
 use super::{EngineError, NoRoom, Simulation};
-use crate::scenario::MAX_ROBOTS;
 
 impl Producer for Simulation {
     type Error = EngineError;
@@ -25,7 +25,7 @@ impl Producer for Simulation {
 
     fn tick(&mut self, session: &mut Session) -> Result<(), EngineError> {
         self.events.set_wanted(session.ports().has_event_readers());
-        self.take_orders(session)?;
+        self.take_commands(session)?;
         self.disturbances.carry_out(session.tick(), &mut self.fleet, &mut self.events);
         self.fleet.drain_batteries(session.tick(), &mut self.events);
         if let Some(mut frame) = self.loan_if_due(session)? {
@@ -52,7 +52,7 @@ impl Producer for Simulation {
         self.fleet.robots_by_state()
     }
 
-    /// Orders wait for the next tick; routes are reported between two.
+    /// Commands wait for the next tick; routes are reported between two.
     fn between_ticks(&mut self, session: &mut Session) -> Result<(), EngineError> {
         self.answer_routes(session)
     }

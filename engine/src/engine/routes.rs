@@ -1,10 +1,10 @@
 //! The remaining routes of robots, reported between ticks.
 
+use regatta_layout::Gear;
 use regatta_plugin::producer::Session;
 use regatta_plugin::route::RouteResponse;
 
 use super::{EngineError, Simulation};
-use crate::graph::Gear;
 
 /// The number of legs of a random walk that are reported after the one that the robot is on.
 const WALK_LEGS: usize = 16;

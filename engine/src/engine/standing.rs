@@ -1,15 +1,16 @@
-//! Places for robots that stand and wait for orders: seeded random ends of edges, where no two
+//! Places for robots that stand and wait for commands: seeded random ends of edges, where no two
 //! footprints touch.
 
 use std::collections::BTreeMap;
 
 use glam::DVec2;
+use regatta_base::random::mix;
+use regatta_layout::{EdgeIndex, Gear, Leg, NodeIndex, Orientation, RouteGraph};
+use regatta_motion::Tracks;
+use regatta_scenario::RobotType;
 
 use super::footprint::Footprint;
-use super::population::mix;
-use crate::fleet::{Placement, RobotType};
-use crate::graph::arc_length::Tracks;
-use crate::graph::{EdgeIndex, Gear, Leg, NodeIndex, Orientation, RouteGraph};
+use crate::fleet::Placement;
 
 /// The smallest distance between two footprints, in metres.
 const MARGIN: f64 = 0.1;
@@ -108,11 +109,12 @@ fn end_pose(graph: &RouteGraph, tracks: &Tracks, edge: EdgeIndex) -> (DVec2, DVe
 
 #[cfg(test)]
 mod tests {
-    use regatta_plugin::world::Shape;
+    use regatta_layout::generate::Warehouse;
+    use regatta_layout::{ReadOptions, parse};
+    use regatta_scenario::Shape;
 
     use super::*;
-    use crate::graph::generate::Warehouse;
-    use crate::graph::{ReadOptions, parse};
+    use crate::arc_length;
 
     fn robot_type() -> RobotType {
         RobotType {
@@ -130,7 +132,7 @@ mod tests {
 
     /// Fills a graph until there is no place left, and returns the places.
     fn fill(graph: &RouteGraph, seed: u64) -> Vec<EdgeIndex> {
-        let (types, tracks) = ([robot_type()], Tracks::compile(graph));
+        let (types, tracks) = ([robot_type()], arc_length::compile(graph));
         let mut places = StandingPlaces::new(graph, &types, seed);
         let all = std::iter::from_fn(|| places.take((graph, &tracks), (0, &types[0])));
         let edge = |place| match place {
@@ -147,7 +149,7 @@ mod tests {
     fn robots_stand_apart_and_where_they_are_in_nobodys_way_first() {
         let text = Warehouse { aisles: 3, rows: 2, bays: 4 }.generate().expect("a warehouse");
         let (graph, _) = parse(&text, "warehouse.yaml", &ReadOptions::default()).expect("a graph");
-        let (places, tracks) = (fill(&graph, 1), Tracks::compile(&graph));
+        let (places, tracks) = (fill(&graph, 1), arc_length::compile(&graph));
         let footprint = |edge: &EdgeIndex| {
             let (position, heading) = end_pose(&graph, &tracks, *edge);
             Footprint::new(&robot_type(), position, heading)

@@ -1,10 +1,10 @@
 //! The legs that a robot is going to drive.
 
+use regatta_layout::Leg;
+use regatta_motion::{RouteCursor, leg_of};
 use regatta_plugin::frame::RobotState;
 
 use super::{Fleet, Route};
-use crate::graph::Leg;
-use crate::motion::{RouteCursor, leg_of};
 
 /// The legs that a robot has still to drive.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,7 +51,7 @@ impl Fleet {
         std::iter::from_fn(move || self.motion.next_leg(cursor.as_mut()?).ok())
     }
 
-    /// Whether a robot drives on without another order when it has driven all legs
+    /// Whether a robot drives on without another command when it has driven all legs
     /// [ahead](Self::ahead).
     pub fn drives_on(&self, robot: u32) -> bool {
         self.row(robot).is_ok_and(|row| self.motion.plans.is_endless(self.columns.route[row]))

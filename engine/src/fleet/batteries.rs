@@ -6,26 +6,12 @@
 
 use std::time::Duration;
 
+use regatta_base::random::mix;
+use regatta_layout::{Role, RouteGraph};
 use regatta_plugin::frame::RobotState;
+use regatta_scenario::{Battery, RobotType};
 
-use super::{EventBuffer, Fleet, RobotType};
-use crate::graph::{Role, RouteGraph};
-use crate::motion::mix;
-
-/// The battery of a robot type.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Battery {
-    /// Watt-hours, > 0.
-    pub capacity: f32,
-    /// Watts that a robot takes while it drives or turns, ≥ 0.
-    pub drain_moving: f32,
-    /// Watts that it takes while it stands, ≥ 0.
-    pub drain_standing: f32,
-    /// Watts by which its charge grows while it stands idle at a charger, ≥ 0.
-    pub charge_rate: f32,
-    /// Its charge at the start is between these, in per cent.
-    pub charge: [f32; 2],
-}
+use super::{EventBuffer, Fleet};
 
 /// The time between two changes of charges, unless a tick is longer.
 const PERIOD: Duration = Duration::from_millis(100);
@@ -110,8 +96,8 @@ impl Batteries {
 
 impl Fleet {
     /// Lets robots take energy from their batteries, and chargers give it, if a period ends with
-    /// this tick. Robots without energy stop; they are broken until an order repairs them, or until
-    /// they have been charged.
+    /// this tick. Robots without energy stop; they are broken until a command repairs them, or
+    /// until they have been charged.
     pub fn drain_batteries(&mut self, tick: u64, events: &mut EventBuffer) {
         if self
             .batteries

@@ -1,12 +1,12 @@
 //! Closed edges: nobody enters them, and no new route leads along them.
 
+use regatta_layout::EdgeIndex;
 use regatta_plugin::closure::ClosedEdge;
 use regatta_plugin::event::{EventKind, EventRecord};
 use regatta_plugin::frame::RobotState;
-use regatta_plugin::task::NO_ROBOT;
+use regatta_plugin::order::NO_ROBOT;
 
 use super::{EventBuffer, Fleet};
-use crate::graph::EdgeIndex;
 
 impl Fleet {
     /// Closes an edge. Who is on it leaves it; who comes to it waits before it.
@@ -33,7 +33,7 @@ impl Fleet {
 
     /// The edges that are closed, sorted by id.
     pub fn closed_edges(&self) -> Vec<ClosedEdge> {
-        let id = |edge: EdgeIndex| ClosedEdge { edge: self.motion.legs.graph().edge(edge).id };
+        let id = |edge: EdgeIndex| ClosedEdge { edge: self.graph.edge(edge).id };
         let mut closed: Vec<_> = self.motion.legs.closed().map(id).collect();
         closed.sort_unstable();
         closed
@@ -47,7 +47,7 @@ impl Fleet {
     /// Reports a change. Robots that can't stop at once look ahead, so that all of them look again.
     fn note_closure(&mut self, kind: EventKind, edge: EdgeIndex, events: &mut EventBuffer) {
         self.closure_changes += 1;
-        let id = self.motion.legs.graph().edge(edge).id;
+        let id = self.graph.edge(edge).id;
         events.push_record(EventRecord {
             kind: kind as u32,
             robot: NO_ROBOT,

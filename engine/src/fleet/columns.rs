@@ -1,11 +1,11 @@
 //! The state of the fleet: one column per value, one row per robot.
 
+use regatta_motion::{
+    AlignedVec, HeadingRows, HeadingRule, LimitRows, PieceColumn, ROW_GROUP, Rows, UNLIMITED,
+};
 use regatta_plugin::frame::{NO_EDGE, RobotState};
 
 use super::Route;
-use crate::motion::{
-    AlignedVec, HeadingRows, HeadingRule, LimitRows, PieceColumn, ROW_GROUP, Rows, UNLIMITED,
-};
 
 /// All columns. Rows that hold no robot are inert: they are on the first piece and
 /// [`RobotState::Absent`].

@@ -1,16 +1,17 @@
 //! Whether a route graph fits this machine.
 
+use regatta_layout::RouteGraph;
+use regatta_motion::MAX_PIECES;
+
 use super::FleetError;
-use crate::graph::RouteGraph;
-use crate::graph::arc_length::Tracks;
-use crate::motion::MAX_PIECES;
+use crate::arc_length;
 
 /// Checks that a graph can be compiled: before that, because it takes memory.
 ///
 /// # Errors
 /// [`FleetError::TooManyPieces`] or [`FleetError::GraphTooLarge`].
 pub fn check_size(graph: &RouteGraph) -> Result<(), FleetError> {
-    let pieces = Tracks::least_pieces(graph);
+    let pieces = arc_length::least_pieces(graph);
     let max = MAX_PIECES;
     if pieces > max as u64 {
         return Err(FleetError::TooManyPieces {
@@ -18,7 +19,7 @@ pub fn check_size(graph: &RouteGraph) -> Result<(), FleetError> {
             max,
         });
     }
-    let needed = pieces * Tracks::BYTES_PER_PIECE;
+    let needed = pieces * arc_length::BYTES_PER_PIECE;
     match available_memory() {
         Some(available) if needed > available => Err(FleetError::GraphTooLarge {
             pieces,
@@ -61,8 +62,10 @@ mod tests {
     #[test]
     fn the_least_number_of_pieces_is_at_most_the_number_and_of_its_size() {
         for graph in [chain(&[(100.0, 1.0), (8.0, 1.0), (0.5, 1.0), (1e4, 1.0)]), town(12, 30.0)] {
-            let (least, compiled) =
-                (Tracks::least_pieces(&graph), Tracks::compile(&graph).pieces().len() as u64);
+            let (least, compiled) = (
+                arc_length::least_pieces(&graph),
+                arc_length::compile(&graph).pieces().len() as u64,
+            );
             assert!(least <= compiled && compiled <= 4 * least, "{least}, {compiled}");
         }
     }

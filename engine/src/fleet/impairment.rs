@@ -6,7 +6,7 @@ use regatta_plugin::frame::RobotState;
 
 use super::{EventBuffer, Fleet, Route};
 
-/// Why a robot doesn't drive besides its orders.
+/// Why a robot doesn't drive besides its commands.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Impairment {
     is_stalled: bool,
@@ -98,7 +98,7 @@ impl Fleet {
             return;
         }
         let impairment = *impairment;
-        events.push(event, robot, 0);
+        events.push_kind(event, robot, 0);
         if impairment.is_stalled || impairment.is_broken || impairment.is_flat {
             return self.motion.impair(&mut self.columns.all_rows(), row, impairment.state());
         }
@@ -133,7 +133,8 @@ impl Fleet {
 }
 
 impl Impairment {
-    fn state(self) -> RobotState {
+    fn state(self) -> regatta_motion::RobotState {
+        use regatta_motion::RobotState;
         if self.is_broken || self.is_flat { RobotState::Broken } else { RobotState::Stalled }
     }
 }

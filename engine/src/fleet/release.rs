@@ -1,35 +1,34 @@
 //! Releases by distance: a robot's base grows to a place on one of the legs ahead.
 
+use regatta_layout::{Gear, Leg};
+use regatta_motion::{Distance, leg_of};
+use regatta_plugin::command::CommandRecord;
 use regatta_plugin::event::Refusal;
 use regatta_plugin::frame::RobotState;
-use regatta_plugin::order::OrderRecord;
 
-use super::orders::{Action, Rejection};
+use super::commands::{Action, Rejection};
 use super::{EventBuffer, Fleet, Route};
-use crate::graph::arc_length::Distance;
-use crate::graph::{Gear, Leg};
-use crate::motion::leg_of;
 
 impl Fleet {
-    /// Prepares the release of the metres `s` of the order's leg: the first such leg at or after
+    /// Prepares the release of the metres `s` of the command's leg: the first such leg at or after
     /// the end of the base.
     pub(super) fn prepare_release(
         &self,
-        order: &OrderRecord,
+        command: &CommandRecord,
         row: usize,
     ) -> Result<Action, Rejection> {
-        let about_edge = |reason| Rejection { reason, id: order.id };
-        let graph = self.motion.legs.graph();
-        let edge = graph.edge_by_id(order.id).ok_or_else(|| about_edge(Refusal::UnknownEdge))?;
+        let about_edge = |reason| Rejection { reason, id: command.id };
+        let graph = &self.graph;
+        let edge = graph.edge_by_id(command.id).ok_or_else(|| about_edge(Refusal::UnknownEdge))?;
         let leg =
-            Leg { edge, gear: if order.reverse == 0 { Gear::Forward } else { Gear::Reverse } };
-        if order.s.is_nan() || order.s < 0.0 {
+            Leg { edge, gear: if command.reverse == 0 { Gear::Forward } else { Gear::Reverse } };
+        if command.s.is_nan() || command.s < 0.0 {
             return Err(about_edge(Refusal::DistanceOutOfRange));
         }
-        let metres = if order.s >= self.motion.legs.leg(leg).length {
+        let metres = if command.s >= self.motion.legs.leg(leg).length {
             f64::INFINITY
         } else {
-            f64::from(order.s)
+            f64::from(command.s)
         };
         self.release_on(row, leg, metres).ok_or_else(|| about_edge(Refusal::NotAhead))
     }
@@ -66,7 +65,7 @@ impl Fleet {
         events: &mut EventBuffer,
     ) {
         if self.columns.route[row] == Route::PARKED {
-            self.set_ordered_route(row, Vec::new(), released, limit);
+            self.set_commanded_route(row, Vec::new(), released, limit);
         } else {
             self.allow_limit(limit);
             self.motion.plans.set_base(self.columns.route[row], released, limit);
@@ -79,7 +78,7 @@ impl Fleet {
 
     /// Gives a robot a route of legs. The last released one (without any, its current leg) is
     /// released up to `limit` metres.
-    pub(super) fn set_ordered_route(
+    pub(super) fn set_commanded_route(
         &mut self,
         row: usize,
         legs: Vec<Leg>,
@@ -87,7 +86,7 @@ impl Fleet {
         limit: f64,
     ) {
         self.allow_limit(limit);
-        self.set_route(row, |plans| plans.order(legs, released, limit));
+        self.set_route(row, |plans| plans.command(legs, released, limit));
     }
 
     /// Returns the metres of a robot's current leg at which its base ends; infinity if it ends at

@@ -2,18 +2,18 @@
 
 use std::sync::Arc;
 
+use regatta_layout::{EdgeIndex, Gear, Leg, NodeIndex, RouteGraph};
+use regatta_motion::{Distance, PieceIndex};
 use regatta_plugin::event::{EventKind, EventRecord, Refusal};
 use regatta_plugin::frame::RobotState;
+use regatta_scenario::Repeat;
 
-use super::{EventBuffer, Fleet, Repeat, Route};
-use crate::graph::arc_length::Distance;
-use crate::graph::{EdgeIndex, Gear, Leg, NodeIndex, RouteGraph};
-use crate::motion::PieceIndex;
+use super::{EventBuffer, Fleet, Route};
 
 /// The source of a robot's route.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum RouteSource {
-    /// The robot stands until an order gives it a route.
+    /// The robot stands until a command gives it a route.
     None,
     /// These legs. Robots with the same route share it.
     Listed(Arc<[Leg]>, Repeat),
@@ -53,7 +53,7 @@ impl Fleet {
     ) -> Result<u32, Refusal> {
         let start = self.check_spawn(placement, robot_type)?;
         if let RouteSource::Listed(legs, repeat) = &source {
-            check_list(self.motion.legs.graph(), start.ahead, legs, *repeat)?;
+            check_list(&self.graph, start.ahead, legs, *repeat)?;
         }
         let robot = self.allocate_row()?;
         let row = robot as usize;
@@ -142,13 +142,15 @@ impl Fleet {
     fn route(&mut self, source: RouteSource) -> Route {
         match source {
             RouteSource::None => Route::PARKED,
-            RouteSource::Listed(legs, repeat) => self.motion.plans.list(legs, repeat),
+            RouteSource::Listed(legs, repeat) => {
+                self.motion.plans.list(legs, repeat == Repeat::Loop)
+            }
             RouteSource::Random => Route::WALK,
         }
     }
 
     fn spawn_point(&self, placement: Placement) -> Result<SpawnPoint, Refusal> {
-        let graph = self.motion.legs.graph();
+        let graph = &self.graph;
         match placement {
             Placement::Node(node) => {
                 graph.nodes().get(node.0 as usize).ok_or(Refusal::UnknownNode)?;
@@ -226,7 +228,7 @@ pub(super) fn check_connected(
 ) -> Result<(), Refusal> {
     let mut node = start;
     for &leg in legs {
-        graph.leg_velocity(leg).ok_or(Refusal::NoReverse)?;
+        graph.leg_speed(leg).ok_or(Refusal::NoReverse)?;
         if graph.leg_start(leg) != node {
             return Err(Refusal::NotConnected);
         }

@@ -1,9 +1,8 @@
 //! The threads that share a step: each processes a contiguous range of blocks.
 
-use regatta_plugin::frame::ColumnsMut;
+use regatta_motion::{BLOCK, Motion, PoseColumns, Rows};
 
 use super::EventBuffer;
-use crate::motion::{BLOCK, Motion, Rows, split_frame};
 
 /// The threads of a fleet, each with its own buffer of events.
 #[derive(Debug)]
@@ -23,13 +22,13 @@ impl StepPool {
         Some(Self { pool, events: vec![EventBuffer::new(0); threads] })
     }
 
-    /// Does what [`Motion::step`] does, on all threads. EventBuffer are in the order of rows, as
+    /// Does what [`Motion::step`] does, on all threads. Events are in the order of rows, as
     /// from one thread.
     pub fn step(
         &mut self,
         motion: &Motion,
         rows: Rows,
-        columns: Option<ColumnsMut>,
+        columns: Option<PoseColumns>,
         events: &mut EventBuffer,
     ) {
         self.events.iter_mut().for_each(|part| part.reset_like(events));
@@ -42,7 +41,7 @@ impl StepPool {
 fn step_parts(
     motion: &Motion,
     rows: Rows,
-    columns: Option<ColumnsMut>,
+    columns: Option<PoseColumns>,
     events: &mut [EventBuffer],
 ) {
     if let [events] = events {
@@ -52,7 +51,7 @@ fn step_parts(
     let (first, second) = events.split_at_mut(events.len() / 2);
     let middle = BLOCK * (blocks * first.len() / (first.len() + second.len()));
     let (rows, more_rows) = rows.split_at(middle);
-    let (columns, more_columns) = columns.map(|columns| split_frame(columns, middle)).unzip();
+    let (columns, more_columns) = columns.map(|columns| columns.split_at(middle)).unzip();
     rayon::join(
         || step_parts(motion, rows, columns, first),
         || step_parts(motion, more_rows, more_columns, second),

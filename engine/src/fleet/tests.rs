@@ -1,12 +1,12 @@
-//! Tests of whole fleets: ticks, orders and frames.
+//! Tests of whole fleets: ticks, commands and frames.
 
 mod batteries;
 mod closures;
+mod commands;
 mod drive;
 mod equality;
 mod impairment;
 mod limits;
-mod orders;
 mod portable;
 mod release;
 pub(super) mod support;

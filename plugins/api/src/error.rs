@@ -13,7 +13,7 @@ pub type Result<T = (), E = Error> = core::result::Result<T, E>;
 pub struct Error(Box<dyn core::error::Error + Send + Sync>);
 
 impl Error {
-    /// Creates an error with a message: what went wrong, where, and what to do about it.
+    /// Creates an error with a message that names the fault, its place and the remedy.
     pub fn new(message: impl fmt::Display) -> Self {
         Self(message.to_string().into())
     }

@@ -1,22 +1,22 @@
-//! Ports: who sends and who takes each record.
+//! Ports: the senders and the receivers of records.
 //!
-//! Three generic ports do the work, and the others only give them names and types: [`slices`] sends
-//! slices of records, [`newest`] takes the newest sample, [`every_tick`] takes all of them in
-//! order. Request-response services have [`ask`] on the client's side. [`services`] holds the name
-//! and the quality of service of each. `full_memory` turns shared memory that is full into an
-//! error.
+//! Four generic ports do the work, and the others only give them names and types: [`slices`] sends
+//! slices of records, [`receive`] takes the newest sample or all of them in order, and [`ask`] has
+//! both sides of request-response services. [`services`] has the name and the quality of each
+//! service. `full_memory` turns shared memory that is full into an error.
 //!
-//! Imports lead from the services up to the ports and on to [`process`](crate::process), never
-//! back.
+//! Every port is opened on a [`Participant`](crate::Participant): a process that has joined the
+//! fleet.
 
 mod ask;
 pub mod closures;
 pub mod columns;
+pub mod command_log;
+pub mod commands;
 pub mod contacts;
 pub mod control;
 pub mod error;
 pub mod events;
-mod every_tick;
 mod frame_loan;
 pub mod frames;
 pub(crate) mod full_memory;
@@ -24,16 +24,14 @@ pub mod history;
 mod inbox;
 pub mod lockstep;
 pub mod manager;
-mod newest;
-pub mod order_log;
 pub mod orders;
 mod places;
 pub mod producer;
+mod receive;
 pub mod recording;
 pub mod routes;
 pub mod services;
 mod slices;
-pub mod tasks;
 pub mod traffic;
 mod wake;
 pub mod worlds;

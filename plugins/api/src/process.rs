@@ -1,11 +1,8 @@
-//! The life of a process in a fleet: joining, running a plugin, giving orders, writing rows to a
-//! file, ending, the history of a run, and the health of shared memory.
+//! The life of a process in a fleet: joining, running a plugin, ending, and the health of shared
+//! memory.
 
-pub mod csv_file;
-pub mod dispatch;
 pub(crate) mod domain;
 pub mod health;
-pub mod history;
 pub mod join;
 pub mod log;
 mod management;
@@ -16,4 +13,3 @@ pub mod scheduling;
 mod silence;
 pub mod termination;
 pub mod usage;
-pub mod way;

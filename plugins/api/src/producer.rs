@@ -1,5 +1,6 @@
-//! The kit for producers: whatever publishes a fleet (the engine, a replay, a UDP source, a gateway
-//! to real robots) has the same clock, figures and control service, and the same rules of lockstep.
+//! The kit for producers: all publishers of fleets (the engine, a replay, a UDP source, a gateway
+//! to real robots) have the same clock, figures and control service, and the same rules of
+//! lockstep.
 //!
 //! A producer implements [`Producer`], and a [`Session`] runs it: [`produce`] for a program of its
 //! own, with a command line, or [`Session::run`] inside a larger one.
@@ -9,7 +10,6 @@ mod control;
 mod figures;
 mod options;
 mod overload;
-mod pending;
 mod session;
 mod speed;
 
@@ -74,54 +74,36 @@ pub trait Producer {
     type Error: From<PublishError> + From<ReadError> + From<LockstepError>;
 
     /// Publishes the world and the first frame.
-    ///
-    /// # Errors
-    /// Any error that prevents the producer from starting.
     fn start(&mut self, session: &mut Session) -> Result<(), Self::Error> {
         self.show(session)
     }
 
     /// Returns the next moment, or `None` at the end. By default there is no end, and each moment
     /// is one tick later.
-    ///
-    /// # Errors
-    /// Any error that prevents the producer from continuing.
     fn next_moment(&mut self, session: &Session) -> Result<Option<Moment>, Self::Error> {
         Ok(Some(session.next_tick()))
     }
 
     /// Advances to the session's [moment](Session::tick), which is the one that
-    /// [`next_moment`](Self::next_moment) returned, and publishes it: events, the order log and
+    /// [`next_moment`](Self::next_moment) returned, and publishes it: events, the command log and
     /// columns first, then the frame, if this tick has one.
-    ///
-    /// # Errors
-    /// Any error that prevents the producer from continuing.
     fn tick(&mut self, session: &mut Session) -> Result<(), Self::Error>;
 
     /// Publishes the newest frame, again if it was published before: the clock has changed, and
     /// readers show that.
-    ///
-    /// # Errors
-    /// Any error that prevents the producer from continuing.
     fn show(&mut self, session: &mut Session) -> Result<(), Self::Error>;
 
     /// The number of robots by [`RobotState`]: idle, driving, waiting, held, faulted, turning,
     /// stalled, broken.
     fn robots_by_state(&self) -> [u32; RobotState::COUNT];
 
-    /// Called between two ticks, every few milliseconds. By default it refuses all orders.
-    ///
-    /// # Errors
-    /// Any error that prevents the producer from continuing.
+    /// Called between two ticks, every few milliseconds. By default it refuses all commands.
     fn between_ticks(&mut self, session: &mut Session) -> Result<(), Self::Error> {
-        Ok(session.refuse_orders()?)
+        Ok(session.refuse_commands()?)
     }
 
     /// Waits for `duration`. A producer that listens to something does so here; by default it
     /// sleeps.
-    ///
-    /// # Errors
-    /// Any error that prevents the producer from continuing.
     fn wait(&mut self, session: &mut Session, duration: Duration) -> Result<(), Self::Error> {
         let _ = session;
         std::thread::sleep(duration);
@@ -144,9 +126,6 @@ pub trait Producer {
 
     /// Changes the number of robots. The session shows the frame afterwards. The inner error is a
     /// refusal.
-    ///
-    /// # Errors
-    /// Any error that prevents the producer from continuing.
     fn set_robots(
         &mut self,
         session: &mut Session,
@@ -157,9 +136,6 @@ pub trait Producer {
     }
 
     /// Goes to a simulated time, and publishes its frame. The inner error is a refusal.
-    ///
-    /// # Errors
-    /// Any error that prevents the producer from continuing.
     fn seek(
         &mut self,
         session: &mut Session,
@@ -171,9 +147,6 @@ pub trait Producer {
 
     /// Called when there is no next moment. Returns whether the session ends; if not, this is
     /// called again after a few milliseconds, unless there is a next moment by then.
-    ///
-    /// # Errors
-    /// Any error that prevents the producer from continuing.
     fn at_end(&mut self, session: &mut Session) -> Result<bool, Self::Error> {
         let _ = session;
         Ok(true)

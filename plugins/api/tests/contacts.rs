@@ -1,17 +1,17 @@
-//! Contacts, the order log and the task log, there and back.
+//! Contacts, the command log and the order log, there and back.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use regatta_plugin::ProducerPorts;
+use regatta_plugin::command::{CommandKind, CommandRecord};
 use regatta_plugin::contact::{
     ContactChange, ContactEvent, ContactHeader, ContactLevel, ContactRecord,
 };
-use regatta_plugin::order::{OrderKind, OrderRecord};
-use regatta_plugin::task::{StopAction, TaskKind, TaskRecord};
+use regatta_plugin::order::{OrderKind, OrderRecord, StopAction};
 use regatta_plugin::world::WorldData;
 use regatta_plugin::{
-    ContactEventReader, ContactPublisher, ContactReader, FleetName, OpenError, OrderLogReader,
-    Participant, ReadError, TaskPublisher, TaskReader, services,
+    CommandLogReader, ContactEventReader, ContactPublisher, ContactReader, FleetName, OpenError,
+    OrderPublisher, OrderReader, Participant, ReadError, services,
 };
 
 static NEXT: AtomicU32 = AtomicU32::new(0);
@@ -50,10 +50,7 @@ fn a_late_reader_gets_all_pairs_and_nobody_else_may_publish_them() {
 
     publisher.publish(&ContactHeader { tick: 8, ..ContactHeader::default() }, &[]).unwrap();
     assert!(reader.latest().unwrap().expect("contacts").pairs.is_empty());
-    assert!(matches!(
-        ContactPublisher::open_on(&participant),
-        Err(OpenError::ContactsTaken { .. })
-    ));
+    assert!(matches!(ContactPublisher::open_on(&participant), Err(OpenError::Taken { .. })));
     assert!(reader.has_publisher());
 }
 
@@ -84,15 +81,16 @@ fn changes_arrive_in_order_and_gaps_are_told() {
 }
 
 #[test]
-fn the_order_log_tells_what_was_taken_and_when() {
+fn the_command_log_tells_what_was_taken_and_when() {
     let fleet = fleet();
     let mut producer = ProducerPorts::create(&fleet, 1).unwrap();
-    assert!(!producer.has_order_log_readers());
+    assert!(!producer.has_command_log_readers());
     let mut reader =
-        OrderLogReader::open_on(&Participant::join(&fleet, "recorder").unwrap()).unwrap();
-    assert!(producer.has_order_log_readers());
-    let hold = OrderRecord { kind: OrderKind::Hold as u32, robot: 5, ..OrderRecord::default() };
-    producer.publish_order_log(9, &[hold; 100]).unwrap();
+        CommandLogReader::open_on(&Participant::join(&fleet, "recorder").unwrap()).unwrap();
+    assert!(producer.has_command_log_readers());
+    let hold =
+        CommandRecord { kind: CommandKind::Hold as u32, robot: 5, ..CommandRecord::default() };
+    producer.publish_command_log(9, &[hold; 100]).unwrap();
     let mut seen = Vec::new();
     reader
         .take(|log| {
@@ -104,17 +102,19 @@ fn the_order_log_tells_what_was_taken_and_when() {
 }
 
 #[test]
-fn the_task_log_is_read_tick_by_tick_and_has_one_writer() {
+fn the_order_log_is_read_tick_by_tick_and_has_one_writer() {
     let fleet = fleet();
     let mut publisher =
-        TaskPublisher::open_on(&Participant::join(&fleet, "manager").unwrap()).unwrap();
+        OrderPublisher::open_on(&Participant::join(&fleet, "manager").unwrap()).unwrap();
     assert!(!publisher.has_readers());
-    let second = TaskPublisher::open_on(&Participant::join(&fleet, "second").unwrap());
-    assert!(matches!(second, Err(OpenError::TasksTaken { .. })));
-    let mut reader = TaskReader::open_on(&Participant::join(&fleet, "validator").unwrap()).unwrap();
+    let second = OrderPublisher::open_on(&Participant::join(&fleet, "second").unwrap());
+    assert!(matches!(second, Err(OpenError::Taken { .. })));
+    let mut reader =
+        OrderReader::open_on(&Participant::join(&fleet, "validator").unwrap()).unwrap();
     assert!(publisher.has_readers());
-    let record =
-        |tick| TaskRecord::new(tick, TaskKind::Handled).of_robot(5).at_stop(1, 9, StopAction::Drop);
+    let record = |tick| {
+        OrderRecord::new(tick, OrderKind::Handled).of_robot(5).at_stop(1, 9, StopAction::Drop)
+    };
     let last = 10 + services::EVENT_BUFFER as u64;
     for tick in 1..=last {
         publisher.publish(7, tick, u64::from(tick == last), &[record(tick); 100]).unwrap();
@@ -122,13 +122,13 @@ fn the_task_log_is_read_tick_by_tick_and_has_one_writer() {
     let mut seen = Vec::new();
     let mut last_dropped = 0;
     reader
-        .take(|tasks| {
+        .take(|orders| {
             assert_eq!(
-                (tasks.header.run_id, tasks.records),
-                (7, &[record(tasks.header.tick); 100][..])
+                (orders.header.run_id, orders.records),
+                (7, &[record(orders.header.tick); 100][..])
             );
-            seen.push(tasks.header.tick);
-            last_dropped = tasks.header.dropped;
+            seen.push(orders.header.tick);
+            last_dropped = orders.header.dropped;
             Ok::<_, ReadError>(())
         })
         .unwrap();
@@ -140,8 +140,8 @@ fn the_task_log_is_read_tick_by_tick_and_has_one_writer() {
     publisher.publish(7, last + 1, 0, &[]).unwrap();
     let mut next = None;
     reader
-        .take(|tasks| {
-            next = Some((tasks.header.tick, tasks.missed));
+        .take(|orders| {
+            next = Some((orders.header.tick, orders.missed));
             Ok::<_, ReadError>(())
         })
         .unwrap();

@@ -15,6 +15,8 @@ use iceoryx2::service::Service;
 use regatta_plugin::ProducerPorts;
 use regatta_plugin::closure::{ClosedEdge, ClosureHeader};
 use regatta_plugin::column::ColumnHeader;
+use regatta_plugin::command::{CommandHeader, CommandKind, CommandRecord};
+use regatta_plugin::command_log::CommandLogHeader;
 use regatta_plugin::contact::{
     ContactChange, ContactEvent, ContactEventHeader, ContactHeader, ContactLevel, ContactRecord,
 };
@@ -23,19 +25,17 @@ use regatta_plugin::event::{BreakdownCause, EventHeader, EventKind, EventRecord,
 use regatta_plugin::frame::{CONTRACT_VERSION, ClockState, FrameHeader, NO_EDGE, RobotState};
 use regatta_plugin::history::{FleetSample, HistoryHeader, HotSpot, Trend};
 use regatta_plugin::manager::{ManagerAnswer, ManagerRequest, ManagerRequestKind, ManagerResponse};
-use regatta_plugin::order::{OrderHeader, OrderKind, OrderRecord};
-use regatta_plugin::order_log::OrderLogHeader;
+use regatta_plugin::order::{NO_ROBOT, OrderHeader, OrderKind, OrderRecord, StopAction};
 use regatta_plugin::recording::{MarkKind, RecordingHeader, RecordingMark};
 use regatta_plugin::records::lockstep::Done;
 use regatta_plugin::route::{RouteRequest, RouteResponse};
-use regatta_plugin::task::{NO_ROBOT, StopAction, TaskHeader, TaskKind, TaskRecord};
 use regatta_plugin::traffic::{EdgeTraffic, TrafficHeader};
 use regatta_plugin::world::{
     CurveRecord, EdgeRecord, NodeRecord, NodeRole, RobotTypeRecord, Shape, WorldHeader,
 };
 use regatta_plugin::{
-    ColumnReader, ContactEventReader, ContactReader, FleetName, HistoryReader, ManagerServer,
-    OrderLogReader, Participant, RecordingReader, Result, RouteServer, TaskReader, TrafficReader,
+    ColumnReader, CommandLogReader, ContactEventReader, ContactReader, FleetName, HistoryReader,
+    ManagerServer, OrderReader, Participant, RecordingReader, Result, RouteServer, TrafficReader,
     services,
 };
 use serde_json::{Map, Value, json};
@@ -76,19 +76,19 @@ fn all_records() -> Map<String, Value> {
             tick_period_nanos, speed, robots, stride_lines, clock, lockstep, repeated, jumps }
         WorldHeader { run_id, revision, origin, nodes, edges, curves, robot_types, text_bytes, reserved }
         NodeRecord { id, x, y, theta, name, level, zone, role }
-        EdgeRecord { id, origin, destination, length, first_curve, curves, velocity_forward, velocity_backwards, name,
+        EdgeRecord { id, origin, destination, length, first_curve, curves, speed, reverse_speed, name,
             level, zone, orientation, orientation_angle, reserved }
         CurveRecord { control_points }
         RobotTypeRecord { name, shape, length, width, max_speed, max_acceleration, max_rotation_speed,
             max_rotation_acceleration, battery_capacity, drain_moving, drain_standing, charge_rate }
         ColumnHeader { run_id, tick, sequence, robots, cost_micros }
-        OrderHeader { sender }
-        OrderRecord { token, kind, robot, legs, id, reverse, released, robot_type, s }
-        OrderLogHeader { run_id, tick, sequence }
+        CommandHeader { sender }
+        CommandRecord { token, kind, robot, legs, id, reverse, released, robot_type, s }
+        CommandLogHeader { run_id, tick, sequence }
         EventHeader { run_id, tick, dropped, sequence }
         EventRecord { token, kind, robot, id, detail }
-        TaskHeader { run_id, tick, dropped, sequence }
-        TaskRecord { task, kind, robot, stop, node, action, dwell_secs, detail, reserved }
+        OrderHeader { run_id, tick, dropped, sequence }
+        OrderRecord { order, kind, robot, stop, node, action, dwell_secs, detail, reserved }
         TrafficHeader { run_id, tick, sim_time_nanos, world_revision, sequence, period_secs, edges, has_contacts,
             has_routes }
         EdgeTraffic { occupancy, entered_per_hour, relative_speed, waiting_secs, contact_secs, released, planned }
@@ -108,7 +108,7 @@ fn all_records() -> Map<String, Value> {
         RouteResponse { run_id, tick, robot, found, legs, released, released_metres, reserved,
             listed }
         ManagerRequest { kind, robot, node, reserved }
-        ManagerResponse { task, answer, robot }
+        ManagerResponse { order, answer, robot }
         ClosureHeader { run_id, tick, sequence }
         ClosedEdge { edge }
         RecordingHeader { run_id, sequence, start_nanos, end_nanos, ahead_nanos, searched_nanos, left_out, file, note }
@@ -123,14 +123,14 @@ fn all_enums() -> Map<String, Value> {
         ClockState { Running, Paused, Stopped }
         Shape { Rectangle, Circle }
         NodeRole { None, Pick, Drop, Park, Charge }
-        OrderKind { Leg, Assign, Extend, Cancel, Hold, Resume, SpawnAtNode, SpawnOnEdge, Remove, Release, Break,
+        CommandKind { Leg, Assign, Extend, Cancel, Hold, Resume, SpawnAtNode, SpawnOnEdge, Remove, Release, Break,
             Repair, CloseEdge, OpenEdge }
         EventKind { ReachedNode, RouteDone, WaitingForRelease, Held, Resumed, Accepted, Refused, Spawned, Removed, Faulted,
             Stalled, Recovered, BrokenDown, Repaired, EdgeClosed, EdgeOpened }
         BreakdownCause { Unknown, FlatBattery }
         Refusal { UnknownRobot, UnknownEdge, UnknownNode, UnknownRobotType, NotConnected, NoReverse, MalformedRoute,
-            DistanceOutOfRange, FleetFull, MalformedOrder, NotSteerable, NotAhead, EdgeClosed }
-        TaskKind { Created, Stop, Assigned, Withdrawn, Arrived, Handled, Finished, Failed, Cancelled }
+            DistanceOutOfRange, FleetFull, MalformedCommand, NotSteerable, NotAhead, EdgeClosed }
+        OrderKind { Created, Stop, Assigned, Withdrawn, Arrived, Handled, Finished, Failed, Cancelled }
         StopAction { None, Pick, Drop, Charge, Park }
         ContactLevel { Possible, Touching }
         ContactChange { Began, Ended }
@@ -152,8 +152,8 @@ fn all_services(fleet: &FleetName) -> Result<Map<String, Value>> {
         ContactReader::open_on(&other)?,
         ContactEventReader::open_on(&other)?,
     );
-    let (_log, _routes) = (OrderLogReader::open_on(&other)?, RouteServer::open_on(&other)?);
-    let (_tasks, _traffic) = (TaskReader::open_on(&other)?, TrafficReader::open_on(&other)?);
+    let (_log, _routes) = (CommandLogReader::open_on(&other)?, RouteServer::open_on(&other)?);
+    let (_orders, _traffic) = (OrderReader::open_on(&other)?, TrafficReader::open_on(&other)?);
     let _manager = ManagerServer::open_on(&other)?;
     let (_recording, _history) =
         (RecordingReader::open_on(&other)?, HistoryReader::open_on(&other)?);
@@ -198,7 +198,7 @@ fn the_layout_file_is_true() {
         "version_attribute": services::VERSION_ATTRIBUTE,
         "no_edge": NO_EDGE,
         "no_robot": NO_ROBOT,
-        "order_buffer": services::ORDER_BUFFER,
+        "command_buffer": services::COMMAND_BUFFER,
         "event_buffer": services::EVENT_BUFFER,
         "records": all_records(),
         "enums": all_enums(),

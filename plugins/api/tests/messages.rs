@@ -1,4 +1,4 @@
-//! Orders, events, requests, columns and lockstep, there and back, within one process.
+//! Commands, events, requests, columns and lockstep, there and back, within one process.
 
 #[path = "support/common.rs"]
 mod common;
@@ -8,40 +8,42 @@ use std::time::{Duration, Instant};
 use iceoryx2::prelude::*;
 use iceoryx2::service::attribute::{AttributeKey, AttributeValue};
 use regatta_plugin::ProducerPorts;
+use regatta_plugin::column::TYPE;
+use regatta_plugin::command::{CommandKind, CommandRecord, RouteLeg};
 use regatta_plugin::control::{ControlKind, ControlResponse};
 use regatta_plugin::event::{EventKind, EventRecord};
 use regatta_plugin::frame::{CONTRACT_VERSION, FrameHeader, Line};
-use regatta_plugin::order::{OrderKind, OrderRecord, RouteLeg};
+use regatta_plugin::ports::error::RequestError;
 use regatta_plugin::route::{LegAhead, RouteRequest, RouteResponse};
 use regatta_plugin::{
-    ColumnPublisher, ColumnReader, Control, ControlError, EventReader, FleetName, LockstepError,
-    OpenError, OrderError, Orders, Participant, PublishError, ReadError, Reporter, RouteClient,
-    RouteError, RouteServer, Subscriber, column_names, services,
+    ColumnPublisher, ColumnReader, CommandError, Commands, Control, ControlError, EventReader,
+    FleetName, LockstepError, OpenError, Participant, PublishError, ReadError, Reporter,
+    RouteClient, RouteError, RouteServer, Subscriber, column_names, services,
 };
 
 use common::{fleet, publish};
 
-fn taken(producer: &mut ProducerPorts) -> Vec<Vec<OrderRecord>> {
+fn taken(producer: &mut ProducerPorts) -> Vec<Vec<CommandRecord>> {
     let mut samples = Vec::new();
-    producer.take_orders(|_, records| samples.push(records.to_vec())).unwrap();
+    producer.take_commands(|_, records| samples.push(records.to_vec())).unwrap();
     samples
 }
 
 #[test]
-fn orders_arrive_as_sent() {
+fn commands_arrive_as_sent() {
     let fleet = fleet();
-    let mut orders = Orders::open(&fleet).unwrap();
-    orders.hold(1);
-    assert_eq!(orders.send(), Err(OrderError::NoEngine { fleet: fleet.clone() }));
+    let mut commands = Commands::open(&fleet).unwrap();
+    commands.hold(1);
+    assert_eq!(commands.send(), Err(CommandError::NoEngine { fleet: fleet.clone() }));
     let mut producer = ProducerPorts::create(&fleet, 1).unwrap();
-    let token = orders.assign(3, &[RouteLeg::forward(7), RouteLeg::reverse(8).horizon()]);
-    let spawn = orders.spawn_on_edge(2, 9, 1.5);
+    let token = commands.assign(3, &[RouteLeg::forward(7), RouteLeg::reverse(8).horizon()]);
+    let spawn = commands.spawn_on_edge(2, 9, 1.5);
     assert_ne!(token, spawn);
-    orders.send().unwrap();
-    assert!(orders.pending().is_empty());
+    commands.send().unwrap();
+    assert!(commands.pending().is_empty());
     let samples = taken(&mut producer);
     let [hold, assign, first, second, spawned] = &samples[0][..] else { panic!("{samples:?}") };
-    assert_eq!((hold.kind, hold.robot), (OrderKind::Hold as u32, 1), "kept after the failure");
+    assert_eq!((hold.kind, hold.robot), (CommandKind::Hold as u32, 1), "kept after the failure");
     assert_eq!((assign.token, assign.robot, assign.legs), (token, 3, 2));
     assert_eq!((first.id, first.reverse, first.released), (7, 0, 1));
     assert_eq!((second.id, second.reverse, second.released), (8, 1, 0));
@@ -50,37 +52,37 @@ fn orders_arrive_as_sent() {
 }
 
 #[test]
-fn orders_that_nobody_takes_are_refused_rather_than_lost() {
+fn commands_that_nobody_takes_are_refused_rather_than_lost() {
     let fleet = fleet();
     let mut producer = ProducerPorts::create(&fleet, 1).unwrap();
-    let mut orders = Orders::open(&fleet).unwrap();
-    for _ in 0..services::ORDER_BUFFER {
-        orders.hold(1);
-        orders.send().unwrap();
+    let mut commands = Commands::open(&fleet).unwrap();
+    for _ in 0..services::COMMAND_BUFFER {
+        commands.hold(1);
+        commands.send().unwrap();
     }
-    orders.hold(2);
-    assert_eq!(orders.send(), Err(OrderError::Full { fleet }));
-    assert_eq!(taken(&mut producer).len(), services::ORDER_BUFFER);
-    orders.send().unwrap();
+    commands.hold(2);
+    assert_eq!(commands.send(), Err(CommandError::Full { fleet }));
+    assert_eq!(taken(&mut producer).len(), services::COMMAND_BUFFER);
+    commands.send().unwrap();
     assert_eq!(taken(&mut producer)[0][0].robot, 2);
 }
 
 #[test]
-fn ten_thousand_orders_fit_one_sample() {
+fn ten_thousand_commands_fit_one_sample() {
     let fleet = fleet();
     let mut producer = ProducerPorts::create(&fleet, 1).unwrap();
-    let mut orders = Orders::open(&fleet).unwrap();
+    let mut commands = Commands::open(&fleet).unwrap();
     for robot in 0..10_000 {
-        orders.hold(robot);
+        commands.hold(robot);
     }
-    orders.send().unwrap();
+    commands.send().unwrap();
     assert_eq!(taken(&mut producer)[0][9_999].robot, 9_999);
 }
 
 #[test]
 fn tokens_of_different_senders_differ_and_repeat_from_run_to_run() {
     let fleet = fleet();
-    let sender = |name| Orders::open_on(&Participant::join(&fleet, name).unwrap()).unwrap();
+    let sender = |name| Commands::open_on(&Participant::join(&fleet, name).unwrap()).unwrap();
     let token = sender("a").hold(0);
     assert_ne!(token, sender("b").hold(0));
     assert_eq!(token, sender("a").hold(0));
@@ -161,7 +163,8 @@ fn requests_are_answered_now_later_or_never() {
     let refused = ControlError::Refused { fleet: fleet.clone(), reason: "not today".to_owned() };
     assert_eq!(control.pause(), Err(refused));
     // The engine keeps this one, then ends.
-    assert_eq!(control.resume(), Err(ControlError::Gone { fleet: fleet.clone() }));
+    let gone = RequestError::Gone { server: "the engine", fleet: fleet.clone() };
+    assert_eq!(control.resume(), Err(gone.into()));
     engine.join().unwrap();
     assert_eq!(control.status(), Err(ControlError::NoEngine { fleet }));
 }
@@ -190,7 +193,8 @@ fn routes_are_told_by_whoever_knows_them() {
         let robots = [0; services::MAX_OPEN_ROUTES];
         assert_eq!(
             client.routes(&robots, timeout),
-            Err(RouteError::Timeout { fleet: fleet.clone(), timeout })
+            Err(RequestError::Timeout { server: "the engine", fleet: fleet.clone(), timeout }
+                .into())
         );
     }
     let asker = std::thread::spawn({
@@ -237,7 +241,8 @@ fn an_engine_that_stands_still_times_out() {
     for _ in 0..2 * services::MAX_OPEN_REQUESTS {
         assert_eq!(
             control.request(request, timeout),
-            Err(ControlError::Timeout { fleet: fleet.clone(), timeout })
+            Err(RequestError::Timeout { server: "the engine", fleet: fleet.clone(), timeout }
+                .into())
         );
     }
 }
@@ -267,8 +272,8 @@ fn columns_belong_to_a_frame_and_grow_with_the_fleet() {
             (tick, frame.run_id(), &values[..])
         );
     }
-    producer.publish_column("type", 0, &[0.0, 1.0, 0.0]).unwrap();
-    let mut types = ColumnReader::open_on(&plugin, "type").unwrap();
+    producer.publish_column(TYPE.name(), 0, &[0.0, 1.0, 0.0]).unwrap();
+    let mut types = ColumnReader::open_on(&plugin, TYPE.name()).unwrap();
     producer.update();
     assert_eq!(types.latest().unwrap().unwrap().values, [0.0, 1.0, 0.0]);
     let names: Vec<_> = column_names(&fleet).iter().map(ToString::to_string).collect();
@@ -280,11 +285,11 @@ fn a_reader_for_all_gets_every_column_and_is_told_what_it_missed() {
     let fleet = fleet();
     let mut producer = ProducerPorts::create(&fleet, 1).unwrap();
     let plugin = Participant::join(&fleet, "plugin").unwrap();
-    let mut all = ColumnReader::open_for_all_on(&plugin, "type").unwrap();
-    let mut newest = ColumnReader::open_on(&plugin, "type").unwrap();
+    let mut all = ColumnReader::open_for_all_on(&plugin, TYPE.name()).unwrap();
+    let mut newest = ColumnReader::open_on(&plugin, TYPE.name()).unwrap();
     let mut publish = |ticks: std::ops::RangeInclusive<u64>| {
         for tick in ticks {
-            producer.publish_column("type", tick, &[0.5]).unwrap();
+            producer.publish_column(TYPE.name(), tick, &[0.5]).unwrap();
         }
     };
     let mut take_all = || {
@@ -363,15 +368,15 @@ fn a_fleet_of_another_contract_version_is_refused_naming_both() {
         .user_header::<FrameHeader>()
         .create_with_attributes(&version)
         .unwrap();
-    let _orders = node
-        .service_builder(&name("orders"))
+    let _commands = node
+        .service_builder(&name("commands"))
         .publish_subscribe::<u64>()
         .create_with_attributes(&version)
         .unwrap();
     let errors = [
         ProducerPorts::create(&fleet, 1).unwrap_err(),
         Subscriber::open(&fleet).unwrap_err(),
-        Orders::open(&fleet).unwrap_err(),
+        Commands::open(&fleet).unwrap_err(),
     ];
     for error in errors {
         assert!(

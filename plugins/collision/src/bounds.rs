@@ -1,5 +1,7 @@
 //! Axis-aligned bounding boxes, which quickly show that two robots are far apart.
 
+use glam::Vec2;
+
 use crate::body::Body;
 
 /// An axis-aligned bounding box, in metres: its western and southern side, then its eastern and
@@ -16,14 +18,15 @@ impl Bounds {
     /// The box without any points.
     pub(crate) const NOTHING: Self = Self([f32::MAX; 4]);
 
-    pub(crate) fn new([west, south]: [f32; 2], [east, north]: [f32; 2]) -> Self {
-        Self([west, south, -east, -north])
+    /// Creates the box between its south-western and its north-eastern corner.
+    pub(crate) fn new(least: Vec2, most: Vec2) -> Self {
+        Self([least.x, least.y, -most.x, -most.y])
     }
 
     /// Returns the box around a footprint and some metres around it.
     pub(crate) fn of(body: &Body, metres: f32) -> Self {
-        let ([x, y], [half_x, half_y]) = (body.position, body.half_extent(body.heading));
-        let (pad_x, pad_y) = (half_x + (metres + slack(x)), half_y + (metres + slack(y)));
+        let (Vec2 { x, y }, half) = (body.position, body.half_extent(body.heading));
+        let (pad_x, pad_y) = (half.x + (metres + slack(x)), half.y + (metres + slack(y)));
         Self([x - pad_x, y - pad_y, -x - pad_x, -y - pad_y])
     }
 
@@ -45,9 +48,8 @@ impl Bounds {
 
     /// Returns the smallest box around both.
     pub(crate) fn join(self, other: Self) -> Self {
-        let less =
-            |side: usize| if other.0[side] < self.0[side] { other.0[side] } else { self.0[side] };
-        Self([less(0), less(1), less(2), less(3)])
+        let (a, b) = (self.0, other.0);
+        Self([0, 1, 2, 3].map(|side| if b[side] < a[side] { b[side] } else { a[side] }))
     }
 
     pub(crate) fn overlap_limit(&self) -> OverlapLimit {
@@ -57,8 +59,8 @@ impl Bounds {
 
     /// Whether it has a point in common with the box that has this limit.
     pub(crate) fn overlaps(&self, limit: OverlapLimit) -> bool {
-        let holds = |side: usize| self.0[side] <= limit.0[side];
-        holds(0) & holds(1) & holds(2) & holds(3)
+        let (a, limit) = (self.0, limit.0);
+        (a[0] <= limit[0]) & (a[1] <= limit[1]) & (a[2] <= limit[2]) & (a[3] <= limit[3])
     }
 }
 

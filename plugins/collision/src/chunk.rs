@@ -1,13 +1,14 @@
 //! A block of a frame's robots, by columns, so that the compiler vectorizes the work on them.
 
-use crate::body::Body;
+use glam::Vec2;
+
+use crate::body::{Body, Footprint};
 use crate::bounds::Bounds;
-use crate::footprint::Footprint;
 use crate::grid::Scale;
 use crate::heading::heading;
 use crate::leg_table::LegTable;
 use crate::prediction::{Motion, Predictor, Segment};
-use crate::strip::PackedRobot;
+use crate::strip_index::PackedRobot;
 use crate::swept_path::{SweptPath, only_straight_on, segments_of};
 
 /// A block of a frame's robots, by columns. Elements from `len` on are left over from earlier
@@ -89,17 +90,20 @@ impl Chunk {
     pub(crate) fn finish(&mut self, footprints: &[Footprint], padding: f32) {
         self.set_sizes(footprints);
         for ((theta, cos), sin) in self.theta.iter().zip(&mut self.cos).zip(&mut self.sin) {
-            [*cos, *sin] = heading(*theta);
+            (*cos, *sin) = heading(*theta).into();
         }
         for number in 0..Self::ROBOTS {
-            let bounds = Bounds::of(&self.body(number), padding);
-            (self.west[number], self.east[number]) = (bounds.west(), bounds.east());
-            (self.south[number], self.north[number]) = (bounds.south(), bounds.north());
+            self.set_bounds(number, Bounds::of(&self.body(number), padding));
         }
         self.pack();
         self.segments.clear();
         self.swept_paths.clear();
         self.other_ways.clear();
+    }
+
+    fn set_bounds(&mut self, number: usize, bounds: Bounds) {
+        (self.west[number], self.east[number]) = (bounds.west(), bounds.east());
+        (self.south[number], self.north[number]) = (bounds.south(), bounds.north());
     }
 
     /// Fills in the sizes of the footprints by robot type.
@@ -123,8 +127,8 @@ impl Chunk {
     fn pack(&mut self) {
         for number in 0..Self::ROBOTS {
             let robot = &mut self.robots[number];
-            robot.position = [self.x[number], self.y[number]];
-            robot.heading = [self.cos[number], self.sin[number]];
+            robot.position = Vec2::new(self.x[number], self.y[number]);
+            robot.heading = Vec2::new(self.cos[number], self.sin[number]);
             robot.speed = self.speed[number];
             (robot.id, robot.robot_type) = (self.id[number], self.robot_type[number]);
         }
@@ -150,10 +154,7 @@ impl Chunk {
                 }
             });
             let swept_path = self.add_way(&body, first, self.bounds(number));
-            (self.west[number], self.east[number]) =
-                (swept_path.bounds.west(), swept_path.bounds.east());
-            (self.south[number], self.north[number]) =
-                (swept_path.bounds.south(), swept_path.bounds.north());
+            self.set_bounds(number, swept_path.bounds);
         }
         let mut from = 0;
         for (number, to) in others.ends.drain(..) {
@@ -181,8 +182,8 @@ impl Chunk {
 
     fn body(&self, number: usize) -> Body {
         Body {
-            position: [self.x[number], self.y[number]],
-            heading: [self.cos[number], self.sin[number]],
+            position: Vec2::new(self.x[number], self.y[number]),
+            heading: Vec2::new(self.cos[number], self.sin[number]),
             half_length: self.half_length[number],
             half_width: self.half_width[number],
         }
@@ -200,32 +201,22 @@ impl Chunk {
 
     /// Returns the other ways that robots may take: the robot's number, and that of the swept path.
     pub(crate) fn other_ways(&self) -> impl Iterator<Item = (usize, usize)> {
-        self.other_ways
-            .iter()
-            .enumerate()
-            .map(|(place, number)| (usize::from(*number), self.len + place))
+        self.other_ways.iter().map(|number| usize::from(*number)).zip(self.len..)
     }
 
     /// Returns the bounding box of all that counts of a robot on its first way.
     pub(crate) fn bounds(&self, number: usize) -> Bounds {
         Bounds::new(
-            [self.west[number], self.south[number]],
-            [self.east[number], self.north[number]],
+            Vec2::new(self.west[number], self.south[number]),
+            Vec2::new(self.east[number], self.north[number]),
         )
     }
 
     /// Returns the bounding box of all that counts of all robots.
     pub(crate) fn all_bounds(&self) -> Bounds {
-        let least = |column: &Column<f32>| {
-            extreme(&column[..self.len], f32::MAX, |a, b| if a < b { a } else { b })
-        };
-        let most = |column: &Column<f32>| {
-            extreme(&column[..self.len], -f32::MAX, |a, b| if a > b { a } else { b })
-        };
-        let first_ways = Bounds::new(
-            [least(&self.west), least(&self.south)],
-            [most(&self.east), most(&self.north)],
-        );
+        let [west, south] = [&self.west, &self.south].map(|column| least(&column[..self.len]));
+        let [east, north] = [&self.east, &self.north].map(|column| most(&column[..self.len]));
+        let first_ways = Bounds::new(Vec2::new(west, south), Vec2::new(east, north));
         let others = self.swept_paths.get(self.len..).unwrap_or_default();
         others.iter().fold(first_ways, |all, other| all.join(other.bounds))
     }
@@ -233,7 +224,7 @@ impl Chunk {
     /// Returns the strips of the southern and of the northern sides; arbitrary numbers beyond the
     /// last robot.
     pub(crate) fn strips(&self, scale: Scale) -> [Column<i32>; 2] {
-        [self.south.map(|y| scale.strip(y)), self.north.map(|y| scale.strip(y))]
+        [self.south, self.north].map(|column| column.map(|y| scale.strip(y)))
     }
 }
 
@@ -242,6 +233,14 @@ impl OtherWays {
         self.segments.extend(segments);
         self.ends.push((robot as u16, self.segments.len()));
     }
+}
+
+fn least(values: &[f32]) -> f32 {
+    extreme(values, f32::MAX, |a, b| if a < b { a } else { b })
+}
+
+fn most(values: &[f32]) -> f32 {
+    extreme(values, -f32::MAX, |a, b| if a > b { a } else { b })
 }
 
 /// Returns the minimum or maximum of the values, whichever `pick` prefers, four at once.

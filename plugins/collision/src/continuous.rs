@@ -1,12 +1,21 @@
 //! Continuous collision detection: whether the footprints of two predicted robots come to overlap.
 
-use crate::body::{Body, Outline, between, wide};
+use glam::DVec2;
+
+use crate::body::{Body, Outline, between};
 use crate::prediction::Segment;
-use crate::relative_motion::{Proximity, RelativeMotion};
+use crate::relative_motion::{Inflations, Proximity, RelativeMotion};
+
+/// A window of time, in seconds from now.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct TimeWindow {
+    pub from: f32,
+    pub to: f32,
+}
 
 /// The time window of [`closest_proximity`] that covers the whole trajectories, in seconds from
 /// now.
-pub(crate) const ALWAYS: [f32; 2] = [0.0, f32::INFINITY];
+pub(crate) const ALWAYS: TimeWindow = TimeWindow { from: 0.0, to: f32::INFINITY };
 
 /// The largest distance between a point of a turning robot and where it is assumed to be, in
 /// metres.
@@ -15,11 +24,11 @@ const MAX_TURN_ERROR: f64 = 0.01;
 /// Returns the closest proximity of two robots on their trajectories, as they are and with both
 /// inflated by some metres on all sides. No instants are sampled: the result is exact for robots
 /// that drive straight on, and to [`MAX_TURN_ERROR`] for turning ones. Only segments within the
-/// time window `[from, to]`, in seconds from now, are examined.
+/// time window are examined.
 pub(crate) fn closest_proximity(
     (a, segments_a): (&Body, &[Segment]),
     (b, segments_b): (&Body, &[Segment]),
-    [from, to]: [f32; 2],
+    window: TimeWindow,
     inflation: f64,
 ) -> Proximity {
     let reach = a.radius() + b.radius() + 2.0 * inflation as f32;
@@ -27,16 +36,16 @@ pub(crate) fn closest_proximity(
     let mut cursor_b = TrajectoryCursor { segments: segments_b, start: 0.0 };
     let (mut now, mut proximity) = (0.0, Proximity::Apart);
     while let ([segment_a, ..], [segment_b, ..]) = (cursor_a.segments, cursor_b.segments)
-        && now <= to
+        && now <= window.to
     {
         let until = segment_a.until.min(segment_b.until);
-        if until >= from {
+        if until >= window.from {
             let pass = Pass {
                 a: (segment_a, now - cursor_a.start),
                 b: (segment_b, now - cursor_b.start),
                 seconds: until - now,
             };
-            if !(pass.is_far(0, reach) | pass.is_far(1, reach)) {
+            if !pass.is_far(reach) {
                 proximity = proximity.max(pass.proximity((a, b), inflation, reach));
             }
             if proximity == Proximity::Overlap {
@@ -81,11 +90,13 @@ impl Pass<'_> {
     fn proximity(&self, bodies: (&Body, &Body), inflation: f64, reach: f32) -> Proximity {
         let error = self.turn_error(bodies);
         if error <= MAX_TURN_ERROR {
-            return self.proximity_without_turn(bodies, [0.0, inflation]);
+            return self
+                .proximity_without_turn(bodies, Inflations { overlapping: 0.0, near: inflation });
         }
         // Larger by the error, robots at their mean heading hold themselves at all headings of the
         // pass; smaller, they are held by themselves.
-        match self.proximity_without_turn(bodies, [-error, inflation + 0.5 * error]) {
+        let inflations = Inflations { overlapping: -error, near: inflation + 0.5 * error };
+        match self.proximity_without_turn(bodies, inflations) {
             Proximity::Near => self.proximity_of_halves(bodies, inflation, reach),
             certain => certain,
         }
@@ -94,7 +105,7 @@ impl Pass<'_> {
     fn proximity_of_halves(&self, bodies: (&Body, &Body), inflation: f64, reach: f32) -> Proximity {
         let mut proximity = Proximity::Apart;
         for half in self.halves() {
-            if proximity < Proximity::Overlap && !(half.is_far(0, reach) | half.is_far(1, reach)) {
+            if proximity < Proximity::Overlap && !half.is_far(reach) {
                 proximity = proximity.max(half.proximity(bodies, inflation, reach));
             }
         }
@@ -104,28 +115,27 @@ impl Pass<'_> {
     /// Returns the largest sum of the distances by which a turn in the pass moves a point of both
     /// robots from where it is at the mean heading, in metres.
     fn turn_error(&self, (a, b): (&Body, &Body)) -> f64 {
-        let error = |segment: &Segment, body: &Body| {
-            let radius =
-                if segment.turn_rate == 0.0 || body.is_circle() { 0.0 } else { body.radius() };
+        let [error_a, error_b] = [(self.a.0, a), (self.b.0, b)].map(|(segment, body)| {
+            let turns = segment.turn_rate != 0.0 && !body.is_circle();
+            let radius = if turns { body.radius() } else { 0.0 };
             0.5 * (segment.turn_rate * self.seconds).abs() * radius
-        };
-        f64::from(error(self.a.0, a) + error(self.b.0, b))
+        });
+        f64::from(error_a + error_b)
     }
 
     fn halves(self) -> [Self; 2] {
         let seconds = 0.5 * self.seconds;
-        let later = |(segment, elapsed)| (segment, elapsed + seconds);
-        [Self { seconds, ..self }, Self { a: later(self.a), b: later(self.b), seconds }]
+        let [a, b] = [self.a, self.b].map(|(segment, elapsed)| (segment, elapsed + seconds));
+        [Self { seconds, ..self }, Self { a, b, seconds }]
     }
 
     /// Returns the proximity if both keep their mean headings, with the inflations of
     /// [`Proximity::of`].
-    fn proximity_without_turn(&self, (a, b): (&Body, &Body), inflations: [f64; 2]) -> Proximity {
+    fn proximity_without_turn(&self, (a, b): (&Body, &Body), inflations: Inflations) -> Proximity {
         let motion = self.motion();
-        let heading = |(segment, elapsed): (&Segment, f32)| {
-            segment.heading_after(elapsed + 0.5 * self.seconds)
-        };
-        let (heading_a, heading_b) = (wide(heading(self.a)), wide(heading(self.b)));
+        let [heading_a, heading_b] = [self.a, self.b].map(|(segment, elapsed)| {
+            segment.heading_after(elapsed + 0.5 * self.seconds).as_dvec2()
+        });
         match (a.outline(), b.outline()) {
             (Outline::Rectangle(half_a), Outline::Rectangle(half_b)) => {
                 motion.rectangles((half_a, heading_a), (half_b, heading_b), inflations)
@@ -141,7 +151,7 @@ impl Pass<'_> {
                 })
             }
             (Outline::Circle(a), Outline::Circle(b)) => {
-                let distance = motion.distance([0.0; 2]);
+                let distance = motion.distance(DVec2::ZERO);
                 Proximity::of(inflations, |inflation| distance <= a + b + 2.0 * inflation)
             }
         }
@@ -149,27 +159,22 @@ impl Pass<'_> {
 
     /// Whether they stay farther apart than `reach` along an axis, which cheaply excludes most
     /// pairs. In single precision, with allowance for its rounding errors.
-    fn is_far(&self, axis: usize, reach: f32) -> bool {
+    fn is_far(&self, reach: f32) -> bool {
         let ((a, elapsed_a), (b, elapsed_b)) = (self.a, self.b);
-        let offset = b.position[axis] - a.position[axis] + b.velocity[axis] * elapsed_b
-            - a.velocity[axis] * elapsed_a;
-        let motion = (b.velocity[axis] - a.velocity[axis]) * self.seconds;
-        let rounding = 0.01 + 1e-6 * (a.position[axis].abs() + b.position[axis].abs());
-        (offset + 0.5 * motion).abs() > reach + 0.5 * motion.abs() + rounding
+        let offset = b.position - a.position + b.velocity * elapsed_b - a.velocity * elapsed_a;
+        let motion = (b.velocity - a.velocity) * self.seconds;
+        let rounding = 0.01 + 1e-6 * (a.position.abs() + b.position.abs());
+        let limit = reach + 0.5 * motion.abs() + rounding;
+        (offset + 0.5 * motion).abs().cmpgt(limit).any()
     }
 
     fn motion(&self) -> RelativeMotion {
-        let ((a, elapsed_a), (b, elapsed_b)) = (self.a, self.b);
-        let (offset, velocity) = (between(a.position, b.position), between(a.velocity, b.velocity));
-        let displacement = |segment: &Segment, axis: usize, elapsed: f32| {
-            f64::from(segment.velocity[axis]) * f64::from(elapsed)
-        };
-        let here = |axis: usize| {
-            offset[axis] + displacement(b, axis, elapsed_b) - displacement(a, axis, elapsed_a)
-        };
+        let ((a, _), (b, _)) = (self.a, self.b);
+        let [driven_a, driven_b] = [self.a, self.b]
+            .map(|(segment, elapsed)| segment.velocity.as_dvec2() * f64::from(elapsed));
         RelativeMotion {
-            offset: [here(0), here(1)],
-            displacement: velocity.map(|speed| speed * f64::from(self.seconds)),
+            offset: between(a.position, b.position) + driven_b - driven_a,
+            displacement: between(a.velocity, b.velocity) * f64::from(self.seconds),
         }
     }
 }

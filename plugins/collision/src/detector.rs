@@ -6,27 +6,42 @@ use regatta_plugin::World;
 use regatta_plugin::contact::{ContactEvent, ContactRecord};
 use regatta_plugin::frame::Columns;
 
-use crate::frame_context::FrameContext;
+use crate::criteria::Settings;
+use crate::frame_context::{FrameContext, WorldModel};
 use crate::narrow_phase::{check, check_all};
 use crate::radix;
 use crate::routes::Routes;
-use crate::settings::Settings;
 use crate::strip_index::StripIndex;
 use crate::sweep::Limits;
 use crate::totals::RunTotals;
 use crate::tracker::{ContactTracker, FrameTime, PairObservation};
-use crate::world_model::WorldModel;
 
-/// The largest number of overlapping boxes that are checked: for each robot on average, and in
-/// addition for any fleet.
-const MAX_CHECKS: (usize, usize) = (64, 1 << 18);
-/// The largest number of comparisons of boxes, likewise.
-const MAX_COMPARISONS: (usize, usize) = (512, 1 << 22);
-/// The largest number of pairs in the list, likewise. Enough for all pairs of 360 robots.
-const MAX_PAIRS: (usize, usize) = (8, 1 << 16);
-/// The limits per robot after one of those was exceeded: comparisons, and overlaps that are
-/// checked.
-const CAPPED_PER_ROBOT: (usize, usize) = (512, 8);
+/// The largest number of overlapping boxes that are checked.
+const MAX_CHECKS: Limit = Limit { per_robot: 64, constant: 1 << 18 };
+/// The largest number of comparisons of boxes.
+const MAX_COMPARISONS: Limit = Limit { per_robot: 512, constant: 1 << 22 };
+/// The largest number of pairs in the list. Enough for all pairs of 360 robots.
+const MAX_PAIRS: Limit = Limit { per_robot: 8, constant: 1 << 16 };
+/// The limits of a sweep after one of those was exceeded. Without limits on the whole frame, it
+/// doesn't stop early.
+const CAPPED: Limits = Limits {
+    comparisons_per_robot: 512,
+    checks_per_robot: 8,
+    comparisons: usize::MAX,
+    checks: usize::MAX,
+};
+
+/// A limit of a frame: for each robot on average, and in addition for any fleet.
+struct Limit {
+    per_robot: usize,
+    constant: usize,
+}
+
+impl Limit {
+    fn of(&self, robots: usize) -> usize {
+        self.per_robot * robots + self.constant
+    }
+}
 
 /// The detector's input: a frame, and the type of each robot.
 #[derive(Clone, Copy, Debug)]
@@ -114,7 +129,7 @@ impl Detector {
         for group in self.observations.chunk_by_mut(|a, b| a.robots[0] == b.robots[0]) {
             group.sort_unstable_by_key(|pair| pair.robots[1]);
         }
-        self.tracker.end_frame(&self.observations, total(MAX_PAIRS, robots), columns.edge);
+        self.tracker.end_frame(&self.observations, MAX_PAIRS.of(robots), columns.edge);
         self.mark(robots);
     }
 
@@ -123,41 +138,27 @@ impl Detector {
         let context = FrameContext { columns, robot_types, world, settings: *settings, routes };
         let robots = columns.x.len();
         self.invalid_robots = index.fill(&context);
-        let mut find =
-            |limits: Limits, max_pairs: usize, observations: &mut Vec<PairObservation>| {
-                index.sweep(&context, limits, |strip, candidates| {
-                    check_all(&context, strip, candidates, near, observations);
-                    if observations.len() > max_pairs {
-                        ControlFlow::Break(())
-                    } else {
-                        ControlFlow::Continue(())
-                    }
-                })
-            };
-        let (comparisons, checks) = (total(MAX_COMPARISONS, robots), total(MAX_CHECKS, robots));
-        let all = Limits {
+        let mut find = |limits: Limits, max_pairs: usize, found: &mut Vec<PairObservation>| {
+            found.clear();
+            index.sweep(&context, limits, |strip, candidates| {
+                check_all(&context, strip, candidates, near, found);
+                if found.len() > max_pairs {
+                    ControlFlow::Break(())
+                } else {
+                    ControlFlow::Continue(())
+                }
+            })
+        };
+        let limits = Limits {
             comparisons_per_robot: usize::MAX,
             checks_per_robot: usize::MAX,
-            comparisons,
-            checks,
+            comparisons: MAX_COMPARISONS.of(robots),
+            checks: MAX_CHECKS.of(robots),
         };
-        observations.clear();
-        self.capped = find(all, total(MAX_PAIRS, robots), observations).is_break();
+        self.capped = find(limits, MAX_PAIRS.of(robots), observations).is_break();
         if self.capped {
             tracker.mark_capped();
-            observations.clear();
-            let (comparisons_per_robot, checks_per_robot) = CAPPED_PER_ROBOT;
-            // Without limits on the whole frame, the sweep doesn't stop early.
-            let _ = find(
-                Limits {
-                    comparisons_per_robot,
-                    checks_per_robot,
-                    comparisons: usize::MAX,
-                    checks: usize::MAX,
-                },
-                usize::MAX,
-                observations,
-            );
+            let _ = find(CAPPED, usize::MAX, observations);
             find_previous(index, tracker.contacts(), &context, observations);
         }
     }
@@ -167,10 +168,9 @@ impl Detector {
         self.levels.resize(robots, 0.0);
         // Touching pairs come first in the list and are written last, so that they prevail.
         for contact in self.tracker.contacts().iter().rev() {
-            contact
-                .robots
-                .iter()
-                .for_each(|&robot| self.levels[robot as usize] = contact.level as f32);
+            for robot in contact.robots {
+                self.levels[robot as usize] = contact.level as f32;
+            }
         }
     }
 
@@ -219,10 +219,6 @@ impl Detector {
     }
 }
 
-fn total((per_robot, constant): (usize, usize), robots: usize) -> usize {
-    per_robot * robots + constant
-}
-
 /// Adds the pairs that had a level before and still have one.
 fn find_previous(
     index: &StripIndex,
@@ -231,13 +227,11 @@ fn find_previous(
     observations: &mut Vec<PairObservation>,
 ) {
     let locations = index.locations();
-    let find = |robot: u32| {
-        let (bucket, slot) = (*locations.get(robot as usize)?)?;
-        Some((index.bucket(bucket), slot))
-    };
     for contact in previous {
-        if let [Some(one), Some(other)] = contact.robots.map(find) {
-            check(context, one, other, observations);
+        let found = contact.robots.map(|robot| locations.get(robot as usize).copied().flatten());
+        if let [Some((bucket_a, slot_a)), Some((bucket_b, slot_b))] = found {
+            let (a, b) = (index.bucket(bucket_a), index.bucket(bucket_b));
+            check(context, (a, slot_a), (b, slot_b), observations);
         }
     }
 }

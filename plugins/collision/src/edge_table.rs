@@ -1,9 +1,9 @@
 //! The edges of the route graph as polylines of chords, which predictions follow.
 
+use glam::{DVec2, Vec2};
 use regatta_plugin::World;
 use regatta_plugin::world::{CurveRecord, EdgeRecord, Orientation};
 
-use crate::body::Vector;
 use crate::heading::heading;
 
 /// The largest turn of an edge along one chord, in radians.
@@ -22,12 +22,12 @@ pub(crate) struct Chord {
     /// Distance along the edge at which the chord ends, in metres; infinity for the last chord.
     pub end: f32,
     /// Displacement east and north per metre along the edge.
-    pub step: [f32; 2],
+    pub step: Vec2,
     /// Heading of robots on the chord if they don't turn along it, as a unit vector: along the
     /// chord, or as the edge's orientation says.
-    pub heading: [f32; 2],
+    pub heading: Vec2,
     /// Heading of robots where the chord starts, as a unit vector.
-    pub start_heading: [f32; 2],
+    pub start_heading: Vec2,
     /// Turn of robots along the chord, in radians per metre. At a cusp, which has no smooth
     /// heading, it is 0.
     pub turn: f32,
@@ -59,19 +59,19 @@ impl EdgeTable {
 
     /// Returns the direction of travel in forward gear, as a unit vector, of a robot on an edge
     /// with this heading.
-    pub(crate) fn direction(&self, edge: u32, s: f32, robot: [f32; 2]) -> [f32; 2] {
+    pub(crate) fn direction(&self, edge: u32, s: f32, robot: Vec2) -> Vec2 {
         match self.orientations.get(edge as usize) {
             None | Some(Orientation::Tangential) => robot,
-            Some(Orientation::Offset(angle)) => turned(robot, -angle),
+            Some(Orientation::Offset(angle)) => heading(-angle).rotate(robot),
             Some(Orientation::Fixed(_)) => self.chord_direction(edge, s).unwrap_or(robot),
         }
     }
 
-    fn chord_direction(&self, edge: u32, s: f32) -> Option<[f32; 2]> {
+    fn chord_direction(&self, edge: u32, s: f32) -> Option<Vec2> {
         let chords = self.chords(edge);
-        let [x, y] = chords.iter().find(|chord| s < chord.end).or(chords.last())?.step;
-        let length = x.hypot(y);
-        (length > 0.0).then(|| [x / length, y / length])
+        let step = chords.iter().find(|chord| s < chord.end).or(chords.last())?.step;
+        let length = step.x.hypot(step.y);
+        (length > 0.0).then(|| step / length)
     }
 
     /// Returns the chords of an edge by its index; empty if there is no such edge, or it isn't a
@@ -94,22 +94,24 @@ impl EdgeTable {
 /// A point of the curve at which a chord starts or ends.
 #[derive(Clone, Copy)]
 struct Knot {
-    point: Vector,
-    tangent: Vector,
+    point: DVec2,
+    tangent: DVec2,
 }
 
 /// Returns the chords of an edge whose robots have the heading of the tangent.
 fn chords(edge: &EdgeRecord, curves: &[CurveRecord]) -> Vec<Chord> {
-    let is_finite = |curve: &CurveRecord| {
-        curve.control_points.as_flattened().iter().all(|metres| metres.is_finite())
-    };
-    if !(edge.length > 0.0 && edge.length.is_finite() && curves.iter().all(is_finite)) {
+    let is_finite = curves
+        .iter()
+        .flat_map(|curve| curve.control_points.as_flattened())
+        .all(|metres| metres.is_finite());
+    if !(edge.length > 0.0 && edge.length.is_finite() && is_finite) {
         return Vec::new();
     }
-    // Where a curve ends and the next one starts, there are two knots, with a tangent each. Curves
+    // The end of a curve and the start of the next one are two knots, with a tangent each. Curves
     // without a length have no tangent, and are left out.
-    let knots =
-        curves.iter().map(|curve| knots(&curve.control_points.map(|point| point.map(f64::from))));
+    let knots = curves
+        .iter()
+        .map(|curve| knots(&curve.control_points.map(|point| Vec2::from(point).as_dvec2())));
     let knots: Vec<_> = knots.filter(|knots| polyline_length(knots) > 0.0).flatten().collect();
     let total = polyline_length(&knots);
     let (Some(first), Some(last)) = (knots.first(), knots.last()) else { return Vec::new() };
@@ -119,17 +121,15 @@ fn chords(edge: &EdgeRecord, curves: &[CurveRecord]) -> Vec<Chord> {
     let mut end = 0.0;
     let mut chords = vec![straight_on(first.tangent, 0.0)];
     for pair in knots.windows(2) {
-        let along = minus(pair[1].point, pair[0].point);
-        let chord = length(along);
+        let along = pair[1].point - pair[0].point;
+        let chord = along.length();
         if chord > 0.0 {
             end += chord * scale;
-            let (step, heading) =
-                (along.map(|part| part / (chord * scale)), along.map(|part| part / chord));
             chords.push(Chord {
                 end: end as f32,
-                step: narrow(step),
-                heading: narrow(heading),
-                start_heading: narrow(pair[0].tangent),
+                step: (along / (chord * scale)).as_vec2(),
+                heading: (along / chord).as_vec2(),
+                start_heading: pair[0].tangent.as_vec2(),
                 turn: turn_per_metre(pair, chord * scale),
             });
         }
@@ -142,8 +142,8 @@ fn chords(edge: &EdgeRecord, curves: &[CurveRecord]) -> Vec<Chord> {
     }
 }
 
-fn straight_on(tangent: Vector, end: f32) -> Chord {
-    let tangent = narrow(tangent);
+fn straight_on(tangent: DVec2, end: f32) -> Chord {
+    let tangent = tangent.as_vec2();
     Chord { end, step: tangent, heading: tangent, start_heading: tangent, turn: 0.0 }
 }
 
@@ -153,8 +153,9 @@ fn oriented(mut chords: Vec<Chord>, orientation: Orientation) -> Vec<Chord> {
         match orientation {
             Orientation::Tangential => {}
             Orientation::Offset(angle) => {
-                (chord.heading, chord.start_heading) =
-                    (turned(chord.heading, angle), turned(chord.start_heading, angle));
+                let turn = heading(angle);
+                chord.heading = turn.rotate(chord.heading);
+                chord.start_heading = turn.rotate(chord.start_heading);
             }
             Orientation::Fixed(angle) => {
                 (chord.heading, chord.start_heading, chord.turn) =
@@ -165,34 +166,25 @@ fn oriented(mut chords: Vec<Chord>, orientation: Orientation) -> Vec<Chord> {
     chords
 }
 
-/// Returns a vector turned counter-clockwise by an angle in radians.
-fn turned([x, y]: [f32; 2], angle: f32) -> [f32; 2] {
-    let [cos, sin] = heading(angle);
-    [x * cos - y * sin, x * sin + y * cos]
-}
-
 fn polyline_length(knots: &[Knot]) -> f64 {
-    knots.windows(2).map(|pair| length(minus(pair[1].point, pair[0].point))).sum()
+    knots.windows(2).map(|pair| pair[0].point.distance(pair[1].point)).sum()
 }
 
 /// Returns the turn between two knots that are so many metres apart, in radians per metre.
 fn turn_per_metre(knots: &[Knot], metres: f64) -> f32 {
     let (from, to) = (knots[0].tangent, knots[1].tangent);
-    let turn = cross(from, to).atan2(dot(from, to));
+    let turn = from.perp_dot(to).atan2(from.dot(to));
     if turn.abs() > MAX_SMOOTH_TURN { 0.0 } else { (turn / metres) as f32 }
 }
 
 fn is_straight(chords: &[Chord]) -> bool {
     let [before, only, after] = chords else { return false };
-    let turns = |a: &Chord, b: &Chord| {
-        (a.heading[0] - b.heading[0]).abs().max((a.heading[1] - b.heading[1]).abs())
-    };
-    turns(before, only).max(turns(only, after)) < 1e-5
+    [before, after].iter().all(|chord| (chord.heading - only.heading).abs().max_element() < 1e-5)
 }
 
 /// Returns few points of a curve, such that the chords between them stay within [`MAX_TURN`] and
 /// [`MAX_DEVIATION`].
-fn knots(points: &[Vector; 4]) -> Vec<Knot> {
+fn knots(points: &[DVec2; 4]) -> Vec<Knot> {
     let ends = [knot(points, 0.0), knot(points, 1.0)];
     if is_straight_line(points) {
         return ends.to_vec();
@@ -217,63 +209,44 @@ fn knots(points: &[Vector; 4]) -> Vec<Knot> {
 }
 
 /// Whether the control points lie on a straight line, in order.
-fn is_straight_line(points: &[Vector; 4]) -> bool {
-    let along = minus(points[3], points[0]);
-    let along_and_aside = |point: Vector| {
-        (dot(along, minus(point, points[0])), cross(along, minus(point, points[0])).abs())
-    };
-    let [(first, aside), (second, aside_too)] =
-        [along_and_aside(points[1]), along_and_aside(points[2])];
-    let square = dot(along, along);
-    aside.max(aside_too) <= 1e-6 * square && 0.0 <= first && first <= second && second <= square
+fn is_straight_line(points: &[DVec2; 4]) -> bool {
+    let along = points[3] - points[0];
+    let [first, second] = [points[1] - points[0], points[2] - points[0]];
+    let (square, aside) =
+        (along.length_squared(), [first, second].map(|to| along.perp_dot(to).abs()));
+    let [first, second] = [along.dot(first), along.dot(second)];
+    aside.iter().all(|aside| *aside <= 1e-6 * square)
+        && 0.0 <= first
+        && first <= second
+        && second <= square
 }
 
 /// Whether this part of a curve deviates too much from the chord between its ends.
 fn deviates(part: &[Knot]) -> bool {
     let [first, .., last] = part else { return false };
-    let along = minus(last.point, first.point);
-    let most = MAX_DEVIATION * length(along);
-    part.iter().any(|knot| cross(along, minus(knot.point, first.point)).abs() > most)
+    let along = last.point - first.point;
+    let most = MAX_DEVIATION * along.length();
+    part.iter().any(|knot| along.perp_dot(knot.point - first.point).abs() > most)
 }
 
-fn knot(points: &[Vector; 4], at: f64) -> Knot {
-    let mix = |a: Vector, b: Vector| [a[0] + at * (b[0] - a[0]), a[1] + at * (b[1] - a[1])];
+fn knot(points: &[DVec2; 4], at: f64) -> Knot {
     let [p0, p1, p2, p3] = *points;
-    let [a, b, c] = [mix(p0, p1), mix(p1, p2), mix(p2, p3)];
-    let (d, e) = (mix(a, b), mix(b, c));
-    // Where a handle has no length, later control points give the direction.
-    let directions = [minus(e, d), minus(c, a), minus(p3, p0)];
-    let shortest = 1e-9 * length(minus(p3, p0)).max(length(minus(p2, p1)));
-    let direction = directions
-        .into_iter()
-        .find(|direction| length(*direction) > shortest)
-        .unwrap_or([1.0, 0.0]);
-    Knot { point: mix(d, e), tangent: direction.map(|part| part / length(direction)) }
+    let [a, b, c] = [mix(p0, p1, at), mix(p1, p2, at), mix(p2, p3, at)];
+    let (d, e) = (mix(a, b, at), mix(b, c, at));
+    // If a handle has no length, later control points give the direction.
+    let directions = [e - d, c - a, p3 - p0];
+    let shortest = 1e-9 * (p3 - p0).length().max((p2 - p1).length());
+    let direction = directions.into_iter().find(|way| way.length() > shortest).unwrap_or(DVec2::X);
+    Knot { point: mix(d, e, at), tangent: direction / direction.length() }
+}
+
+fn mix(a: DVec2, b: DVec2, at: f64) -> DVec2 {
+    a + at * (b - a)
 }
 
 /// Returns the angle between two unit vectors, in radians.
-fn turn(a: Vector, b: Vector) -> f64 {
-    cross(a, b).abs().atan2(dot(a, b))
-}
-
-fn minus(a: Vector, b: Vector) -> Vector {
-    [a[0] - b[0], a[1] - b[1]]
-}
-
-fn dot(a: Vector, b: Vector) -> f64 {
-    a[0] * b[0] + a[1] * b[1]
-}
-
-fn cross(a: Vector, b: Vector) -> f64 {
-    a[0] * b[1] - a[1] * b[0]
-}
-
-fn length(vector: Vector) -> f64 {
-    (vector[0] * vector[0] + vector[1] * vector[1]).sqrt()
-}
-
-fn narrow(vector: Vector) -> [f32; 2] {
-    vector.map(|part| part as f32)
+fn turn(a: DVec2, b: DVec2) -> f64 {
+    a.perp_dot(b).abs().atan2(a.dot(b))
 }
 
 #[cfg(test)]
@@ -328,37 +301,34 @@ mod tests {
     fn an_edge_follows_all_its_curves() {
         let edge_table = corner(Orientation::Tangential);
         let chords = edge_table.chords(0);
-        let (mut at, mut from) = ([0.0, 0.0], 0.0);
+        let (mut at, mut from) = (Vec2::ZERO, 0.0);
         for chord in &chords[1..chords.len() - 1] {
-            at = [0, 1].map(|axis| at[axis] + chord.step[axis] * (chord.end - from));
+            at += chord.step * (chord.end - from);
             from = chord.end;
         }
-        assert!((at[0] - 5.0).abs() < 1e-4 && (at[1] - 3.0).abs() < 1e-4, "{at:?}");
+        assert!((at - Vec2::new(5.0, 3.0)).abs().max_element() < 1e-4, "{at:?}");
         assert_eq!(
             (chords[1].heading, chords[2].heading),
-            ([1.0, 0.0], [0.0, 1.0]),
+            (Vec2::X, Vec2::Y),
             "the corner is not smoothed"
         );
-        assert_eq!(chords[chords.len() - 1].heading, [1.0, 0.0], "beyond the bend");
+        assert_eq!(chords[chords.len() - 1].heading, Vec2::X, "beyond the bend");
         assert_eq!(edge_table.length(0), Some(from));
     }
 
     #[test]
     fn robots_have_the_heading_of_the_orientation() {
-        let near =
-            |a: [f32; 2], b: [f32; 2]| (a[0] - b[0]).abs() < 1e-6 && (a[1] - b[1]).abs() < 1e-6;
+        let near = |a: Vec2, b: Vec2| (a - b).abs().max_element() < 1e-6;
         let sideways = corner(Orientation::Offset(std::f32::consts::FRAC_PI_2));
         assert!(
-            near(sideways.chords(0)[1].heading, [0.0, 1.0])
-                && near(sideways.chords(0)[2].heading, [-1.0, 0.0])
+            near(sideways.chords(0)[1].heading, Vec2::Y)
+                && near(sideways.chords(0)[2].heading, Vec2::NEG_X)
         );
-        assert!(near(sideways.chords(0)[1].step, [1.0, 0.0]), "{:?}", sideways.chords(0)[1]);
-        assert!(near(sideways.direction(0, 1.0, [0.0, 1.0]), [1.0, 0.0]));
+        assert!(near(sideways.chords(0)[1].step, Vec2::X), "{:?}", sideways.chords(0)[1]);
+        assert!(near(sideways.direction(0, 1.0, Vec2::Y), Vec2::X));
         let fixed = corner(Orientation::Fixed(0.0));
-        assert!(
-            fixed.chords(0).iter().all(|chord| chord.heading == [1.0, 0.0] && chord.turn == 0.0)
-        );
-        assert!(near(fixed.direction(0, 5.0, [1.0, 0.0]), [0.0, 1.0]), "it drives north, sideways");
-        assert_eq!(fixed.direction(7, 5.0, [1.0, 0.0]), [1.0, 0.0], "no such edge");
+        assert!(fixed.chords(0).iter().all(|chord| chord.heading == Vec2::X && chord.turn == 0.0));
+        assert!(near(fixed.direction(0, 5.0, Vec2::X), Vec2::Y), "it drives north, sideways");
+        assert_eq!(fixed.direction(7, 5.0, Vec2::X), Vec2::X, "no such edge");
     }
 }

@@ -2,19 +2,69 @@
 
 use std::ops::Range;
 
+use glam::Vec2;
+use regatta_plugin::World;
 use regatta_plugin::frame::{Columns, RobotState};
 
+use crate::body::Footprint;
 use crate::chunk::Chunk;
+use crate::criteria::{HYSTERESIS, Settings};
 use crate::heading::MAX_HEADING;
-use crate::prediction::{Intent, MAX_SPEED, Motion};
+use crate::leg_table::LegTable;
+use crate::prediction::{Intent, Limits, MAX_SPEED, Motion};
 use crate::routes::Routes;
-use crate::settings::{HYSTERESIS, Settings};
-use crate::strip::PackedRobot;
-use crate::world_model::WorldModel;
+use crate::strip_index::PackedRobot;
 
 /// The largest distance from the origin, east or north, of a valid pose, in metres. Beyond it,
 /// poses in single precision are coarser than a robot's margin.
 pub const MAX_DISTANCE: f32 = 1e6;
+
+/// The edges that robots drive on, and the footprints and limits of their types.
+#[derive(Debug)]
+pub(crate) struct WorldModel {
+    legs: LegTable,
+    /// Footprints by robot type; at least one.
+    footprints: Vec<Footprint>,
+    /// Limits by robot type.
+    limits: Vec<Limits>,
+}
+
+impl WorldModel {
+    pub(crate) fn new(world: &World<'_>) -> Self {
+        let robot_types = world.robot_types();
+        let mut footprints: Vec<_> = robot_types.iter().map(Footprint::of).collect();
+        if footprints.is_empty() {
+            footprints.push(Footprint::UNKNOWN);
+        }
+        let limits = robot_types
+            .iter()
+            .map(|robot_type| Limits::new(robot_type.max_speed, robot_type.max_acceleration))
+            .collect();
+        Self { legs: LegTable::new(world), footprints, limits }
+    }
+
+    pub(crate) fn legs(&self) -> &LegTable {
+        &self.legs
+    }
+
+    /// Returns the limits of a robot type: none if there is no such type.
+    pub(crate) fn limits(&self, robot_type: u32) -> Limits {
+        self.limits.get(robot_type as usize).copied().unwrap_or(Limits::NONE)
+    }
+
+    /// Returns the footprints by robot type; at least one.
+    pub(crate) fn footprints(&self) -> &[Footprint] {
+        &self.footprints
+    }
+
+    /// Returns the robot type that a value of the column `type` stands for: the first one if the
+    /// value is no valid index.
+    pub(crate) fn robot_type(&self, value: f32) -> u32 {
+        // The conversion maps NaN and negative values to 0.
+        let robot_type = value as u32;
+        if (robot_type as usize) < self.footprints.len() { robot_type } else { 0 }
+    }
+}
 
 /// A frame with everything that the checks need to interpret it.
 #[derive(Clone, Copy, Debug)]
@@ -76,8 +126,12 @@ impl FrameContext<'_> {
         chunk.x[..robots.len()].copy_from_slice(x);
         chunk.y[..robots.len()].copy_from_slice(y);
         chunk.theta[..robots.len()].copy_from_slice(theta);
-        chunk.speed.iter_mut().zip(speed).for_each(|(here, speed)| *here = assumed_speed(*speed));
-        chunk.id.iter_mut().zip(robots).for_each(|(here, robot)| *here = robot as u32);
+        for (here, speed) in chunk.speed.iter_mut().zip(speed) {
+            *here = assumed_speed(*speed);
+        }
+        for (here, robot) in chunk.id.iter_mut().zip(robots) {
+            *here = robot as u32;
+        }
         true
     }
 
@@ -132,11 +186,9 @@ impl FrameContext<'_> {
     }
 
     /// Returns the velocity of a robot, east and north, in metres per second.
-    pub(crate) fn velocity(&self, robot: &PackedRobot) -> [f32; 2] {
-        let row = robot.id as usize;
-        let direction =
-            self.world.legs().direction(self.columns.edge[row], self.columns.s[row], robot.heading);
-        direction.map(|part| part * robot.speed)
+    pub(crate) fn velocity(&self, robot: &PackedRobot) -> Vec2 {
+        let (row, Columns { edge, s, .. }) = (robot.id as usize, self.columns);
+        self.world.legs().direction(edge[row], s[row], robot.heading) * robot.speed
     }
 
     /// Returns the motion of a chunk's robot.
@@ -150,8 +202,8 @@ impl FrameContext<'_> {
             intent: match RobotState::from_number(state[row]) {
                 RobotState::Driving => Intent::Drive,
                 RobotState::Held | RobotState::Stalled | RobotState::Broken => Intent::Hold,
-                // A robot that turns stands: where it drives then isn't determined before it has
-                // the new heading.
+                // A robot that turns stands. Its direction isn't determined before it has the new
+                // heading.
                 _ => Intent::Keep,
             },
             limits: self.world.limits(chunk.robot_type[number]),

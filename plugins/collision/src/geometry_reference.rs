@@ -1,11 +1,11 @@
 //! A slow reference implementation of the geometry for tests: footprints as polygons, compared side
 //! by side.
 
+use glam::Vec2;
 use proptest::prelude::*;
 use regatta_plugin::world::{CurveRecord, EdgeRecord, WorldData};
 
-use crate::body::Body;
-use crate::footprint::CIRCLE;
+use crate::body::{Body, CIRCLE};
 use crate::heading::heading;
 use crate::prediction::Segment;
 
@@ -35,15 +35,19 @@ pub(crate) fn bodies() -> impl Strategy<Value = Body> {
     ([position.clone(), position], theta, size.clone(), prop_oneof![size, Just(CIRCLE)]).prop_map(
         |(position, theta, half_length, half_width)| {
             let heading = heading(theta);
-            Body { position, heading, half_length, half_width }
+            Body { position: position.into(), heading, half_length, half_width }
         },
     )
 }
 
 /// Returns the outline of a body at some position and heading.
-pub(crate) fn outline(body: &Body, position: Point, [cos, sin]: [f32; 2]) -> RoundedPolygon {
-    let (cos, sin, length, width) =
-        (f64::from(cos), f64::from(sin), f64::from(body.half_length), f64::from(body.half_width));
+pub(crate) fn outline(body: &Body, position: Point, heading: Vec2) -> RoundedPolygon {
+    let (cos, sin, length, width) = (
+        f64::from(heading.x),
+        f64::from(heading.y),
+        f64::from(body.half_length),
+        f64::from(body.half_width),
+    );
     if body.half_width == CIRCLE {
         return (vec![position], length);
     }
@@ -104,7 +108,7 @@ pub(crate) fn distance((a, radius_a): &RoundedPolygon, (b, radius_b): &RoundedPo
 }
 
 pub(crate) fn position(body: &Body) -> Point {
-    body.position.map(f64::from)
+    body.position.as_dvec2().into()
 }
 
 /// Returns each segment with the time at which it starts, in seconds from now.

@@ -29,10 +29,10 @@ impl Scale {
             (width, height) =
                 (width + bounds.east() - bounds.west(), height + bounds.north() - bounds.south());
         }
-        let mean = |sum: f32| sum / count.max(1) as f32;
+        let [width, height] = [width, height].map(|sum: f32| sum / count.max(1) as f32);
         Self {
-            cells_per_metre: 1.0 / (CELL_WIDTH * mean(width)).max(MIN_CELL_WIDTH),
-            strips_per_metre: 1.0 / (STRIP_HEIGHT * mean(height)).max(MIN_STRIP_HEIGHT),
+            cells_per_metre: 1.0 / (CELL_WIDTH * width).max(MIN_CELL_WIDTH),
+            strips_per_metre: 1.0 / (STRIP_HEIGHT * height).max(MIN_STRIP_HEIGHT),
         }
     }
 
@@ -72,12 +72,11 @@ impl KeyPacking {
     /// Returns the packing for boxes within the bounds `all`.
     pub(crate) fn new(scale: Scale, all: Bounds, buckets: usize) -> Self {
         let bucket_bits = buckets.ilog2();
-        let bits = |first: i32, last: i32, shift: u32| {
-            radix::bits_below(((last.max(first) - first) >> shift) as usize + 1)
-        };
         let (first_cell, first_strip) = (scale.cell(all.west()), scale.strip(all.south()));
-        let cell_bits = bits(first_cell, scale.cell(all.east()), 0);
-        let strip_bits = bits(first_strip, scale.strip(all.north()), bucket_bits);
+        let cells = scale.cell(all.east()).max(first_cell) - first_cell;
+        let strips = (scale.strip(all.north()).max(first_strip) - first_strip) >> bucket_bits;
+        let [cell_bits, strip_bits] =
+            [cells, strips].map(|last| radix::bits_below(last as usize + 1));
         let dropped_bits = (cell_bits + strip_bits).saturating_sub(32);
         let cell_bits = cell_bits - dropped_bits;
         Self {

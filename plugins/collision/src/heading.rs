@@ -2,6 +2,8 @@
 
 use std::f32::consts::FRAC_2_PI;
 
+use glam::Vec2;
+
 /// The largest valid heading, in radians. Headings of the contract are in (-π, π].
 pub const MAX_HEADING: f32 = 1000.0;
 
@@ -17,7 +19,7 @@ const QUARTER: [f32; 3] = [1.570_312_5, 4.837_513e-4, 7.549_79e-8];
 /// π/4) as in Moshier's Cephes library, and the symmetries of the circle. No branches and no calls,
 /// so that the compiler vectorizes it.
 #[inline(always)]
-pub(crate) fn heading(angle: f32) -> [f32; 2] {
+pub(crate) fn heading(angle: f32) -> Vec2 {
     let shifted = angle * FRAC_2_PI + ROUND;
     let (quarters, whole) = (shifted.to_bits(), shifted - ROUND);
     let rest = ((angle - whole * QUARTER[0]) - whole * QUARTER[1]) - whole * QUARTER[2];
@@ -28,8 +30,13 @@ pub(crate) fn heading(angle: f32) -> [f32; 2] {
         + square * square * (4.166_664_6e-2 + square * (-1.388_731_6e-3 + square * 2.443_315_7e-5));
     let swapped = quarters & 1 != 0;
     let (cos, sin) = if swapped { (sin, cos) } else { (cos, sin) };
-    let negate = |value: f32, bit: u32| f32::from_bits(value.to_bits() ^ ((bit & 2) << 30));
-    [negate(cos, quarters.wrapping_add(1)), negate(sin, quarters)]
+    Vec2::new(negate_if(quarters.wrapping_add(1), cos), negate_if(quarters, sin))
+}
+
+/// Negates a value if the second lowest bit of `quarters` is set.
+#[inline(always)]
+fn negate_if(quarters: u32, value: f32) -> f32 {
+    f32::from_bits(value.to_bits() ^ ((quarters & 2) << 30))
 }
 
 #[cfg(test)]
@@ -41,7 +48,7 @@ mod tests {
     proptest! {
         #[test]
         fn cosine_and_sine_are_exact(angle in -MAX_HEADING..MAX_HEADING) {
-            let [cos, sin] = heading(angle);
+            let Vec2 { x: cos, y: sin } = heading(angle);
             let exact = f64::from(angle).sin_cos();
             prop_assert!((f64::from(sin) - exact.0).abs() < 2e-7, "{sin} {}", exact.0);
             prop_assert!((f64::from(cos) - exact.1).abs() < 2e-7, "{cos} {}", exact.1);
@@ -56,7 +63,7 @@ mod tests {
         {
             let found = heading(angle);
             assert!(
-                (found[0] - cos).abs() < 1e-7 && (found[1] - sin).abs() < 1e-7,
+                (found.x - cos).abs() < 1e-7 && (found.y - sin).abs() < 1e-7,
                 "{angle}: {found:?}"
             );
         }

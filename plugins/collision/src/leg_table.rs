@@ -1,5 +1,6 @@
-//! The legs of the route graph, their speeds, and where they lead.
+//! The legs of the route graph, with their speeds and their successors.
 
+use glam::Vec2;
 use regatta_plugin::World;
 use regatta_plugin::world::EdgeRecord;
 
@@ -39,14 +40,16 @@ pub(crate) struct LegInfo<'table> {
     pub speed: f32,
 }
 
-/// What an [`EdgeTable`] doesn't say about an edge.
+/// The properties of an edge that an [`EdgeTable`] doesn't have.
 #[derive(Clone, Copy, Debug)]
 struct EdgeInfo {
     origin: u32,
     destination: u32,
     length: f32,
-    /// Speed in forward and in reverse gear, in metres per second.
-    speeds: [f32; 2],
+    /// Speed in forward gear, in metres per second.
+    speed: f32,
+    /// Speed in reverse gear, likewise.
+    reverse_speed: f32,
 }
 
 /// The legs that leave each node, in one gear.
@@ -69,46 +72,41 @@ pub(crate) struct LegTable {
 impl LegTable {
     pub(crate) fn new(world: &World<'_>) -> Self {
         let (chords, edges) = (EdgeTable::new(world), world.edges());
-        let info = |(index, edge): (u32, &EdgeRecord)| EdgeInfo {
-            origin: edge.origin,
-            destination: edge.destination,
-            length: chords.length(index).unwrap_or(edge.length),
-            speeds: [edge.velocity_forward, edge.velocity_backwards],
-        };
-        let infos: Vec<_> = (0..).zip(edges).map(info).collect();
-        let legs = |reverse: bool| {
-            let edges =
-                (0..).zip(edges).filter(move |(_, edge)| !reverse || edge.velocity_backwards > 0.0);
-            edges.map(move |(index, edge)| {
-                (if reverse { edge.destination } else { edge.origin }, Leg::new(index, reverse))
-            })
-        };
-        let (forward, reverse) = (Exits::new(legs(false)), Exits::new(legs(true)));
-        Self { chords, edges: infos, forward, reverse }
+        let (mut infos, mut forward, mut reverse) = (Vec::new(), Vec::new(), Vec::new());
+        for (index, edge) in (0..).zip(edges) {
+            let &EdgeRecord { origin, destination, .. } = edge;
+            let length = chords.length(index).unwrap_or(edge.length);
+            let (speed, reverse_speed) = (edge.speed, edge.reverse_speed);
+            infos.push(EdgeInfo { origin, destination, length, speed, reverse_speed });
+            forward.push((origin, Leg::new(index, false)));
+            if edge.reverse_speed > 0.0 {
+                reverse.push((destination, Leg::new(index, true)));
+            }
+        }
+        Self { chords, edges: infos, forward: Exits::new(forward), reverse: Exits::new(reverse) }
     }
 
     /// Returns a leg; `None` if there is no such edge, or it isn't a curve.
     pub(crate) fn get(&self, leg: Leg) -> Option<LegInfo<'_>> {
         let (chords, edge) = (self.chords.chords(leg.edge()), self.edges.get(leg.edge() as usize)?);
-        let speed = edge.speeds[usize::from(leg.is_reverse())];
+        let speed = if leg.is_reverse() { edge.reverse_speed } else { edge.speed };
         (!chords.is_empty()).then_some(LegInfo { chords, length: edge.length, speed })
     }
 
     /// Returns the direction of travel in forward gear, as a unit vector, of a robot on an edge
     /// with this heading.
-    pub(crate) fn direction(&self, edge: u32, s: f32, heading: [f32; 2]) -> [f32; 2] {
+    pub(crate) fn direction(&self, edge: u32, s: f32, heading: Vec2) -> Vec2 {
         self.chords.direction(edge, s, heading)
     }
 
     /// Returns the legs that a robot may drive after this one without changing gear: all that leave
     /// its end, except for the one straight back, which is possible only if there is no other.
     pub(crate) fn successors(&self, leg: Leg) -> impl Iterator<Item = Leg> + Clone {
-        let ends =
-            |leg: Leg| self.edges.get(leg.edge() as usize).map(|edge| edge.ends(leg.is_reverse()));
-        let [start, end] = ends(leg).unwrap_or([u32::MAX; 2]);
+        let [start, end] = self.nodes(leg).unwrap_or([u32::MAX; 2]);
         let exits = if leg.is_reverse() { &self.reverse } else { &self.forward };
         let exits = exits.of(end);
-        let back = exits.iter().position(|exit| ends(*exit).is_some_and(|[_, end]| end == start));
+        let back =
+            exits.iter().position(|exit| self.nodes(*exit).is_some_and(|[_, end]| end == start));
         let back = back.filter(|_| exits.len() > 1);
         exits
             .iter()
@@ -116,19 +114,17 @@ impl LegTable {
             .filter(move |(place, _)| Some(*place) != back)
             .map(|(_, exit)| *exit)
     }
-}
 
-impl EdgeInfo {
     /// Returns the nodes at which a leg starts and ends.
-    fn ends(&self, reverse: bool) -> [u32; 2] {
-        if reverse { [self.destination, self.origin] } else { [self.origin, self.destination] }
+    fn nodes(&self, leg: Leg) -> Option<[u32; 2]> {
+        let &EdgeInfo { origin, destination, .. } = self.edges.get(leg.edge() as usize)?;
+        Some(if leg.is_reverse() { [destination, origin] } else { [origin, destination] })
     }
 }
 
 impl Exits {
     /// Sorts legs by the node that they leave.
-    fn new(legs: impl Iterator<Item = (u32, Leg)>) -> Self {
-        let mut legs: Vec<_> = legs.collect();
+    fn new(mut legs: Vec<(u32, Leg)>) -> Self {
         legs.sort_by_key(|(node, _)| *node);
         // A world of garbage may name any node; the list of starts must not grow with it.
         let nodes = legs
@@ -157,8 +153,8 @@ mod tests {
 
     use super::*;
 
-    fn edge(origin: u32, destination: u32, velocity_backwards: f32) -> EdgeRecord {
-        EdgeRecord { origin, destination, velocity_backwards, length: 1.0, ..EdgeRecord::default() }
+    fn edge(origin: u32, destination: u32, reverse_speed: f32) -> EdgeRecord {
+        EdgeRecord { origin, destination, reverse_speed, length: 1.0, ..EdgeRecord::default() }
     }
 
     fn table(edges: &[EdgeRecord]) -> LegTable {

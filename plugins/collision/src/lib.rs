@@ -20,7 +20,7 @@
 //! stands at once. Robots that neither drive nor are held keep their speed. Speeds above 50 m/s
 //! count as 50 m/s, and those that are not numbers as 0.
 //!
-//! Where a robot's route is not known, or ends with its known part, the robot may take any leg from
+//! If a robot's route is not known, or ends with its known part, the robot may take any leg from
 //! each node in the same gear, except straight back if there is another. Of legs that differ in
 //! speed, it takes none for which it is already too fast. A pair is possible if it is on one of the
 //! ways. At a node that more than 4 legs leave, after 8 ways, and where no leg leaves, a robot
@@ -68,8 +68,8 @@
 //! 2. `strip_index` enters the robots into strips of the plane.
 //! 3. The broad phase, `sweep`, finds the robots of a strip whose bounding boxes overlap.
 //! 4. The narrow phase, `narrow_phase`, checks those pairs exactly: now by `body`, and within the
-//!    horizon by `continuous`. `criteria` holds the result, and `overlap` finds where a pair
-//!    touches.
+//!    horizon by `continuous`. `criteria` holds the result, and `overlap` finds the point at which
+//!    a pair touches.
 //! 5. The `tracker` follows pairs from frame to frame, and adds up the run's `totals`.
 //!
 //! # Cost and limits
@@ -87,7 +87,6 @@ mod continuous;
 mod criteria;
 mod detector;
 mod edge_table;
-mod footprint;
 mod frame_context;
 #[cfg(test)]
 mod geometry_reference;
@@ -103,20 +102,16 @@ mod radix;
 mod relative_motion;
 mod route_requests;
 mod routes;
-mod settings;
 mod skips;
-mod strip;
 mod strip_index;
-mod summary;
 mod sweep;
 mod swept_path;
 mod totals;
 mod tracker;
-mod world_model;
 
+pub use criteria::{HYSTERESIS, MAX_HORIZON, MAX_MARGIN, Settings, SettingsError};
 pub use detector::{Detector, FrameInput};
 pub use log::{HEADER as LOG_HEADER, LogError};
 pub use plugin::{COLUMN, Cli, run_from};
 pub use routes::Routes;
-pub use settings::{HYSTERESIS, MAX_HORIZON, MAX_MARGIN, Settings, SettingsError};
 pub use totals::{RunTotals, Score};

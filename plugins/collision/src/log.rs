@@ -3,9 +3,9 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-pub(crate) use regatta_plugin::CsvChange;
-pub use regatta_plugin::CsvError as LogError;
-use regatta_plugin::CsvFile;
+pub(crate) use regatta_kit::CsvChange;
+pub use regatta_kit::CsvError as LogError;
+use regatta_kit::CsvFile;
 use regatta_plugin::contact::{ContactChange, ContactEvent, ContactLevel};
 
 /// The first line of the file.
@@ -36,7 +36,9 @@ impl ContactLog {
             return None;
         }
         self.text.clear();
-        events.iter().for_each(|event| row(&mut self.text, run_id, event, edges));
+        for event in events {
+            row(&mut self.text, run_id, event, edges);
+        }
         self.file.append(&self.text)
     }
 

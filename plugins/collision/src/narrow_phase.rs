@@ -1,12 +1,11 @@
 //! The narrow phase: exact checks of the pairs whose boxes overlap.
 
-use crate::body::{Body, nearest_point, relative_speed};
-use crate::continuous::{ALWAYS, closest_proximity};
-use crate::criteria::{Criteria, INFLATION};
+use crate::body::{Body, nearest_point};
+use crate::continuous::{ALWAYS, TimeWindow, closest_proximity};
+use crate::criteria::{Criteria, HYSTERESIS, INFLATION, Settings};
 use crate::frame_context::FrameContext;
 use crate::overlap::overlap_centre;
-use crate::settings::{HYSTERESIS, Settings};
-use crate::strip::{PackedRobot, Strip};
+use crate::strip_index::{PackedRobot, Strip};
 use crate::sweep::Candidates;
 use crate::swept_path::{Approach, straight_on};
 use crate::tracker::PairObservation;
@@ -24,14 +23,15 @@ pub(crate) fn check(
     other: InStrip,
     observations: &mut Vec<PairObservation>,
 ) {
-    let robot = |(strip, slot): InStrip| *strip.robot(slot);
-    let [a, b] = if robot(one).id < robot(other).id { [one, other] } else { [other, one] };
-    let [body_a, body_b] = [a, b].map(|at| robot(at).body(context.world.footprints()));
+    let is_first = one.0.robot(one.1).id < other.0.robot(other.1).id;
+    let pair = if is_first { [one, other] } else { [other, one] };
+    let [a, b] = pair.map(|(strip, slot)| strip.robot(slot));
+    let [body_a, body_b] = [a, b].map(|robot| robot.body(context.world.footprints()));
     let mut criteria = Criteria::now(context.settings, &body_a, &body_b);
     if !criteria.is_possible_now() && context.settings.horizon() > 0.0 {
-        criteria = criteria.or(predicted(context.settings, [a, b], [&body_a, &body_b], ALWAYS));
+        criteria = criteria.or(predicted(context.settings, pair, [&body_a, &body_b], ALWAYS));
     }
-    push(context, criteria, (&robot(a), &body_a), (&robot(b), &body_b), observations);
+    push(context, criteria, (a, &body_a), (b, &body_b), observations);
 }
 
 /// Checks the candidate pairs of a strip. `near` is scratch memory.
@@ -108,22 +108,19 @@ fn now_and_predicted(
     now.or(predicted(settings, slots.map(|slot| (strip, slot)), [a, b], window))
 }
 
-/// Returns the criteria that the trajectories of two robots meet within a window of time, in
-/// seconds from now.
+/// Returns the criteria that the trajectories of two robots meet within a window of time.
 fn predicted(
     settings: Settings,
     [a, b]: [InStrip; 2],
     bodies: [&Body; 2],
-    window: [f32; 2],
+    window: TimeWindow,
 ) -> Criteria {
-    let straight = |(strip, slot): InStrip, body| {
-        straight_on(body, strip.swept_path(slot), settings.horizon())
-    };
-    let (straight_a, straight_b) = (straight(a, bodies[0]), straight(b, bodies[1]));
-    let (segments_a, segments_b) = (a.0.segments(a.1, &straight_a), b.0.segments(b.1, &straight_b));
+    let horizon = settings.horizon();
+    let straight_a = straight_on(bodies[0], a.0.swept_path(a.1), horizon);
+    let straight_b = straight_on(bodies[1], b.0.swept_path(b.1), horizon);
     Criteria::predicted(closest_proximity(
-        (bodies[0], segments_a),
-        (bodies[1], segments_b),
+        (bodies[0], a.0.segments(a.1, &straight_a)),
+        (bodies[1], b.0.segments(b.1, &straight_b)),
         window,
         INFLATION,
     ))
@@ -157,7 +154,7 @@ fn push(
             } else {
                 nearest_point(body_a, body_b)
             },
-            relative_speed: relative_speed(context.velocity(a), context.velocity(b)),
+            relative_speed: (context.velocity(b) - context.velocity(a)).length(),
             criteria,
         });
     }

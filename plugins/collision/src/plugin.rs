@@ -1,7 +1,6 @@
 //! The plugin: passes every frame to the detector, and publishes, logs and sums up the results.
 
 use std::ffi::OsString;
-use std::io::Write;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
@@ -9,16 +8,16 @@ use clap::Parser;
 use regatta_plugin::contact::ContactHeader;
 use regatta_plugin::frame::ClockState;
 use regatta_plugin::{
-    ColumnPublisher, ColumnReader, ContactPublisher, Error, Frame, Options, Participant, Plugin,
-    Rate, Result, World,
+    ColumnPublisher, ColumnReader, ContactPublisher, Frame, Options, Participant, Plugin, Rate,
+    Result, World, tell,
 };
 
+use crate::criteria::Settings;
 use crate::detector::{Detector, FrameInput};
 use crate::log::ContactLog;
 use crate::route_requests::RouteRequests;
-use crate::settings::Settings;
 use crate::skips::Skips;
-use crate::summary;
+use crate::totals;
 
 /// The name of the column that the plugin publishes: 0 clear, 1 possible, 2 touching.
 pub const COLUMN: &str = "collision";
@@ -58,23 +57,9 @@ pub struct Cli {
 /// Fails if an option is invalid, if the log can't be written, or as [`regatta_plugin::run`] does,
 /// for example because the fleet has such a plugin already.
 pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) -> Result {
-    match Cli::try_parse_from(args) {
-        Ok(cli) => cli.options.run(CollisionPlugin::new(&cli)?, "collision"),
-        Err(error) if !error.use_stderr() => Ok(error.print()?),
-        Err(error) => Err(first_line(&error)),
-    }
-}
-
-/// Returns an error of the first line only: the usage that clap appends doesn't fit into one line.
-fn first_line(error: &clap::Error) -> Error {
-    let text = error.to_string();
-    let first = text.lines().next().unwrap_or_default().trim_start_matches("error: ");
-    Error::new(format_args!("{first}; --help lists the options"))
-}
-
-/// Prints a line to standard error. A closed standard error is no reason to stop.
-fn report(line: impl std::fmt::Display) {
-    let _ = writeln!(std::io::stderr(), "collision: {line}");
+    regatta_kit::run_from(args, |cli: Cli| {
+        cli.options.run(CollisionPlugin::new(&cli)?, "collision")
+    })
 }
 
 /// The plugin's ports in the fleet.
@@ -128,7 +113,7 @@ impl CollisionPlugin {
         })
     }
 
-    /// Begins another run: prints the summary of the last one and waits for the robots' types.
+    /// Begins another run: prints the summary of the last one, and waits for the robots' types.
     fn begin_run(&mut self, frame: &Frame<'_>) -> Result {
         self.end_run();
         self.reported = Reported::default();
@@ -146,8 +131,8 @@ impl CollisionPlugin {
             && ports.types.current()?.is_none_or(|old| old.header.run_id != frame.run_id())
         {
             if start.elapsed() > TYPES_WAIT {
-                report(
-                    "no process publishes the column 'type': all robots count as the first robot type",
+                tell!(
+                    "collision: no process publishes the column 'type': all robots count as the first robot type"
                 );
                 break;
             }
@@ -159,7 +144,7 @@ impl CollisionPlugin {
     fn end_run(&mut self) {
         let Some((_, nanos)) = self.last else { return };
         if self.summary && !std::mem::replace(&mut self.reported.summary, true) {
-            print!("{}", summary::summarize(&self.detector, &self.edges, nanos));
+            print!("{}", totals::summarize(&self.detector, &self.edges, nanos));
         }
     }
 
@@ -187,7 +172,7 @@ impl CollisionPlugin {
         if let Some(change) =
             log.as_mut().and_then(|log| log.add(frame.run_id(), detector.events(), edges))
         {
-            report(change);
+            tell!("collision: {change}");
         }
         Ok(())
     }
@@ -195,13 +180,13 @@ impl CollisionPlugin {
     /// Prints, once per run, limits of the results that the user should know.
     fn report_limits(&mut self) {
         if self.detector.is_capped() && !std::mem::replace(&mut self.reported.capped, true) {
-            report("too many robots are close together: not all pairs are checked");
+            tell!("collision: too many robots are close together: not all pairs are checked");
         }
         let invalid_robots = self.detector.invalid_robots();
         if invalid_robots > 0 && !std::mem::replace(&mut self.reported.invalid_robots, true) {
-            report(format_args!(
-                "{invalid_robots} robots have an invalid pose or footprint and are not checked"
-            ));
+            tell!(
+                "collision: {invalid_robots} robots have an invalid pose or footprint and are not checked"
+            );
         }
     }
 }
@@ -228,7 +213,7 @@ impl Plugin for CollisionPlugin {
             self.begin_run(frame)?;
         }
         if let Some(line) = self.skips.note(frame) {
-            report(line);
+            tell!("collision: {line}");
         }
         let Some(ports) = &mut self.ports else { return Ok(()) };
         ports.types.latest()?;
@@ -268,13 +253,13 @@ impl Plugin for CollisionPlugin {
     fn on_stop(&mut self) -> Result {
         self.end_run();
         if self.skips.count() > 0 {
-            report(format_args!(
-                "{} frames of the last run were skipped: the plugin is too slow for this fleet",
+            tell!(
+                "collision: {} frames of the last run were skipped: the plugin is too slow for this fleet",
                 self.skips.count()
-            ));
+            );
         }
         if let Some(log) = self.log.as_ref().filter(|log| log.lost() > 0) {
-            report(format_args!("{} events are missing in {}", log.lost(), log.path().display()));
+            tell!("collision: {} events are missing in {}", log.lost(), log.path().display());
         }
         Ok(())
     }

@@ -9,6 +9,8 @@ mod path;
 mod speed_profile;
 mod tracer;
 
+use glam::Vec2;
+
 use crate::body::Body;
 use crate::heading::heading;
 use crate::leg_table::{Leg, LegTable};
@@ -27,34 +29,33 @@ pub(crate) struct Segment {
     /// End of the segment, in seconds from now.
     pub until: f32,
     /// Position at which it starts, in metres.
-    pub position: [f32; 2],
+    pub position: Vec2,
     /// Velocity, in metres per second.
-    pub velocity: [f32; 2],
+    pub velocity: Vec2,
     /// Unit vector along the heading at its start.
-    pub heading: [f32; 2],
+    pub heading: Vec2,
     /// Change of the heading, in radians per second.
     pub turn_rate: f32,
 }
 
 impl Segment {
     /// Returns the position at which it ends, given its start in seconds from now.
-    pub(crate) fn end(&self, start: f32) -> [f32; 2] {
-        let time = self.until - start;
-        [self.position[0] + self.velocity[0] * time, self.position[1] + self.velocity[1] * time]
+    pub(crate) fn end(&self, start: f32) -> Vec2 {
+        self.position + self.velocity * (self.until - start)
     }
 
     /// Returns the heading, as a unit vector, so many seconds after its start.
     #[inline]
-    pub(crate) fn heading_after(&self, seconds: f32) -> [f32; 2] {
+    pub(crate) fn heading_after(&self, seconds: f32) -> Vec2 {
         if self.turn_rate == 0.0 {
             self.heading
         } else {
-            rotate(heading(self.turn_rate * seconds), self.heading)
+            heading(self.turn_rate * seconds).rotate(self.heading)
         }
     }
 }
 
-/// What a robot is going to do.
+/// The intention of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Intent {
     /// To drive its route, as fast as its legs and its type allow.
@@ -78,10 +79,11 @@ impl Limits {
     pub(crate) const NONE: Self =
         Self { max_speed: f32::INFINITY, max_acceleration: f32::INFINITY };
 
-    /// Creates limits of the values of a world, where what is not a positive number is no limit.
+    /// Creates limits of the values of a world. A value that is no positive number is no limit.
     pub(crate) fn new(max_speed: f32, max_acceleration: f32) -> Self {
-        let limit = |value: f32| if value > 0.0 { value } else { f32::INFINITY };
-        Self { max_speed: limit(max_speed), max_acceleration: limit(max_acceleration) }
+        let [max_speed, max_acceleration] = [max_speed, max_acceleration]
+            .map(|limit| if limit > 0.0 { limit } else { f32::INFINITY });
+        Self { max_speed, max_acceleration }
     }
 }
 
@@ -92,7 +94,7 @@ pub(crate) struct RouteAhead<'routes> {
     pub reverse: Option<bool>,
     /// The legs that it drives next, without stopping in between.
     pub legs: &'routes [Leg],
-    /// What comes after them.
+    /// The continuation after them.
     pub end: RouteEnd,
     /// If the robot stops at their end: the metres that it drives of the last leg (without any, of
     /// the one that it is on); infinity for all of it.
@@ -112,11 +114,6 @@ pub(crate) struct Motion<'routes> {
     pub limits: Limits,
     /// The robot's route; without one, it may take any way.
     pub route: Option<RouteAhead<'routes>>,
-}
-
-/// Rotates `base` by an angle given as a unit vector.
-fn rotate(turn: [f32; 2], base: [f32; 2]) -> [f32; 2] {
-    [base[0] * turn[0] - base[1] * turn[1], base[0] * turn[1] + base[1] * turn[0]]
 }
 
 /// A predictor of trajectories, with the memory that it needs.
@@ -142,19 +139,19 @@ impl Predictor {
     ) {
         let (start, profile) = (Start::new(motion, table), &mut self.profile);
         if start.top_speed() == 0.0 {
-            Tracer::new(body, start.sign(), horizon, segments).stand();
+            Tracer::new(body, start.sign, horizon, segments).stand();
             return finish(segments);
         }
         let Some(rest) = start.rest().filter(|rest| *rest < start.longest_way(horizon)) else {
-            let mut tracer = Tracer::new(body, start.sign(), horizon, segments);
-            tracer.enter_at(start.chords(), start.s());
+            let mut tracer = Tracer::new(body, start.sign, horizon, segments);
+            tracer.enter_at(start.chords(), start.motion.s);
             profile.drive_on(&start, &mut tracer);
             tracer.stand();
             return finish(segments);
         };
         let mut finder = PathFinder::new(&start, table, &mut self.path);
         finder.find(rest, horizon, |path, end| {
-            let mut tracer = Tracer::new(body, start.sign(), horizon, &mut *segments);
+            let mut tracer = Tracer::new(body, start.sign, horizon, &mut *segments);
             profile.drive(&start, rest, (path, end), table, &mut tracer);
             tracer.stand();
             finish(segments);

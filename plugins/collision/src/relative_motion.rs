@@ -1,6 +1,8 @@
 //! The straight motion of a robot relative to another, and whether they overlap on the way.
 
-use crate::body::{Vector, corners, outside, seen_along};
+use glam::DVec2;
+
+use crate::body::{corners, outside, seen_along};
 
 /// The closest proximity of two robots within the horizon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -15,10 +17,9 @@ pub(crate) enum Proximity {
 
 impl Proximity {
     /// Classifies a pair, given whether its footprints overlap when both are inflated by so many
-    /// metres: by the first number to overlap, by the second one to be near. A negative inflation
-    /// makes them smaller.
-    pub(crate) fn of([overlapping, near]: [f64; 2], overlap: impl Fn(f64) -> bool) -> Self {
-        match (overlap(overlapping), overlap(near)) {
+    /// metres.
+    pub(crate) fn of(inflations: Inflations, overlap: impl Fn(f64) -> bool) -> Self {
+        match (overlap(inflations.overlapping), overlap(inflations.near)) {
             (true, _) => Self::Overlap,
             (false, true) => Self::Near,
             (false, false) => Self::Apart,
@@ -26,17 +27,25 @@ impl Proximity {
     }
 }
 
+/// The metres by which both footprints are inflated on all sides to test whether they overlap, and
+/// whether they are near. A negative inflation makes them smaller.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Inflations {
+    pub overlapping: f64,
+    pub near: f64,
+}
+
 /// The straight motion of a robot relative to another; both keep their headings.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct RelativeMotion {
     /// Position of the second robot relative to the first, in metres.
-    pub offset: Vector,
+    pub offset: DVec2,
     /// Displacement of the second robot relative to the first over the whole time, in metres.
-    pub displacement: Vector,
+    pub displacement: DVec2,
 }
 
 impl RelativeMotion {
-    pub(crate) fn seen_along(self, heading: Vector) -> Self {
+    pub(crate) fn seen_along(self, heading: DVec2) -> Self {
         Self {
             offset: seen_along(heading, self.offset),
             displacement: seen_along(heading, self.displacement),
@@ -44,27 +53,28 @@ impl RelativeMotion {
     }
 
     /// Tests by separating axes: two rectangles overlap at a time when their projections overlap on
-    /// all four axes. Without branches, which would often be mispredicted. The inflations are those
-    /// of [`Proximity::of`].
+    /// all four axes. Without branches, which would often be mispredicted.
     pub(crate) fn rectangles(
         self,
-        (half_a, heading_a): (Vector, Vector),
-        (half_b, heading_b): (Vector, Vector),
-        inflations: [f64; 2],
+        (half_a, heading_a): (DVec2, DVec2),
+        (half_b, heading_b): (DVec2, DVec2),
+        inflations: Inflations,
     ) -> Proximity {
-        let [cos, sin] = seen_along(heading_a, heading_b).map(f64::abs);
+        let DVec2 { x: cos, y: sin } = seen_along(heading_a, heading_b).abs();
         let (from_a, from_b) = (self.seen_along(heading_a), self.seen_along(heading_b));
-        let [small, large] = inflations.map(|inflation| inflation * (1.0 + cos + sin));
+        let [small, large] = [inflations.overlapping, inflations.near]
+            .map(|inflation| inflation * (1.0 + cos + sin));
+        let crossings = [
+            (from_a.crossing(0), half_a.x + half_b.x * cos + half_b.y * sin),
+            (from_a.crossing(1), half_a.y + half_b.x * sin + half_b.y * cos),
+            (from_b.crossing(0), half_b.x + half_a.x * cos + half_a.y * sin),
+            (from_b.crossing(1), half_b.y + half_a.x * sin + half_a.y * cos),
+        ];
         let (mut overlapping, mut near) = (Interval::ALL, Interval::ALL);
-        let mut clip = |pass: Self, axis: usize, reach: f64| {
-            let crossing = Crossing::of(pass, axis);
-            overlapping.clip(&crossing, reach + small);
-            near.clip(&crossing, reach + large);
-        };
-        clip(from_a, 0, half_a[0] + half_b[0] * cos + half_b[1] * sin);
-        clip(from_a, 1, half_a[1] + half_b[0] * sin + half_b[1] * cos);
-        clip(from_b, 0, half_b[0] + half_a[0] * cos + half_a[1] * sin);
-        clip(from_b, 1, half_b[1] + half_a[0] * sin + half_a[1] * cos);
+        for (crossing, reach) in &crossings {
+            overlapping.clip(crossing, reach + small);
+            near.clip(crossing, reach + large);
+        }
         match (overlapping.is_some(), near.is_some()) {
             (true, _) => Proximity::Overlap,
             (false, true) => Proximity::Near,
@@ -74,15 +84,15 @@ impl RelativeMotion {
 
     /// Whether a circle hits a rectangle at the origin on its way, both inflated by some metres.
     /// Nothing is hit where a negative inflation leaves nothing of one of them.
-    pub(crate) fn hits_rectangle(self, half: Vector, radius: f64, inflation: f64) -> bool {
-        let (half, radius) = (half.map(|half| half + inflation), radius + inflation);
-        if half[0].min(half[1]).min(radius) < 0.0 {
+    pub(crate) fn hits_rectangle(self, half: DVec2, radius: f64, inflation: f64) -> bool {
+        let (half, radius) = (half + inflation, radius + inflation);
+        if half.x.min(half.y).min(radius) < 0.0 {
             return false;
         }
         let mut interval = Interval::ALL;
-        interval.clip(&Crossing::of(self, 0), half[0]);
-        interval.clip(&Crossing::of(self, 1), half[1]);
-        let end = [self.offset[0] + self.displacement[0], self.offset[1] + self.displacement[1]];
+        interval.clip(&self.crossing(0), half.x);
+        interval.clip(&self.crossing(1), half.y);
+        let end = self.offset + self.displacement;
         interval.is_some()
             || outside(half, self.offset) <= radius
             || outside(half, end) <= radius
@@ -90,13 +100,24 @@ impl RelativeMotion {
     }
 
     /// Returns the shortest distance to a point, in metres.
-    pub(crate) fn distance(self, point: Vector) -> f64 {
-        let [x, y] = [self.offset[0] - point[0], self.offset[1] - point[1]];
-        let [u, v] = self.displacement;
-        let square = u * u + v * v;
-        let part = if square > 0.0 { (-(x * u + y * v) / square).clamp(0.0, 1.0) } else { 0.0 };
-        let [x, y] = [x + part * u, y + part * v];
-        (x * x + y * y).sqrt()
+    pub(crate) fn distance(self, point: DVec2) -> f64 {
+        let offset = self.offset - point;
+        let square = self.displacement.length_squared();
+        let part = if square > 0.0 {
+            (-offset.dot(self.displacement) / square).clamp(0.0, 1.0)
+        } else {
+            0.0
+        };
+        (offset + part * self.displacement).length()
+    }
+
+    /// Returns the motion along one axis.
+    fn crossing(self, axis: usize) -> Crossing {
+        // A displacement of 0 would make the time infinite, and the interval NaN.
+        let displacement = self.displacement[axis];
+        let per_metre = 1.0
+            / if displacement.abs() < MIN_DISPLACEMENT { MIN_DISPLACEMENT } else { displacement };
+        Crossing { middle: -self.offset[axis] * per_metre, per_metre: per_metre.abs() }
     }
 }
 
@@ -106,16 +127,6 @@ struct Crossing {
     middle: f64,
     /// Time per metre, as a fraction of the whole time.
     per_metre: f64,
-}
-
-impl Crossing {
-    fn of(motion: RelativeMotion, axis: usize) -> Self {
-        // A displacement of 0 would make the time infinite, and the interval NaN.
-        let displacement = motion.displacement[axis];
-        let per_metre = 1.0
-            / if displacement.abs() < MIN_DISPLACEMENT { MIN_DISPLACEMENT } else { displacement };
-        Self { middle: -motion.offset[axis] * per_metre, per_metre: per_metre.abs() }
-    }
 }
 
 /// The least displacement that counts, in metres: far below any effect, but with a finite inverse.

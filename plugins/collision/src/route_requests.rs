@@ -1,34 +1,34 @@
-//! Requests for routes: which robots' routes the producer is asked for, and when.
+//! Requests for routes, and their command.
 //!
-//! A producer answers a few requests between two ticks, so the robots that may collide come first,
-//! and those to which an order was sent. Nobody waits: until the answer is there, a robot may take
-//! any way. In lockstep, the answers to the requests of a tick are there at the next one.
+//! A producer answers a few requests between two ticks, so robots with new commands come first,
+//! then those that may collide. The plugin doesn't wait: until the answer arrives, a robot may take
+//! any way. In lockstep, the answers to the requests of a tick arrive before the next one.
 
 use std::collections::VecDeque;
 use std::time::Instant;
 
+use regatta_plugin::command::CommandKind;
 use regatta_plugin::contact::{ContactLevel, ContactRecord};
 use regatta_plugin::frame::{NO_EDGE, RobotState};
-use regatta_plugin::order::OrderKind;
 use regatta_plugin::{
-    Frame, OpenError, OrderLogReader, Participant, PendingRoute, ReadError, RouteClient,
+    CommandLogReader, Frame, OpenError, Participant, PendingRoute, ReadError, RouteClient,
     RouteError, services,
 };
 
 use crate::routes::Routes;
 
-/// The largest number of robots that wait for a request after an order.
+/// The largest number of robots that wait for a request after a command.
 const MAX_WAITING: usize = 4096;
 /// The largest number of pairs and of other robots that are looked at for a frame.
 const MAX_LOOKED_AT: usize = 1024;
 
-/// The requests that have no answer yet, and who comes next.
+/// The requests that have no answer yet, and the robots that are asked for next.
 pub(crate) struct RouteRequests {
     client: RouteClient,
-    orders: OrderLogReader,
+    commands: CommandLogReader,
     pending: Vec<Request>,
-    /// Robots with orders since the last request.
-    ordered: VecDeque<u32>,
+    /// Robots with commands since the last request.
+    commanded: VecDeque<u32>,
     /// The robot from which to look for others.
     next: usize,
 }
@@ -38,7 +38,7 @@ struct Request {
     robot: u32,
     route: PendingRoute,
     sent: Instant,
-    /// Answers from before this tick don't count: an order came later.
+    /// Answers from before this tick don't count: a command came later.
     not_before: u64,
 }
 
@@ -46,9 +46,9 @@ impl RouteRequests {
     pub(crate) fn open_on(fleet: &Participant) -> Result<Self, OpenError> {
         Ok(Self {
             client: RouteClient::open_on(fleet)?,
-            orders: OrderLogReader::open_on(fleet)?,
+            commands: CommandLogReader::open_on(fleet)?,
             pending: Vec::new(),
-            ordered: VecDeque::new(),
+            commanded: VecDeque::new(),
             next: 0,
         })
     }
@@ -56,22 +56,23 @@ impl RouteRequests {
     /// Drops the requests to the producer of the run before.
     pub(crate) fn begin_run(&mut self) {
         self.pending.clear();
-        self.ordered.clear();
+        self.commanded.clear();
     }
 
-    /// Passes the orders and answers that have come to `routes`.
+    /// Passes the commands and answers that have come to `routes`.
     pub(crate) fn receive(&mut self, routes: &mut Routes) -> Result<(), ReadError> {
-        let Self { client, orders, pending, ordered, .. } = self;
-        orders.take(|tick| {
+        let Self { client, commands, pending, commanded, .. } = self;
+        commands.take(|tick| {
             if tick.missed > 0 {
                 routes.clear();
             }
-            for order in tick.records.iter().filter(|order| changes_route(order.kind)) {
-                routes.mark_stale(order.robot, tick.header.tick);
-                let same = pending.iter_mut().filter(|request| request.robot == order.robot);
-                same.for_each(|request| request.not_before = tick.header.tick);
-                if ordered.len() < MAX_WAITING {
-                    ordered.push_back(order.robot);
+            for command in tick.records.iter().filter(|command| changes_route(command.kind)) {
+                routes.mark_stale(command.robot, tick.header.tick);
+                for request in pending.iter_mut().filter(|request| request.robot == command.robot) {
+                    request.not_before = tick.header.tick;
+                }
+                if commanded.len() < MAX_WAITING {
+                    commanded.push_back(command.robot);
                 }
             }
             Ok::<_, ReadError>(())
@@ -89,23 +90,12 @@ impl RouteRequests {
         Ok(())
     }
 
-    /// Asks for the routes that are wanted most: those of robots with orders, of pairs that may
+    /// Asks for the routes that are wanted most: those of robots with commands, of pairs that may
     /// collide, and of others in turn.
     pub(crate) fn ask(&mut self, routes: &Routes, frame: &Frame<'_>, contacts: &[ContactRecord]) {
-        let drives = |robot: u32| {
-            let state =
-                frame.columns().state.get(robot as usize).copied().map(RobotState::from_number);
-            let on_edge =
-                frame.columns().edge.get(robot as usize).is_some_and(|edge| *edge != NO_EDGE);
-            on_edge
-                && state.is_some_and(|state| {
-                    state.is_stopped() || matches!(state, RobotState::Driving | RobotState::Turning)
-                })
-        };
-        let is_wanted = |robot: &u32| drives(*robot) && routes.is_wanted(*robot);
         while self.has_room() {
-            let Some(robot) = self.ordered.pop_front() else { break };
-            if is_wanted(&robot) && self.send(robot).is_err() {
+            let Some(robot) = self.commanded.pop_front() else { break };
+            if is_wanted(robot, routes, frame) && self.send(robot).is_err() {
                 return;
             }
         }
@@ -118,7 +108,7 @@ impl RouteRequests {
         for (robot, in_turn) in
             near.map(|robot| (robot, false)).chain(others.map(|robot| (robot, true)))
         {
-            if !self.has_room() || is_wanted(&robot) && self.send(robot).is_err() {
+            if !self.has_room() || is_wanted(robot, routes, frame) && self.send(robot).is_err() {
                 return;
             }
             if in_turn {
@@ -141,8 +131,19 @@ impl RouteRequests {
     }
 }
 
-/// Whether an order of a kind may change a robot's route.
+/// Whether a robot drives and its route is wanted.
+fn is_wanted(robot: u32, routes: &Routes, frame: &Frame<'_>) -> bool {
+    let (row, columns) = (robot as usize, frame.columns());
+    let (Some(&edge), Some(&state)) = (columns.edge.get(row), columns.state.get(row)) else {
+        return false;
+    };
+    let state = RobotState::from_number(state);
+    let drives = state.is_stopped() || matches!(state, RobotState::Driving | RobotState::Turning);
+    edge != NO_EDGE && drives && routes.is_wanted(robot)
+}
+
+/// Whether a command of a kind may change a robot's route.
 fn changes_route(kind: u32) -> bool {
-    use OrderKind::{Assign, Cancel, Extend, Release, Remove};
+    use CommandKind::{Assign, Cancel, Extend, Release, Remove};
     [Assign, Extend, Release, Cancel, Remove].iter().any(|own| *own as u32 == kind)
 }

@@ -1,4 +1,4 @@
-//! The routes of robots, as far as the producer has told them.
+//! The routes of robots, as far as the producer has published them.
 
 use regatta_plugin::frame::NO_EDGE;
 use regatta_plugin::route::RouteResponse;
@@ -10,26 +10,24 @@ use crate::prediction::{RouteAhead, RouteEnd};
 const MAX_PASSED: usize = 16;
 /// The number of legs left from which on more of a route is wanted.
 const FEW_LEGS: usize = 4;
-/// The number of ticks for which a route is followed that an order has changed.
+/// The number of ticks for which a route is followed that a command has changed.
 const MAX_STALE_TICKS: u64 = 100;
 
 /// The routes that are known.
 ///
-/// A route is known from the producer's answer until the robot leaves it or an order changes it.
-/// Where no route is known, a robot may take any way.
+/// A route is known from the producer's answer until the robot leaves it or a command changes it.
+/// A robot without a known route may take any way.
 #[derive(Debug, Default)]
 pub struct Routes {
     run_id: u64,
     tick: u64,
-    /// By robot: one more than the index of its route, 0 if it is unknown.
-    numbers: Vec<u32>,
-    known: Vec<KnownRoute>,
+    /// By robot. Boxed, because few of many robots have a known route.
+    known: Vec<Option<Box<KnownRoute>>>,
 }
 
 /// The route of a robot.
 #[derive(Debug)]
 struct KnownRoute {
-    robot: u32,
     /// The edge that the robot was on when it was last seen; meaningless before `is_found`.
     edge: u32,
     /// Whether the robot was seen on its route.
@@ -49,11 +47,10 @@ struct KnownRoute {
 impl Routes {
     /// Forgets all routes.
     pub fn clear(&mut self) {
-        self.numbers.clear();
         self.known.clear();
     }
 
-    /// Learns a route from the producer's answer. An answer from before an order that changed the
+    /// Learns a route from the producer's answer. An answer from before a command that changed the
     /// route is ignored.
     pub fn learn(&mut self, answer: &RouteResponse) {
         if !answer.is_found() || answer.run_id != self.run_id {
@@ -62,7 +59,6 @@ impl Routes {
         let drives_on = answer.drives_on();
         let is_listed = answer.released as usize <= answer.legs().len();
         let route = KnownRoute {
-            robot: answer.robot,
             edge: NO_EDGE,
             is_found: false,
             legs: answer
@@ -76,26 +72,27 @@ impl Routes {
             tick: answer.tick,
             stale_since: None,
         };
-        match self.number(answer.robot) {
-            Some(number)
-                if self.known[number].stale_since.is_some_and(|since| answer.tick < since) => {}
-            Some(number) => self.known[number] = route,
-            None => self.add(route),
+        let robot = answer.robot as usize;
+        if robot >= self.known.len() {
+            self.known.resize_with(robot + 1, || None);
+        }
+        let stale_since = self.known[robot].as_ref().and_then(|known| known.stale_since);
+        if stale_since.is_none_or(|since| answer.tick >= since) {
+            self.known[robot] = Some(Box::new(route));
         }
     }
 
-    /// Notes that an order of a tick may have changed a robot's route. It is followed until a later
-    /// answer comes, but not for long.
+    /// Notes that a command of a tick may have changed a robot's route. It is followed until a
+    /// later answer comes, but not for long.
     pub fn mark_stale(&mut self, robot: u32, tick: u64) {
-        if let Some(number) = self.number(robot) {
-            self.known[number].stale_since = Some(tick);
+        if let Some(Some(route)) = self.known.get_mut(robot as usize) {
+            route.stale_since = Some(tick);
         }
     }
 
     /// Whether the robot's route is unknown, stale, or nearly driven.
     pub fn is_wanted(&self, robot: u32) -> bool {
-        let Some(number) = self.number(robot) else { return true };
-        let route = &self.known[number];
+        let Some(route) = self.route(robot) else { return true };
         let left = route.legs.len() - route.next;
         // A route whose end is known has no more legs than it had.
         route.stale_since.is_some()
@@ -108,17 +105,14 @@ impl Routes {
             self.clear();
         }
         (self.run_id, self.tick) = (run_id, tick);
-        let mut number = 0;
-        while let Some(route) = self.known.get_mut(number) {
-            let is_kept =
-                edges.get(route.robot as usize).is_some_and(|edge| route.follow(*edge, tick));
-            if is_kept { number += 1 } else { self.remove(number) }
+        for (robot, slot) in self.known.iter_mut().enumerate() {
+            slot.take_if(|route| !edges.get(robot).is_some_and(|edge| route.follow(*edge, tick)));
         }
     }
 
     /// Returns the route of a robot on an edge, from there on.
     pub(crate) fn ahead(&self, robot: u32, edge: u32) -> Option<RouteAhead<'_>> {
-        let route = &self.known[self.number(robot)?];
+        let route = self.route(robot)?;
         let on = route.next.checked_sub(1).map(|on| route.legs[on].is_reverse());
         let ahead = RouteAhead {
             reverse: on,
@@ -129,25 +123,8 @@ impl Routes {
         (route.is_found && route.edge == edge).then_some(ahead)
     }
 
-    fn number(&self, robot: u32) -> Option<usize> {
-        (*self.numbers.get(robot as usize)? as usize).checked_sub(1)
-    }
-
-    fn add(&mut self, route: KnownRoute) {
-        let robot = route.robot as usize;
-        if robot >= self.numbers.len() {
-            self.numbers.resize(robot + 1, 0);
-        }
-        self.known.push(route);
-        self.numbers[robot] = self.known.len() as u32;
-    }
-
-    fn remove(&mut self, number: usize) {
-        let removed = self.known.swap_remove(number);
-        self.numbers[removed.robot as usize] = 0;
-        if let Some(moved) = self.known.get(number) {
-            self.numbers[moved.robot as usize] = number as u32 + 1;
-        }
+    fn route(&self, robot: u32) -> Option<&KnownRoute> {
+        self.known.get(robot as usize)?.as_deref()
     }
 }
 
@@ -169,7 +146,7 @@ impl KnownRoute {
             // The answer is ahead of the frames.
             return true;
         }
-        // A robot that is not yet on its route stands where the route begins.
+        // A robot that is not yet on its route stands at its start.
         (self.edge, self.is_found) = (edge, true);
         true
     }

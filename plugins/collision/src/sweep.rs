@@ -9,7 +9,7 @@ use std::ops::ControlFlow;
 use crate::bounds::Bounds;
 use crate::grid::KeyPacking;
 use crate::radix;
-use crate::strip::{PackedRobot, Strip};
+use crate::strip_index::{PackedRobot, Strip};
 
 /// Number of boxes that are compared before the loop tests whether there are more: about as many as
 /// one box usually has to be compared to.
@@ -67,17 +67,14 @@ impl SortAndSweep {
         strip: &Strip,
         bounds: impl Fn(&PackedRobot) -> Bounds,
     ) {
-        let entry = |(slot, robot): (u32, &PackedRobot)| {
-            let bounds = strip
-                .swept_paths
-                .get(slot as usize)
-                .map_or_else(|| bounds(robot), |path| path.bounds);
+        self.unsorted.clear();
+        self.unsorted.extend((0..).zip(&strip.robots).map(|(slot, robot): (u32, _)| {
+            let swept_path = strip.swept_paths.get(slot as usize);
+            let bounds = swept_path.map_or_else(|| bounds(robot), |path| path.bounds);
             let [start, end] =
                 [bounds.west(), bounds.east()].map(|x| packing.pack(robot.strip(), x));
             Entry { bounds, start, end, slot }
-        };
-        self.unsorted.clear();
-        self.unsorted.extend((0..).zip(&strip.robots).map(entry));
+        }));
         self.keys.clear();
         self.keys.extend(
             self.unsorted.iter().map(|entry| u64::from(entry.start) << 32 | u64::from(entry.slot)),

@@ -1,9 +1,12 @@
 //! Swept paths: summaries of trajectories that quickly show that two robots stay apart.
 
+use glam::Vec2;
+
 use crate::body::Body;
 use crate::bounds::{Bounds, slack};
+use crate::continuous::{ALWAYS, TimeWindow};
+use crate::criteria::HYSTERESIS;
 use crate::prediction::Segment;
-use crate::settings::HYSTERESIS;
 
 /// The summary of a robot's trajectory through the horizon. Half a cache line.
 #[derive(Clone, Copy, Debug)]
@@ -11,7 +14,7 @@ pub(crate) struct SweptPath {
     /// Bounding box of all points that the robot may cover at a time that counts, with padding.
     pub bounds: Bounds,
     /// Mean velocity, in metres per second.
-    pub mean_velocity: [f32; 2],
+    pub mean_velocity: Vec2,
     /// Largest distance of the trajectory from a motion at the mean velocity, in metres.
     pub deviation: f32,
     /// Index of the trajectory's first segment in the list that it belongs to. Trajectories of a
@@ -47,15 +50,13 @@ impl SweptPath {
             until = segment.until;
             all = all.join(around(end, end));
         }
-        let mean_velocity = [0, 1].map(|axis| (end[axis] - body.position[axis]) / until);
+        let mean_velocity = (end - body.position) / until;
         let mut square = 0.0_f32;
         for pair in segments.windows(2) {
-            let off = |axis: usize| {
-                pair[1].position[axis] - body.position[axis] - mean_velocity[axis] * pair[0].until
-            };
-            square = square.max(off(0) * off(0) + off(1) * off(1));
+            let off = pair[1].position - body.position - mean_velocity * pair[0].until;
+            square = square.max(off.length_squared());
         }
-        let bounds = now.join(padded(all, [body.radius(); 2]));
+        let bounds = now.join(padded(all, Vec2::splat(body.radius())));
         Self { bounds, mean_velocity, deviation: square.sqrt(), first_segment }
     }
 }
@@ -72,17 +73,17 @@ pub(crate) fn only_straight_on<'all>(
     }
 }
 
-fn around(a: [f32; 2], b: [f32; 2]) -> Bounds {
-    Bounds::new([a[0].min(b[0]), a[1].min(b[1])], [a[0].max(b[0]), a[1].max(b[1])])
+fn around(a: Vec2, b: Vec2) -> Bounds {
+    Bounds::new(a.min(b), a.max(b))
 }
 
 /// Returns the bounding box of a trajectory padded by the footprint, the hysteresis and the
 /// rounding errors.
-fn padded(path: Bounds, half: [f32; 2]) -> Bounds {
+fn padded(path: Bounds, half: Vec2) -> Bounds {
     let (west, south, east, north) = (path.west(), path.south(), path.east(), path.north());
     let padding = HYSTERESIS as f32 + slack(west) + slack(east) + slack(south) + slack(north);
-    let (x, y) = (half[0] + padding, half[1] + padding);
-    Bounds::new([west - x, south - y], [east + x, north + y])
+    let half = half + padding;
+    Bounds::new(Vec2::new(west, south) - half, Vec2::new(east, north) + half)
 }
 
 /// Returns the only segment of a robot that drives straight on.
@@ -97,9 +98,9 @@ pub(crate) fn straight_on(body: &Body, swept_path: &SweptPath, horizon: f32) -> 
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Approach {
     /// Position of the second robot relative to the first, in metres.
-    offset: [f32; 2],
+    offset: Vec2,
     /// Velocity of the second robot relative to the first, in metres per second.
-    velocity: [f32; 2],
+    velocity: Vec2,
     /// Sum of the radii of both footprints, in metres, plus the largest rounding error.
     radii: f32,
     /// Sum of the deviations of both trajectories, in metres.
@@ -108,58 +109,51 @@ pub(crate) struct Approach {
 
 impl Approach {
     pub(crate) fn of((a, swept_a): (&Body, &SweptPath), (b, swept_b): (&Body, &SweptPath)) -> Self {
-        let magnitude = |body: &Body| body.position[0].abs() + body.position[1].abs();
+        let [far_a, far_b] = [a, b].map(|body| body.position.x.abs() + body.position.y.abs());
         Self {
-            offset: [b.position[0] - a.position[0], b.position[1] - a.position[1]],
-            velocity: [
-                swept_b.mean_velocity[0] - swept_a.mean_velocity[0],
-                swept_b.mean_velocity[1] - swept_a.mean_velocity[1],
-            ],
-            radii: a.radius() + b.radius() + 0.01 + 1e-6 * (magnitude(a) + magnitude(b)),
+            offset: b.position - a.position,
+            velocity: swept_b.mean_velocity - swept_a.mean_velocity,
+            radii: a.radius() + b.radius() + 0.01 + 1e-6 * (far_a + far_b),
             deviations: swept_a.deviation + swept_b.deviation,
         }
     }
 
     /// Whether the footprints may be within some metres of each other now.
     pub(crate) fn is_near(&self, metres: f32) -> bool {
-        let ([x, y], reach) = (self.offset, self.radii + metres);
-        x * x + y * y <= reach * reach
+        let reach = self.radii + metres;
+        self.offset.length_squared() <= reach * reach
     }
 
     /// Whether the footprints may come within some metres of each other in that many seconds.
     pub(crate) fn comes_near(&self, metres: f32, seconds: f32) -> bool {
-        let ([x, y], [u, v], reach) =
-            (self.offset, self.velocity, self.radii + self.deviations + metres);
+        let reach = self.radii + self.deviations + metres;
         let time = self.time_of_closest_approach();
         let time = if time > 0.0 { time } else { 0.0 };
         let time = if time < seconds { time } else { seconds };
-        let [x, y] = [x + u * time, y + v * time];
-        x * x + y * y <= reach * reach
+        (self.offset + self.velocity * time).length_squared() <= reach * reach
     }
 
-    /// Returns the start and end, in seconds from now, of the time in which the footprints may be
-    /// within some metres of each other.
-    pub(crate) fn when_near(&self, metres: f32) -> [f32; 2] {
-        let ([x, y], [u, v], reach) =
-            (self.offset, self.velocity, self.radii + self.deviations + metres);
-        let (square, cross) = (u * u + v * v, x * v - y * u);
+    /// Returns the time in which the footprints may be within some metres of each other.
+    pub(crate) fn when_near(&self, metres: f32) -> TimeWindow {
+        let reach = self.radii + self.deviations + metres;
+        let (square, cross) = (self.velocity.length_squared(), self.offset.perp_dot(self.velocity));
         // Half of the time in which the circles are within reach, before and after the closest
         // approach.
         let half = ((reach * reach * square - cross * cross).max(0.0)).sqrt() / square;
         let middle = self.time_of_closest_approach();
         if square < MIN_SQUARED_SPEED {
-            [0.0, f32::INFINITY]
+            ALWAYS
         } else {
-            [middle - half, middle + half]
+            TimeWindow { from: middle - half, to: middle + half }
         }
     }
 
     /// Returns the time of closest approach, in seconds from now; an arbitrary number without
     /// relative motion.
     fn time_of_closest_approach(&self) -> f32 {
-        let ([x, y], [u, v]) = (self.offset, self.velocity);
-        let square = u * u + v * v;
-        -(x * u + y * v) / if square < MIN_SQUARED_SPEED { MIN_SQUARED_SPEED } else { square }
+        let square = self.velocity.length_squared();
+        let square = if square < MIN_SQUARED_SPEED { MIN_SQUARED_SPEED } else { square };
+        -self.offset.dot(self.velocity) / square
     }
 }
 

@@ -1,11 +1,14 @@
 //! Running totals of a run: the number of contacts and warnings, and the worst pairs, robots and
-//! edges.
+//! edges; and the summary of them that is printed at the end of the run.
 
 use std::cmp::Reverse;
-use std::collections::HashMap;
-use std::hash::{BuildHasherDefault, Hash, Hasher};
+use std::fmt::Write;
+use std::hash::Hash;
 
 use regatta_plugin::contact::{ContactLevel, ContactRecord};
+use rustc_hash::FxHashMap;
+
+use crate::detector::Detector;
 
 /// The largest number of pairs, robots or edges whose scores are kept. When it is reached, the half
 /// with the lower scores is dropped.
@@ -34,46 +37,18 @@ impl Score {
     }
 
     fn lasted(&mut self, level: Option<ContactLevel>, nanos: u64) {
-        match level {
-            Some(ContactLevel::Touching) => {
-                self.touching_nanos = self.touching_nanos.wrapping_add(nanos)
-            }
-            Some(ContactLevel::Possible) => {
-                self.possible_nanos = self.possible_nanos.wrapping_add(nanos)
-            }
-            None => {}
-        }
+        let sum = match level {
+            Some(ContactLevel::Touching) => &mut self.touching_nanos,
+            Some(ContactLevel::Possible) => &mut self.possible_nanos,
+            None => return,
+        };
+        *sum = sum.wrapping_add(nanos);
     }
 }
 
 /// Scores by pair, robot or edge.
-#[derive(Clone, Debug)]
-struct Scores<K>(HashMap<K, Score, BuildHasherDefault<IdHasher>>);
-
-impl<K> Default for Scores<K> {
-    fn default() -> Self {
-        Self(HashMap::default())
-    }
-}
-
-/// A hasher that mixes ids in a few instructions (Knuth's multiplicative hashing). Ids come from no
-/// attacker.
-#[derive(Clone, Copy, Debug, Default)]
-struct IdHasher(u64);
-
-impl Hasher for IdHasher {
-    fn write(&mut self, bytes: &[u8]) {
-        bytes.iter().for_each(|byte| self.write_u32((*byte).into()));
-    }
-
-    fn write_u32(&mut self, number: u32) {
-        self.0 = (self.0.rotate_left(32) ^ u64::from(number)).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-    }
-
-    fn finish(&self) -> u64 {
-        self.0 ^ self.0 >> 32
-    }
-}
+#[derive(Clone, Debug, Default)]
+struct Scores<K>(FxHashMap<K, Score>);
 
 impl<K: Copy + Eq + Hash + Ord> Scores<K> {
     fn of(&mut self, key: K) -> &mut Score {
@@ -96,7 +71,7 @@ impl<K: Copy + Eq + Hash + Ord> Scores<K> {
 #[derive(Clone, Debug, Default)]
 pub struct RunTotals {
     all: Score,
-    pairs: Scores<(u32, u32)>,
+    pairs: Scores<[u32; 2]>,
     robots: Scores<u32>,
     edges: Scores<u32>,
     is_capped: bool,
@@ -137,9 +112,10 @@ impl RunTotals {
 
     fn each(&mut self, record: &ContactRecord, update: impl Fn(&mut Score)) {
         update(&mut self.all);
-        let [first, second] = record.robots;
-        update(self.pairs.of((first, second)));
-        record.robots.iter().for_each(|robot| update(self.robots.of(*robot)));
+        update(self.pairs.of(record.robots));
+        for robot in record.robots {
+            update(self.robots.of(robot));
+        }
         update(self.edges.of(record.edge));
     }
 
@@ -149,7 +125,7 @@ impl RunTotals {
     }
 
     /// Returns the worst pairs, by robots, the worst first.
-    pub fn worst_pairs(&self, count: usize) -> Vec<((u32, u32), Score)> {
+    pub fn worst_pairs(&self, count: usize) -> Vec<([u32; 2], Score)> {
         self.pairs.worst(count)
     }
 
@@ -162,5 +138,64 @@ impl RunTotals {
     /// with the lower id. Only exact after all pairs have ended.
     pub fn worst_edges(&self, count: usize) -> Vec<(u32, Score)> {
         self.edges.worst(count)
+    }
+}
+
+/// Number of rows in each list.
+const ROWS: usize = 10;
+
+/// Formats the totals of a run that ended at `now_nanos`, and its worst pairs, robots and edges.
+/// `edges` are ids by index.
+pub(crate) fn summarize(detector: &Detector, edges: &[u32], now_nanos: u64) -> String {
+    // Contacts that have not ended have lasted until now.
+    let mut totals = detector.totals().clone();
+    for contact in detector.contacts() {
+        totals.lasted(contact, now_nanos);
+    }
+    let all = totals.all();
+    let mut text = format!(
+        "after {:.1} s: {}{} contacts ({} touch now), {} warnings ({} now)\n",
+        now_nanos as f64 * 1e-9,
+        // The totals are lower bounds if not all pairs of some frame were examined.
+        if totals.is_capped() { "at least " } else { "" },
+        all.contacts,
+        detector.touching(),
+        all.warnings,
+        detector.contacts().len() - detector.touching()
+    );
+    list(&mut text, "worst pairs", &totals.pairs, |[a, b]| format!("robots {a} and {b}"));
+    list(&mut text, "worst robots", &totals.robots, |robot| format!("robot {robot}"));
+    list(&mut text, "worst edges", &totals.edges, |edge| match edges.get(edge as usize) {
+        Some(id) => format!("edge {id}"),
+        None => "on no edge".to_owned(),
+    });
+    text
+}
+
+fn list<K: Copy + Eq + Hash + Ord>(
+    text: &mut String,
+    title: &str,
+    scores: &Scores<K>,
+    name: impl Fn(K) -> String,
+) {
+    let rows = scores.worst(ROWS);
+    if rows.is_empty() {
+        return;
+    }
+    // Writing to a string can't fail.
+    let _ = writeln!(
+        text,
+        "\n{title:<26}{:>10}{:>12}{:>10}{:>12}",
+        "contacts", "touching", "warnings", "possible"
+    );
+    for (key, score) in rows {
+        let name = name(key);
+        let [touching, possible] =
+            [score.touching_nanos, score.possible_nanos].map(|nanos| nanos as f64 * 1e-9);
+        let Score { contacts, warnings, .. } = score;
+        let _ = writeln!(
+            text,
+            "{name:<26}{contacts:>10}{touching:>10.2} s{warnings:>10}{possible:>10.2} s"
+        );
     }
 }

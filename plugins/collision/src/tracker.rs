@@ -1,5 +1,6 @@
 //! The contact tracker: follows pairs from frame to frame, with their levels, events and totals.
 
+use glam::Vec2;
 use regatta_plugin::contact::{ContactChange, ContactEvent, ContactLevel, ContactRecord};
 
 use crate::criteria::Criteria;
@@ -19,7 +20,7 @@ pub(crate) struct PairObservation {
     /// Ids of the robots, the lower one first.
     pub robots: [u32; 2],
     /// Position where they touch or come nearest, in metres.
-    pub position: [f32; 2],
+    pub position: Vec2,
     /// Relative speed, in metres per second.
     pub relative_speed: f32,
     pub criteria: Criteria,
@@ -109,8 +110,8 @@ impl ContactTracker {
             robots: pair.robots,
             level: level as u32,
             edge: edges[pair.robots[0] as usize],
-            x: pair.position[0],
-            y: pair.position[1],
+            x: pair.position.x,
+            y: pair.position.y,
             relative_speed: pair.relative_speed,
             reserved: 0,
         };
@@ -126,7 +127,7 @@ impl ContactTracker {
         }
     }
 
-    /// Ends a pair that has no level any more, where it was last seen.
+    /// Ends a pair that has no level any more, at the place at which it was last seen.
     fn end(&mut self, old: &ContactRecord) {
         self.record_changes(Some(old), *old, None);
     }

@@ -15,8 +15,8 @@ struct FewestEdges;
 
 impl Planner for FewestEdges {
     fn plan(&mut self, traffic: &Traffic<'_>, plans: &mut Plans) {
-        for (robot, state) in traffic.robots().filter(|(_, state)| state.needs_route) {
-            let (Some(goal), Some((_, start))) = (state.goal, traffic.base_end(robot)) else {
+        for (robot, state) in traffic.robots().filter(|(_, state)| state.needs_route()) {
+            let (Some(goal), Some((_, start))) = (state.goal(), traffic.base_end(robot)) else {
                 continue;
             };
             match route(traffic, start, goal) {

@@ -25,9 +25,9 @@ pub struct ChargingSettings {
     pub enough: f32,
     /// Robots with more leave the charger.
     pub full: f32,
-    /// What no plan may use.
+    /// The share of the battery that no plan may use.
     pub reserve: f32,
-    /// How much longer than on empty roads driving takes.
+    /// The factor by which driving takes longer than on empty roads.
     pub delay: f64,
     /// The seconds without an order after which a robot has nothing to do.
     pub idle_secs: f64,
@@ -47,7 +47,7 @@ impl Default for ChargingSettings {
     }
 }
 
-/// What charging needs to know about a robot in a cycle.
+/// The situation of a robot in a cycle.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Situation {
     /// The robot.
@@ -66,7 +66,7 @@ pub struct Situation {
     pub is_broken: bool,
 }
 
-/// What a robot is to do.
+/// The next action of a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Decision {
     /// Drive to a node, and give back the order that it hasn't begun.
@@ -143,7 +143,7 @@ struct Robot {
     is_low: bool,
 }
 
-/// What a robot does about its battery; with the index of its charger.
+/// The phase of a robot's charging, with the index of its charger.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum Phase {
     /// Nothing.

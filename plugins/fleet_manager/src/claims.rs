@@ -30,7 +30,7 @@ struct Holder {
     high: f32,
 }
 
-/// How far a robot may go on a leg, and who ends it.
+/// The distance that a robot may drive on a leg, and the robot that limits it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reach {
     /// Metres from where the leg is entered; less than where it wants to go on from if it must not

@@ -1,16 +1,17 @@
-//! How many robots may be under way at a time.
+//! The number of robots that may be under way at the same time.
 //!
 //! Roads carry most robots at a certain density; with more, each waits for others, and fewer arrive
 //! (the macroscopic fundamental diagram: N. Geroliminis, C. Daganzo: Existence of urban-scale
 //! macroscopic fundamental diagrams, 2008).
 
-/// What can be set.
+/// The settings of a [`Density`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DensitySettings {
     /// The share of robots under way that may wait for others, from 0 to 1; 1 for no limit on the
     /// robots under way.
     pub waiting_share: f64,
-    /// How much the number of robots changes for each unit by which the share differs, per second.
+    /// The relative change of the number of robots for each unit by which the share differs, per
+    /// second.
     pub gain: f64,
 }
 
@@ -20,7 +21,7 @@ impl Default for DensitySettings {
     }
 }
 
-/// How many robots may be under way: as many as wait for each other to a certain share.
+/// The number of robots that may be under way, controlled so that a certain share of them waits.
 #[derive(Clone, Debug)]
 pub struct Density {
     settings: DensitySettings,
@@ -55,7 +56,7 @@ impl Density {
         let share = waiting as f64 / out.max(1) as f64;
         let change =
             self.settings.gain * (self.settings.waiting_share - share) * f64::from(seconds);
-        // What nobody has tried says nothing about how many may be there.
+        // A number far above those that were under way has not been tried.
         let tried = self.least.max(1.1 * out as f64 + 1.0);
         self.most = (self.most * (1.0 + change)).clamp(self.least, tried);
     }

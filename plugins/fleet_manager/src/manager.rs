@@ -1,4 +1,4 @@
-//! The manager of a fleet: gives tasks to robots, sends them from stop to stop, and steers them
+//! The manager of a fleet: gives orders to robots, sends them from stop to stop, and steers them
 //! there.
 //!
 //! A cycle is a function of what came before, of the frame and of the requests: in lockstep a run
@@ -21,10 +21,10 @@ use crate::charging::Charging;
 use crate::planner::{DrivingTimes, Planner};
 use crate::roads::Roads;
 use crate::steering::{Command, Settings, Steering};
-use crate::tasks::{Candidate, Next, Order, State, Stop, TaskBook, TaskId};
 use crate::traffic::Seen;
+use regatta_orders::{Candidate, Next, Order, OrderId, OrderPool, State, Stop};
 
-/// What a robot is about.
+/// The order at hand of a robot.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 enum Errand {
     /// Nothing.
@@ -39,7 +39,7 @@ enum Errand {
 /// The manager of a fleet.
 pub struct Manager {
     steering: Steering,
-    tasks: TaskBook,
+    orders: OrderPool,
     times: DrivingTimes,
     charging: Charging,
     /// By robot.
@@ -60,12 +60,12 @@ impl Manager {
         roads: Arc<Roads>,
         planner: Box<dyn Planner>,
         settings: Settings,
-        tasks: TaskBook,
+        orders: OrderPool,
     ) -> Self {
         Self {
             times: DrivingTimes::new(&roads),
             steering: Steering::new(roads, planner, settings),
-            tasks,
+            orders,
             charging: Charging::default(),
             errands: Vec::new(),
             present: Vec::new(),
@@ -87,14 +87,14 @@ impl Manager {
         &self.steering
     }
 
-    /// The tasks.
-    pub fn tasks(&self) -> &TaskBook {
-        &self.tasks
+    /// The orders.
+    pub fn orders(&self) -> &OrderPool {
+        &self.orders
     }
 
-    /// The tasks, to drain their events.
-    pub fn tasks_mut(&mut self) -> &mut TaskBook {
-        &mut self.tasks
+    /// The orders, to drain their events.
+    pub fn orders_mut(&mut self) -> &mut OrderPool {
+        &mut self.orders
     }
 
     /// Takes the edges that no robot may enter, sorted by id.
@@ -107,9 +107,9 @@ impl Manager {
         self.steering.take_back(robot);
     }
 
-    /// Takes a frame at a simulated time in seconds; returns what to order. `robot_types` has an
-    /// index for each robot, or is empty if all are of the first type; `charges` likewise in per
-    /// cent, empty if no robot has a battery.
+    /// Takes a frame at a simulated time in seconds; returns the commands to send. `robot_types`
+    /// has an index for each robot, or is empty if all are of the first type; `charges` likewise in
+    /// per cent, empty if no robot has a battery.
     pub fn cycle(
         &mut self,
         now_secs: f64,
@@ -120,8 +120,8 @@ impl Manager {
         self.see(columns, robot_types);
         self.charging.see(columns.state.len(), charges, robot_types);
         self.times.begin();
-        self.tasks.generate_until(now_secs, self.present.len());
-        for robot in self.tasks.take_requests(now_secs) {
+        self.orders.generate_until(now_secs, self.present.len());
+        for robot in self.orders.take_requests(now_secs) {
             self.halt(robot);
         }
         for index in 0..self.present.len() {
@@ -157,7 +157,7 @@ impl Manager {
         }
     }
 
-    /// A robot has left the fleet: its task is given to another one, or has failed if its load is
+    /// A robot has left the fleet: its order is given to another one, or has failed if its load is
     /// gone with it.
     fn lose(&mut self, robot: u32) {
         if self.steering.robot(robot).is_none() {
@@ -166,31 +166,31 @@ impl Manager {
         self.steering.lose(robot);
         self.charging.lose(robot);
         self.errands[robot as usize] = Errand::None;
-        self.tasks.recall(robot, self.steering.now());
-        if self.tasks.task_of(robot).is_some()
-            && self.tasks.withdraw(robot, self.steering.now()).is_err()
+        self.orders.recall(robot, self.steering.now());
+        if self.orders.order_of(robot).is_some()
+            && self.orders.withdraw(robot, self.steering.now()).is_err()
         {
-            self.tasks.failed(robot, self.steering.now(), "the robot was removed");
+            self.orders.failed(robot, self.steering.now(), "the robot was removed");
         }
     }
 
-    /// Moves a robot's task on, if it has come to a stop or has handled one.
+    /// Moves a robot's order on, if it has come to a stop or has handled one.
     fn serve(&mut self, robot: u32, now_secs: f64) {
         // A store remembers whose orders had begun: they go on.
         if self.errands[robot as usize] == Errand::None
-            && let Some(stop) = self.tasks.current_stop(robot)
+            && let Some(stop) = self.orders.current_stop(robot)
         {
             self.send(robot, stop.node);
         }
         if let Errand::To(node) = self.errands[robot as usize] {
-            if self.steering.has_arrived(robot, node) && self.tasks.arrived(robot, now_secs) {
+            if self.steering.has_arrived(robot, node) && self.orders.arrived(robot, now_secs) {
                 let dwell_secs =
-                    self.tasks.current_stop(robot).map_or(0.0, |stop: Stop| stop.dwell_secs);
+                    self.orders.current_stop(robot).map_or(0.0, |stop: Stop| stop.dwell_secs);
                 self.errands[robot as usize] = Errand::Handling(now_secs + dwell_secs);
                 self.steering.stay(robot);
             } else if self.steering.is_unreachable(robot) {
                 self.give_up(robot, now_secs);
-            } else if self.steering.robot(robot).is_some_and(|state| state.goal.is_none()) {
+            } else if self.steering.robot(robot).is_some_and(|state| state.goal().is_none()) {
                 // It was sent out of others' way while it waited for roads to be opened.
                 self.send(robot, node);
             }
@@ -198,7 +198,7 @@ impl Manager {
         if let Errand::Handling(until) = self.errands[robot as usize]
             && now_secs >= until
         {
-            match self.tasks.handled(robot, now_secs) {
+            match self.orders.handled(robot, now_secs) {
                 Some(Next::Stop(stop)) => self.send(robot, stop.node),
                 Some(Next::Done) | None => self.halt(robot),
             }
@@ -211,7 +211,7 @@ impl Manager {
         for index in 0..self.present.len() {
             let robot = self.present[index];
             if self.steering.is_out_of_service(robot)
-                && self.tasks.withdraw(robot, now_secs).is_ok()
+                && self.orders.withdraw(robot, now_secs).is_ok()
             {
                 self.halt(robot);
             }
@@ -219,45 +219,45 @@ impl Manager {
         if self.closures != self.steering.closures() {
             self.closures = self.steering.closures();
             let is_back =
-                |order: &&Order| order.state() == State::Unroutable && !self.is_out_of_reach(order);
-            let back: Vec<TaskId> =
-                self.tasks.open_orders().filter(is_back).map(Order::id).collect();
-            for task in back {
-                self.tasks.reopen(task, now_secs);
+                |order: &&Order| order.state == State::Unroutable && !self.is_out_of_reach(order);
+            let back: Vec<OrderId> =
+                self.orders.open_orders().filter(is_back).map(|order| order.id).collect();
+            for id in back {
+                self.orders.reopen(id, now_secs);
             }
         }
         // A robot would have to search all roads for each of them.
         if self.steering.has_closures() {
-            let lost = self.tasks.waiting_orders().filter(|order| self.is_out_of_reach(order));
-            for task in lost.map(Order::id).collect::<Vec<TaskId>>() {
-                self.tasks.unroutable(task, now_secs, "closed roads lead to its stop");
+            let lost = self.orders.waiting_orders().filter(|order| self.is_out_of_reach(order));
+            for id in lost.map(|order| order.id).collect::<Vec<OrderId>>() {
+                self.orders.unroutable(id, now_secs, "closed roads lead to its stop");
             }
         }
     }
 
     /// Whether closures keep robots from coming to an order's next stop.
     fn is_out_of_reach(&self, order: &Order) -> bool {
-        let next = order.content().stops().get(order.handled_stops());
+        let next = order.content.stops.get(order.handled_stops);
         next.is_some_and(|stop| self.steering.is_out_of_reach(stop.node))
     }
 
-    /// Gives a task up to whose next stop no way leads. Where closures have cut off the robot and
+    /// Gives an order up to whose next stop no way leads. Where closures have cut off the robot and
     /// not the stop, another robot may carry it out; a robot that has begun it waits until roads
     /// are open again.
     fn give_up(&mut self, robot: u32, now_secs: f64) {
-        if self.steering.has_closures() && self.tasks.is_bound(robot) {
+        if self.steering.has_closures() && self.orders.is_bound(robot) {
             return;
         }
         let node = self.steering.base_end_node(robot);
         let is_cut_off = node.is_some_and(|node| self.steering.is_cut_off(node));
         self.halt(robot);
-        match self.tasks.withdraw(robot, now_secs) {
+        match self.orders.withdraw(robot, now_secs) {
             Ok(_) if is_cut_off => {}
-            Ok(task) => {
-                self.tasks.unroutable(task, now_secs, "no way leads to its stop");
+            Ok(id) => {
+                self.orders.unroutable(id, now_secs, "no way leads to its stop");
             }
             Err(_) => {
-                self.tasks.failed(robot, now_secs, "no way leads to its next stop");
+                self.orders.failed(robot, now_secs, "no way leads to its next stop");
             }
         }
     }
@@ -265,19 +265,19 @@ impl Manager {
     /// Assigns orders. In most cycles no robot is free, and nothing is looked up.
     fn assign(&mut self, now_secs: f64) {
         let roads = self.steering.roads().clone();
-        let is_anew = self.tasks.is_reassignment_due(now_secs);
+        let is_anew = self.orders.is_reassignment_due(now_secs);
         self.find_candidates(is_anew);
         if self.candidates.is_empty() && !is_anew {
             return;
         }
         let mut prepare = |order: &Order| {
-            if let Some(stop) = order.content().stops().get(order.handled_stops()) {
+            if let Some(stop) = order.content.stops.get(order.handled_stops) {
                 self.times.prepare(&roads, stop.node);
             }
         };
         match is_anew {
-            true => self.tasks.open_orders().for_each(&mut prepare),
-            false => self.tasks.waiting_orders().for_each(&mut prepare),
+            true => self.orders.open_orders().for_each(&mut prepare),
+            false => self.orders.waiting_orders().for_each(&mut prepare),
         }
         let after = self.after_first_stops();
         let (steering, times, charging) = (&self.steering, &self.times, &self.charging);
@@ -288,10 +288,10 @@ impl Manager {
                 .is_none_or(|rest| rest.is_affordable(charging, robot, secs))
                 .then_some(secs)
         };
-        let changes = self.tasks.assign(now_secs, &self.candidates, &secs);
+        let changes = self.orders.assign(now_secs, &self.candidates, &secs);
         changes.withdrawn.into_iter().for_each(|(_, robot)| self.halt(robot));
         for (_, robot) in changes.assigned {
-            if let Some(stop) = self.tasks.current_stop(robot) {
+            if let Some(stop) = self.orders.current_stop(robot) {
                 self.send(robot, stop.node);
             }
         }
@@ -302,7 +302,7 @@ impl Manager {
         self.candidates.clear();
         for &robot in &self.present {
             let is_free = match is_anew {
-                true => !self.tasks.is_bound(robot),
+                true => !self.orders.is_bound(robot),
                 false => self.errands[robot as usize] == Errand::None,
             };
             if is_free

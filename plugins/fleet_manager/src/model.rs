@@ -37,7 +37,7 @@ impl Random {
     }
 }
 
-/// How long a planner has taken.
+/// The time that a planner has taken.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Spent {
     pub cycles: u32,
@@ -79,7 +79,7 @@ pub struct Model {
     random: Random,
     /// Of 1,000 robots, how many stall in a tick, for up to eight seconds.
     pub stalls: u32,
-    /// How many robots break down after [`BREAKDOWN`].
+    /// The number of robots that break down after [`BREAKDOWN`].
     pub broken: usize,
     tick: u32,
     sent: Vec<u32>,
@@ -244,7 +244,7 @@ pub fn places(world: &WorldData, count: usize, seed: u64) -> Vec<(Leg, f32)> {
     starts
 }
 
-/// What a frame shows of a robot that stands or drives on an edge.
+/// A robot that stands or drives on an edge, as a frame shows it.
 fn seen(edge: u32, s: f32, speed: f32, position: [f32; 2]) -> Seen {
     Seen { robot_type: 0, edge: Some(edge), s, speed, position, state: RobotState::Idle }
 }

@@ -21,7 +21,7 @@ pub use self::pibt::{Pibt, PibtSettings};
 pub use self::route::{Router, Search};
 pub use self::tea::{Tea, TeaSettings};
 use crate::roads::Leg;
-use crate::traffic::Traffic;
+use crate::traffic::{Permit, Traffic};
 
 /// Decides which way robots go, and who goes first.
 ///
@@ -38,24 +38,17 @@ pub trait Planner: fmt::Debug + Send {
     }
 }
 
-/// What a planner has decided in a cycle.
+/// The decisions of a planner in one cycle.
 #[derive(Debug, Default)]
 pub struct Plans {
+    /// New routes; `None` where no way leads to a robot's goal.
     pub(crate) routes: Vec<(u32, Option<Vec<Leg>>)>,
-    pub(crate) precedences: Vec<(u32, f64)>,
-    pub(crate) holds: Vec<(u32, usize)>,
-    pub(crate) follows: Vec<u32>,
-    /// By how many legs the bases of robots may grow that are kept out of a region. Unlike those
-    /// that are held, they wait for room: the ring guard knows where they will go on to.
-    pub(crate) kept_out: Vec<(u32, usize)>,
-    /// Robots whose bases stay as they are in this cycle.
-    pub(crate) frozen: Vec<u32>,
-    /// Robots that may enter the roads in this cycle, however many are there.
-    pub(crate) admitted: Vec<u32>,
     /// Idle robots that are sent to a node, out of others' way.
     pub(crate) evicted: Vec<(u32, u32)>,
     /// Robots that need a route in the next cycle.
     pub(crate) released: Vec<u32>,
+    /// By robot; the default beyond its end.
+    permits: Vec<Permit>,
 }
 
 impl Plans {
@@ -70,22 +63,15 @@ impl Plans {
         self.routes.push((robot, None));
     }
 
-    /// Sets when a robot's base is extended, in ascending order of the keys; the default key of a
-    /// robot is the time at which it was sent to its goal, in simulated seconds. Holds for this
-    /// cycle.
-    pub fn precede(&mut self, robot: u32, key: f64) {
-        self.precedences.push((robot, key));
+    /// The permission of a robot for this cycle, to be changed.
+    pub fn permit(&mut self, robot: u32) -> &mut Permit {
+        let count = self.permits.len().max(robot as usize + 1);
+        self.permits.resize(count, Permit::default());
+        &mut self.permits[robot as usize]
     }
 
-    /// Lets a robot's base grow by this many legs at most. Holds for this cycle.
-    pub fn hold(&mut self, robot: u32, legs: usize) {
-        self.holds.push((robot, legs));
-    }
-
-    /// Lets a robot follow closely: its base may end anywhere, as far as those ahead let it, not
-    /// only where it is in nobody's way. That is for robots which are sure to go on, as those ahead
-    /// drive on to places of their own. Holds for this cycle.
-    pub fn follow(&mut self, robot: u32) {
-        self.follows.push(robot);
+    /// Takes the permits of all robots, by robot; beyond the end, robots have the default.
+    pub(crate) fn take_permits(&mut self) -> impl Iterator<Item = Permit> + '_ {
+        self.permits.drain(..)
     }
 }

@@ -1,4 +1,4 @@
-//! The plugin: frames in, orders and the task log out.
+//! The plugin: frames in, commands and the order log out.
 
 mod planner_kind;
 
@@ -10,27 +10,27 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use clap::Parser;
+use regatta_plugin::command::RouteLeg;
 use regatta_plugin::event::EventKind;
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::manager::{ManagerAnswer, ManagerResponse};
-use regatta_plugin::order::RouteLeg;
-use regatta_plugin::ports::tasks::TaskPublisher;
-use regatta_plugin::task::TaskRecord;
+use regatta_plugin::order::OrderRecord;
+use regatta_plugin::ports::orders::OrderPublisher;
 use regatta_plugin::{
-    ClosureReader, ColumnReader, Error, Events, Frame, LOAD_VARIABLE, ManagerServer, OpenError,
-    Options, OrderError, Orders, Participant, Plugin, Rate, Result, World, tell, usage_line,
+    ClosureReader, ColumnReader, CommandError, Commands, Error, Events, Frame, LOAD_VARIABLE,
+    ManagerServer, OpenError, Options, Participant, Plugin, Rate, Result, World, tell,
 };
 
 pub use self::planner_kind::PlannerKind;
 use crate::charging::{Charging, ChargingSettings};
 use crate::columns::ManagerColumns;
 use crate::manager::Manager;
+use crate::order_log::OrderLog;
 use crate::planner::{Backstop, BackstopSettings, Planner};
 use crate::roads::{Leg, Roads, default_cache_folder};
 use crate::run_figures::{Doing, RunFigures};
 use crate::steering::{Command, Settings};
-use crate::task_log::TaskLog;
-use crate::tasks::{InTurn, Places, TaskBook, TaskSettings};
+use regatta_orders::{InTurn, OrderPool, OrderSettings, Places};
 
 /// Makes a planner for the roads of a world.
 type PlannerFactory = Box<dyn FnMut(&Roads) -> Box<dyn Planner>>;
@@ -67,7 +67,7 @@ pub struct Cli {
     /// Work large worlds out at each start
     #[arg(long, conflicts_with = "cache")]
     pub no_cache: bool,
-    /// Who decides which way robots go
+    /// The planner that decides which way robots go
     #[arg(long, value_name = "NAME", value_enum, default_value_t)]
     pub planner: PlannerKind,
     /// Let robots drive through each other: the bound of what any management can reach
@@ -115,24 +115,18 @@ fn run<A: Into<OsString> + Clone>(
     args: impl IntoIterator<Item = A>,
     planner: Option<PlannerFactory>,
 ) -> Result {
-    match Cli::try_parse_from(args) {
-        Ok(cli) => {
-            let manager = FleetManager::new(cli, planner);
-            // Now, and not only when there is an engine.
-            manager.task_settings().check()?;
-            manager.cli.options.clone().run(manager, "fleet-manager")
-        }
-        Err(error) if !error.use_stderr() => Ok(error.print()?),
-        Err(error) => {
-            Err(Error::new(format_args!("{}; --help lists the options", usage_line(&error))))
-        }
-    }
+    regatta_kit::run_from(args, |cli: Cli| {
+        let manager = FleetManager::new(cli, planner);
+        // Now, and not only when there is an engine.
+        manager.order_settings().check()?;
+        manager.cli.options.clone().run(manager, "fleet-manager")
+    })
 }
 
 /// The plugin's ports in the fleet.
 struct Ports {
-    orders: Orders,
-    tasks: TaskPublisher,
+    commands: Commands,
+    orders: OrderPublisher,
     columns: ManagerColumns,
     types: ColumnReader,
     batteries: ColumnReader,
@@ -140,7 +134,8 @@ struct Ports {
     requests: ManagerServer,
 }
 
-/// What a new world has told: the manager begins with its first frame, which tells the time.
+/// The state between a new world and its first frame, which tells the time: the manager begins
+/// then.
 struct Opening {
     roads: Arc<Roads>,
     places: Arc<Places>,
@@ -158,11 +153,11 @@ struct FleetManager {
     manager: Option<Manager>,
     /// Of the last world.
     run_id: u64,
-    log: TaskLog,
-    /// Robots by the tokens of orders that aren't answered yet.
+    log: OrderLog,
+    /// Robots by the tokens of commands that aren't answered yet.
     pending: BTreeMap<u64, u32>,
     figures: RunFigures,
-    /// What each robot of the last frame does, by id.
+    /// The activity of each robot of the last frame, by id.
     doing: Vec<Doing>,
 }
 
@@ -175,17 +170,17 @@ impl FleetManager {
             opening: None,
             manager: None,
             run_id: 0,
-            log: TaskLog::default(),
+            log: OrderLog::default(),
             pending: BTreeMap::new(),
             figures: RunFigures::default(),
             doing: Vec::new(),
         }
     }
 
-    fn task_settings(&self) -> TaskSettings {
+    fn order_settings(&self) -> OrderSettings {
         let Cli { orders, load, seed, store, http, token_file, .. } = self.cli.clone();
         let load = load.or_else(|| std::env::var_os(LOAD_VARIABLE).map(PathBuf::from));
-        TaskSettings { orders, load, seed, store, http, token_file }
+        OrderSettings { orders, load, seed, store, http, token_file }
     }
 
     fn roads(&self, world: &World<'_>) -> Roads {
@@ -202,13 +197,13 @@ impl FleetManager {
     /// Opens the book at a simulated time in seconds, and begins to manage.
     fn begin(&mut self, opening: Opening, now_secs: f64) -> Result {
         let Opening { roads, places, run_id, charging } = opening;
-        let mut tasks = TaskBook::open(&self.task_settings(), places, run_id, now_secs)
+        let mut orders = OrderPool::open(&self.order_settings(), places, run_id, now_secs)
             .map_err(|error| Error::new(format_args!("{error}")))?;
         if self.cli.in_turn {
-            tasks.set_assigner(InTurn);
+            orders.set_assigner(InTurn);
         }
-        self.log = TaskLog::new(tasks.open_orders(), tasks.places());
-        if let Some(address) = tasks.http_address() {
+        self.log = OrderLog::new(orders.open_orders(), orders.places());
+        if let Some(address) = orders.http_address() {
             tell!("fleet-manager: orders at http://{address}");
         }
         let (planner, settings) = match &mut self.own_planner {
@@ -217,14 +212,14 @@ impl FleetManager {
         };
         let settings = Settings { conflicts: !self.cli.no_conflicts, ..settings };
         let planner = Box::new(Backstop::new(planner, BackstopSettings::default()));
-        self.manager = Some(Manager::new(roads, planner, settings, tasks).with_charging(charging));
+        self.manager = Some(Manager::new(roads, planner, settings, orders).with_charging(charging));
         Ok(())
     }
 
-    /// Sends what the manager has decided. Orders that can't be sent now are sent with the next
+    /// Sends what the manager has decided. Commands that can't be sent now are sent with the next
     /// ones.
     fn send(
-        orders: &mut Orders,
+        sender: &mut Commands,
         pending: &mut BTreeMap<u64, u32>,
         commands: &[Command],
         roads: &Roads,
@@ -234,17 +229,17 @@ impl FleetManager {
                 Command::Route { robot, legs } => {
                     let legs: Vec<RouteLeg> =
                         legs.iter().map(|leg| route_leg(*leg, roads).horizon()).collect();
-                    (orders.extend(*robot, &legs), *robot)
+                    (sender.extend(*robot, &legs), *robot)
                 }
                 Command::Release { robot, leg, metres } => {
-                    (orders.release(*robot, route_leg(*leg, roads), *metres), *robot)
+                    (sender.release(*robot, route_leg(*leg, roads), *metres), *robot)
                 }
-                Command::Cancel { robot } => (orders.cancel(*robot), *robot),
+                Command::Cancel { robot } => (sender.cancel(*robot), *robot),
             };
             pending.insert(token, robot);
         }
-        match orders.send() {
-            Ok(()) | Err(OrderError::Full { .. } | OrderError::NoEngine { .. }) => Ok(()),
+        match sender.send() {
+            Ok(()) | Err(CommandError::Full { .. } | CommandError::NoEngine { .. }) => Ok(()),
             Err(error) => Err(error.into()),
         }
     }
@@ -260,19 +255,19 @@ impl FleetManager {
         Ok(())
     }
 
-    fn publish_tasks(
+    fn publish_orders(
         ports: &mut Ports,
-        log: &mut TaskLog,
+        log: &mut OrderLog,
         figures: &mut RunFigures,
         manager: &mut Manager,
         frame: &Frame<'_>,
     ) -> Result {
-        let places = manager.tasks().places().clone();
-        let events = manager.tasks_mut().events().inspect(|event| figures.take(event));
-        let records: Vec<TaskRecord> =
+        let places = manager.orders().places().clone();
+        let events = manager.orders_mut().events().inspect(|event| figures.take(event));
+        let records: Vec<OrderRecord> =
             events.filter_map(|event| log.record(&event, &places)).collect();
         if !records.is_empty() {
-            ports.tasks.publish(frame.run_id(), frame.tick(), 0, &records)?;
+            ports.orders.publish(frame.run_id(), frame.tick(), 0, &records)?;
         }
         Ok(())
     }
@@ -280,7 +275,7 @@ impl FleetManager {
     /// Prints and writes the figures of the run.
     fn report(&self) -> Result {
         let Some(manager) = &self.manager else { return Ok(()) };
-        let (figures, run) = (manager.tasks().figures(self.figures.now_secs), &self.figures);
+        let (figures, run) = (manager.orders().figures(self.figures.now_secs), &self.figures);
         if self.cli.summary {
             println!("{}\n{}", figures.markdown(), run.markdown());
             let (mean, longest) = (run.mean_cycle_ms(), run.longest_cycle_ms());
@@ -307,8 +302,8 @@ impl FleetManager {
 impl Plugin for FleetManager {
     fn on_start(&mut self, fleet: &Participant) -> Result {
         self.ports = Some(Ports {
-            orders: Orders::open_on(fleet)?,
-            tasks: TaskPublisher::open_on(fleet).map_err(only_one)?,
+            commands: Commands::open_on(fleet)?,
+            orders: OrderPublisher::open_on(fleet).map_err(only_one)?,
             columns: ManagerColumns::open_on(fleet)?,
             types: ColumnReader::open_on(fleet, "type")?,
             batteries: ColumnReader::open_on(fleet, "battery")?,
@@ -358,9 +353,9 @@ impl Plugin for FleetManager {
         ports.closures.take()?;
         manager.close_edges(ports.closures.closed(frame.run_id()));
         let commands = manager.cycle(now_secs, &columns, types, charges);
-        Self::send(&mut ports.orders, &mut self.pending, commands, &roads)?;
+        Self::send(&mut ports.commands, &mut self.pending, commands, &roads)?;
         manager.show_vehicles(&columns, charges);
-        Self::publish_tasks(ports, &mut self.log, &mut self.figures, manager, frame)?;
+        Self::publish_orders(ports, &mut self.log, &mut self.figures, manager, frame)?;
         self.doing.clear();
         self.doing
             .extend((0..).zip(columns.speed).map(|(robot, speed)| manager.doing(robot, *speed)));
@@ -370,7 +365,7 @@ impl Plugin for FleetManager {
             .zip(columns.state)
             .filter(|(_, state)| **state != RobotState::Absent as u8);
         self.figures.spend(secs.max(0.0), present.map(|(doing, _)| *doing));
-        manager.tasks_mut().publish(now_secs);
+        manager.orders_mut().publish(now_secs);
         ports.columns.publish(frame, manager, &self.doing, start.elapsed())?;
         self.figures.end_cycle(start.elapsed());
         Ok(())
@@ -378,7 +373,7 @@ impl Plugin for FleetManager {
 
     fn on_idle(&mut self, _has_producer: bool) -> Result {
         let Some(ports) = &mut self.ports else { return Ok(()) };
-        ports.tasks.update();
+        ports.orders.update();
         ports.columns.update();
         // The clock may be paused: what robots are to do is known when it goes on.
         Self::answer(ports, self.manager.as_mut(), self.run_id)
@@ -415,10 +410,10 @@ impl Plugin for FleetManager {
     }
 }
 
-/// Whoever writes the task log of a fleet is its manager.
+/// Whoever writes the order log of a fleet is its manager.
 fn only_one(error: OpenError) -> Error {
     match error {
-        OpenError::TasksTaken { fleet, owner } => Error::new(format_args!(
+        OpenError::Taken { fleet, owner, .. } => Error::new(format_args!(
             "fleet '{fleet}' has a fleet manager already, {owner}; stop that one first"
         )),
         error => error.into(),

@@ -81,7 +81,7 @@ pub struct Footprint {
     pub half: [f32; 2],
 }
 
-/// What the roads need to know about a robot type.
+/// The properties of a robot type that roads depend on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RobotClass {
     /// Index among the [footprints](Roads::footprints).
@@ -230,12 +230,12 @@ impl Roads {
         &self.footprints
     }
 
-    /// What gets in the way of what.
+    /// The conflicts between tracks.
     pub fn conflicts(&self) -> &Conflicts {
         &self.conflicts
     }
 
-    /// Where robots with a footprint may stop.
+    /// The places where robots with a footprint may stop.
     pub fn stops(&self, footprint: usize) -> &Stops {
         &self.stops[footprint]
     }
@@ -334,7 +334,7 @@ fn road(edge: &EdgeRecord, length: f32, headings: [f32; 2]) -> Road {
         origin: edge.origin,
         destination: edge.destination,
         length,
-        speeds: [edge.velocity_forward, edge.velocity_backwards],
+        speeds: [edge.speed, edge.reverse_speed],
         headings,
     }
 }

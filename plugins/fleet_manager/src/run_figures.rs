@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 pub use self::effort::Doing;
 use self::effort::Effort;
-use crate::tasks::{Change, TaskEvent};
+use regatta_orders::{Change, OrderEvent};
 
 /// The length of the periods whose finished stops are counted, in simulated seconds.
 const PERIOD_SECS: f64 = 10.0;
@@ -20,7 +20,7 @@ pub(crate) struct RunFigures {
     pub(crate) robots: usize,
     /// The simulated time of the last frame, in seconds.
     pub(crate) now_secs: f64,
-    /// How long it took to work the roads out, and to open what the manager needs.
+    /// The time that it took to compile the roads and to open the manager's ports and files.
     start: Duration,
     cycles: u64,
     spent: Duration,
@@ -58,8 +58,8 @@ impl RunFigures {
         }
     }
 
-    /// Notes a change of a task.
-    pub(crate) fn take(&mut self, event: &TaskEvent) {
+    /// Notes a change of an order.
+    pub(crate) fn take(&mut self, event: &OrderEvent) {
         match event.change {
             Change::Handled { .. } => {
                 count(&mut self.stops, event.secs);
@@ -78,7 +78,7 @@ impl RunFigures {
 
     /// Notes what all robots do, for as long as the time since the frame before.
     pub(crate) fn spend(&mut self, secs: f64, robots: impl Iterator<Item = Doing>) {
-        // What was before the first frame is unknown.
+        // The activity before the first frame is unknown.
         if self.cycles > 0 {
             robots.for_each(|doing| self.effort.add(&doing, secs));
         }
@@ -107,7 +107,7 @@ impl RunFigures {
         open.fold(self.longest_without_finish_secs, f64::max)
     }
 
-    /// What robots spend, as a table in Markdown.
+    /// The effort of robots, as a table in Markdown.
     pub(crate) fn markdown(&self) -> String {
         self.effort.markdown()
     }
@@ -143,10 +143,10 @@ fn millis(duration: Duration) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tasks::TaskId;
+    use regatta_orders::OrderId;
 
-    fn finished(secs: f64, robot: u32) -> TaskEvent {
-        TaskEvent { secs, task: TaskId(1), change: Change::Finished { robot } }
+    fn finished(secs: f64, robot: u32) -> OrderEvent {
+        OrderEvent { secs, id: OrderId(1), change: Change::Finished { robot } }
     }
 
     #[test]
@@ -171,9 +171,9 @@ mod tests {
     fn stops_are_counted_by_period() {
         let mut figures = RunFigures::begin(Duration::ZERO);
         for secs in [0.0, 9.9, 10.0, 35.0] {
-            figures.take(&TaskEvent {
+            figures.take(&OrderEvent {
                 secs,
-                task: TaskId(1),
+                id: OrderId(1),
                 change: Change::Handled { robot: 0, stop: 0 },
             });
         }

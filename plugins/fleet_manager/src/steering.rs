@@ -23,9 +23,9 @@ pub use self::admission::AdmissionSettings;
 use crate::claims::Claims;
 use crate::planner::{Planner, Plans};
 use crate::roads::{Leg, Roads};
-use crate::traffic::{Robot, Traffic};
+use crate::traffic::{Errand, Permit, Robot, RouteState, Traffic};
 
-/// An order to a robot.
+/// A command to a robot.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Command {
     /// Replace what lies beyond its base by these legs, none of them released.
@@ -51,19 +51,19 @@ pub enum Command {
     },
 }
 
-/// What can be set.
+/// The settings of steering.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// The time from a frame to the moment at which an order that answers it takes effect, in
+    /// The time from a frame to the moment at which a command that answers it takes effect, in
     /// seconds.
     pub latency_secs: f32,
-    /// How far a base reaches at least beyond what a robot needs to brake, in metres.
+    /// The least distance that a base extends beyond the braking distance, in metres.
     pub lead: f32,
     /// Whether robots that close a ring of waiters are held back.
     pub ring_guard: bool,
     /// Whether a dead end is entered only while nobody else is there.
     pub stub_guard: bool,
-    /// How many robots may be on the roads at a time.
+    /// The limit on robots that are on the roads at the same time.
     pub admission: AdmissionSettings,
     /// Whether robots keep apart. Without it, throughput is the bound of what any management can
     /// reach.
@@ -96,8 +96,8 @@ pub struct Steering {
     cut_off: Vec<bool>,
     /// By node: whether closures keep robots from coming there; empty without closures.
     out_of_reach: Vec<bool>,
-    /// Edges that are closed by order, sorted by id.
-    closed_by_order: Vec<ClosedEdge>,
+    /// Edges that are closed by a command, sorted by id.
+    closed_by_command: Vec<ClosedEdge>,
     /// Their indices, sorted.
     closed_edges: Vec<u32>,
     /// Whether they have changed since closures were last worked out.
@@ -117,7 +117,7 @@ pub struct Steering {
     pub counts: Counts,
 }
 
-/// What steering did so far.
+/// Counters of the run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Extensions of bases.
@@ -137,7 +137,7 @@ impl Steering {
             closed: vec![false; 2 * roads.edges().len()],
             cut_off: Vec::new(),
             out_of_reach: Vec::new(),
-            closed_by_order: Vec::new(),
+            closed_by_command: Vec::new(),
             closed_edges: Vec::new(),
             is_closed_anew: false,
             blockers: Vec::new(),
@@ -173,13 +173,10 @@ impl Steering {
     pub fn send(&mut self, robot: u32, goal: u32) {
         let now = self.now;
         if let Some(state) = self.robot_mut(robot) {
-            state.goal = Some(goal);
-            state.needs_route = true;
-            state.is_pinned = false;
+            state.errand = Errand::Sent(goal);
+            state.route = RouteState::Needed;
             state.is_fresh = true;
             state.sent = now;
-            state.is_evicted = false;
-            state.is_unreachable = false;
         }
     }
 
@@ -187,11 +184,8 @@ impl Steering {
     /// others' way.
     pub fn halt(&mut self, robot: u32) {
         let Some(state) = self.robot_mut(robot) else { return };
-        state.goal = None;
-        state.needs_route = false;
-        state.is_pinned = false;
-        state.is_evicted = false;
-        state.is_unreachable = false;
+        state.errand = Errand::None;
+        state.route = RouteState::Planned;
         state.blocker = None;
         state.waiting_since = f64::INFINITY;
         state.horizon.clear();
@@ -201,18 +195,18 @@ impl Steering {
     pub fn stay(&mut self, robot: u32) {
         self.halt(robot);
         if let Some(state) = self.robot_mut(robot) {
-            state.is_pinned = true;
+            state.errand = Errand::Pinned;
         }
     }
 
     /// Whether no way leads to the node that a robot was sent to.
     pub fn is_unreachable(&self, robot: u32) -> bool {
-        self.robot(robot).is_some_and(|state| state.is_unreachable)
+        self.robot(robot).is_some_and(Robot::is_unreachable)
     }
 
     /// The node at the end of a robot's base; `None` if it is unknown or not taken over yet.
     pub fn base_end_node(&self, robot: u32) -> Option<u32> {
-        self.robot(robot).filter(|state| !state.is_adopted)?;
+        self.robot(robot).filter(|state| !state.is_adopted())?;
         self.traffic().base_end(robot).map(|(_, node)| node)
     }
 
@@ -230,7 +224,7 @@ impl Steering {
         let at_node = end.leg.is_some_and(|leg| {
             self.roads.end(leg) == goal && end.to >= self.roads.edge(leg.edge()).length - 2e-3
         });
-        is_at_end && at_node && !state.needs_route
+        is_at_end && at_node && !state.needs_route()
     }
 
     /// Forgets a robot that is not there any more.
@@ -240,7 +234,8 @@ impl Steering {
         }
     }
 
-    /// Plans and extends after a frame, at a simulated time in seconds. Returns what to order.
+    /// Plans and extends after a frame, at a simulated time in seconds. Returns the commands to
+    /// send.
     pub fn step(&mut self, now: f64) -> &[Command] {
         let passed = now - self.now;
         self.now = now;
@@ -264,9 +259,7 @@ impl Steering {
     /// Lets the planner plan, and takes its plans over.
     fn plan(&mut self) {
         for state in self.robots.iter_mut().flatten() {
-            (state.most_legs, state.precedence, state.is_following) =
-                (usize::MAX, state.sent, false);
-            (state.legs_outside, state.is_frozen, state.is_admitted) = (usize::MAX, false, false);
+            state.permit = Permit::default();
         }
         let mut plans = std::mem::take(&mut self.plans);
         // Not `self.traffic()`: the planner is borrowed beside it.
@@ -274,30 +267,25 @@ impl Steering {
         let stub_guard = self.settings.stub_guard;
         self.planner
             .plan(&Traffic { roads, claims, robots, closed, stub_guard, now: *now }, &mut plans);
-        plans.evicted.drain(..).for_each(|(robot, goal)| self.evict(robot, goal));
-        plans.routes.drain(..).for_each(|(robot, legs)| self.set_route(robot, legs));
-        for (robot, key) in plans.precedences.drain(..) {
-            self.robot_mut(robot).into_iter().for_each(|state| state.precedence = key);
+        for (state, permit) in self.robots.iter_mut().zip(plans.take_permits()) {
+            if let Some(state) = state {
+                state.permit = permit;
+            }
         }
-        for (robot, legs) in plans.holds.drain(..) {
-            self.robot_mut(robot).into_iter().for_each(|state| state.most_legs = legs);
+        for state in self.robots.iter_mut().flatten() {
+            // A robot that is evicted below is extended as one that was sent before.
+            state.permit.precedence.get_or_insert(state.sent);
         }
-        for robot in plans.follows.drain(..) {
-            self.robot_mut(robot).into_iter().for_each(|state| state.is_following = true);
+        for (robot, goal) in plans.evicted.drain(..) {
+            self.evict(robot, goal);
         }
-        for (robot, legs) in plans.kept_out.drain(..) {
-            self.robot_mut(robot).into_iter().for_each(|state| state.legs_outside = legs);
-        }
-        for robot in plans.frozen.drain(..) {
-            self.robot_mut(robot).into_iter().for_each(|state| state.is_frozen = true);
-        }
-        for robot in plans.admitted.drain(..) {
-            self.robot_mut(robot).into_iter().for_each(|state| state.is_admitted = true);
+        for (robot, legs) in plans.routes.drain(..) {
+            self.set_route(robot, legs);
         }
         for robot in plans.released.drain(..) {
-            self.robot_mut(robot)
-                .into_iter()
-                .for_each(|state| state.needs_route |= state.goal.is_some());
+            if let Some(state) = self.robot_mut(robot) {
+                state.replan();
+            }
         }
         self.plans = plans;
     }
@@ -306,9 +294,11 @@ impl Steering {
         let now = self.now;
         let Some(state) = self.robot_mut(robot) else { return };
         state.planned = now;
-        state.needs_route = false;
-        state.is_unreachable = legs.is_none();
-        let Some(legs) = legs else { return };
+        let Some(legs) = legs else {
+            state.route = RouteState::Unreachable;
+            return;
+        };
+        state.route = RouteState::Planned;
         state.blocked_by = None;
         state.horizon = VecDeque::from(legs.clone());
         if !legs.is_empty() {
@@ -320,7 +310,7 @@ impl Steering {
         self.robots.get_mut(robot as usize)?.as_mut()
     }
 
-    /// What planners see.
+    /// The traffic, as planners see it.
     pub fn traffic(&self) -> Traffic<'_> {
         let Self { roads, claims, robots, closed, now, .. } = self;
         Traffic { roads, claims, robots, closed, stub_guard: self.settings.stub_guard, now: *now }

@@ -1,4 +1,4 @@
-//! What planners see: who is where, where everybody wants to go, and how far a robot could drive.
+//! The traffic that planners see: positions, goals, and how far each robot could drive.
 
 mod extension;
 mod robot;
@@ -6,7 +6,7 @@ mod robot;
 use std::collections::VecDeque;
 
 pub use self::extension::{Extension, LEAST};
-pub use self::robot::{Robot, Seen};
+pub use self::robot::{Blocker, Custody, Errand, Permit, Robot, RouteState, Seen};
 use crate::claims::Claims;
 use crate::roads::{Leg, Roads};
 
@@ -15,7 +15,7 @@ use crate::roads::{Leg, Roads};
 pub struct Traffic<'a> {
     /// The roads.
     pub roads: &'a Roads,
-    /// Who claims what.
+    /// The claims of all robots.
     pub claims: &'a Claims,
     /// By robot; `None` where there is none with this id.
     pub robots: &'a [Option<Robot>],
@@ -67,7 +67,7 @@ impl<'a> Traffic<'a> {
             .of(next.edge())
             .filter(|_| self.stub_guard && stubs.of(leg.edge()) != stubs.of(next.edge()))?;
         // The backstop decides who drives when.
-        self.robot(robot).filter(|state| !state.is_admitted)?;
+        self.robot(robot).filter(|state| !state.permit.is_admitted)?;
         self.claims.occupant(stubs.edges(stub), robot)
     }
 
@@ -75,6 +75,7 @@ impl<'a> Traffic<'a> {
     pub fn waits_for(&self, robot: u32, secs: f64) -> Option<u32> {
         let state = self.robot(robot)?;
         let is_patient = self.now - state.waiting_since < secs;
-        state.blocker.filter(|blocker| !is_patient && self.robot(*blocker).is_some())
+        let blocker = state.blocker?.robot;
+        (!is_patient && self.robot(blocker).is_some()).then_some(blocker)
     }
 }

@@ -6,7 +6,7 @@ use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
 use std::time::Duration;
 
-use regatta_fleet_manager::tasks::{Place, Places, TaskBook, TaskSettings};
+use regatta_orders::{OrderPool, OrderSettings, Place, Places};
 
 /// Set in the child process: the path of its store.
 const STORE_VARIABLE: &str = "REGATTA_TEST_STORE";
@@ -15,9 +15,9 @@ fn places() -> Arc<Places> {
     Arc::new(Places::new((0..4).map(|id| Place { id, ..Place::default() }).collect()))
 }
 
-fn settings(store: impl Into<std::path::PathBuf>) -> TaskSettings {
+fn settings(store: impl Into<std::path::PathBuf>) -> OrderSettings {
     let http = Some(SocketAddr::from(([127, 0, 0, 1], 0)));
-    TaskSettings { http, store: Some(store.into()), ..TaskSettings::default() }
+    OrderSettings { http, store: Some(store.into()), ..OrderSettings::default() }
 }
 
 /// Not a test of its own: the child process, which serves orders until it is killed.
@@ -25,7 +25,7 @@ fn settings(store: impl Into<std::path::PathBuf>) -> TaskSettings {
 #[ignore = "the child process of another test"]
 fn child() {
     let Ok(store) = std::env::var(STORE_VARIABLE) else { return };
-    let mut book = TaskBook::open(&settings(store), places(), 1, 0.0).expect("a book");
+    let mut book = OrderPool::open(&settings(store), places(), 1, 0.0).expect("a book");
     println!("\nserving {}", book.http_address().expect("an address"));
     for tick in 0.. {
         book.take_requests(f64::from(tick));
@@ -112,10 +112,9 @@ fn every_acknowledged_order_survives_a_kill() {
     let acknowledged: Vec<_> =
         clients.into_iter().map(|client| client.join().expect("a count")).collect();
 
-    let book = TaskBook::open(&TaskSettings { http: None, ..settings(store) }, places(), 1, 0.0)
+    let book = OrderPool::open(&OrderSettings { http: None, ..settings(store) }, places(), 1, 0.0)
         .expect("a book");
-    let names: Vec<_> =
-        book.open_orders().map(|order| order.content().name().to_string()).collect();
+    let names: Vec<_> = book.open_orders().map(|order| order.content.name.to_string()).collect();
     for (client, count) in acknowledged.into_iter().enumerate() {
         for number in 0..count {
             let name = format!("order-{client}-{number}");

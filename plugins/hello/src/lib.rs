@@ -7,13 +7,12 @@ pub struct Centre;
 
 impl Plugin for Centre {
     fn on_frame(&mut self, frame: &Frame) -> Result {
-        let mean = |column: &[f32]| column.iter().sum::<f32>() / frame.len() as f32;
-        println!(
-            "tick {}: centre ({:.2}, {:.2}) m",
-            frame.tick(),
-            mean(frame.x()),
-            mean(frame.y())
-        );
+        let (x, y) = (mean(frame.x()), mean(frame.y()));
+        println!("tick {}: centre ({x:.2}, {y:.2}) m", frame.tick());
         Ok(())
     }
+}
+
+fn mean(column: &[f32]) -> f32 {
+    column.iter().sum::<f32>() / column.len() as f32
 }

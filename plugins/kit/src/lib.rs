@@ -1,2 +1,28 @@
-//! What plugins share, on top of the contract: command lines, web servers, files, colours. The
-//! validator doesn't use it, so that it stays independent.
+//! Building blocks that the plugins of Regatta share, on top of the contract (`regatta_plugin`).
+//!
+//! | module | |
+//! |---|---|
+//! | [`command_line`] | the `main` of a plugin with options of its own |
+//! | [`csv_file`] | a CSV file to which rows are appended, and which may be rotated |
+//! | [`whole_file`] | files that appear under their name only once they are complete |
+//! | [`dispatch`], [`way`] | orders with answers; the fastest way to a node |
+//! | [`history`] | hot spots of a run, and its figures over time |
+//! | `server` | a web server; it needs the feature `server` |
+
+pub mod command_line;
+pub mod csv_file;
+pub mod dispatch;
+pub mod history;
+#[cfg(feature = "server")]
+pub mod server;
+pub mod way;
+pub mod whole_file;
+
+pub use command_line::{parse, run_from};
+pub use csv_file::{CsvChange, CsvError, CsvFile, RowCounts};
+pub use dispatch::{DispatchError, Dispatcher};
+pub use history::{RunHistory, series::Series, spots::Spots};
+/// Escapes `<`, `>` and `&` for the text of an element of XML, SVG or HTML.
+pub use quick_xml::escape::partial_escape as escape_xml;
+pub use way::{WayError, find_node};
+pub use whole_file::WholeFile;

@@ -1,9 +1,8 @@
-//! Meter: what a fleet carries over time, for studies.
+//! Meter: the finished orders of a fleet over time, for studies.
 //!
-//! It reads nothing but the contract: the task log of whatever fleet manager writes one, and
-//! frames. So it measures any manager in the same way. Orders and effort are kept by period of ten
-//! simulated seconds ([`meter`]), so that whoever reads the figures can cut off the warm-up. In
-//! lockstep they repeat bit by bit.
+//! It reads only the contract: frames, and the order log of the fleet manager. So it measures any
+//! manager in the same way. Orders and effort are kept by period of ten simulated seconds
+//! ([`meter`]), so that the warm-up can be cut off. In lockstep the figures repeat bit by bit.
 
 pub mod meter;
 pub mod orders;

@@ -1,7 +1,7 @@
 //! The meter: orders and effort by period.
 
 use regatta_plugin::frame::{Columns, RobotState};
-use regatta_plugin::task::TaskRecord;
+use regatta_plugin::order::OrderRecord;
 use serde::{Deserialize, Serialize};
 
 use crate::orders::{Finished, Orders};
@@ -9,7 +9,7 @@ use crate::orders::{Finished, Orders};
 /// The length of a period, in simulated seconds.
 pub const PERIOD_SECS: f64 = 10.0;
 
-/// What all robots spend in a period.
+/// The effort of all robots in a period.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Effort {
     /// Robot seconds.
@@ -43,7 +43,7 @@ pub struct Figures {
     pub failed: u64,
     /// Orders that were cancelled.
     pub cancelled: u64,
-    /// Samples of the task log that the meter didn't get: then orders are missing.
+    /// Samples of the order log that were missed: then orders are missing.
     pub samples_missed: u64,
 }
 
@@ -56,7 +56,7 @@ pub struct Meter {
     effort: Vec<Effort>,
     orders: Orders,
     samples_missed: u64,
-    /// Whether a sample of the task log has come.
+    /// Whether a sample of the order log has come.
     has_begun: bool,
 }
 
@@ -70,18 +70,20 @@ impl Meter {
 
     /// Takes the records of a tick at a simulated time in seconds, and the number of samples that
     /// are missing before them. `sequence` is the number of the sample in the run, from 1.
-    pub fn take_tasks(
+    pub fn take_orders(
         &mut self,
-        records: &[TaskRecord],
+        records: &[OrderRecord],
         sequence: u64,
         missed: u64,
         now_secs: f64,
     ) {
-        // What was published before the meter joined the log isn't counted as missing, but isn't
-        // known either.
+        // Samples published before the meter joined the log don't count as missing, but are
+        // unknown.
         let joined_late = !std::mem::replace(&mut self.has_begun, true) && missed == 0;
         self.samples_missed += if joined_late { sequence.saturating_sub(1) } else { missed };
-        records.iter().for_each(|record| self.orders.take(record, now_secs));
+        for record in records {
+            self.orders.take(record, now_secs);
+        }
     }
 
     /// Takes a frame at a simulated time in seconds. It stands for the time since the frame before.
@@ -94,19 +96,22 @@ impl Meter {
                 continue;
             }
             robots += 1;
-            let [has_order, is_loaded] = self.orders.of_robot(robot);
-            effort.ordered_secs += if has_order { secs } else { 0.0 };
+            let work = self.orders.of_robot(robot);
+            effort.ordered_secs += if work.orders > 0 { secs } else { 0.0 };
             effort.waiting_secs += if state == RobotState::Waiting as u8 { secs } else { 0.0 };
             let metres = f64::from(speed.abs()) * secs;
-            *(if is_loaded { &mut effort.loaded_metres } else { &mut effort.empty_metres }) +=
-                metres;
+            if work.loads > 0 {
+                effort.loaded_metres += metres;
+            } else {
+                effort.empty_metres += metres;
+            }
         }
         self.robots = robots;
         effort.robot_secs = robots as f64 * secs;
         self.add(&effort, now_secs);
     }
 
-    /// Adds what was spent before a time to the period that it ends in.
+    /// Adds an effort to the period in which it ends.
     fn add(&mut self, effort: &Effort, now_secs: f64) {
         // A frame at the end of a period belongs to it.
         let period = ((now_secs / PERIOD_SECS).ceil() as usize).saturating_sub(1);
@@ -119,7 +124,7 @@ impl Meter {
         sum.empty_metres += effort.empty_metres;
     }
 
-    /// The figures so far.
+    /// Returns the figures so far.
     pub fn figures(&self) -> Figures {
         let Orders { finished, failed, cancelled, .. } = &self.orders;
         Figures {
@@ -138,7 +143,7 @@ impl Meter {
 
 #[cfg(test)]
 mod tests {
-    use regatta_plugin::task::{StopAction, TaskKind};
+    use regatta_plugin::order::{OrderKind, StopAction};
 
     use super::*;
 
@@ -154,10 +159,10 @@ mod tests {
             [RobotState::Driving as u8, RobotState::Waiting as u8, RobotState::Absent as u8];
         let speeds = [2.0, 0.0, 9.0];
         meter.take_frame(&columns(&speeds, &states), 0.0);
-        let of = |kind| TaskRecord::new(1, kind).of_robot(0);
-        meter.take_tasks(&[of(TaskKind::Created), of(TaskKind::Assigned)], 1, 0, 0.0);
+        let of = |kind| OrderRecord::new(1, kind).of_robot(0);
+        meter.take_orders(&[of(OrderKind::Created), of(OrderKind::Assigned)], 1, 0, 0.0);
         meter.take_frame(&columns(&speeds, &states), 5.0);
-        meter.take_tasks(&[of(TaskKind::Handled).at_stop(0, 1, StopAction::Pick)], 2, 0, 5.0);
+        meter.take_orders(&[of(OrderKind::Handled).at_stop(0, 1, StopAction::Pick)], 2, 0, 5.0);
         meter.take_frame(&columns(&speeds, &states), 10.0);
         meter.take_frame(&columns(&speeds, &states), 12.0);
         let first = Effort {
@@ -180,7 +185,7 @@ mod tests {
         assert_eq!(figures.samples_missed, 0);
         meter.begin(2);
         assert_eq!(meter.figures().effort, []);
-        meter.take_tasks(&[of(TaskKind::Assigned)], 4, 0, 1.0);
+        meter.take_orders(&[of(OrderKind::Assigned)], 4, 0, 1.0);
         assert_eq!(meter.figures().samples_missed, 3, "it came too late for three");
     }
 

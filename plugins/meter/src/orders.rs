@@ -1,8 +1,8 @@
-//! The orders of a run, from the task log.
+//! The orders of a run, from the order log.
 
 use std::collections::BTreeMap;
 
-use regatta_plugin::task::{StopAction, TaskKind, TaskRecord};
+use regatta_plugin::order::{OrderKind, OrderRecord, StopAction};
 use serde::{Deserialize, Serialize};
 
 /// A finished order.
@@ -26,12 +26,20 @@ struct Open {
     loads: i32,
 }
 
+/// The present work of a robot.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RobotWork {
+    /// The number of its orders.
+    pub orders: i32,
+    /// The number of loads on it.
+    pub loads: i32,
+}
+
 /// All orders so far.
 #[derive(Clone, Debug, Default)]
 pub struct Orders {
     open: BTreeMap<u64, Open>,
-    /// By robot: the numbers of its orders and of the loads on it.
-    robots: BTreeMap<u32, [i32; 2]>,
+    robots: BTreeMap<u32, RobotWork>,
     /// In the order in which they were finished.
     pub finished: Vec<Finished>,
     /// Orders that were given up.
@@ -41,25 +49,26 @@ pub struct Orders {
 }
 
 impl Orders {
-    /// Takes a record of a tick at a simulated time in seconds. Records of unknown tasks and kinds
+    /// Takes a record of a tick at a simulated time in seconds. Records of unknown orders and kinds
     /// are left out.
-    pub fn take(&mut self, record: &TaskRecord, now_secs: f64) {
+    pub fn take(&mut self, record: &OrderRecord, now_secs: f64) {
         let Some(kind) = record.kind() else { return };
-        if kind == TaskKind::Created {
+        if kind == OrderKind::Created {
             let open = Open { created_secs: now_secs, stops: record.detail, robot: None, loads: 0 };
-            self.open.insert(record.task, open);
+            self.open.insert(record.order, open);
             return;
         }
-        let Some(open) = self.open.get_mut(&record.task) else { return };
+        let Some(open) = self.open.get_mut(&record.order) else { return };
         match kind {
-            TaskKind::Assigned => {
-                let before = open.robot.replace(record.robot);
-                let loads = open.loads;
-                before.into_iter().for_each(|robot| self.add(robot, -1, -loads));
+            OrderKind::Assigned => {
+                let (before, loads) = (open.robot.replace(record.robot), open.loads);
+                if let Some(before) = before {
+                    self.add(before, -1, -loads);
+                }
                 self.add(record.robot, 1, loads);
             }
-            TaskKind::Withdrawn => self.release(record.task),
-            TaskKind::Handled => {
+            OrderKind::Withdrawn => self.release(record.order),
+            OrderKind::Handled => {
                 let change = match record.action() {
                     StopAction::Pick => 1,
                     StopAction::Drop => -1.min(open.loads),
@@ -68,55 +77,55 @@ impl Orders {
                 open.loads += change;
                 self.add(record.robot, 0, change);
             }
-            TaskKind::Finished => {
+            OrderKind::Finished => {
                 let Open { created_secs, stops, .. } = *open;
                 let service_secs = rounded(now_secs - created_secs);
                 self.finished.push(Finished { at_secs: rounded(now_secs), service_secs, stops });
-                self.close(record.task);
+                self.close(record.order);
             }
-            TaskKind::Failed => {
+            OrderKind::Failed => {
                 self.failed += 1;
-                self.close(record.task);
+                self.close(record.order);
             }
-            TaskKind::Cancelled => {
+            OrderKind::Cancelled => {
                 self.cancelled += 1;
-                self.close(record.task);
+                self.close(record.order);
             }
-            TaskKind::Created | TaskKind::Stop | TaskKind::Arrived => {}
+            OrderKind::Created | OrderKind::Stop | OrderKind::Arrived => {}
         }
     }
 
-    /// The number of orders that aren't over.
+    /// Returns the number of orders that aren't over.
     pub fn open(&self) -> usize {
         self.open.len()
     }
 
-    /// Whether a robot has an order, and whether it has a load.
-    pub fn of_robot(&self, robot: u32) -> [bool; 2] {
-        self.robots.get(&robot).map_or([false; 2], |counts| counts.map(|count| count > 0))
+    /// Returns the present work of a robot.
+    pub fn of_robot(&self, robot: u32) -> RobotWork {
+        self.robots.get(&robot).copied().unwrap_or_default()
     }
 
-    fn release(&mut self, task: u64) {
-        let Some(open) = self.open.get_mut(&task) else { return };
+    fn release(&mut self, order: u64) {
+        let Some(open) = self.open.get_mut(&order) else { return };
         let loads = std::mem::take(&mut open.loads);
         if let Some(robot) = open.robot.take() {
             self.add(robot, -1, -loads);
         }
     }
 
-    fn close(&mut self, task: u64) {
-        self.release(task);
-        self.open.remove(&task);
+    fn close(&mut self, order: u64) {
+        self.release(order);
+        self.open.remove(&order);
     }
 
     fn add(&mut self, robot: u32, orders: i32, loads: i32) {
-        let counts = self.robots.entry(robot).or_default();
-        counts[0] += orders;
-        counts[1] += loads;
+        let work = self.robots.entry(robot).or_default();
+        work.orders += orders;
+        work.loads += loads;
     }
 }
 
-/// Returns a time to the millisecond: ticks are no shorter, and files with many times are half as
+/// Rounds a time to milliseconds: ticks are no shorter, and files with many times become half as
 /// large.
 fn rounded(secs: f64) -> f64 {
     (secs * 1e3).round() / 1e3
@@ -126,39 +135,45 @@ fn rounded(secs: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn record(kind: TaskKind) -> TaskRecord {
-        TaskRecord::new(7, kind).of_robot(3)
+    fn record(kind: OrderKind) -> OrderRecord {
+        OrderRecord::new(7, kind).of_robot(3)
+    }
+
+    /// Whether a robot has an order, and whether it has a load.
+    fn has(orders: &Orders, robot: u32) -> [bool; 2] {
+        let RobotWork { orders, loads } = orders.of_robot(robot);
+        [orders > 0, loads > 0]
     }
 
     #[test]
     fn a_robot_has_an_order_from_its_assignment_to_its_end_and_a_load_between_pick_and_drop() {
         let mut orders = Orders::default();
-        orders.take(&TaskRecord { detail: 2, ..record(TaskKind::Created) }, 10.0);
-        assert_eq!((orders.open(), orders.of_robot(3)), (1, [false, false]));
-        orders.take(&record(TaskKind::Assigned), 12.0);
-        assert_eq!(orders.of_robot(3), [true, false]);
-        orders.take(&record(TaskKind::Handled).at_stop(0, 5, StopAction::Pick), 20.0);
-        assert_eq!(orders.of_robot(3), [true, true]);
-        orders.take(&record(TaskKind::Handled).at_stop(1, 6, StopAction::Drop), 30.0);
-        assert_eq!(orders.of_robot(3), [true, false]);
-        orders.take(&record(TaskKind::Finished), 30.0);
-        assert_eq!((orders.open(), orders.of_robot(3)), (0, [false, false]));
+        orders.take(&OrderRecord { detail: 2, ..record(OrderKind::Created) }, 10.0);
+        assert_eq!((orders.open(), has(&orders, 3)), (1, [false, false]));
+        orders.take(&record(OrderKind::Assigned), 12.0);
+        assert_eq!(has(&orders, 3), [true, false]);
+        orders.take(&record(OrderKind::Handled).at_stop(0, 5, StopAction::Pick), 20.0);
+        assert_eq!(has(&orders, 3), [true, true]);
+        orders.take(&record(OrderKind::Handled).at_stop(1, 6, StopAction::Drop), 30.0);
+        assert_eq!(has(&orders, 3), [true, false]);
+        orders.take(&record(OrderKind::Finished), 30.0);
+        assert_eq!((orders.open(), has(&orders, 3)), (0, [false, false]));
         assert_eq!(orders.finished, [Finished { at_secs: 30.0, service_secs: 20.0, stops: 2 }]);
     }
 
     #[test]
     fn an_order_that_goes_to_another_robot_counts_for_that_one_only() {
         let mut orders = Orders::default();
-        orders.take(&record(TaskKind::Created), 0.0);
-        orders.take(&record(TaskKind::Assigned), 1.0);
-        orders.take(&record(TaskKind::Withdrawn), 2.0);
-        assert_eq!(orders.of_robot(3), [false, false]);
-        orders.take(&TaskRecord { robot: 4, ..record(TaskKind::Assigned) }, 3.0);
-        orders.take(&TaskRecord { robot: 5, ..record(TaskKind::Assigned) }, 3.0);
-        assert_eq!([3, 4, 5].map(|robot| orders.of_robot(robot)[0]), [false, false, true]);
-        orders.take(&record(TaskKind::Failed), 4.0);
-        assert_eq!((orders.failed, orders.open(), orders.of_robot(5)), (1, 0, [false, false]));
-        orders.take(&record(TaskKind::Finished), 5.0);
+        orders.take(&record(OrderKind::Created), 0.0);
+        orders.take(&record(OrderKind::Assigned), 1.0);
+        orders.take(&record(OrderKind::Withdrawn), 2.0);
+        assert_eq!(has(&orders, 3), [false, false]);
+        orders.take(&OrderRecord { robot: 4, ..record(OrderKind::Assigned) }, 3.0);
+        orders.take(&OrderRecord { robot: 5, ..record(OrderKind::Assigned) }, 3.0);
+        assert_eq!([3, 4, 5].map(|robot| has(&orders, robot)[0]), [false, false, true]);
+        orders.take(&record(OrderKind::Failed), 4.0);
+        assert_eq!((orders.failed, orders.open(), has(&orders, 5)), (1, 0, [false, false]));
+        orders.take(&record(OrderKind::Finished), 5.0);
         assert!(orders.finished.is_empty(), "an unknown order");
     }
 }

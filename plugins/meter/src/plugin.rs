@@ -1,19 +1,17 @@
-//! The plugin: frames and the task log in, a file with figures out.
+//! The plugin: frames and the order log in, a file with figures out.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::Parser;
-use regatta_plugin::{
-    Error, Frame, Options, Participant, Plugin, ReadError, Result, TaskReader, usage_line,
-};
+use regatta_plugin::{Error, Frame, Options, OrderReader, Participant, Plugin, ReadError, Result};
 
 use crate::meter::Meter;
 
 /// The command line of `regatta plugin meter`.
 #[derive(Clone, Debug, Parser)]
 #[command(
-    about = "Measures what a fleet carries over time: orders, their times, and what robots spend on them"
+    about = "Measures the finished orders of a fleet over time, their duration, and the effort of robots"
 )]
 pub struct Cli {
     /// At the end, write the figures to this file as JSON
@@ -29,36 +27,30 @@ pub struct Cli {
 /// # Errors
 /// If an option is invalid, the file can't be written, or as [`regatta_plugin::run`] does.
 pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) -> Result {
-    match Cli::try_parse_from(args) {
-        Ok(cli) => cli.options.clone().run(plugin(cli), "meter"),
-        Err(error) if !error.use_stderr() => Ok(error.print()?),
-        Err(error) => {
-            Err(Error::new(format_args!("{}; --help lists the options", usage_line(&error))))
-        }
-    }
+    regatta_kit::run_from(args, |cli: Cli| cli.options.clone().run(plugin(cli), "meter"))
 }
 
 /// Returns the plugin of a command line, to run it beside others in one process.
 pub fn plugin(cli: Cli) -> impl Plugin {
-    MeterPlugin { cli, tasks: None, meter: Meter::default() }
+    MeterPlugin { cli, orders: None, meter: Meter::default() }
 }
 
 struct MeterPlugin {
     cli: Cli,
-    tasks: Option<TaskReader>,
+    orders: Option<OrderReader>,
     meter: Meter,
 }
 
 impl MeterPlugin {
-    /// Takes what has come of the task log. `tick_secs` is the simulated time of a tick.
-    fn take_tasks(&mut self, tick_secs: f64) -> Result {
-        let Some(tasks) = &mut self.tasks else { return Ok(()) };
-        tasks.take(|tasks| {
-            let header = tasks.header;
-            self.meter.take_tasks(
-                tasks.records,
+    /// Takes the new records of the order log. `tick_secs` is the simulated time of a tick.
+    fn take_orders(&mut self, tick_secs: f64) -> Result {
+        let Some(orders) = &mut self.orders else { return Ok(()) };
+        orders.take(|orders| {
+            let header = orders.header;
+            self.meter.take_orders(
+                orders.records,
                 header.sequence,
-                tasks.missed,
+                orders.missed,
                 header.tick as f64 * tick_secs,
             );
             Ok::<_, ReadError>(())
@@ -69,7 +61,7 @@ impl MeterPlugin {
 
 impl Plugin for MeterPlugin {
     fn on_start(&mut self, fleet: &Participant) -> Result {
-        self.tasks = Some(TaskReader::open_on(fleet)?);
+        self.orders = Some(OrderReader::open_on(fleet)?);
         Ok(())
     }
 
@@ -77,7 +69,7 @@ impl Plugin for MeterPlugin {
         let header = frame.header();
         self.meter.begin(header.run_id);
         self.meter.take_frame(&frame.columns(), frame.sim_time().as_secs_f64());
-        self.take_tasks(header.tick_period_nanos as f64 * 1e-9)
+        self.take_orders(header.tick_period_nanos as f64 * 1e-9)
     }
 
     fn on_stop(&mut self) -> Result {

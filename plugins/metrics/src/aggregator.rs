@@ -7,7 +7,7 @@ use regatta_plugin::{FleetName, Frame};
 
 use crate::histogram::DurationRecorder;
 use crate::rhythm::RealTimeFactor;
-use crate::snapshot::{Collisions, IntervalStats, Process, Run, Snapshot, Totals, Work};
+use crate::snapshot::{IntervalStats, Run, Snapshot, Totals};
 use crate::state_counts::StateCounts;
 
 /// Returns the time of day, in nanoseconds since the Unix epoch: the clock of
@@ -94,15 +94,8 @@ impl Aggregator {
         })
     }
 
-    /// Returns a snapshot at the wall time `now`, in nanoseconds.
-    pub fn snapshot(
-        &self,
-        fleet: FleetName,
-        collisions: Collisions,
-        work: Option<Work>,
-        processes: Vec<Process>,
-        now: u64,
-    ) -> Snapshot {
+    /// Returns a snapshot of the frames at the wall time `now`, in nanoseconds.
+    pub fn snapshot(&self, fleet: &FleetName, now: u64) -> Snapshot {
         let totals = Totals {
             tick_cost: self.tick_cost.histogram,
             jitter: self.jitter.histogram,
@@ -110,7 +103,7 @@ impl Aggregator {
             ..self.totals
         };
         let run = self.last.as_ref().map(|last| run(last, self.real_time_factor.at(now)));
-        Snapshot { fleet, totals, run, collisions, work, jams: None, processes }
+        Snapshot { totals, run, ..Snapshot::of(fleet) }
     }
 
     /// Returns the statistics of durations since the previous call.
@@ -198,10 +191,9 @@ fn run(last: &PreviousFrame, real_time_factor: Option<f64>) -> Run {
         speed: header.speed,
         tick_period: Duration::from_nanos(header.tick_period_nanos),
         late_ticks: header.late_ticks,
-        real_time_factor: if clock(header) == ClockState::Running {
-            real_time_factor
-        } else {
-            Some(0.0)
+        real_time_factor: match clock(header) {
+            ClockState::Running => real_time_factor,
+            _ => Some(0.0),
         },
         state_counts: last.state_counts,
     }
@@ -209,8 +201,11 @@ fn run(last: &PreviousFrame, real_time_factor: Option<f64>) -> Run {
 
 /// Returns the state of the clock; unknown states count as stopped.
 fn clock(header: &FrameHeader) -> ClockState {
-    let states = [ClockState::Running, ClockState::Paused];
-    states.into_iter().find(|state| *state as u32 == header.clock).unwrap_or(ClockState::Stopped)
+    match header.clock {
+        clock if clock == ClockState::Running as u32 => ClockState::Running,
+        clock if clock == ClockState::Paused as u32 => ClockState::Paused,
+        _ => ClockState::Stopped,
+    }
 }
 
 fn seconds(nanos: u64) -> f64 {

@@ -5,8 +5,7 @@ use std::sync::Arc;
 use regatta_plugin::contact::{ContactHeader, ContactLevel, ContactRecord};
 use regatta_plugin::{ColumnReader, ContactReader, Participant, ReadError, Result};
 
-use crate::aggregator::Aggregator;
-use crate::received::Received;
+use crate::fleet::Received;
 use crate::snapshot::{Collisions, RobotLevels};
 
 /// The largest number of pairs in the list. The totals count all.
@@ -36,16 +35,6 @@ impl CollisionReader {
         })
     }
 
-    /// Reads new results at the wall time `now`, in nanoseconds. Results that can't be read are
-    /// another program's error: they are counted and skipped.
-    pub fn update(&mut self, aggregator: &mut Aggregator, now: u64) {
-        for outcome in [self.read_levels(now), self.read_pairs(now)] {
-            if outcome.is_err() {
-                aggregator.count_read_error();
-            }
-        }
-    }
-
     /// Returns the results that belong to the newest frame, given its run id and its wall time in
     /// nanoseconds.
     pub fn collisions(&self, newest: Option<(u64, u64)>) -> Collisions {
@@ -58,37 +47,30 @@ impl CollisionReader {
         }
     }
 
-    fn read_levels(&mut self, now: u64) -> Result<(), ReadError> {
+    /// Reads the column at the wall time `now`, in nanoseconds, if there is a new one.
+    pub fn read_levels(&mut self, now: u64) -> Result<(), ReadError> {
         if let Some(column) = self.column.latest()? {
             let levels = count_levels(column.header.tick, column.values);
-            self.levels =
-                Some(Received { run_id: column.header.run_id, received_nanos: now, value: levels });
+            self.levels = Some(Received::new(column.header.run_id, now, levels));
         }
         Ok(())
     }
 
-    fn read_pairs(&mut self, now: u64) -> Result<(), ReadError> {
+    /// Reads the contacts, likewise.
+    pub fn read_pairs(&mut self, now: u64) -> Result<(), ReadError> {
         if let Some(contacts) = self.contacts.latest()? {
             let listed = contacts.pairs[..contacts.pairs.len().min(MAX_LISTED)].into();
-            self.pairs = Some(Received {
-                run_id: contacts.header.run_id,
-                received_nanos: now,
-                value: (*contacts.header, listed),
-            });
+            let value = (*contacts.header, listed);
+            self.pairs = Some(Received::new(contacts.header.run_id, now, value));
         }
         Ok(())
     }
 }
 
 fn count_levels(tick: u64, values: &[f32]) -> RobotLevels {
-    let count = |level: ContactLevel| {
-        values.iter().filter(|&&value| value == level as u32 as f32).count() as u64
-    };
-    RobotLevels {
-        tick,
-        possible: count(ContactLevel::Possible),
-        touching: count(ContactLevel::Touching),
-    }
+    let [possible, touching] = [ContactLevel::Possible, ContactLevel::Touching]
+        .map(|level| values.iter().filter(|&&value| value == level as u32 as f32).count() as u64);
+    RobotLevels { tick, possible, touching }
 }
 
 #[cfg(test)]
@@ -113,8 +95,7 @@ mod tests {
     #[test]
     fn results_belong_to_the_run_of_the_newest_frame() {
         let (mut column, mut contacts, mut reader) = fleet("collisions");
-        let mut aggregator = Aggregator::default();
-        reader.update(&mut aggregator, 0);
+        reader.read_levels(0).expect("read");
         assert!(reader.collisions(Some((RUN, 0))).tick().is_none(), "no checker runs");
 
         let values = [0.0, 1.0, 2.0, 2.0, f32::NAN, 7.0];
@@ -133,7 +114,8 @@ mod tests {
             MAX_LISTED + 5
         ];
         contacts.publish(&header, &pairs).expect("published");
-        reader.update(&mut aggregator, SECOND);
+        reader.read_levels(SECOND).expect("read");
+        reader.read_pairs(SECOND).expect("read");
 
         let header = ContactHeader { sequence: 1, ..header };
         let collisions = reader.collisions(Some((RUN, SECOND)));

@@ -10,18 +10,17 @@ use std::time::{Duration, Instant};
 
 use clap::Parser;
 use parking_lot::Mutex;
-use regatta_plugin::{CsvFile, Error, FleetName, Frame, Options, Participant, Plugin, Result};
+use regatta_kit::CsvFile;
+use regatta_plugin::{FleetName, Frame, Options, Participant, Plugin, Result};
 
-use crate::aggregator::{Aggregator, wall_time_nanos};
-use crate::collisions::CollisionReader;
+use crate::aggregator::wall_time_nanos;
 use crate::exposition::Format;
-use crate::jams::JamReader;
+use crate::fleet::{FleetReader, FleetState};
 use crate::page::{ExporterState, page};
 use crate::processes::ProcessMonitor;
 use crate::row::{header, row};
-use crate::server::{PageSource, Server};
-use crate::snapshot::{Collisions, IntervalStats, Jam, Snapshot};
-use crate::work::{WorkReader, WorkTally};
+use crate::server::{self, PageSource};
+use crate::snapshot::{IntervalStats, Snapshot};
 
 /// Time between two rows of the CSV file.
 const ROW_PERIOD: Duration = Duration::from_secs(1);
@@ -59,18 +58,7 @@ pub fn run_from<A: Into<OsString> + Clone>(
     args: impl IntoIterator<Item = A>,
     commit: Option<&'static str>,
 ) -> Result {
-    match Cli::try_parse_from(args) {
-        Ok(cli) => cli.run(commit),
-        Err(error) if !error.use_stderr() => Ok(error.print()?),
-        Err(error) => Err(first_line(&error)),
-    }
-}
-
-/// Returns an error of the first line only: the usage that clap appends doesn't fit into one line.
-fn first_line(error: &clap::Error) -> Error {
-    let text = error.to_string();
-    let first = text.lines().next().unwrap_or_default().trim_start_matches("error: ");
-    Error::new(format_args!("{first}; --help lists the options"))
+    regatta_kit::run_from(args, |cli: Cli| cli.run(commit))
 }
 
 impl Cli {
@@ -87,12 +75,12 @@ impl Cli {
                 commit,
             }),
         });
-        let server = Server::start(self.listen, Arc::clone(&shared))?;
+        let server = server::start(self.listen, Arc::clone(&shared))?;
         report(format_args!("fleet '{fleet}' at http://{}/metrics", server.address()));
         if let Some(csv_file) = csv_file {
             write_rows(csv_file, Arc::clone(&shared))?;
         }
-        self.options.run(Exporter { shared, collisions: None, work: None, jams: None }, "metrics")
+        self.options.run(Exporter { shared, reader: None }, "metrics")
     }
 }
 
@@ -105,33 +93,16 @@ fn report(line: impl std::fmt::Display) {
 /// one that writes rows.
 struct Shared {
     fleet: FleetName,
-    state: Mutex<State>,
+    state: Mutex<FleetState>,
     processes: ProcessMonitor,
     exporter: Mutex<ExporterState>,
-}
-
-#[derive(Default)]
-struct State {
-    aggregator: Aggregator,
-    collisions: Collisions,
-    work: WorkTally,
-    jams: Option<Arc<[Jam]>>,
 }
 
 impl Shared {
     fn snapshot(&self) -> Snapshot {
         // Processes that can't be listed are left out; `regatta doctor` reports why.
         let processes = self.processes.newest().unwrap_or_default();
-        let state = self.state.lock();
-        let (collisions, work) = (state.collisions.clone(), state.work.work(&state.aggregator));
-        let snapshot = state.aggregator.snapshot(
-            self.fleet.clone(),
-            collisions,
-            work,
-            processes,
-            wall_time_nanos(),
-        );
-        Snapshot { jams: state.jams.clone(), ..snapshot }
+        self.state.lock().snapshot(&self.fleet, processes)
     }
 
     fn interval(&self) -> IntervalStats {
@@ -147,53 +118,31 @@ impl PageSource for Shared {
 
 struct Exporter {
     shared: Arc<Shared>,
-    collisions: Option<CollisionReader>,
-    work: Option<WorkReader>,
-    jams: Option<JamReader>,
+    reader: Option<FleetReader>,
 }
 
 impl Plugin for Exporter {
     fn on_start(&mut self, fleet: &Participant) -> Result {
-        self.collisions = Some(CollisionReader::open_on(fleet)?);
-        self.work = Some(WorkReader::open_on(fleet)?);
-        self.jams = Some(JamReader::open_on(fleet)?);
+        self.reader = Some(FleetReader::open_on(fleet)?);
         Ok(())
     }
 
     fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
-        let now = wall_time_nanos();
-        let mut state = self.shared.state.lock();
-        state.aggregator.add_frame(frame, now);
-        if let Some(reader) = &mut self.work {
-            reader.add_frame(&mut state.work, frame);
+        if let Some(reader) = &mut self.reader {
+            let (now, mut state) = (wall_time_nanos(), self.shared.state.lock());
+            reader.add_frame(&mut state, frame, now);
+            reader.update(&mut state, now);
         }
-        drop(state);
-        self.read_results(now);
         Ok(())
     }
 
     fn on_idle(&mut self, has_producer: bool) -> Result {
-        self.shared.state.lock().aggregator.note_idle(has_producer);
-        self.read_results(wall_time_nanos());
+        let mut state = self.shared.state.lock();
+        state.aggregator.note_idle(has_producer);
+        if let Some(reader) = &mut self.reader {
+            reader.update(&mut state, wall_time_nanos());
+        }
         Ok(())
-    }
-}
-
-impl Exporter {
-    /// Reads what other plugins publish about the fleet.
-    fn read_results(&mut self, now: u64) {
-        let State { aggregator, collisions, work, jams } = &mut *self.shared.state.lock();
-        if let Some(reader) = &mut self.collisions {
-            reader.update(aggregator, now);
-            *collisions = reader.collisions(aggregator.newest());
-        }
-        if let Some(reader) = &mut self.work {
-            reader.update(work, aggregator, now);
-        }
-        if let Some(reader) = &mut self.jams {
-            reader.update(aggregator);
-            *jams = reader.jams(aggregator.clock());
-        }
     }
 }
 

@@ -5,7 +5,7 @@
 use std::fmt::Write as _;
 
 use crate::histogram::{BOUNDS, Histogram};
-use crate::task_times::TimeSummary;
+use crate::order_times::TimeSummary;
 
 /// A text format.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -27,11 +27,11 @@ impl Format {
             let media_type = parts.next().unwrap_or_default();
             let parameters: Vec<_> =
                 parts.filter_map(|parameter| parameter.split_once('=')).collect();
-            let parameter = |name: &str| {
+            let [quality, version] = ["q", "version"].map(|name| {
                 parameters.iter().find(|(other, _)| *other == name).map(|(_, value)| *value)
-            };
-            let quality: f32 = parameter("q").map_or(Ok(1.0), str::parse).unwrap_or(0.0);
-            let version = parameter("version").map(|version| version.trim_matches('"'));
+            });
+            let quality: f32 = quality.map_or(Ok(1.0), str::parse).unwrap_or(0.0);
+            let version = version.map(|version| version.trim_matches('"'));
             match media_type {
                 "application/openmetrics-text"
                     if version.is_none_or(|version| version == "1.0.0") =>

@@ -1,12 +1,12 @@
-//! Where robots wait: the edges at which they lose the most time, from the plugin `traffic`, if one
-//! runs and keeps up.
+//! The edges at which robots wait the longest, from the plugin `traffic`, if one runs and keeps up.
 
+use std::cmp::Ordering;
 use std::sync::Arc;
 
 use regatta_plugin::traffic::EdgeTraffic;
-use regatta_plugin::{Participant, ReadError, Result, TrafficReader, World, WorldReader};
+use regatta_plugin::{Participant, ReadError, Result, TrafficReader, WorldReader};
 
-use crate::aggregator::{Aggregator, RunClock};
+use crate::aggregator::RunClock;
 use crate::snapshot::Jam;
 
 /// The number of edges that are listed.
@@ -27,7 +27,7 @@ pub struct JamReader {
     newest: Option<Jams>,
 }
 
-/// What a world says of an edge.
+/// The id and the name of an edge.
 #[derive(Clone, Debug, PartialEq)]
 struct Edge {
     id: u32,
@@ -53,16 +53,6 @@ impl JamReader {
         Ok(Self { traffic, world, edges: Vec::new(), revision: 0, newest: None })
     }
 
-    /// Reads new figures. Those that can't be read are another program's error: they are counted
-    /// and skipped.
-    pub fn update(&mut self, aggregator: &mut Aggregator) {
-        for outcome in [self.read_world(), self.read_traffic()] {
-            if outcome.is_err() {
-                aggregator.count_read_error();
-            }
-        }
-    }
-
     /// Returns the worst edges, the worst one first; `None` if no plugin publishes the traffic of
     /// the newest frame's run.
     pub fn jams(&self, newest: Option<RunClock>) -> Option<Arc<[Jam]>> {
@@ -71,15 +61,21 @@ impl JamReader {
         (jams.run_id == clock.run_id && age_secs <= MAX_AGE_SECS).then(|| Arc::clone(&jams.list))
     }
 
-    fn read_world(&mut self) -> Result<(), ReadError> {
+    /// Reads the world, if there is a new one.
+    pub fn read_world(&mut self) -> Result<(), ReadError> {
         if let Some(world) = self.world.latest()? {
             self.revision = world.revision();
-            self.edges = edges(&world);
+            self.edges = world
+                .edges()
+                .iter()
+                .map(|edge| Edge { id: edge.id, name: world.text(edge.name).into() })
+                .collect();
         }
         Ok(())
     }
 
-    fn read_traffic(&mut self) -> Result<(), ReadError> {
+    /// Reads the traffic, if there are new figures.
+    pub fn read_traffic(&mut self) -> Result<(), ReadError> {
         if let Some(traffic) = self.traffic.latest()?
             && traffic.header.world_revision == self.revision
         {
@@ -91,32 +87,22 @@ impl JamReader {
     }
 }
 
-fn edges(world: &World<'_>) -> Vec<Edge> {
-    world
-        .edges()
-        .iter()
-        .map(|edge| Edge { id: edge.id, name: world.text(edge.name).into() })
-        .collect()
-}
-
-/// Returns the edges where robots waited the longest, the worst one first.
+/// Returns the edges at which robots waited the longest, the worst one first.
 fn worst(edges: &[Edge], figures: &[EdgeTraffic]) -> Arc<[Jam]> {
     let mut rows: Vec<_> =
         edges.iter().zip(figures).filter(|(_, figures)| figures.waiting_secs > 0.0).collect();
-    let by_waiting = |a: &(&Edge, &EdgeTraffic), b: &(&Edge, &EdgeTraffic)| {
-        b.1.waiting_secs.total_cmp(&a.1.waiting_secs).then(a.0.id.cmp(&b.0.id))
-    };
     if rows.len() > LISTED {
         rows.select_nth_unstable_by(LISTED, by_waiting);
         rows.truncate(LISTED);
     }
     rows.sort_unstable_by(by_waiting);
-    let jam = |(edge, figures): (&Edge, &EdgeTraffic)| Jam {
-        edge: edge.id,
-        name: edge.name.clone(),
-        figures: *figures,
-    };
-    rows.into_iter().map(jam).collect()
+    rows.into_iter()
+        .map(|(edge, figures)| Jam { edge: edge.id, name: edge.name.clone(), figures: *figures })
+        .collect()
+}
+
+fn by_waiting(a: &(&Edge, &EdgeTraffic), b: &(&Edge, &EdgeTraffic)) -> Ordering {
+    b.1.waiting_secs.total_cmp(&a.1.waiting_secs).then(a.0.id.cmp(&b.0.id))
 }
 
 #[cfg(test)]
@@ -156,14 +142,13 @@ mod tests {
         let participant = Participant::join(&name, "test").expect("joined");
         let mut publisher = TrafficPublisher::open_on(&participant).expect("a publisher");
         let mut reader = JamReader::open_on(&participant).expect("a reader");
-        let mut aggregator = Aggregator::default();
         (reader.edges, reader.revision) = (vec![edge(5), edge(6)], 3);
         let header =
             TrafficHeader { run_id: 7, tick: 100, world_revision: 3, ..TrafficHeader::default() };
         let figures = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
             .map(|secs| EdgeTraffic { waiting_secs: secs, ..Default::default() });
         publisher.publish(&header, &figures).expect("published");
-        reader.update(&mut aggregator);
+        reader.read_traffic().expect("read");
         let clock = |run_id, tick| Some(RunClock { run_id, tick, tick_secs: 0.1 });
         let jams = reader.jams(clock(7, 200)).expect("figures of the run");
         assert_eq!(

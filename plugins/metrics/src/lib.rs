@@ -1,29 +1,28 @@
 //! Metrics of a fleet: for Prometheus, as CSV, and live in a terminal.
 //!
-//! Frames, the column `collision`, contacts, the column `activity`, the task log, the traffic on
+//! Frames, the column `collision`, contacts, the column `activity`, the order log, the traffic on
 //! edges and the fleet's processes are aggregated into a [`Snapshot`](snapshot::Snapshot). The
 //! exporter's page, a row of the CSV file and the screen of `regatta top` are three views of it.
 
 pub mod aggregator;
-pub mod collisions;
-pub mod effort;
+mod collisions;
 pub mod exporter;
 pub mod exposition;
-pub mod histogram;
-pub mod jams;
+mod fleet;
+mod histogram;
+mod jams;
+mod order_times;
+mod orders;
 pub mod page;
-pub mod processes;
-mod received;
-pub mod rhythm;
-pub mod row;
+mod processes;
+mod rhythm;
+mod row;
 pub mod server;
 pub mod snapshot;
-pub mod state_counts;
-pub mod task_times;
-pub mod tasks;
+mod state_counts;
 #[cfg(test)]
 mod testing;
 pub mod top;
-pub mod work;
+mod work;
 
 pub use exporter::run_from;

@@ -6,16 +6,15 @@
 
 use std::collections::BTreeMap;
 
-use regatta_plugin::RowCounts;
+use regatta_kit::RowCounts;
 use regatta_plugin::activity::Activity;
 use regatta_plugin::frame::{CONTRACT_VERSION, ClockState};
 use regatta_plugin::traffic::EdgeTraffic;
 
-use crate::effort::Effort;
 use crate::exposition::{Exposition, Format};
-use crate::snapshot::{Collisions, Jam, Process, Run, Snapshot, TaskFigures, Totals, Work};
+use crate::snapshot::{Collisions, Jam, OrderFigures, Process, Run, Snapshot, Totals, Work};
 use crate::state_counts::STATE_NAMES;
-use crate::work::activity_key;
+use crate::work::{Effort, activity_key};
 
 /// The exporter's own state.
 #[derive(Clone, Copy, Debug, Default)]
@@ -39,7 +38,7 @@ pub fn page(snapshot: &Snapshot, exporter: &ExporterState, format: Format) -> St
     if let Some(work) = &snapshot.work {
         add_robots_at_work(&mut page, work);
         add_effort(&mut page, work);
-        add_tasks(&mut page, &work.tasks);
+        add_orders(&mut page, &work.orders);
     }
     add_jams(&mut page, snapshot.jams.as_deref().unwrap_or_default());
     add_processes(&mut page, &snapshot.processes);
@@ -157,14 +156,14 @@ fn add_robots_at_work(page: &mut Exposition<'_>, work: &Work) {
     let robots = keys.iter().zip(work.robots).map(|(key, robots)| ([("activity", &**key)], robots));
     page.each(
         "regatta_manager_robots",
-        "Robots by what they are about, as the fleet manager sees it.",
+        "Robots by activity, as the fleet manager sees it.",
         robots,
     );
 }
 
 fn add_effort(page: &mut Exposition<'_>, work: &Work) {
     let Effort { busy_secs, robot_secs, loaded_metres, empty_metres } = work.effort;
-    let help = "Simulated time that robots had a task, in the run since this exporter reads it.";
+    let help = "Simulated time that robots had an order, in the run since this exporter reads it.";
     page.one("regatta_manager_busy_robot_seconds_total", help, busy_secs);
     page.one(
         "regatta_manager_robot_seconds_total",
@@ -188,90 +187,110 @@ fn add_effort(page: &mut Exposition<'_>, work: &Work) {
     }
 }
 
-fn add_tasks(page: &mut Exposition<'_>, tasks: &TaskFigures) {
-    let help = "Transport tasks that were created, in the run since this exporter reads it.";
-    page.one("regatta_tasks_created_total", help, tasks.created);
+fn add_orders(page: &mut Exposition<'_>, orders: &OrderFigures) {
+    let help = "Transport orders that were created, in the run since this exporter reads it.";
+    page.one("regatta_orders_created_total", help, orders.created);
     let outcomes =
-        [("finished", tasks.finished), ("failed", tasks.failed), ("cancelled", tasks.cancelled)];
-    let outcomes = outcomes.map(|(outcome, tasks)| ([("outcome", outcome)], tasks));
+        [("finished", orders.finished), ("failed", orders.failed), ("cancelled", orders.cancelled)];
+    let outcomes = outcomes.map(|(outcome, orders)| ([("outcome", outcome)], orders));
     page.each(
-        "regatta_tasks_total",
-        "Transport tasks that are over, by outcome, as above.",
+        "regatta_orders_total",
+        "Transport orders that are over, by outcome, as above.",
         outcomes,
     );
-    if let Some(open) = tasks.open {
-        page.one("regatta_tasks_open", "Transport tasks that are not over.", open);
+    if let Some(open) = orders.open {
+        page.one("regatta_orders_open", "Transport orders that are not over.", open);
     }
-    if let Some(rate) = tasks.finished_per_second {
-        let help = "Transport tasks finished per second of simulated time, over its last hour.";
-        page.one("regatta_tasks_finished_per_second", help, rate);
+    if let Some(rate) = orders.finished_per_second {
+        let help = "Transport orders finished per second of simulated time, over its last hour.";
+        page.one("regatta_orders_finished_per_second", help, rate);
     }
     let help =
-        "Simulated time from the creation of a transport task to its end, of finished tasks.";
-    page.summary("regatta_task_service_seconds", help, &tasks.service);
+        "Simulated time from the creation of a transport order to its end, of finished orders.";
+    page.summary("regatta_order_service_seconds", help, &orders.service);
     let help =
-        "Simulated time from the creation of a transport task to its first assignment to a robot.";
-    page.summary("regatta_task_waiting_seconds", help, &tasks.waiting);
+        "Simulated time from the creation of a transport order to its first assignment to a robot.";
+    page.summary("regatta_order_waiting_seconds", help, &orders.waiting);
     for (name, help, times) in [
         (
-            "regatta_task_longest_service_seconds",
+            "regatta_order_longest_service_seconds",
             "The longest of the service times.",
-            &tasks.service,
+            &orders.service,
         ),
         (
-            "regatta_task_longest_waiting_seconds",
+            "regatta_order_longest_waiting_seconds",
             "The longest of the waiting times.",
-            &tasks.waiting,
+            &orders.waiting,
         ),
     ] {
         if times.count > 0 {
             page.one(name, help, times.longest);
         }
     }
-    let help = "Ticks whose records of tasks are missing, in whole or in part.";
-    page.one("regatta_task_log_gaps_total", help, tasks.gaps);
+    let help = "Ticks whose records of orders are missing, in whole or in part.";
+    page.one("regatta_order_log_gaps_total", help, orders.gaps);
 }
 
 /// Adds the edges with the longest waiting times.
 fn add_jams(page: &mut Exposition<'_>, jams: &[Jam]) {
-    let edges: Vec<String> = jams.iter().map(|jam| jam.edge.to_string()).collect();
-    let each = |value: fn(&EdgeTraffic) -> f32| {
-        let edges = edges.iter().map(String::as_str);
-        jams.iter().zip(edges).map(move |(jam, edge)| {
-            ([("edge", edge), ("name", &*jam.name)], f64::from(value(&jam.figures)))
-        })
-    };
-    let help = "Time that robots waited on an edge in the last ten minutes, for the edges with the longest times.";
-    page.each("regatta_edge_waiting_seconds", help, each(|figures| figures.waiting_secs));
-    let help = "Robots that entered these edges per hour, in the last ten minutes.";
-    page.each("regatta_edge_entered_per_hour", help, each(|figures| figures.entered_per_hour));
-    page.each(
-        "regatta_edge_robots",
-        "Mean number of robots on these edges, as above.",
-        each(|figures| figures.occupancy),
-    );
-    let help = "Mean speed on these edges over their speed limits, as above.";
-    page.each("regatta_edge_relative_speed_ratio", help, each(|figures| figures.relative_speed));
+    let ids: Vec<String> = jams.iter().map(|jam| jam.edge.to_string()).collect();
+    type Value = fn(&EdgeTraffic) -> f32;
+    let figures: [(&str, &str, Value); 4] = [
+        (
+            "regatta_edge_waiting_seconds",
+            "Time that robots waited on an edge in the last ten minutes, for the edges with the longest times.",
+            |figures| figures.waiting_secs,
+        ),
+        (
+            "regatta_edge_entered_per_hour",
+            "Robots that entered these edges per hour, in the last ten minutes.",
+            |figures| figures.entered_per_hour,
+        ),
+        ("regatta_edge_robots", "Mean number of robots on these edges, as above.", |figures| {
+            figures.occupancy
+        }),
+        (
+            "regatta_edge_relative_speed_ratio",
+            "Mean speed on these edges over their speed limits, as above.",
+            |figures| figures.relative_speed,
+        ),
+    ];
+    for (name, help, value) in figures {
+        let samples = jams.iter().zip(&ids).map(|(jam, id)| {
+            ([("edge", &**id), ("name", &*jam.name)], f64::from(value(&jam.figures)))
+        });
+        page.each(name, help, samples);
+    }
+}
+
+/// The figures of all processes of a name.
+#[derive(Default)]
+struct ProcessGroup {
+    resident_bytes: u64,
+    shared_bytes: u64,
+    cpu_seconds: f64,
 }
 
 fn add_processes(page: &mut Exposition<'_>, processes: &[Process]) {
-    // Not by process id, which would make other series of a process that was restarted.
-    let mut groups = BTreeMap::<&str, [f64; 3]>::new();
+    // Not by process id: a process that is restarted keeps its series.
+    let mut groups = BTreeMap::<&str, ProcessGroup>::new();
     for process in processes {
-        let [resident, shared, cpu_seconds] = groups.entry(&process.name).or_default();
-        *resident += process.resident_bytes as f64;
-        *shared += process.shared_bytes as f64;
-        *cpu_seconds = process.cpu_seconds;
+        let group = groups.entry(&process.name).or_default();
+        group.resident_bytes += process.resident_bytes;
+        group.shared_bytes += process.shared_bytes;
+        group.cpu_seconds = process.cpu_seconds;
     }
-    let each =
-        |index: usize| groups.iter().map(move |(name, values)| ([("name", *name)], values[index]));
+    let groups = groups.iter().map(|(name, group)| ([("name", *name)], group));
     let help = "Resident memory of the fleet's processes of a name, including the shared memory that they use.";
-    page.each("regatta_process_resident_memory_bytes", help, each(0));
+    let resident = groups.clone().map(|(labels, group)| (labels, group.resident_bytes));
+    page.each("regatta_process_resident_memory_bytes", help, resident);
     let help = "Memory in the shared-memory segments that the fleet's processes of a name own.";
-    page.each("regatta_process_shared_memory_bytes", help, each(1));
+    let shared = groups.clone().map(|(labels, group)| (labels, group.shared_bytes));
+    page.each("regatta_process_shared_memory_bytes", help, shared);
     let help =
         "Processor time of the fleet's processes of a name, since the first of them started.";
-    page.each("regatta_process_cpu_seconds_total", help, each(2));
+    let cpu_seconds = groups.map(|(labels, group)| (labels, group.cpu_seconds));
+    page.each("regatta_process_cpu_seconds_total", help, cpu_seconds);
 }
 
 fn by_level(possible: u64, touching: u64) -> [([(&'static str, &'static str); 1], u64); 2] {

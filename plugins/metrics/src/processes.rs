@@ -16,7 +16,7 @@ use crate::snapshot::Process;
 /// Time between two samples.
 const PERIOD: Duration = Duration::from_secs(1);
 
-/// The processes of a fleet, or why they can't be listed.
+/// The processes of a fleet, or the reason why they can't be listed.
 type ProcessList = Result<Vec<Process>, String>;
 
 /// A monitor that samples the processes of a fleet once a second, on a thread of its own: listing
@@ -43,7 +43,7 @@ impl ProcessMonitor {
     /// Returns the newest sample; empty before the first.
     ///
     /// # Errors
-    /// Returns why the processes can't be listed, in one line.
+    /// Returns the reason why the processes can't be listed, in one line.
     pub fn newest(&self) -> ProcessList {
         self.newest.lock().clone()
     }
@@ -94,8 +94,8 @@ impl Sampler {
         let mut totals = BTreeMap::new();
         for process in &*processes {
             let before = self.before.get(&process.pid).map_or(0.0, |(_, seconds)| *seconds);
-            let known = || self.totals.get(&process.name).copied().unwrap_or_default();
-            *totals.entry(process.name.clone()).or_insert_with(known) +=
+            let known = self.totals.get(&process.name).copied().unwrap_or_default();
+            *totals.entry(process.name.clone()).or_insert(known) +=
                 (process.cpu_seconds - before).max(0.0);
         }
         self.totals = totals;

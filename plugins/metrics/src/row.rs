@@ -1,149 +1,115 @@
 //! A row of the CSV file: a snapshot as comma-separated values.
 
-use std::fmt::Write;
 use std::time::Duration;
 
 use regatta_plugin::activity::Activity;
 use regatta_plugin::frame::ClockState;
 
-use crate::histogram::DurationStats;
 use crate::snapshot::{IntervalStats, Process, Run, Snapshot, Work};
 use crate::state_counts::STATE_NAMES;
 use crate::work::activity_key;
 
-/// A cell of a row: its column's name with the unit, and its value if that is known.
-struct Cell {
-    name: String,
-    text: Option<String>,
+/// A row under construction: the names of its columns with their units, and the values; empty if
+/// they are unknown.
+#[derive(Default)]
+struct Row {
+    names: Vec<String>,
+    texts: Vec<String>,
 }
 
-fn cell(name: &str, value: Option<impl ToString>) -> Cell {
-    Cell { name: name.to_owned(), text: value.map(|value| value.to_string()) }
+impl Row {
+    fn add(&mut self, name: impl Into<String>, value: Option<impl ToString>) {
+        self.names.push(name.into());
+        self.texts.push(value.map(|value| value.to_string()).unwrap_or_default());
+    }
 }
 
 /// Returns the names of all columns, as the first line of the file.
 pub fn header() -> String {
-    let names: Vec<_> = cells(Duration::ZERO, None, &IntervalStats::default())
-        .into_iter()
-        .map(|cell| cell.name)
-        .collect();
-    names.join(",")
+    filled(Duration::ZERO, None, &IntervalStats::default()).names.join(",")
 }
 
 /// Returns the row at a time since the Unix epoch. Cells of unknown values are empty.
 pub fn row(now: Duration, snapshot: &Snapshot, interval: &IntervalStats) -> String {
-    let mut row = String::new();
-    for (index, cell) in cells(now, Some(snapshot), interval).into_iter().enumerate() {
-        let comma = if index == 0 { "" } else { "," };
-        // Writing to a string can't fail.
-        let _ = write!(row, "{comma}{}", cell.text.unwrap_or_default());
-    }
-    row
+    filled(now, Some(snapshot), interval).texts.join(",")
 }
 
-/// Returns all cells of a row. Without a snapshot only their names matter.
-fn cells(now: Duration, snapshot: Option<&Snapshot>, interval: &IntervalStats) -> Vec<Cell> {
-    let mut cells = vec![cell("unix_time_seconds", Some(format!("{:.3}", now.as_secs_f64())))];
-    cells.extend(run_cells(snapshot.and_then(|snapshot| snapshot.run.as_ref())));
-    cells.extend(total_cells(snapshot));
+/// Returns a row with all cells. Without a snapshot only their names matter.
+fn filled(now: Duration, snapshot: Option<&Snapshot>, interval: &IntervalStats) -> Row {
+    let mut row = Row::default();
+    row.add("unix_time_seconds", Some(format!("{:.3}", now.as_secs_f64())));
+    add_run(&mut row, snapshot.and_then(|snapshot| snapshot.run.as_ref()));
+    let totals = snapshot.map(|snapshot| &snapshot.totals);
+    row.add("driven_metres", totals.map(|totals| totals.driven_metres));
+    row.add("frames_read", totals.map(|totals| totals.frames_read));
+    row.add("frames_skipped", totals.map(|totals| totals.frames_skipped));
     for (name, stats) in [
         ("tick_cost", interval.tick_cost),
         ("tick_jitter", interval.jitter),
         ("frame_age", interval.frame_age),
     ] {
-        cells.extend(stats_cells(name, &stats));
+        let (mean, max) = stats.mean_and_max().unzip();
+        row.add(format!("{name}_mean_seconds"), mean.map(seconds));
+        row.add(format!("{name}_max_seconds"), max.map(seconds));
     }
-    cells.extend(collision_cells(snapshot));
-    cells.extend(work_cells(snapshot.and_then(|snapshot| snapshot.work.as_ref())));
-    cells.extend(process_cells(snapshot.map(|snapshot| &snapshot.processes[..])));
-    cells
-}
-
-fn run_cells(run: Option<&Run>) -> Vec<Cell> {
-    let seconds = |seconds: f64| format!("{seconds:.9}");
-    let mut cells = vec![
-        cell("run_id", run.map(|run| format!("{:016x}", run.run_id))),
-        cell("tick", run.map(|run| run.tick)),
-        cell("simulated_seconds", run.map(|run| seconds(run.sim_time.as_secs_f64()))),
-        cell("paused", run.map(|run| u8::from(run.clock != ClockState::Running))),
-        cell("wanted_speed_ratio", run.map(|run| run.speed)),
-        cell("real_time_ratio", run.and_then(|run| run.real_time_factor)),
-        cell("late_ticks", run.map(|run| run.late_ticks)),
-    ];
-    for (index, state) in STATE_NAMES.into_iter().enumerate() {
-        cells.push(cell(
-            &format!("robots_{state}"),
-            run.map(|run| run.state_counts.by_state[index]),
-        ));
-    }
-    cells.push(cell("mean_speed_metres_per_second", run.map(|run| run.state_counts.mean_speed())));
-    cells
-}
-
-fn total_cells(snapshot: Option<&Snapshot>) -> Vec<Cell> {
-    let totals = snapshot.map(|snapshot| &snapshot.totals);
-    vec![
-        cell("driven_metres", totals.map(|totals| totals.driven_metres)),
-        cell("frames_read", totals.map(|totals| totals.frames_read)),
-        cell("frames_skipped", totals.map(|totals| totals.frames_skipped)),
-    ]
-}
-
-fn stats_cells(name: &str, stats: &DurationStats) -> [Cell; 2] {
-    let seconds = |seconds: f64| format!("{seconds:.9}");
-    let (mean, max) = stats.mean_and_max().unzip();
-    [
-        cell(&format!("{name}_mean_seconds"), mean.map(seconds)),
-        cell(&format!("{name}_max_seconds"), max.map(seconds)),
-    ]
-}
-
-fn collision_cells(snapshot: Option<&Snapshot>) -> Vec<Cell> {
     let robots = snapshot.and_then(|snapshot| snapshot.collisions.robots);
     let pairs = snapshot.and_then(|snapshot| snapshot.collisions.pairs);
-    vec![
-        cell("collision_robots_possible", robots.map(|robots| robots.possible)),
-        cell("collision_robots_touching", robots.map(|robots| robots.touching)),
-        cell("collision_pairs_possible", pairs.map(|pairs| pairs.possible)),
-        cell("collision_pairs_touching", pairs.map(|pairs| pairs.touching)),
-    ]
+    row.add("collision_robots_possible", robots.map(|robots| robots.possible));
+    row.add("collision_robots_touching", robots.map(|robots| robots.touching));
+    row.add("collision_pairs_possible", pairs.map(|pairs| pairs.possible));
+    row.add("collision_pairs_touching", pairs.map(|pairs| pairs.touching));
+    add_work(&mut row, snapshot.and_then(|snapshot| snapshot.work.as_ref()));
+    let processes = snapshot.map(|snapshot| &snapshot.processes[..]);
+    let cores = processes.map(|all| sum(all, |process| process.cpu_cores));
+    row.add("processes", processes.map(<[_]>::len));
+    row.add(
+        "resident_memory_bytes",
+        processes.map(|all| sum(all, |process| process.resident_bytes as f64)),
+    );
+    row.add("cpu_cores", cores.map(|cores| format!("{cores:.3}")));
+    row
 }
 
-fn work_cells(work: Option<&Work>) -> Vec<Cell> {
-    let activity = |activity: Activity| {
+fn add_run(row: &mut Row, run: Option<&Run>) {
+    row.add("run_id", run.map(|run| format!("{:016x}", run.run_id)));
+    row.add("tick", run.map(|run| run.tick));
+    row.add("simulated_seconds", run.map(|run| seconds(run.sim_time.as_secs_f64())));
+    row.add("paused", run.map(|run| u8::from(run.clock != ClockState::Running)));
+    row.add("wanted_speed_ratio", run.map(|run| run.speed));
+    row.add("real_time_ratio", run.and_then(|run| run.real_time_factor));
+    row.add("late_ticks", run.map(|run| run.late_ticks));
+    for (index, state) in STATE_NAMES.into_iter().enumerate() {
+        row.add(format!("robots_{state}"), run.map(|run| run.state_counts.by_state[index]));
+    }
+    row.add("mean_speed_metres_per_second", run.map(|run| run.state_counts.mean_speed()));
+}
+
+fn add_work(row: &mut Row, work: Option<&Work>) {
+    for activity in Activity::ALL {
         let robots = work.map(|work| work.robots[activity as usize]);
-        cell(&format!("manager_robots_{}", activity_key(activity)), robots)
-    };
-    let tasks = work.map(|work| &work.tasks);
-    let mut cells = Activity::ALL.map(activity).into_iter().collect::<Vec<_>>();
-    cells.extend([
-        cell("tasks_created", tasks.map(|tasks| tasks.created)),
-        cell("tasks_finished", tasks.map(|tasks| tasks.finished)),
-        cell("tasks_failed", tasks.map(|tasks| tasks.failed)),
-        cell("tasks_cancelled", tasks.map(|tasks| tasks.cancelled)),
-        cell("tasks_open", tasks.and_then(|tasks| tasks.open)),
-        cell("manager_utilisation_ratio", work.and_then(|work| work.effort.utilisation())),
-        cell("manager_loaded_metres", work.map(|work| work.effort.loaded_metres)),
-        cell("manager_empty_metres", work.map(|work| work.effort.empty_metres)),
-        cell("manager_cycle_mean_seconds", work.and_then(|work| work.cycle.mean())),
-        cell(
-            "manager_cycle_max_seconds",
-            work.filter(|work| work.cycle.count > 0).map(|work| work.cycle.longest),
-        ),
-    ]);
-    cells
+        row.add(format!("manager_robots_{}", activity_key(activity)), robots);
+    }
+    let orders = work.map(|work| &work.orders);
+    row.add("orders_created", orders.map(|orders| orders.created));
+    row.add("orders_finished", orders.map(|orders| orders.finished));
+    row.add("orders_failed", orders.map(|orders| orders.failed));
+    row.add("orders_cancelled", orders.map(|orders| orders.cancelled));
+    row.add("orders_open", orders.and_then(|orders| orders.open));
+    row.add("manager_utilisation_ratio", work.and_then(|work| work.effort.utilisation()));
+    row.add("manager_loaded_metres", work.map(|work| work.effort.loaded_metres));
+    row.add("manager_empty_metres", work.map(|work| work.effort.empty_metres));
+    row.add("manager_cycle_mean_seconds", work.and_then(|work| work.cycle.mean()));
+    let cycle = work.map(|work| work.cycle).filter(|cycle| cycle.count > 0);
+    row.add("manager_cycle_max_seconds", cycle.map(|cycle| cycle.longest));
 }
 
-fn process_cells(processes: Option<&[Process]>) -> Vec<Cell> {
-    // Not `sum`, which returns -0 for none.
-    let sum = |value: fn(&Process) -> f64| {
-        processes.map(|all| all.iter().map(value).fold(0.0, |sum, one| sum + one))
-    };
-    vec![
-        cell("processes", processes.map(<[_]>::len)),
-        cell("resident_memory_bytes", sum(|process| process.resident_bytes as f64)),
-        cell("cpu_cores", sum(|process| process.cpu_cores).map(|cores| format!("{cores:.3}"))),
-    ]
+fn seconds(seconds: f64) -> String {
+    format!("{seconds:.9}")
+}
+
+/// Adds up a figure of all processes. Unlike `Iterator::sum`, it returns 0, not -0, for none.
+fn sum(processes: &[Process], value: fn(&Process) -> f64) -> f64 {
+    processes.iter().map(value).fold(0.0, |sum, one| sum + one)
 }
 
 #[cfg(test)]
@@ -178,7 +144,7 @@ mod tests {
         assert_eq!(value("late_ticks"), run.late_ticks.to_string());
         assert_eq!(value("tick_cost_max_seconds"), "", "nothing was measured");
         assert_eq!(
-            (value("manager_robots_to_pick"), value("tasks_finished"), value("tasks_open")),
+            (value("manager_robots_to_pick"), value("orders_finished"), value("orders_open")),
             ("201", "4321", "58")
         );
         assert_eq!(value("processes"), snapshot.processes.len().to_string());

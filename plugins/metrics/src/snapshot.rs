@@ -9,10 +9,10 @@ use regatta_plugin::contact::{ContactHeader, ContactRecord};
 use regatta_plugin::frame::ClockState;
 use regatta_plugin::traffic::EdgeTraffic;
 
-use crate::effort::Effort;
 use crate::histogram::{DurationStats, Histogram};
+use crate::order_times::TimeSummary;
 use crate::state_counts::StateCounts;
-use crate::task_times::TimeSummary;
+use crate::work::Effort;
 
 /// The state of a fleet at one moment.
 #[derive(Clone, Debug)]
@@ -27,21 +27,36 @@ pub struct Snapshot {
     pub collisions: Collisions,
     /// Work of a fleet manager for that run; `None` while none publishes.
     pub work: Option<Work>,
-    /// Edges where robots waited the longest in the last ten minutes, the worst one first; `None`
-    /// while no plugin publishes traffic.
+    /// Edges at which robots waited the longest in the last ten minutes, the worst one first;
+    /// `None` while no plugin publishes traffic.
     pub jams: Option<Arc<[Jam]>>,
     /// Processes that participate in the fleet.
     pub processes: Vec<Process>,
 }
 
-/// An edge where robots waited.
+impl Snapshot {
+    /// Returns the snapshot of a fleet of which nothing is known.
+    pub fn of(fleet: &FleetName) -> Self {
+        Self {
+            fleet: fleet.clone(),
+            totals: Totals::default(),
+            run: None,
+            collisions: Collisions::default(),
+            work: None,
+            jams: None,
+            processes: Vec::new(),
+        }
+    }
+}
+
+/// An edge at which robots waited.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Jam {
     /// Id of the edge in the route graph.
     pub edge: u32,
     /// Its name; empty if it has none.
     pub name: Arc<str>,
-    /// What happened there in the last ten minutes.
+    /// Its figures of the last ten minutes.
     pub figures: EdgeTraffic,
 }
 
@@ -126,32 +141,33 @@ impl Collisions {
 pub struct Work {
     /// Number of robots of each activity, in the order of [`Activity::ALL`].
     pub robots: [u64; Activity::ALL.len()],
-    /// Figures of its tasks.
-    pub tasks: TaskFigures,
-    /// What its robots drive.
+    /// Figures of its orders.
+    pub orders: OrderFigures,
+    /// Distance and busy time of its robots.
     pub effort: Effort,
     /// Wall time that it spends on a frame, of the frames whose columns were read.
     pub cycle: TimeSummary,
 }
 
-/// Figures of transport tasks, from the task log of a run since this reader began to read it.
+/// Figures of transport orders, from the order log of a run since this reader began to read it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct TaskFigures {
-    /// Number of tasks that were created.
+pub struct OrderFigures {
+    /// Number of orders that were created.
     pub created: u64,
-    /// Number of tasks that were finished.
+    /// Number of orders that were finished.
     pub finished: u64,
-    /// Number of tasks that were given up.
+    /// Number of orders that were given up.
     pub failed: u64,
-    /// Number of tasks that were cancelled.
+    /// Number of orders that were cancelled.
     pub cancelled: u64,
-    /// Number of tasks that are not over; `None` unless the whole log of the run was read.
+    /// Number of orders that are not over; `None` unless the whole log of the run was read.
     pub open: Option<u64>,
-    /// Tasks finished per second of simulated time, over its last hour; `None` in the first minute.
+    /// Orders finished per second of simulated time, over its last hour; `None` in the first
+    /// minute.
     pub finished_per_second: Option<f64>,
-    /// Simulated time from the creation of a task to its end, of finished tasks.
+    /// Simulated time from the creation of an order to its end, of finished orders.
     pub service: TimeSummary,
-    /// Simulated time from the creation of a task to its first assignment to a robot.
+    /// Simulated time from the creation of an order to its first assignment to a robot.
     pub waiting: TimeSummary,
     /// Number of ticks whose records are missing, in whole or in part.
     pub gaps: u64,

@@ -74,13 +74,19 @@ fn of_present(states: &[u8], speeds: &[f32]) -> [f32; BLOCK] {
 
 /// Returns the sum of |speed|.
 fn sum(speeds: &[f32]) -> f64 {
-    let valid = |speed: f32| if speed.abs() <= MAX_SPEED { speed.abs() } else { 0.0 };
     let (chunks, rest) = speeds.as_chunks::<LANES>();
     let mut lanes = [0.0_f32; LANES];
     for chunk in chunks {
-        lanes.iter_mut().zip(chunk).for_each(|(lane, &speed)| *lane += valid(speed));
+        for (lane, &speed) in lanes.iter_mut().zip(chunk) {
+            *lane += valid(speed);
+        }
     }
     lanes.into_iter().chain(rest.iter().copied().map(valid)).map(f64::from).sum()
+}
+
+/// Returns |speed|, or 0 for an invalid one.
+fn valid(speed: f32) -> f32 {
+    if speed.abs() <= MAX_SPEED { speed.abs() } else { 0.0 }
 }
 
 #[cfg(test)]

@@ -8,13 +8,13 @@ use regatta_plugin::contact::{ContactHeader, ContactRecord};
 use regatta_plugin::frame::ClockState;
 use regatta_plugin::traffic::EdgeTraffic;
 
-use crate::effort::Effort;
 use crate::histogram::DurationRecorder;
+use crate::order_times::TimeSummary;
 use crate::snapshot::{
-    Collisions, Jam, Process, RobotLevels, Run, Snapshot, TaskFigures, Totals, Work,
+    Collisions, Jam, OrderFigures, Process, RobotLevels, Run, Snapshot, Totals, Work,
 };
 use crate::state_counts::StateCounts;
-use crate::task_times::TimeSummary;
+use crate::work::Effort;
 
 /// Returns the snapshot of a fleet with all values known.
 pub fn snapshot() -> Snapshot {
@@ -65,13 +65,8 @@ pub fn without_engine() -> Snapshot {
         cpu_cores,
     };
     Snapshot {
-        fleet: FleetName::default(),
-        totals: Totals::default(),
-        run: None,
-        collisions: Collisions::default(),
-        work: None,
-        jams: None,
         processes: vec![process("metrics", 4_242, 0.01), process("engine", 4_000_000, 0.123)],
+        ..Snapshot::of(&FleetName::default())
     }
 }
 
@@ -102,7 +97,7 @@ pub fn collisions(touching: u32, possible: u32) -> Collisions {
     }
 }
 
-/// Returns edges where robots wait.
+/// Returns edges at which robots wait.
 pub fn jams() -> Arc<[Jam]> {
     let figures = EdgeTraffic {
         occupancy: 2.5,
@@ -120,7 +115,7 @@ pub fn jams() -> Arc<[Jam]> {
 pub fn work() -> Work {
     Work {
         robots: [44, 201, 614, 30, 90, 5, 10, 6],
-        tasks: TaskFigures {
+        orders: OrderFigures {
             created: 4_389,
             finished: 4_321,
             failed: 3,

@@ -4,11 +4,8 @@ mod commands;
 mod figures;
 mod format;
 mod graphs;
-mod history;
-mod jams;
 mod lists;
 mod screen;
-mod section;
 mod terminal;
 mod theme;
 mod view;
@@ -19,16 +16,12 @@ use std::time::{Duration, Instant};
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use regatta_plugin::{FleetName, Participant, Result, Subscriber, Termination};
 
-use crate::aggregator::{Aggregator, wall_time_nanos};
-use crate::collisions::CollisionReader;
-use crate::jams::JamReader;
+use crate::aggregator::wall_time_nanos;
+use crate::fleet::{FleetReader, FleetState};
 use crate::processes::ProcessMonitor;
-use crate::snapshot::Snapshot;
-use crate::work::{WorkReader, WorkTally};
 use commands::{Command, CommandQueue};
-use history::SLOT;
 use terminal::TerminalGuard;
-use view::View;
+use view::{SLOT, View};
 
 /// The name under which this process joins its fleet.
 const NAME: &str = "top";
@@ -76,12 +69,9 @@ pub fn run(fleet: &FleetName) -> Result {
 struct Reader {
     fleet: FleetName,
     frames: Subscriber,
-    collisions: CollisionReader,
-    work: WorkReader,
-    jams: JamReader,
-    tally: WorkTally,
+    results: FleetReader,
+    state: FleetState,
     processes: ProcessMonitor,
-    aggregator: Aggregator,
     /// End of the current slot of the history.
     slot_end: Instant,
     /// Time of the next check for an engine, unless a frame arrives.
@@ -94,12 +84,9 @@ impl Reader {
         Ok(Self {
             fleet: fleet.clone(),
             frames: Subscriber::open_on(&participant)?,
-            collisions: CollisionReader::open_on(&participant)?,
-            work: WorkReader::open_on(&participant)?,
-            jams: JamReader::open_on(&participant)?,
-            tally: WorkTally::default(),
+            results: FleetReader::open_on(&participant)?,
+            state: FleetState::default(),
             processes: ProcessMonitor::start(fleet)?,
-            aggregator: Aggregator::default(),
             slot_end: Instant::now() + SLOT,
             next_check: Instant::now(),
         })
@@ -110,35 +97,28 @@ impl Reader {
         let frame = self.frames.wait(time.min(MAX_WAIT))?;
         let now = wall_time_nanos();
         if let Some(frame) = frame {
-            self.aggregator.add_frame(&frame, now);
-            self.work.add_frame(&mut self.tally, &frame);
+            self.results.add_frame(&mut self.state, &frame, now);
             self.next_check = Instant::now() + LIVENESS_CHECK_DELAY;
         } else if Instant::now() >= self.next_check {
             self.frames.forget_dead();
-            self.aggregator.note_idle(self.frames.has_producer());
+            self.state.aggregator.note_idle(self.frames.has_producer());
             self.next_check = Instant::now() + LIVENESS_CHECK_DELAY;
         }
         self.frames.release();
-        self.collisions.update(&mut self.aggregator, now);
-        self.work.update(&mut self.tally, &mut self.aggregator, now);
-        self.jams.update(&mut self.aggregator);
+        self.results.update(&mut self.state, now);
         Ok(())
     }
 
     /// Updates the view.
     fn show(&mut self, view: &mut View) {
-        let collisions = self.collisions.collisions(self.aggregator.newest());
         let (processes, error) = match self.processes.newest() {
             Ok(processes) => (processes, None),
             Err(error) => (Vec::new(), Some(error)),
         };
         view.process_error = error;
-        let (fleet, work) = (self.fleet.clone(), self.tally.work(&self.aggregator));
-        let snapshot =
-            self.aggregator.snapshot(fleet, collisions, work, processes, wall_time_nanos());
-        view.snapshot = Snapshot { jams: self.jams.jams(self.aggregator.clock()), ..snapshot };
+        view.snapshot = self.state.snapshot(&self.fleet, processes);
         if Instant::now() >= self.slot_end {
-            view.history.add(&self.aggregator.take_interval(), &view.snapshot);
+            view.history.add(&self.state.aggregator.take_interval(), &view.snapshot);
             // After this process was stopped, no empty slots are added.
             self.slot_end = (self.slot_end + SLOT).max(Instant::now());
         }
@@ -159,9 +139,10 @@ impl Input {
         let mut changed = false;
         while event::poll(Duration::ZERO)? {
             changed = true;
-            match event::read()? {
-                Event::Key(key) if key.kind != KeyEventKind::Release => self.press(key, view),
-                _ => {}
+            if let Event::Key(key) = event::read()?
+                && key.kind != KeyEventKind::Release
+            {
+                self.press(key, view);
             }
         }
         if let Some(outcome) = self.commands.outcome() {

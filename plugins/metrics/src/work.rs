@@ -1,36 +1,37 @@
-//! The work of a fleet manager, if one runs and keeps up: what its robots are about, and its tasks.
+//! The work of a fleet manager, if one runs and keeps up: the activities of its robots, their
+//! effort, and its orders.
 
 use regatta_plugin::activity::Activity;
 use regatta_plugin::column::ColumnHeader;
-use regatta_plugin::{ColumnReader, Frame, Participant, ReadError, Result, TaskReader};
+use regatta_plugin::frame::RobotState;
+use regatta_plugin::{ColumnReader, Frame, OrderReader, Participant, ReadError, Result};
 
-use crate::aggregator::Aggregator;
-use crate::effort::EffortTally;
-use crate::received::Received;
+use crate::aggregator::{Aggregator, RunClock};
+use crate::fleet::Received;
+use crate::order_times::TimeRecorder;
+use crate::orders::OrderTally;
 use crate::snapshot::Work;
-use crate::task_times::TimeRecorder;
-use crate::tasks::TaskTally;
 
 /// Numbers of robots by activity, in the order of [`Activity::ALL`].
 type ByActivity = [u64; Activity::ALL.len()];
 
-/// A reader of the column `activity` and the task log of a fleet.
+/// A reader of the column `activity` and the order log of a fleet.
 #[derive(Debug)]
 pub struct WorkReader {
     column: ColumnReader,
-    tasks: TaskReader,
+    orders: OrderReader,
 }
 
-/// What has been read of a manager's work.
+/// A manager's work, as far as it has been read.
 #[derive(Debug, Default)]
 pub struct WorkTally {
     robots: Option<Received<ByActivity>>,
-    tasks: TaskTally,
+    orders: OrderTally,
     effort: EffortTally,
     cycles: Cycles,
 }
 
-/// What the manager of a run spent on each frame.
+/// The times that the manager of a run spent on frames.
 #[derive(Debug, Default)]
 struct Cycles {
     run_id: u64,
@@ -42,7 +43,7 @@ impl Cycles {
         if self.run_id != header.run_id {
             *self = Self { run_id: header.run_id, secs: TimeRecorder::default() };
         }
-        // A manager that doesn't tell has no times.
+        // Not every manager publishes its times.
         if header.cost_micros > 0 {
             self.secs.observe(f64::from(header.cost_micros) * 1e-6);
         }
@@ -55,50 +56,37 @@ impl WorkReader {
     /// # Errors
     /// Fails if the fleet uses another version of the contract, or has no room for another reader.
     pub fn open_on(participant: &Participant) -> Result<Self> {
-        let tasks = TaskReader::open_on(participant)?;
-        Ok(Self { column: ColumnReader::open_on(participant, "activity")?, tasks })
+        let orders = OrderReader::open_on(participant)?;
+        Ok(Self { column: ColumnReader::open_on(participant, "activity")?, orders })
     }
 
-    /// Adds what robots have done since the frame before.
+    /// Adds the effort of robots since the frame before.
     pub fn add_frame(&mut self, tally: &mut WorkTally, frame: &Frame<'_>) {
-        // What can't be read is counted by `update`.
-        let column = self
-            .column
-            .current()
-            .ok()
-            .flatten()
-            .filter(|column| column.header.run_id == frame.run_id());
+        // Errors are counted by `read_robots`.
+        let column = self.column.current().ok().flatten();
+        let column = column.filter(|column| column.header.run_id == frame.run_id());
         tally.effort.add(frame, column.map_or(&[], |column| column.values));
     }
 
-    /// Adds what is new at the wall time `now`, in nanoseconds. What can't be read is another
-    /// program's error: it is counted and skipped.
-    pub fn update(&mut self, tally: &mut WorkTally, aggregator: &mut Aggregator, now: u64) {
-        for outcome in [self.read_robots(tally, now), self.read_tasks(tally, aggregator)] {
-            if outcome.is_err() {
-                aggregator.count_read_error();
-            }
-        }
-    }
-
-    fn read_robots(&mut self, tally: &mut WorkTally, now: u64) -> Result<(), ReadError> {
+    /// Reads the column at the wall time `now`, in nanoseconds, if there is a new one.
+    pub fn read_robots(&mut self, tally: &mut WorkTally, now: u64) -> Result<(), ReadError> {
         if let Some(column) = self.column.latest()? {
-            let (run_id, value) = (column.header.run_id, by_activity(column.values));
             tally.cycles.add(column.header);
-            tally.robots = Some(Received { run_id, received_nanos: now, value });
+            let robots = by_activity(column.values);
+            tally.robots = Some(Received::new(column.header.run_id, now, robots));
         }
         Ok(())
     }
 
-    /// Reads the task log. Before the first frame, the length of a tick is unknown.
-    fn read_tasks(
+    /// Reads the order log. Before the first frame, the length of a tick is unknown.
+    pub fn read_orders(
         &mut self,
         tally: &mut WorkTally,
-        aggregator: &Aggregator,
+        clock: Option<RunClock>,
     ) -> Result<(), ReadError> {
-        let Some(clock) = aggregator.clock() else { return Ok(()) };
-        self.tasks.take(|tasks| {
-            tally.tasks.add(tasks, clock.tick_secs);
+        let Some(clock) = clock else { return Ok(()) };
+        self.orders.take(|orders| {
+            tally.orders.add(orders, clock.tick_secs);
             Ok(())
         })
     }
@@ -109,13 +97,74 @@ impl WorkTally {
     /// `activity`.
     pub fn work(&self, aggregator: &Aggregator) -> Option<Work> {
         let robots = *self.robots.as_ref()?.if_current(aggregator.newest()?)?;
-        let tasks = self.tasks.figures(&aggregator.clock()?);
-        Some(Work {
-            robots,
-            tasks,
-            effort: self.effort.effort(),
-            cycle: self.cycles.secs.summary(),
-        })
+        let orders = self.orders.figures(&aggregator.clock()?);
+        Some(Work { robots, orders, effort: self.effort.effort, cycle: self.cycles.secs.summary() })
+    }
+}
+
+/// Totals over all robots of a run, since a reader began to read its frames.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Effort {
+    /// Seconds of simulated time that robots had an order.
+    pub busy_secs: f64,
+    /// Seconds of simulated time that robots were there.
+    pub robot_secs: f64,
+    /// Metres driven by robots that carry something.
+    pub loaded_metres: f64,
+    /// Metres driven by all others.
+    pub empty_metres: f64,
+}
+
+impl Effort {
+    /// The part of the robots' time in which they had an order, from 0 to 1; `None` without time.
+    pub fn utilisation(&self) -> Option<f64> {
+        (self.robot_secs > 0.0).then(|| self.busy_secs / self.robot_secs)
+    }
+
+    /// The part of the metres that were driven without a load, from 0 to 1; `None` without metres.
+    pub fn empty_part(&self) -> Option<f64> {
+        let metres = self.loaded_metres + self.empty_metres;
+        (metres > 0.0).then(|| self.empty_metres / metres)
+    }
+
+    /// Adds the activities of some seconds, given the states and speeds of robots and the values of
+    /// the column `activity`.
+    fn add(&mut self, states: &[u8], speeds: &[f32], activities: &[f32], secs: f64) {
+        for ((&state, &speed), &activity) in states.iter().zip(speeds).zip(activities) {
+            let Some(activity) = Activity::from_value(activity) else { continue };
+            if state == RobotState::Absent as u8 {
+                continue;
+            }
+            self.robot_secs += secs;
+            self.busy_secs += if activity.has_order() { secs } else { 0.0 };
+            let metres = f64::from(speed.abs()) * secs;
+            match activity {
+                Activity::Carrying => self.loaded_metres += metres,
+                _ => self.empty_metres += metres,
+            }
+        }
+    }
+}
+
+/// A tally of [`Effort`], fed with frames.
+#[derive(Clone, Copy, Debug, Default)]
+struct EffortTally {
+    /// The run and the simulated time in seconds of the last frame.
+    last: Option<(u64, f64)>,
+    effort: Effort,
+}
+
+impl EffortTally {
+    /// Adds the time from the frame before to this one, in which robots are assumed to have had
+    /// their present activity.
+    fn add(&mut self, frame: &Frame<'_>, activities: &[f32]) {
+        let (run_id, now_secs) = (frame.run_id(), frame.sim_time().as_secs_f64());
+        match self.last.replace((run_id, now_secs)) {
+            Some((run, before_secs)) if run == run_id && before_secs <= now_secs => {
+                self.effort.add(frame.state(), frame.speed(), activities, now_secs - before_secs);
+            }
+            _ => self.effort = Effort::default(),
+        }
     }
 }
 
@@ -136,8 +185,8 @@ fn by_activity(values: &[f32]) -> ByActivity {
 #[cfg(test)]
 mod tests {
     use regatta_plugin::frame::{ClockState, FrameHeader, Line, frame_lines, stride_lines};
-    use regatta_plugin::task::{TaskKind, TaskRecord};
-    use regatta_plugin::{ColumnPublisher, FleetName, TaskPublisher};
+    use regatta_plugin::order::{OrderKind, OrderRecord};
+    use regatta_plugin::{ColumnPublisher, FleetName, OrderPublisher};
 
     use super::*;
 
@@ -174,25 +223,27 @@ mod tests {
             format!("unit-metrics-work-{}", std::process::id()).parse().expect("a name");
         let participant = Participant::join(&name, "test").expect("joined");
         let mut column = ColumnPublisher::open_on(&participant, "activity").expect("a column");
-        let mut log = TaskPublisher::open_on(&participant).expect("a log");
+        let mut log = OrderPublisher::open_on(&participant).expect("a log");
         let mut reader = WorkReader::open_on(&participant).expect("a reader");
         let (mut aggregator, mut tally) = (Aggregator::default(), WorkTally::default());
         add_frame(&mut aggregator, RUN, 40, SECOND);
-        reader.update(&mut tally, &mut aggregator, SECOND);
+        reader.read_robots(&mut tally, SECOND).expect("read");
+        reader.read_orders(&mut tally, aggregator.clock()).expect("read");
         assert_eq!(tally.work(&aggregator), None, "no manager runs");
 
         column.set_cost(std::time::Duration::from_micros(2500));
         column
             .write(RUN, 40, 3, |chunk| chunk.copy_from_slice(&[2.0, 2.0, 0.0]))
             .expect("published");
-        let record = |kind| [TaskRecord::new(5, kind)];
-        log.publish(RUN, 10, 0, &record(TaskKind::Created)).expect("published");
-        log.publish(RUN, 40, 0, &record(TaskKind::Finished)).expect("published");
-        reader.update(&mut tally, &mut aggregator, SECOND);
+        let record = |kind| [OrderRecord::new(5, kind)];
+        log.publish(RUN, 10, 0, &record(OrderKind::Created)).expect("published");
+        log.publish(RUN, 40, 0, &record(OrderKind::Finished)).expect("published");
+        reader.read_robots(&mut tally, SECOND).expect("read");
+        reader.read_orders(&mut tally, aggregator.clock()).expect("read");
         let work = tally.work(&aggregator).expect("a manager runs");
         assert_eq!(work.robots, [1, 0, 2, 0, 0, 0, 0, 0]);
-        assert_eq!((work.tasks.created, work.tasks.finished, work.tasks.open), (1, 1, Some(0)));
-        assert_eq!(work.tasks.service.mean(), Some(3.0));
+        assert_eq!((work.orders.created, work.orders.finished, work.orders.open), (1, 1, Some(0)));
+        assert_eq!(work.orders.service.mean(), Some(3.0));
         assert_eq!((work.cycle.count, work.cycle.longest), (1, 2.5e-3));
 
         add_frame(&mut aggregator, RUN, 60, 3 * SECOND);
@@ -201,5 +252,19 @@ mod tests {
         assert_eq!(tally.work(&aggregator), None, "another run");
         aggregator.note_idle(false);
         assert_eq!(tally.work(&aggregator), None, "no engine");
+    }
+
+    #[test]
+    fn time_and_metres_add_up() {
+        let (driving, absent) = (RobotState::Driving as u8, RobotState::Absent as u8);
+        let activities = [Activity::ToPick, Activity::Carrying, Activity::Idle, Activity::Idle]
+            .map(|a| a as u8 as f32);
+        let mut effort = Effort::default();
+        assert_eq!((effort.utilisation(), effort.empty_part()), (None, None));
+        effort.add(&[driving, driving, driving, absent], &[1.0, -2.0, 0.0, 9.0], &activities, 0.5);
+        assert_eq!((effort.robot_secs, effort.busy_secs), (1.5, 1.0));
+        assert_eq!((effort.loaded_metres, effort.empty_metres), (1.0, 0.5));
+        effort.add(&[driving], &[1.0], &[f32::NAN], 0.5);
+        assert_eq!(effort.robot_secs, 1.5, "no activity is known");
     }
 }

@@ -46,7 +46,7 @@ def way(world: regatta.World, exits: list[list[int]], start: int, goal: int) -> 
     return edges
 
 
-orders, run_id = fleet.orders(), None
+commands, run_id = fleet.commands(), None
 held, routes, waiting = dict[int, list[int]](), dict[int, list[int]](), dict[int, int]()
 for frame in fleet.frames(options.rate or 10, options.after):
     world = frame.world
@@ -71,10 +71,10 @@ for frame in fleet.frames(options.rate or 10, options.after):
             routes[robot], waiting[robot] = way(world, exits, end, random.randrange(len(world.nodes))), 0
         elif all(holders.get(edge, {robot}) == {robot} for edge in near[routes[robot][0]]):
             edge = routes[robot].pop(0)
-            orders.extend(robot, [int(world.edges["id"][edge])])
+            commands.extend(robot, [int(world.edges["id"][edge])])
             edges.append(edge)
             holders.setdefault(edge, set()).add(robot)
             waiting[robot] = 0
         else:
             waiting[robot] = waiting.get(robot, 0) + 1
-    orders.send()
+    commands.send()

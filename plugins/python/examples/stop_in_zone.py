@@ -15,10 +15,10 @@ options = parser.parse_args()
 (x0, x1), (y0, y1) = np.sort(options.zone[::2]), np.sort(options.zone[1::2])
 
 fleet = regatta.join(options.fleet, options.name)
-orders = fleet.orders()
+commands = fleet.commands()
 for frame in fleet.frames(options.rate, options.after):
     inside = (frame.x >= x0) & (frame.x <= x1) & (frame.y >= y0) & (frame.y <= y1)
     for robot in np.flatnonzero(inside & (frame.state == regatta.RobotState.DRIVING)):
-        orders.hold(robot)
+        commands.hold(robot)
         print(f"tick {frame.tick}: robot {robot} stops at ({frame.x[robot]:.2f}, {frame.y[robot]:.2f}) m", flush=True)
-    orders.send()
+    commands.send()

@@ -7,8 +7,8 @@
     for frame in regatta.frames("default"):
         print(f"tick {frame.tick}: centre ({frame.x.mean():.2f}, {frame.y.mean():.2f}) m")
 
-A program joins a fleet once, as a :class:`Fleet`, and opens on it what it needs. The functions of this module do both,
-given the fleet's name; :func:`join` joins under a name of your choice.
+A program joins a fleet once, as a :class:`Fleet`, and opens readers, publishers and clients on it. The functions of
+this module do both, given the fleet's name; :func:`join` joins under a name of your choice.
 
 Units are SI: metres, radians (counter-clockwise from east, in (-π, π]), seconds; x is east and y north.
 """
@@ -18,25 +18,25 @@ from collections.abc import Iterable
 from typing import SupportsIndex
 from weakref import WeakValueDictionary
 
-from regatta._closures import ClosureReader
 from regatta._columns import ColumnPublisher
-from regatta._contacts import ContactReader, Contacts
+from regatta._commands import Commands, Leg
 from regatta._contract import (
     CONTRACT_VERSION,
     NO_EDGE,
     NO_ROBOT,
+    CommandLogHeader,
     ContactEventHeader,
     ContactHeader,
     EventHeader,
     FrameHeader,
-    OrderLogHeader,
-    TaskHeader,
+    OrderHeader,
     TrafficHeader,
 )
 from regatta._control import Control, ControlResponse, RobotsByState
 from regatta._enums import (
     BreakdownCause,
     ClockState,
+    CommandKind,
     ContactChange,
     ContactLevel,
     EventKind,
@@ -47,17 +47,16 @@ from regatta._enums import (
     RobotState,
     Shape,
     StopAction,
-    TaskKind,
 )
 from regatta._errors import (
     ClosedError,
+    CommandError,
     ControlError,
     Error,
     FullError,
     HeldError,
     NoEngineError,
     OpenError,
-    OrderError,
     PublishError,
     ReadError,
     RefusedError,
@@ -68,10 +67,9 @@ from regatta._events import TickReader, TickRecords
 from regatta._fleet import Fleet, checked_name
 from regatta._frame import ColumnValues, Frame
 from regatta._frames import Frames
-from regatta._orders import Leg, Orders
+from regatta._newest import ClosureReader, ContactReader, Contacts, Traffic, TrafficReader
 from regatta._rate import checked_rate
 from regatta._routes import Route
-from regatta._traffic import Traffic, TrafficReader
 from regatta._world import Orientation, World
 
 _joined: WeakValueDictionary[str, Fleet] = WeakValueDictionary()
@@ -113,9 +111,9 @@ def routes(fleet: str, robots: Iterable[SupportsIndex]) -> list[Route | None]:
     return _shared(fleet).routes(robots)
 
 
-def orders(fleet: str = "default") -> Orders:
-    """Opens the orders of a fleet for sending; see :class:`Orders`."""
-    return _shared(fleet).orders()
+def commands(fleet: str = "default") -> Commands:
+    """Opens the commands of a fleet for sending; see :class:`Commands`."""
+    return _shared(fleet).commands()
 
 
 def control(fleet: str = "default") -> Control:
@@ -188,6 +186,10 @@ __all__ = [
     "ClosureReader",
     "ColumnPublisher",
     "ColumnValues",
+    "CommandError",
+    "CommandKind",
+    "CommandLogHeader",
+    "Commands",
     "ContactChange",
     "ContactEventHeader",
     "ContactHeader",
@@ -211,10 +213,8 @@ __all__ = [
     "NoEngineError",
     "NodeRole",
     "OpenError",
-    "OrderError",
+    "OrderHeader",
     "OrderKind",
-    "OrderLogHeader",
-    "Orders",
     "Orientation",
     "PublishError",
     "ReadError",
@@ -226,8 +226,6 @@ __all__ = [
     "Shape",
     "StopAction",
     "TakenError",
-    "TaskHeader",
-    "TaskKind",
     "TickReader",
     "TickRecords",
     "Traffic",
@@ -237,12 +235,12 @@ __all__ = [
     "World",
     "column",
     "columns",
+    "commands",
     "contacts",
     "control",
     "events",
     "frames",
     "join",
-    "orders",
     "parser",
     "route",
     "routes",

@@ -40,7 +40,8 @@ class Asker(Generic[Request, Response]):
         self._client.close()
 
     def has_engine(self) -> bool:
-        """Whether the fleet has an engine. Takes a millisecond or so, because it removes what dead processes left."""
+        """Whether the fleet has an engine. Takes a millisecond or so, because it removes the resources of dead
+        processes."""
         self._client.forget_dead()
         return self._client.has_server()
 
@@ -94,5 +95,5 @@ class Asker(Generic[Request, Response]):
 
     def _unreachable(self, error: Exception) -> ControlError:
         return ControlError(
-            f"can't reach the engine of fleet '{self._fleet}' ({error}); `regatta doctor` reports what is wrong"
+            f"can't reach the {self._server} of fleet '{self._fleet}' ({error}); `regatta doctor` reports what is wrong"
         )

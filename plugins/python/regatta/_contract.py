@@ -22,7 +22,7 @@ NO_EDGE: int = LAYOUT["no_edge"]
 """The value of the column ``edge`` for a robot that is on no edge."""
 
 NO_ROBOT: int = LAYOUT["no_robot"]
-"""The ``robot`` of a record of the task log that belongs to no robot."""
+"""The ``robot`` of a record of the order log that belongs to no robot."""
 
 BYTES_PER_LINE = 64
 WORDS_PER_LINE = 16
@@ -156,8 +156,8 @@ class EdgeRecord(Record):
     length: f32
     first_curve: u32
     curves: u32
-    velocity_forward: f32
-    velocity_backwards: f32
+    speed: f32
+    reverse_speed: f32
     name: u32
     level: u32
     zone: u32
@@ -203,15 +203,15 @@ class ColumnHeader(Sequenced):
 
 
 @record
-class OrderHeader(Record):
-    """The header of orders: their sender."""
+class CommandHeader(Record):
+    """The header of commands: their sender."""
 
     sender: u64
 
 
 @record
-class OrderRecord(Record):
-    """One order, or one leg of the route of the order before it."""
+class CommandRecord(Record):
+    """One command, or one leg of the route of the command before it."""
 
     token: u64
     kind: u32
@@ -225,8 +225,8 @@ class OrderRecord(Record):
 
 
 @record
-class OrderLogHeader(Sequenced):
-    """The header of the orders that took effect in one tick."""
+class CommandLogHeader(Sequenced):
+    """The header of the commands that took effect in one tick."""
 
     run_id: u64
     tick: u64
@@ -255,8 +255,8 @@ class EventRecord(Record):
 
 
 @record
-class TaskHeader(Sequenced):
-    """The header of the task log's records of one tick. ``dropped`` counts those that were left out because there were too
+class OrderHeader(Sequenced):
+    """The header of the order log's records of one tick. ``dropped`` counts those that were left out because there were too
     many."""
 
     run_id: u64
@@ -266,10 +266,10 @@ class TaskHeader(Sequenced):
 
 
 @record
-class TaskRecord(Record):
-    """Something that happened to a task."""
+class OrderRecord(Record):
+    """Something that happened to an order."""
 
-    task: u64
+    order: u64
     kind: u32
     robot: u32
     stop: u32
@@ -297,7 +297,7 @@ class TrafficHeader(Sequenced):
 
 @record
 class EdgeTraffic(Record):
-    """What happened on an edge in a period."""
+    """The figures of an edge in a period."""
 
     occupancy: f32
     entered_per_hour: f32
@@ -469,7 +469,7 @@ class ManagerRequest(Record):
 class ManagerResponse(Record):
     """The fleet manager's answer."""
 
-    task: u64
+    order: u64
     answer: u32
     robot: u32
 
@@ -492,8 +492,8 @@ class ClosedEdge(Record):
 
 @record
 class RecordingHeader(Sequenced):
-    """What a replay tells about its recording. Times are nanoseconds on the recording's clock, which is ``ahead_nanos`` ahead of
-    the simulated time of the run's frames."""
+    """The description of a recording that is replayed. Times are nanoseconds on the recording's clock, which is
+    ``ahead_nanos`` ahead of the simulated time of the run's frames."""
 
     run_id: u64
     sequence: u64
@@ -508,7 +508,7 @@ class RecordingHeader(Sequenced):
 
 @record
 class RecordingMark(Record):
-    """Something that happened in a recording."""
+    """An incident in a recording."""
 
     time_nanos: u64
     kind: u32

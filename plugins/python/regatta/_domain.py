@@ -1,4 +1,4 @@
-"""Where the shared memory of this user is: the same directory and prefix as Regatta's other programs use."""
+"""The place of this user's shared memory: the directory and prefix that Regatta's other programs use."""
 
 import os
 import stat

@@ -13,7 +13,7 @@ class RobotState(IntEnum):
     WAITING = 2
     """The robot stands at the end of its released base and waits for a release of its horizon."""
     HELD = 3
-    """The robot was ordered to hold; it stands, or brakes in order to."""
+    """The robot was commanded to hold; it stands, or brakes in order to."""
     FAULTED = 4
     """The robot can't continue; an event gave the reason."""
     TURNING = 5
@@ -47,7 +47,7 @@ class Shape(IntEnum):
 
 
 class NodeRole(IntEnum):
-    """What robots do at a node."""
+    """The purpose of a node."""
 
     NONE = 0
     """Nothing in particular."""
@@ -61,8 +61,8 @@ class NodeRole(IntEnum):
     """Charge."""
 
 
-class OrderKind(IntEnum):
-    """Kinds of order records."""
+class CommandKind(IntEnum):
+    """Kinds of command records."""
 
     LEG = 0
     ASSIGN = 1
@@ -94,9 +94,9 @@ class EventKind(IntEnum):
     RESUMED = 5
     """The held robot continues."""
     ACCEPTED = 6
-    """The order ``token`` was carried out."""
+    """The command ``token`` was carried out."""
     REFUSED = 7
-    """The order ``token`` was refused and changed nothing; ``detail`` is a :class:`Refusal`."""
+    """The command ``token`` was refused and changed nothing; ``detail`` is a :class:`Refusal`."""
     SPAWNED = 8
     """The robot joined the fleet after the first frame."""
     REMOVED = 9
@@ -127,7 +127,7 @@ class BreakdownCause(IntEnum):
 
 
 class Refusal(IntEnum):
-    """The reason why an order was refused."""
+    """The reason why a command was refused."""
 
     UNKNOWN_ROBOT = 1
     """No robot has that id."""
@@ -147,27 +147,27 @@ class Refusal(IntEnum):
     """The distance is not on the edge, or not a number."""
     FLEET_FULL = 9
     """The fleet has reached its maximum size."""
-    MALFORMED_ORDER = 10
+    MALFORMED_COMMAND = 10
     """The record's kind is unknown, or legs are missing."""
     NOT_STEERABLE = 11
-    """The producer takes no orders: a replay, a UDP source."""
+    """The producer takes no commands: a replay, a UDP source."""
     NOT_AHEAD = 12
     """The leg to release is not at or after the end of the robot's base."""
     EDGE_CLOSED = 13
     """A leg of the route is along a closed edge."""
 
 
-class TaskKind(IntEnum):
-    """Kinds of records of the task log."""
+class OrderKind(IntEnum):
+    """Kinds of records of the order log."""
 
     CREATED = 1
-    """The task exists. It has ``detail`` stops; a record for each follows."""
+    """The order exists. It has ``detail`` stops; a record for each follows."""
     STOP = 2
-    """A stop of the task: ``node``, ``action`` and ``dwell_secs``."""
+    """A stop of the order: ``node``, ``action`` and ``dwell_secs``."""
     ASSIGNED = 3
-    """The task was given to ``robot``."""
+    """The order was given to ``robot``."""
     WITHDRAWN = 4
-    """The task was taken from its robot before the first pick."""
+    """The order was taken from its robot before the first pick."""
     ARRIVED = 5
     """The robot stands at a stop, and its dwell begins."""
     HANDLED = 6
@@ -175,13 +175,13 @@ class TaskKind(IntEnum):
     FINISHED = 7
     """All stops were handled."""
     FAILED = 8
-    """The fleet manager has given the task up."""
+    """The fleet manager has given the order up."""
     CANCELLED = 9
-    """The task was cancelled on request."""
+    """The order was cancelled on request."""
 
 
 class StopAction(IntEnum):
-    """What a robot does at a stop of a task."""
+    """The action of a robot at a stop of an order."""
 
     NONE = 0
     """Nothing but to stand there."""
@@ -196,7 +196,7 @@ class StopAction(IntEnum):
 
 
 class ContactLevel(IntEnum):
-    """How close two robots are to a collision: the values of the column ``collision``, where 0 is clear."""
+    """The distance of two robots from a collision: the values of the column ``collision``, where 0 is clear."""
 
     POSSIBLE = 1
     """They are within the safety margin, or will touch within the horizon if both continue as they do."""
@@ -226,16 +226,16 @@ class ControlKind(IntEnum):
 
 
 class ManagerRequestKind(IntEnum):
-    """What a fleet manager is asked for."""
+    """Kinds of requests to a fleet manager."""
 
     SEND = 1
     """Send a robot to a node."""
     RECALL = 2
-    """Take back what a robot was sent for."""
+    """Call a robot back, and manage it as before."""
 
 
 class ManagerAnswer(IntEnum):
-    """What a fleet manager answers."""
+    """Answers of a fleet manager."""
 
     NOW = 1
     """It does so now."""
@@ -253,7 +253,7 @@ class ManagerAnswer(IntEnum):
 
 
 class Trend(IntEnum):
-    """Whether a place where robots lose time gets worse."""
+    """The development of a place where robots lose time."""
 
     GROWING = 1
     """It costs more time than it used to."""
@@ -265,7 +265,7 @@ class Trend(IntEnum):
     """It costs less."""
 
     OVER = 4
-    """Nobody loses time there any more."""
+    """No robot loses time there any more."""
 
 
 class MarkKind(IntEnum):
@@ -281,4 +281,4 @@ class MarkKind(IntEnum):
     """A robot was held and has come to a stop, or stalls."""
 
     NOTE = 4
-    """A note that somebody has written."""
+    """A note of a user."""

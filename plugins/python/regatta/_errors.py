@@ -14,7 +14,7 @@ class VersionError(OpenError):
 
 
 class TakenError(OpenError):
-    """Another process already publishes what only one process may publish."""
+    """Another process already publishes a service that only one process may publish."""
 
 
 class FullError(OpenError):
@@ -37,8 +37,8 @@ class PublishError(Error):
     """A sample can't be published."""
 
 
-class OrderError(Error):
-    """Orders can't be sent. They are kept, and can be sent again."""
+class CommandError(Error):
+    """Commands can't be sent. They are kept, and can be sent again."""
 
 
 class ControlError(Error):
@@ -49,5 +49,5 @@ class RefusedError(ControlError):
     """The engine refused a request, for the reason in the message."""
 
 
-class NoEngineError(OrderError, ControlError):
-    """The fleet has no engine that could take orders or requests."""
+class NoEngineError(CommandError, ControlError):
+    """The fleet has no engine that could take commands or requests."""

@@ -1,4 +1,4 @@
-"""Records of each tick: events, applied orders, changes of contacts."""
+"""Records of each tick: events, applied commands, changes of contacts."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from regatta._contract import LAYOUT, ContactEventHeader, EventHeader, OrderLogHeader, Record, TaskHeader, dtype
+from regatta._contract import LAYOUT, CommandLogHeader, ContactEventHeader, EventHeader, OrderHeader, Record, dtype
 from regatta._open import Open
 from regatta._ports import NAP
 from regatta._termination import Termination
@@ -25,7 +25,7 @@ MAX_QUEUED = 1 << 16
 """The largest number of ticks in a reader's queue, which bounds its memory if the program never takes them: 11 minutes
 at 100 ticks a second."""
 
-Header = TypeVar("Header", bound=EventHeader | OrderLogHeader | ContactEventHeader | TaskHeader)
+Header = TypeVar("Header", bound=EventHeader | CommandLogHeader | ContactEventHeader | OrderHeader)
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +69,7 @@ class TickReader(Open, Generic[Header]):
 
     All records of a tick are published before its frame. In lockstep, :meth:`take` in the body of the loop over frames
     therefore has exactly the records up to the frame's tick, and the run is reproducible. (Contact events and
-    the task log are the exceptions: their publishers get the same frame. They are complete if the loop comes after those:
+    the order log are the exceptions: their publishers get the same frame. They are complete if the loop comes after those:
     ``fleet.frames(after=["collision"])``.)
     """
 

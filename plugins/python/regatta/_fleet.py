@@ -14,20 +14,19 @@ from pathlib import Path
 from typing import Any, SupportsIndex
 from weakref import WeakSet
 
-from regatta._closures import ClosureReader
 from regatta._columns import ColumnPublisher, ColumnReader
-from regatta._contacts import ContactReader
+from regatta._commands import Commands
 from regatta._contract import (
+    CommandLogHeader,
+    CommandRecord,
     ContactEvent,
     ContactEventHeader,
     EventHeader,
     EventRecord,
     FrameHeader,
     Line,
-    OrderLogHeader,
+    OrderHeader,
     OrderRecord,
-    TaskHeader,
-    TaskRecord,
     WorldHeader,
 )
 from regatta._control import Control
@@ -37,12 +36,11 @@ from regatta._events import TickReader
 from regatta._frame import ColumnValues
 from regatta._frames import Frames
 from regatta._manager import Manager
+from regatta._newest import ClosureReader, ContactReader, TrafficReader
 from regatta._node import Node
 from regatta._open import Closes, Open
-from regatta._orders import Orders
 from regatta._routes import Route, Routes
 from regatta._tokens import Tokens
-from regatta._traffic import TrafficReader
 from regatta._world import World, world_of
 
 MAX_NAME_BYTES = 64
@@ -64,7 +62,7 @@ class Fleet(Closes):
     Everything that is open can be closed, and ``with`` does so at its end; closing the fleet closes all of it::
 
         with regatta.join("default") as fleet:
-            orders = fleet.orders()
+            commands = fleet.commands()
             ...
     """
 
@@ -138,7 +136,7 @@ class Fleet(Closes):
     def route(self, robot: SupportsIndex) -> Route | None:
         """Returns the legs that a robot has still to drive; ``None`` if there is no such robot.
 
-        Raises :class:`NoEngineError <regatta.NoEngineError>` if nobody serves routes (a replay doesn't), or
+        Raises :class:`NoEngineError <regatta.NoEngineError>` if no process serves routes (a replay doesn't), or
         :class:`ControlError <regatta.ControlError>` if the engine ends or doesn't answer in time.
         """
         return self.routes([robot])[0]
@@ -160,13 +158,13 @@ class Fleet(Closes):
         return self._manager.send(robot, node)
 
     def recall(self, robot: SupportsIndex) -> ManagerAnswer:
-        """Asks the fleet manager to take back what a robot was sent for. Raises the same errors as :meth:`send`."""
+        """Asks the fleet manager to call a robot back. Raises the same errors as :meth:`send`."""
         self._manager = self._manager or Manager(self._node)
         return self._manager.recall(robot)
 
-    def orders(self) -> Orders:
-        """Opens the orders for sending."""
-        return Orders(self)
+    def commands(self) -> Commands:
+        """Opens the commands for sending."""
+        return Commands(self)
 
     def control(self) -> Control:
         """Opens the control service."""
@@ -174,19 +172,19 @@ class Fleet(Closes):
 
     def events(self) -> TickReader[EventHeader]:
         """Opens the events of robots. Records have ``kind`` (an :class:`EventKind <regatta.EventKind>`), ``robot``,
-        ``token`` (of the order that the event answers, else 0), ``id`` and ``detail``. ``header.dropped`` counts the
+        ``token`` (of the command that the event answers, else 0), ``id`` and ``detail``. ``header.dropped`` counts the
         events of the tick that were left out because there were too many."""
         return TickReader(self, "events", "events", EventRecord, EventHeader)
 
-    def order_log(self) -> TickReader[OrderLogHeader]:
-        """Opens the order log: the orders that the engine applied, of all senders."""
-        return TickReader(self, "order_log", "the order log", OrderRecord, OrderLogHeader)
+    def command_log(self) -> TickReader[CommandLogHeader]:
+        """Opens the command log: the commands that the engine applied, of all senders."""
+        return TickReader(self, "command_log", "the command log", CommandRecord, CommandLogHeader)
 
-    def tasks(self) -> TickReader[TaskHeader]:
-        """Opens the task log, which a fleet manager writes: what became of transport tasks. Records have ``task``, ``kind``
-        (a :class:`TaskKind <regatta.TaskKind>`), ``robot`` (``NO_ROBOT`` for none), ``stop``, ``node``, ``action`` (a
+    def orders(self) -> TickReader[OrderHeader]:
+        """Opens the order log, which a fleet manager writes: the progress of transport orders. Records have ``order``, ``kind``
+        (a :class:`OrderKind <regatta.OrderKind>`), ``robot`` (``NO_ROBOT`` for none), ``stop``, ``node``, ``action`` (a
         :class:`StopAction <regatta.StopAction>`), ``dwell_secs`` and ``detail``."""
-        return TickReader(self, "tasks", "the task log", TaskRecord, TaskHeader)
+        return TickReader(self, "orders", "the order log", OrderRecord, OrderHeader)
 
     def contacts(self) -> ContactReader:
         """Opens the contacts: pairs of robots that touch or are about to, which a collision checker publishes."""

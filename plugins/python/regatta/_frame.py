@@ -47,7 +47,7 @@ class ColumnValues:
         return replace(self, values=self.values.copy())
 
     def __repr__(self) -> str:
-        # Kept by what shows it, for example by `Out[]` of a notebook.
+        # A notebook that shows it keeps it, in `Out[]`.
         object.__setattr__(self, "values", _owned(self.values))
         return f"<regatta.ColumnValues: tick {self.tick}, {self.values!r}>"
 
@@ -203,7 +203,7 @@ class Frame:
         self._payload, self._words = payload, payload.view(np.float32)
 
     def _own(self) -> None:
-        """Makes this frame a copy of itself, because what shows an object may keep it: a notebook's ``Out[]`` would
+        """Makes this frame a copy of itself, because a program that shows an object may keep it: a notebook's ``Out[]`` would
         hold shared memory with each frame that a cell shows."""
         self._refer_to(_owned(self._payload))
 

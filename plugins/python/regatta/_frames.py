@@ -32,7 +32,7 @@ class Frames(Open):
     the fleet's :class:`TickReader <regatta.TickReader>`, so that a low rate loses none.
 
     If the engine waits for this program (``--lockstep NAME``), the loop gets every tick, and each once. The next
-    iteration, or the end of the loop, reports that the tick is finished; orders and columns for it must be sent before.
+    iteration, or the end of the loop, reports that the tick is finished; commands and columns for it must be sent before.
     In the body, :meth:`fleet.events().take() <regatta.TickReader.take>` has all events up to the frame's tick, and none
     of later ticks. The programs named in ``after`` have finished the tick, so their columns belong to it.
     """

@@ -41,8 +41,8 @@ class Lockstep:
         self._leave: Callable[[], None] | None = None
 
     def is_new(self, header: FrameHeader) -> bool:
-        """Registers a frame, and returns whether it is to be handed out. In lockstep each tick counts once: whether a
-        frame that is published again is seen would depend on who is faster."""
+        """Registers a frame, and returns whether it is to be handed out. In lockstep each tick counts once: the speed of
+        processes would decide whether a frame that is published again is seen."""
         this = (header.run_id, header.tick)
         is_new = this != self._last or not header.lockstep
         self._last = this

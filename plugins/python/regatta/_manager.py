@@ -35,7 +35,7 @@ class Manager:
         return self._ask(ManagerRequestKind.SEND, number(robot, "robot"), number(node, "node"))
 
     def recall(self, robot: SupportsIndex) -> ManagerAnswer:
-        """Asks to take back what a robot was sent for."""
+        """Asks to call a robot back."""
         return self._ask(ManagerRequestKind.RECALL, number(robot, "robot"), 0)
 
     def _ask(self, kind: ManagerRequestKind, robot: int, node: int) -> ManagerAnswer:

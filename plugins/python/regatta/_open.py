@@ -1,4 +1,4 @@
-"""What a program has open on a fleet, and how it is closed."""
+"""Ports and readers that a program has open on a fleet, and their end."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ class Closes:
 class Open(Closes):
     """Something that is open on a fleet. It keeps its fleet, and is closed together with it.
 
-    What isn't closed is closed when the program no longer refers to it. Every later use of something that was closed
-    raises :class:`ClosedError <regatta.ClosedError>`; a loop over it ends.
+    It is also closed when the program no longer refers to it. Every later use raises :class:`ClosedError
+    <regatta.ClosedError>`; a loop over it ends.
     """
 
     def __init__(self, fleet: Fleet, *ports: Port) -> None:

@@ -94,7 +94,7 @@ class Sample(Generic[SequencedHeader]):
     """A received sample: a copy of its header, and a view of its payload as bytes in shared memory.
 
     The payload is read-only, for numpy and for the processor. Its memory goes back to the publisher when nothing refers
-    to the sample or to an array of it any more, and not before, whatever happens to the publisher.
+    to the sample or to an array of it any more, and not before, even if the publisher ends.
     """
 
     __slots__ = ("elements", "header", "missed", "payload")
@@ -171,8 +171,8 @@ class Receiver(Generic[SequencedHeader]):
         self._port = ClosedPort(self._what)
 
     def has_publisher(self) -> bool:
-        """Whether a living process publishes. Takes a millisecond or so, because it removes what dead processes
-        left."""
+        """Whether a living process publishes. Takes a millisecond or so, because it removes the resources of
+        dead processes."""
         self._service.try_cleanup_dead_nodes()
         return int(self._service.dynamic_config.number_of_publishers) > 0
 
@@ -275,7 +275,7 @@ class Client(Generic[Request, Response]):
         self._port = self._service = ClosedPort(self._what)
 
     def forget_dead(self) -> None:
-        """Removes what dead processes left at this service."""
+        """Removes the resources of dead processes at this service."""
         self._service.try_cleanup_dead_nodes()
 
 

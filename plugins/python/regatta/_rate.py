@@ -1,4 +1,4 @@
-"""How often a program gets a frame."""
+"""The rate at which a program gets frames."""
 
 import time
 
@@ -18,7 +18,7 @@ def checked_rate(rate: float) -> float:
 
 
 class RateLimiter:
-    """Limits how often a program gets a frame: by the wall clock, or in lockstep by simulated time so that runs
+    """Limits the rate at which a program gets frames: by the wall clock, or in lockstep by simulated time so that runs
     repeat."""
 
     def __init__(self, rate: float | None) -> None:

@@ -12,7 +12,7 @@ from regatta._ports import Wake, create, update_connections
 
 
 LEFT = 2**64 - 1
-"""The tick that stands for all ticks to come."""
+"""The tick that stands for all ticks from now on."""
 
 
 class Reporter:
@@ -26,17 +26,17 @@ class Reporter:
         self._name = name.encode()
 
     def done(self, run_id: int, tick: int) -> None:
-        """Reports that a tick is finished, and wakes those who wait for it. Orders and columns must be sent before."""
+        """Reports that a tick is finished, and wakes the processes that wait for it. Commands and columns must be sent before."""
         try:
             self._reports.send_copy(Done(run_id, tick, self._name))
             self._wake.notify()
         except (iox.LoanError, iox.SendError) as error:
             raise PublishError(f"can't publish a lockstep report ({error})") from None
         except iox.NotifierNotifyError:
-            pass  # those who wait check by themselves a little later
+            pass  # the processes that wait check by themselves a little later
 
     def leave(self, run_id: int) -> None:
-        """Reports that this reader leaves the lockstep of a run: nobody is to wait for it any more."""
+        """Reports that this reader leaves the lockstep of a run, so that no process waits for it any more."""
         self.done(run_id, LEFT)
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""Routes: what robots are going to drive."""
+"""Routes: the legs that robots are going to drive."""
 
 from __future__ import annotations
 

@@ -13,10 +13,10 @@ class LostSamples:
         self._sequence = 0
 
     def before(self, header: Sequenced) -> int:
-        """Registers a received sample, and returns how many were lost between the one before and this one.
+        """Registers a received sample, and returns the number of samples that were lost since the one before.
 
         Samples that were published before the reader joined are not lost. When the run changes, the samples of the new
-        run before this one are; how many of the old run's last ones are missing is unknown, and counts as none. A lower
+        run before this one are; the number of missing last ones of the old run is unknown, and counts as none. A lower
         number than before within a run means that the publisher was replaced; nothing counts as lost then.
         """
         run_id, sequence = header.run_id, header.sequence

@@ -81,5 +81,5 @@ def _package(name: str) -> Any:
         return importlib.import_module(name)
     except ImportError:
         raise ImportError(
-            f"frame.to_{name} needs the package '{name}'; install it, for example with `pip install 'regatta[{name}]'`"
+            f"frame.to_{name} needs the package '{name}'; install it, for example with `pip install 'regatta-sim[{name}]'`"
         ) from None

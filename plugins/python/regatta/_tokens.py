@@ -1,4 +1,4 @@
-"""Tokens: the numbers by which events answer orders."""
+"""Tokens: the numbers by which events answer commands."""
 
 import numpy as np
 import numpy.typing as npt

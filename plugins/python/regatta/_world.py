@@ -58,8 +58,8 @@ class World:
     ``zone`` (``str``, empty for none); ``role`` (a :class:`NodeRole <regatta.NodeRole>`)."""
     edges: Records
     """``id`` in the route graph's file; ``origin`` and ``destination``: indices of nodes; arc ``length`` in metres;
-    ``first_curve``, the index of the first of the edge's curves, and ``curves``, their number; ``velocity_forward`` and
-    ``velocity_backwards`` in metres per second, the latter 0 if reverse gear is not allowed; ``name``, ``level`` and
+    ``first_curve``, the index of the first of the edge's curves, and ``curves``, their number; ``speed`` and
+    ``reverse_speed`` in metres per second, the latter 0 if reverse gear is not allowed; ``name``, ``level`` and
     ``zone`` (``str``, empty for none); ``orientation`` (an :class:`Orientation <regatta.Orientation>`) and
     ``orientation_angle`` in radians. A frame's ``edge`` column holds indices into these."""
     curves: npt.NDArray[np.float32]

@@ -16,11 +16,11 @@ PLACES: int = LAYOUT["services"]["PublishSubscribe"]["frames"]["max_subscribers"
 OPEN: dict[str, Callable[[regatta.Fleet], Any]] = {
     "frames": lambda fleet: fleet.frames(),
     "column": lambda fleet: fleet.column("mine"),
-    "orders": lambda fleet: fleet.orders(),
+    "commands": lambda fleet: fleet.commands(),
     "control": lambda fleet: fleet.control(),
     "events": lambda fleet: fleet.events(),
-    "order_log": lambda fleet: fleet.order_log(),
-    "tasks": lambda fleet: fleet.tasks(),
+    "command_log": lambda fleet: fleet.command_log(),
+    "orders": lambda fleet: fleet.orders(),
     "contacts": lambda fleet: fleet.contacts(),
     "traffic": lambda fleet: fleet.traffic(),
     "closures": lambda fleet: fleet.closures(),
@@ -52,7 +52,7 @@ def test_a_closed_fleet_closes_everything_on_it(engine: Engine) -> None:
     uses: list[Callable[[], object]] = [
         opened["frames"].latest,
         lambda: opened["column"].publish(frame, np.zeros(30)),
-        lambda: (opened["orders"].hold(1), opened["orders"].send()),
+        lambda: (opened["commands"].hold(1), opened["commands"].send()),
         opened["control"].status,
         opened["events"].take,
         opened["contacts"].latest,

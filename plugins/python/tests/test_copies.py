@@ -185,5 +185,5 @@ def test_a_missing_package_is_one_clear_error(
 ) -> None:
     importlib.import_module(package)
     monkeypatch.setitem(sys.modules, package, None)
-    with pytest.raises(ImportError, match=rf"pip install 'regatta\[{package}\]'"):
+    with pytest.raises(ImportError, match=rf"pip install 'regatta-sim\[{package}\]'"):
         getattr(sparse, f"to_{package}")()

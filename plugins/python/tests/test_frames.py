@@ -161,7 +161,7 @@ def test_a_reader_waits_for_the_engine_and_outlives_it(engine: Engine) -> None:
     # It also opens everything else first: the engine must find the services as it would have created them.
     reader = engine.python(
         "fleet = regatta.join(FLEET, 'early')\n"
-        "ports = fleet.orders(), fleet.control(), fleet.events(), fleet.order_log(), fleet.contacts(),"
+        "ports = fleet.commands(), fleet.control(), fleet.events(), fleet.command_log(), fleet.contacts(),"
         " fleet.contact_events(), fleet._column_values('type'), fleet.column('mine')\n"
         "run = 0\n"
         "for frame in fleet.frames():\n"

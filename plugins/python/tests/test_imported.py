@@ -234,7 +234,7 @@ def drive(
     for robot, route in enumerate(routes):
         index = index_of[abs(route)]
         record = run.world.edges[index]
-        speed = record["velocity_forward"] if route > 0 else record["velocity_backwards"]
+        speed = record["speed"] if route > 0 else record["reverse_speed"]
         ticks = described[index].curve.length / float(speed) * rate
         for problem in check(run.poses(robot, index), described[index], route < 0, ticks):
             problems.append(f"edge {record['id']} {record['name']}: {problem}")

@@ -39,11 +39,11 @@ def test_each_tick_comes_exactly_once(engine: Engine) -> None:
         controller = engine.python(
             "import time\n"
             "fleet = regatta.join(FLEET, 'controller')\n"
-            "orders = fleet.orders()\n"
+            "commands = fleet.commands()\n"
             "for frame in fleet.frames():\n"
             f"    time.sleep({pause})\n"
-            "    (orders.hold if frame.tick % 7 == 0 else orders.resume)(frame.tick % 30)\n"
-            "    orders.send()\n"
+            "    (commands.hold if frame.tick % 7 == 0 else commands.resume)(frame.tick % 30)\n"
+            "    commands.send()\n"
             "    assert frame.missed == 0\n"
             "    print(frame.tick, flush=True)\n"
         )
@@ -72,16 +72,16 @@ def test_a_controller_that_reacts_to_events_gives_one_digest_on_a_busy_machine(e
         controller = engine.python(
             "from collections import deque\n"
             "fleet = regatta.join(FLEET, 'gatekeeper')\n"
-            "events, orders, held = fleet.events(), fleet.orders(), deque()\n"
+            "events, commands, held = fleet.events(), fleet.commands(), deque()\n"
             "for frame in fleet.frames():\n"
             "    for tick in events.take():\n"
             "        assert (tick.run_id, tick.tick, tick.missed) == (frame.run_id, frame.tick, 0)\n"
             "        for event in tick.records[tick.records['kind'] == regatta.EventKind.REACHED_NODE]:\n"
-            "            orders.hold(event['robot'])\n"
+            "            commands.hold(event['robot'])\n"
             "            held.append((frame.tick + 7, event['robot']))\n"
             "    while held and held[0][0] <= frame.tick:\n"
-            "        orders.resume(held.popleft()[1])\n"
-            "    orders.send()\n"
+            "        commands.resume(held.popleft()[1])\n"
+            "    commands.send()\n"
             "    if frame.tick == 150: break\n"
             "print(events.lost)\n"
         )
@@ -90,7 +90,7 @@ def test_a_controller_that_reacts_to_events_gives_one_digest_on_a_busy_machine(e
         assert controller.finish() == "0\n"
     alone = engine.start_unanswered(*arguments[:-2], scenario="warehouse-1000.yaml").finish()
     assert len(digests) == 1 and "" not in digests
-    assert digests != {alone}, "the orders have an effect"
+    assert digests != {alone}, "the commands have an effect"
 
 
 def test_a_rate_loses_no_events_in_lockstep(engine: Engine) -> None:

@@ -7,19 +7,19 @@ from conftest import Engine, eventually, next_frame
 import regatta
 
 
-def test_a_route_has_the_legs_that_were_ordered(engine: Engine) -> None:
+def test_a_route_has_the_legs_that_were_commanded(engine: Engine) -> None:
     engine.start("--robots", "0")
     fleet = regatta.join(engine.name, "manager")
-    orders, edges = fleet.orders(), fleet.world().edges
+    commands, edges = fleet.commands(), fleet.world().edges
     first = edges[0]
     second = next(index for index, edge in enumerate(edges) if edge["origin"] == first["destination"])
     third = next(index for index, edge in enumerate(edges) if edge["origin"] == edges[second]["destination"])
     fleet.control().pause()
-    orders.spawn_on_edge(0, first["id"], 0.5)
-    orders.send()
+    commands.spawn_on_edge(0, first["id"], 0.5)
+    commands.send()
     fleet.control().step(1)
-    orders.assign(0, [edges["id"][second], regatta.Leg(edges["id"][third], released=False)])
-    orders.send()
+    commands.assign(0, [edges["id"][second], regatta.Leg(edges["id"][third], released=False)])
+    commands.send()
     tick = fleet.control().step(1).tick
     route = fleet.route(0)
     assert route is not None and (route.robot, route.tick) == (0, tick)

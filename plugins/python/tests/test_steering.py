@@ -1,4 +1,4 @@
-"""Orders, control requests and columns that programs send, and the events that answer orders."""
+"""Commands, control requests and columns that programs send, and the events that answer commands."""
 
 import math
 from collections.abc import Callable
@@ -21,7 +21,7 @@ def warehouse(engine: Engine) -> regatta.Fleet:
 
 
 class Answers:
-    """Collects events, and finds the one that answers an order."""
+    """Collects events, and finds the one that answers a command."""
 
     def __init__(self, fleet: regatta.Fleet) -> None:
         self.reader = fleet.events()
@@ -35,17 +35,17 @@ class Answers:
         return eventually(what, find)
 
     def to(self, token: int) -> np.void:
-        """Waits for the event that accepts or refuses an order."""
+        """Waits for the event that accepts or refuses a command."""
         ends = EventKind.ACCEPTED, EventKind.REFUSED
         return self.wait("an answer", lambda record: record["token"] == token and record["kind"] in ends)
 
 
 def test_a_held_robot_stands_until_it_is_resumed(warehouse: regatta.Fleet) -> None:
-    answers, orders, frames = Answers(warehouse), warehouse.orders(), warehouse.frames()
-    token = orders.hold(7)
-    assert len(orders) == 1
-    orders.send()
-    assert len(orders) == 0
+    answers, commands, frames = Answers(warehouse), warehouse.commands(), warehouse.frames()
+    token = commands.hold(7)
+    assert len(commands) == 1
+    commands.send()
+    assert len(commands) == 0
     assert answers.to(token)["kind"] == EventKind.ACCEPTED
     answers.wait("the robot stands", lambda record: record["kind"] == EventKind.HELD and record["robot"] == 7)
     before = next_frame(frames)
@@ -55,8 +55,8 @@ def test_a_held_robot_stands_until_it_is_resumed(warehouse: regatta.Fleet) -> No
     assert before.state[7] == after.state[7] == RobotState.HELD and after.speed[7] == 0
     assert (before.x[7], before.y[7]) == (after.x[7], after.y[7])
     assert np.any((before.x != after.x) | (before.y != after.y)), "the other robots drive"
-    orders.resume(np.int64(7))
-    orders.send()
+    commands.resume(np.int64(7))
+    commands.send()
     del before
 
     def moves() -> bool | None:
@@ -66,34 +66,34 @@ def test_a_held_robot_stands_until_it_is_resumed(warehouse: regatta.Fleet) -> No
     eventually("the robot drives on", moves)
 
 
-def test_orders_are_accepted_or_refused(engine: Engine) -> None:
+def test_commands_are_accepted_or_refused(engine: Engine) -> None:
     engine.start("--robots", "0")
     fleet = regatta.join(engine.name, "manager")
-    answers, orders, log = Answers(fleet), fleet.orders(), fleet.order_log()
+    answers, commands, log = Answers(fleet), fleet.commands(), fleet.command_log()
     edge = fleet.world().edges[0]
-    spawned = orders.spawn_on_edge(0, edge["id"], 0.5)
-    orders.send()
+    spawned = commands.spawn_on_edge(0, edge["id"], 0.5)
+    commands.send()
     robot = int(answers.wait("a spawned robot", lambda record: record["kind"] == EventKind.SPAWNED)["robot"])
     edges, node = fleet.world().edges, fleet.world().nodes["id"][0]
     onward = next(other for other in edges if other["origin"] == edge["destination"])
     beyond = next(other for other in edges if other["origin"] == onward["destination"])
     tokens = [
         spawned,
-        orders.assign(robot, [onward["id"]]),
-        orders.extend(robot, [regatta.Leg(beyond["id"], released=False)]),
-        orders.cancel(robot),
-        orders.hold(robot),
-        orders.resume(robot),
-        orders.spawn_at_node(0, node),
-        orders.remove(robot),
+        commands.assign(robot, [onward["id"]]),
+        commands.extend(robot, [regatta.Leg(beyond["id"], released=False)]),
+        commands.cancel(robot),
+        commands.hold(robot),
+        commands.resume(robot),
+        commands.spawn_at_node(0, node),
+        commands.remove(robot),
     ]
     refused = {
-        orders.hold(4711): regatta.Refusal.UNKNOWN_ROBOT,
-        orders.spawn_at_node(9, node): regatta.Refusal.UNKNOWN_ROBOT_TYPE,
-        orders.spawn_on_edge(0, edge["id"], 1e6): regatta.Refusal.DISTANCE_OUT_OF_RANGE,
-        orders.spawn_at_node(0, 4711): regatta.Refusal.UNKNOWN_NODE,
+        commands.hold(4711): regatta.Refusal.UNKNOWN_ROBOT,
+        commands.spawn_at_node(9, node): regatta.Refusal.UNKNOWN_ROBOT_TYPE,
+        commands.spawn_on_edge(0, edge["id"], 1e6): regatta.Refusal.DISTANCE_OUT_OF_RANGE,
+        commands.spawn_at_node(0, 4711): regatta.Refusal.UNKNOWN_NODE,
     }
-    orders.send()
+    commands.send()
     assert len(set(tokens)) == len(tokens)
     assert [EventKind(answers.to(token)["kind"]) for token in tokens] == [EventKind.ACCEPTED] * len(tokens)
     for token, reason in refused.items():
@@ -104,10 +104,10 @@ def test_orders_are_accepted_or_refused(engine: Engine) -> None:
 
 
 def test_a_closed_edge_is_entered_by_nobody_and_known_to_late_readers(warehouse: regatta.Fleet) -> None:
-    answers, orders, frames = Answers(warehouse), warehouse.orders(), warehouse.frames()
+    answers, commands, frames = Answers(warehouse), warehouse.commands(), warehouse.frames()
     edges = warehouse.world().edges["id"]
-    tokens = orders.close_edge([edges[3], edges[5]])
-    orders.send()
+    tokens = commands.close_edge([edges[3], edges[5]])
+    commands.send()
     assert [answers.to(token)["kind"] for token in tokens] == [EventKind.ACCEPTED] * 2
     closed = answers.wait("an event", lambda record: record["kind"] == EventKind.EDGE_CLOSED)
     assert (closed["id"], closed["robot"]) == (edges[3], regatta.NO_ROBOT)
@@ -115,89 +115,89 @@ def test_a_closed_edge_is_entered_by_nobody_and_known_to_late_readers(warehouse:
     eventually("the closed edges", lambda: late.latest() or None)
     run_id = next_frame(frames).run_id
     assert list(late.edges(run_id)) == sorted([edges[3], edges[5]]) and len(late.edges(run_id + 1)) == 0
-    token = orders.open_edge(edges[3])
-    orders.send()
+    token = commands.open_edge(edges[3])
+    commands.send()
     assert answers.to(token)["kind"] == EventKind.ACCEPTED
     eventually("the change", lambda: late.latest() or None)
     assert list(late.edges(run_id)) == [edges[5]]
 
 
-def test_orders_are_checked_before_they_are_sent(warehouse: regatta.Fleet) -> None:
-    orders = warehouse.orders()
+def test_commands_are_checked_before_they_are_sent(warehouse: regatta.Fleet) -> None:
+    commands = warehouse.commands()
     for bad in (-1, 2**32):
         with pytest.raises(ValueError, match="robot"):
-            orders.hold(bad)
+            commands.hold(bad)
         with pytest.raises(ValueError, match="edge"):
-            orders.assign(0, [0, bad])
+            commands.assign(0, [0, bad])
     with pytest.raises(TypeError, match="str"):
-        orders.hold("a")  # type: ignore[arg-type]
+        commands.hold("a")  # type: ignore[arg-type]
     with pytest.raises(TypeError):
-        orders.hold(1.5)  # type: ignore[call-overload]
-    assert len(orders) == 0, "no part of an invalid order is kept"
+        commands.hold(1.5)  # type: ignore[call-overload]
+    assert len(commands) == 0, "no part of an invalid command is kept"
 
 
-def test_orders_for_arrays_of_robots(engine: Engine) -> None:
+def test_commands_for_arrays_of_robots(engine: Engine) -> None:
     engine.start("--robots", "0", scenario="warehouse-1000.yaml")
     fleet = regatta.join(engine.name, "manager")
-    answers, orders, log = Answers(fleet), fleet.orders(), fleet.order_log()
+    answers, commands, log = Answers(fleet), fleet.commands(), fleet.command_log()
     fleet.control().pause()
     nodes, edges = fleet.world().nodes["id"], fleet.world().edges
 
     def accepted(tokens: npt.NDArray[np.uint64]) -> None:
         assert tokens.dtype == np.uint64 and len(set(tokens)) == len(tokens)
-        orders.send()
+        commands.send()
         fleet.control().step(1)
         assert {EventKind(answers.to(token)["kind"]) for token in tokens} == {EventKind.ACCEPTED}
 
-    accepted(orders.spawn_at_node(0, nodes[:3]))
-    accepted(orders.spawn_on_edge([0, 0], edges["id"][:2], s=[0.25, 0.5]))
-    accepted(orders.hold(np.arange(5)))
+    accepted(commands.spawn_at_node(0, nodes[:3]))
+    accepted(commands.spawn_on_edge([0, 0], edges["id"][:2], s=[0.25, 0.5]))
+    accepted(commands.hold(np.arange(5)))
     assert set(next_frame(fleet.frames()).state[:5]) == {RobotState.HELD}
-    accepted(orders.resume([0, 2, 4]))
+    accepted(commands.resume([0, 2, 4]))
     states = next_frame(fleet.frames()).state
     assert set(states[[1, 3]]) == {RobotState.HELD} and RobotState.HELD not in states[[0, 2, 4]]
     leaving = [edges["id"][edges["origin"] == node] for node in range(3)]
     ahead = [next(edge for edge in edges if edge["origin"] == edges[on]["destination"])["id"] for on in range(2)]
-    accepted(orders.assign([0, 1, 2, 3, 4], [[legs[0]] for legs in leaving] + [np.array([edge]) for edge in ahead]))
-    accepted(orders.cancel([3, 4]))
-    accepted(orders.assign(np.array([4, 3]), np.array([ahead[1:], ahead[:1]])))
-    accepted(orders.remove(range(5)))
+    accepted(commands.assign([0, 1, 2, 3, 4], [[legs[0]] for legs in leaving] + [np.array([edge]) for edge in ahead]))
+    accepted(commands.cancel([3, 4]))
+    accepted(commands.assign(np.array([4, 3]), np.array([ahead[1:], ahead[:1]])))
+    accepted(commands.remove(range(5)))
     logged = np.concatenate([tick.records for tick in log.take()])
-    routes = logged[(logged["kind"] == regatta.OrderKind.ASSIGN) | (logged["kind"] == regatta.OrderKind.LEG)]
-    assert list(routes["kind"][:4]) == [1, 0, 1, 0], "each order is followed by its legs"
+    routes = logged[(logged["kind"] == regatta.CommandKind.ASSIGN) | (logged["kind"] == regatta.CommandKind.LEG)]
+    assert list(routes["kind"][:4]) == [1, 0, 1, 0], "each command is followed by its legs"
     assert list(routes["token"][::2]) == list(routes["token"][1::2])
 
 
-def test_orders_for_arrays_are_checked_before_they_are_sent(warehouse: regatta.Fleet) -> None:
-    orders = warehouse.orders()
+def test_commands_for_arrays_are_checked_before_they_are_sent(warehouse: regatta.Fleet) -> None:
+    commands = warehouse.commands()
     for bad in ([1, -1], [2**32], np.array([0, 2**40]), [2**70]):
         with pytest.raises(ValueError, match="robot"):
-            orders.hold(bad)
+            commands.hold(bad)
     with pytest.raises(ValueError, match="one route per robot"):
-        orders.assign([1, 2], [[3]])
+        commands.assign([1, 2], [[3]])
     with pytest.raises(ValueError, match="edge"):
-        orders.extend([1, 2], [[3], [4, -1]])
+        commands.extend([1, 2], [[3], [4, -1]])
     with pytest.raises(ValueError, match="one after the other|list"):
-        orders.hold(np.zeros((2, 2), int))
+        commands.hold(np.zeros((2, 2), int))
     with pytest.raises(ValueError, match="3.*2|2.*3"):
-        orders.spawn_at_node([0, 0], [1, 2, 3])
+        commands.spawn_at_node([0, 0], [1, 2, 3])
     for wrong in (np.ones(20, bool), [1.5, 2.0], ["a"]):
         with pytest.raises(TypeError, match="robot"):
-            orders.hold(wrong)  # type: ignore[arg-type]
-    assert len(orders) == 0, "no part of an invalid order is kept"
-    assert len(orders.hold([])) == 0 == len(orders)
-    assert len(orders.hold([1, 2])) == 2 == len(orders)
-    orders.assign([1, 2], [[3, 4], [5]])
-    assert len(orders) == 7
+            commands.hold(wrong)  # type: ignore[arg-type]
+    assert len(commands) == 0, "no part of an invalid command is kept"
+    assert len(commands.hold([])) == 0 == len(commands)
+    assert len(commands.hold([1, 2])) == 2 == len(commands)
+    commands.assign([1, 2], [[3, 4], [5]])
+    assert len(commands) == 7
 
 
-def test_tokens_of_arrays_continue_those_of_single_orders(engine: Engine) -> None:
-    orders = regatta.join(engine.name, "a").orders()
-    first = orders.hold(0)
-    assert isinstance(first, int) and orders.hold([1, 2, 3]).tolist() == [first + 1, first + 2, first + 3]
-    assert orders.hold(np.uint8(4)) == first + 4 and orders.hold(np.array(5)) == first + 5
+def test_tokens_of_arrays_continue_those_of_single_commands(engine: Engine) -> None:
+    commands = regatta.join(engine.name, "a").commands()
+    first = commands.hold(0)
+    assert isinstance(first, int) and commands.hold([1, 2, 3]).tolist() == [first + 1, first + 2, first + 3]
+    assert commands.hold(np.uint8(4)) == first + 4 and commands.hold(np.array(5)) == first + 5
     robots = pandas.DataFrame({"x": [1.0, 2.0, 3.0]})
-    assert len(orders.hold(robots.index[robots.x > 1.5].to_numpy())) == 2
+    assert len(commands.hold(robots.index[robots.x > 1.5].to_numpy())) == 2
 
 
 def test_a_response_is_readable(warehouse: regatta.Fleet) -> None:
@@ -222,31 +222,31 @@ def test_names_are_text(warehouse: regatta.Fleet) -> None:
     assert isinstance(name, str) and name and name.isprintable()
 
 
-def test_orders_without_an_engine_are_kept(engine: Engine) -> None:
-    orders = regatta.orders(engine.name)
-    orders.hold(1)
+def test_commands_without_an_engine_are_kept(engine: Engine) -> None:
+    commands = regatta.commands(engine.name)
+    commands.hold(1)
     with pytest.raises(regatta.NoEngineError, match=engine.name):
-        orders.send()
-    assert len(orders) == 1
-    orders.clear()
-    orders.send()
+        commands.send()
+    assert len(commands) == 1
+    commands.clear()
+    commands.send()
 
 
-def test_orders_to_a_paused_engine_are_an_error_once_its_buffer_is_full(warehouse: regatta.Fleet) -> None:
+def test_commands_to_a_paused_engine_are_an_error_once_its_buffer_is_full(warehouse: regatta.Fleet) -> None:
     warehouse.control().pause()
-    orders = warehouse.orders()
-    with pytest.raises(regatta.OrderError, match="paused"):
+    commands = warehouse.commands()
+    with pytest.raises(regatta.CommandError, match="paused"):
         for _ in range(10_000):
-            orders.hold(1)
-            orders.send()
-    assert len(orders) == 1
+            commands.hold(1)
+            commands.send()
+    assert len(commands) == 1
 
 
 def test_tokens_equal_those_of_rust(engine: Engine) -> None:
-    """The FNV-1a hash of the name, shifted: ``regatta_plugin::Orders`` computes the same."""
-    orders = regatta.join(engine.name, "a").orders()
-    assert orders.hold(0) == ((0xAF63_DC4C_8601_EC8C << 32) & (2**64 - 1)) + 1
-    assert orders.hold(0) & 0xFFFF_FFFF == 2
+    """The FNV-1a hash of the name, shifted: ``regatta_plugin::Commands`` computes the same."""
+    commands = regatta.join(engine.name, "a").commands()
+    assert commands.hold(0) == ((0xAF63_DC4C_8601_EC8C << 32) & (2**64 - 1)) + 1
+    assert commands.hold(0) & 0xFFFF_FFFF == 2
 
 
 def test_the_engine_carries_out_or_refuses_requests(warehouse: regatta.Fleet, engine: Engine) -> None:

@@ -25,7 +25,7 @@ LONG = ["--robots", "4", "--duration", "10h", "--seeds", "2"]
 
 has_dask = importlib.util.find_spec("distributed") is not None
 needs_dask = pytest.mark.skipif(
-    not has_dask and "REGATTA_PYTHON_TESTS" not in os.environ, reason="needs Dask: pip install 'regatta[study]'"
+    not has_dask and "REGATTA_PYTHON_TESTS" not in os.environ, reason="needs Dask: pip install 'regatta-sim[study]'"
 )
 # Ray's client server needs gRPC, which the extra brings and Ray alone doesn't.
 has_ray = all(importlib.util.find_spec(name) is not None for name in ("ray", "grpc"))
@@ -250,7 +250,7 @@ def test_ray_without_its_client_is_told(tmp_path: Path) -> None:
         environment = os.environ | {"PYTHONPATH": str(tmp_path)}
         done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=PATIENCE)
     message = done.stderr.splitlines()[-1]
-    assert "has Ray without its client: pip install 'regatta[study-ray]'" in message, done.stderr
+    assert "has Ray without its client: pip install 'regatta-sim[study-ray]'" in message, done.stderr
 
 
 def is_open(port: int) -> bool | None:
@@ -259,7 +259,7 @@ def is_open(port: int) -> bool | None:
         return probe.connect_ex(("127.0.0.1", port)) == 0 or None
 
 
-@pytest.mark.skipif(not has_ray, reason="needs Ray: pip install 'regatta[study-ray]'")
+@pytest.mark.skipif(not has_ray, reason="needs Ray: pip install 'regatta-sim[study-ray]'")
 def test_ray_gives_the_same_answer_byte_by_byte(local: bytes, tmp_path: Path) -> None:
     ports = [socket.socket() for _ in range(2)]
     for port in ports:

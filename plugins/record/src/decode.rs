@@ -1,10 +1,10 @@
 //! Decodes recorded messages to the records of the plugin contract.
 
 use prost::Message;
+use regatta_plugin::command::CommandRecord;
 use regatta_plugin::contact::{ContactEvent, ContactHeader, ContactRecord};
 use regatta_plugin::event::{EventHeader, EventRecord};
-use regatta_plugin::order::OrderRecord;
-use regatta_plugin::task::{TaskHeader, TaskRecord};
+use regatta_plugin::order::{OrderHeader, OrderRecord};
 use regatta_plugin::world::{
     CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Texts, WorldData,
 };
@@ -82,8 +82,8 @@ fn edge(edge: &regatta::Edge, texts: &mut Texts) -> EdgeRecord {
         origin: edge.origin,
         destination: edge.destination,
         length: edge.length,
-        velocity_forward: edge.velocity_forward,
-        velocity_backwards: edge.velocity_backwards,
+        speed: edge.speed,
+        reverse_speed: edge.reverse_speed,
         name: texts.add(&edge.name),
         level: texts.add(&edge.level),
         zone: texts.add(&edge.zone),
@@ -119,75 +119,64 @@ pub(crate) fn events(message: &[u8]) -> Result<(EventHeader, Vec<EventRecord>), 
         dropped: events.dropped,
         ..EventHeader::default()
     };
-    let event = |event: &regatta::Event| EventRecord {
+    Ok((header, events.events.iter().map(event).collect()))
+}
+
+fn event(event: &regatta::Event) -> EventRecord {
+    EventRecord {
         token: event.token,
         kind: event.kind as u32,
         robot: event.robot,
         id: event.id,
         detail: (event.detail | event.cause) as u32,
-    };
-    Ok((header, events.events.iter().map(event).collect()))
+    }
 }
 
-/// Returns the run, the tick, and the orders that took effect or were refused in it.
-pub(crate) fn orders(message: &[u8]) -> Result<(u64, u64, Vec<OrderRecord>), MessageError> {
-    let orders = regatta::Orders::decode(message)?;
-    let order = |order: &regatta::Order| OrderRecord {
-        token: order.token,
+/// Returns the run, the tick, and the commands that took effect or were refused in it.
+pub(crate) fn commands(message: &[u8]) -> Result<(u64, u64, Vec<CommandRecord>), MessageError> {
+    let commands = regatta::Commands::decode(message)?;
+    Ok((commands.run_id, commands.tick, commands.commands.iter().map(command).collect()))
+}
+
+fn command(command: &regatta::Command) -> CommandRecord {
+    CommandRecord {
+        token: command.token,
+        kind: command.kind as u32,
+        robot: command.robot,
+        legs: command.legs,
+        id: command.id,
+        reverse: command.reverse,
+        released: command.released,
+        robot_type: command.robot_type,
+        s: command.s,
+    }
+}
+
+/// Returns the header of the order log's records of a tick, the records, and the number of ticks
+/// that the recorder missed before it.
+pub(crate) fn orders(message: &[u8]) -> Result<(OrderHeader, Vec<OrderRecord>, u64), MessageError> {
+    let orders = regatta::TransportOrders::decode(message)?;
+    let regatta::TransportOrders { run_id, tick, dropped, sequence, .. } = orders;
+    let header = OrderHeader { run_id, tick, dropped, sequence };
+    Ok((header, orders.orders.iter().map(order).collect(), orders.missed))
+}
+
+fn order(order: &regatta::TransportOrder) -> OrderRecord {
+    OrderRecord {
+        order: order.order,
         kind: order.kind as u32,
         robot: order.robot,
-        legs: order.legs,
-        id: order.id,
-        reverse: order.reverse,
-        released: order.released,
-        robot_type: order.robot_type,
-        s: order.s,
-    };
-    Ok((orders.run_id, orders.tick, orders.orders.iter().map(order).collect()))
-}
-
-/// Returns the header of the task log's records of a tick, the records, and how many ticks the
-/// recorder missed before it.
-pub(crate) fn tasks(message: &[u8]) -> Result<(TaskHeader, Vec<TaskRecord>, u64), MessageError> {
-    let tasks = regatta::Tasks::decode(message)?;
-    let regatta::Tasks { run_id, tick, dropped, sequence, .. } = tasks;
-    let header = TaskHeader { run_id, tick, dropped, sequence };
-    let task = |task: &regatta::Task| TaskRecord {
-        task: task.task,
-        kind: task.kind as u32,
-        robot: task.robot,
-        stop: task.stop,
-        node: task.node,
-        action: task.action as u32,
-        dwell_secs: task.dwell_secs,
-        detail: task.detail,
+        stop: order.stop,
+        node: order.node,
+        action: order.action as u32,
+        dwell_secs: order.dwell_secs,
+        detail: order.detail,
         reserved: 0,
-    };
-    Ok((header, tasks.tasks.iter().map(task).collect(), tasks.missed))
+    }
 }
 
-/// Returns a whole list of contacts and its number.
-pub(crate) fn contacts(
-    message: &[u8],
-) -> Result<(ContactHeader, Vec<ContactRecord>, u64), MessageError> {
-    let contacts = regatta::Contacts::decode(message)?;
-    let header = ContactHeader {
-        run_id: contacts.run_id,
-        tick: contacts.tick,
-        sim_time_nanos: contacts.sim_time_nanos,
-        touching_ever: contacts.touching_ever,
-        possible_ever: contacts.possible_ever,
-        frames_skipped: contacts.frames_skipped,
-        touching: contacts.touching,
-        possible: contacts.possible,
-        capped: contacts.capped,
-        ..ContactHeader::default()
-    };
-    Ok((header, contacts.pairs.iter().map(contact).collect(), contacts.number))
-}
-
-/// Returns the header of an updated list of contacts.
-pub(crate) fn contact_update(update: &regatta::ContactUpdate) -> ContactHeader {
+/// Returns the header of a list of contacts.
+pub(crate) fn contact_header(update: &regatta::ContactUpdate) -> ContactHeader {
     ContactHeader {
         run_id: update.run_id,
         tick: update.tick,
@@ -221,7 +210,11 @@ pub(crate) fn contact_events(
     message: &[u8],
 ) -> Result<(u64, u64, Vec<ContactEvent>), MessageError> {
     let events = regatta::ContactEvents::decode(message)?;
-    let event = |event: &regatta::ContactEvent| ContactEvent {
+    Ok((events.run_id, events.tick, events.events.iter().map(contact_event).collect()))
+}
+
+fn contact_event(event: &regatta::ContactEvent) -> ContactEvent {
+    ContactEvent {
         tick: event.tick,
         sim_time_nanos: event.sim_time_nanos,
         robots: [event.robot, event.other_robot],
@@ -231,6 +224,5 @@ pub(crate) fn contact_events(
         x: event.x,
         y: event.y,
         relative_speed: event.relative_speed,
-    };
-    Ok((events.run_id, events.tick, events.events.iter().map(event).collect()))
+    }
 }

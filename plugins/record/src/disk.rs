@@ -1,10 +1,10 @@
-//! Says how fast a recording grows, and warns before the disk is full.
+//! Reports the growth of a recording, and warns before the disk is full.
 
 use std::collections::VecDeque;
 use std::path::Path;
 use std::time::Duration;
 
-/// The time after which the rate is said for the first time.
+/// The time after which the rate is reported for the first time.
 const FIRST_REPORT: Duration = Duration::from_secs(5);
 /// The time over which the current rate is measured.
 const WINDOW: Duration = Duration::from_secs(20);
@@ -23,7 +23,7 @@ pub(crate) struct Growth {
 
 impl Growth {
     /// Takes the size of all files of the recording at a time since its start, and the free space
-    /// of the disk, if it is known. Returns a line to print, if there is something to say.
+    /// of the disk, if it is known. Returns a line to print, if there is news.
     pub fn observe(&mut self, now: Duration, bytes: u64, free: Option<u64>) -> Option<String> {
         self.samples.push_back((now, bytes));
         while self.samples.len() > 2 && self.samples[1].0 + WINDOW <= now {
@@ -32,22 +32,20 @@ impl Growth {
         let (rate, lasts) = (self.rate(), free.and_then(|free| self.lasts(free)));
         let warnings =
             WARNINGS.iter().filter(|warning| lasts.is_some_and(|lasts| lasts < **warning)).count();
-        let is_first =
-            now >= FIRST_REPORT && !std::mem::replace(&mut self.has_reported, now >= FIRST_REPORT);
-        let is_urgent = warnings > self.warned && now >= FIRST_REPORT;
-        // Once there is room for twice the time, a warning may come again.
-        let has_room = lasts.is_none_or(|lasts| lasts > 2 * WARNINGS[0]);
-        self.warned = if has_room {
-            0
+        let is_first = now >= FIRST_REPORT && !self.has_reported;
+        self.has_reported |= is_first;
+        let is_urgent = now >= FIRST_REPORT && warnings > self.warned;
+        if lasts.is_none_or(|lasts| lasts > 2 * WARNINGS[0]) {
+            // With room for twice the time, a warning may come again.
+            self.warned = 0;
         } else if is_urgent {
-            warnings
-        } else {
-            self.warned
-        };
-        let text = format!("it grows by {}{}", per_second(rate), room(lasts, free));
-        (is_first || is_urgent).then(|| {
-            if warnings > 0 { format!("the disk will be full soon: {text}") } else { text }
-        })
+            self.warned = warnings;
+        }
+        if !is_first && !is_urgent {
+            return None;
+        }
+        let prefix = if warnings > 0 { "the disk will be full soon: " } else { "" };
+        Some(format!("{prefix}it grows by {}/s{}", size(rate), room(lasts, free)))
     }
 
     /// Returns the growth in bytes per second.
@@ -66,7 +64,7 @@ impl Growth {
     }
 }
 
-/// Says how long the disk lasts.
+/// Describes the free space of the disk, and the time for which it lasts.
 fn room(lasts: Option<Duration>, free: Option<u64>) -> String {
     match (lasts, free) {
         (Some(lasts), Some(free)) => {
@@ -76,25 +74,21 @@ fn room(lasts: Option<Duration>, free: Option<u64>) -> String {
     }
 }
 
-/// Says at the end how fast a recording has grown, and how long the disk would last.
+/// Returns the mean growth of a recording at its end, and the time for which the disk would last.
 pub(crate) fn summary(bytes: u64, time: Duration, free: Option<u64>) -> String {
     let rate = bytes as f64 / time.as_secs_f64().max(1e-3);
     let lasts = free.and_then(|free| Duration::try_from_secs_f64(free as f64 / rate).ok());
-    format!("{}{}", per_second(rate), room(lasts, free))
-}
-
-fn per_second(rate: f64) -> String {
-    format!("{}/s", size(rate))
+    format!("{}/s{}", size(rate), room(lasts, free))
 }
 
 /// Returns a size like `20.1 MB`.
 pub(crate) fn size(bytes: f64) -> String {
-    let units = [(1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB")];
-    let unit = units.iter().find(|(unit, _)| bytes >= *unit);
-    unit.map_or_else(
-        || format!("{bytes:.0} B"),
-        |(unit, name)| format!("{:.1} {name}", bytes / unit),
-    )
+    for (unit, name) in [(1e12, "TB"), (1e9, "GB"), (1e6, "MB"), (1e3, "kB")] {
+        if bytes >= unit {
+            return format!("{:.1} {name}", bytes / unit);
+        }
+    }
+    format!("{bytes:.0} B")
 }
 
 /// Returns a time like `29 min`.

@@ -7,13 +7,13 @@
 use bytemuck::Pod;
 use prost::Message;
 use prost::encoding::{WireType, encode_key, encode_varint};
-use regatta_plugin::contact::{ContactHeader, ContactRecord};
+use regatta_plugin::command::CommandRecord;
+use regatta_plugin::contact::{ContactEvent, ContactHeader, ContactRecord};
 use regatta_plugin::event::{EventKind, EventRecord};
 use regatta_plugin::frame::FrameHeader;
 use regatta_plugin::order::OrderRecord;
-use regatta_plugin::task::TaskRecord;
 use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord};
-use regatta_plugin::{ColumnValues, ContactEvents, Events, Frame, OrderLog, Tasks, World};
+use regatta_plugin::{ColumnValues, CommandLog, ContactEvents, Events, Frame, Orders, World};
 
 use crate::contacts::ContactList;
 use crate::schema::regatta;
@@ -136,8 +136,8 @@ fn edge(world: &World<'_>, edge: &EdgeRecord) -> regatta::Edge {
         destination: edge.destination,
         length: edge.length,
         control_points: points.flatten().collect(),
-        velocity_forward: edge.velocity_forward,
-        velocity_backwards: edge.velocity_backwards,
+        speed: edge.speed,
+        reverse_speed: edge.reverse_speed,
         name: world.text(edge.name).to_owned(),
         level: world.text(edge.level).to_owned(),
         zone: world.text(edge.zone).to_owned(),
@@ -187,72 +187,60 @@ fn event(event: &EventRecord) -> regatta::Event {
     }
 }
 
-pub(crate) fn orders(log: &OrderLog<'_>) -> Vec<u8> {
-    regatta::Orders {
+pub(crate) fn commands(log: &CommandLog<'_>) -> Vec<u8> {
+    regatta::Commands {
         run_id: log.header.run_id,
         tick: log.header.tick,
         missed: log.missed,
-        orders: log.records.iter().map(order).collect(),
+        commands: log.records.iter().map(command).collect(),
     }
     .encode_to_vec()
 }
 
-fn order(order: &OrderRecord) -> regatta::Order {
-    regatta::Order {
-        token: order.token,
-        kind: order.kind as i32,
-        robot: order.robot,
-        legs: order.legs,
-        id: order.id,
-        reverse: order.reverse,
-        released: order.released,
-        robot_type: order.robot_type,
-        s: order.s,
+fn command(command: &CommandRecord) -> regatta::Command {
+    regatta::Command {
+        token: command.token,
+        kind: command.kind as i32,
+        robot: command.robot,
+        legs: command.legs,
+        id: command.id,
+        reverse: command.reverse,
+        released: command.released,
+        robot_type: command.robot_type,
+        s: command.s,
     }
 }
 
-pub(crate) fn tasks(log: &Tasks<'_>) -> Vec<u8> {
-    regatta::Tasks {
+pub(crate) fn orders(log: &Orders<'_>) -> Vec<u8> {
+    regatta::TransportOrders {
         run_id: log.header.run_id,
         tick: log.header.tick,
         dropped: log.header.dropped,
         missed: log.missed,
         sequence: log.header.sequence,
-        tasks: log.records.iter().map(task).collect(),
+        orders: log.records.iter().map(order).collect(),
     }
     .encode_to_vec()
 }
 
-fn task(task: &TaskRecord) -> regatta::Task {
-    regatta::Task {
-        task: task.task,
-        kind: task.kind as i32,
-        robot: task.robot,
-        stop: task.stop,
-        node: task.node,
-        action: task.action as i32,
-        dwell_secs: task.dwell_secs,
-        detail: task.detail,
+fn order(order: &OrderRecord) -> regatta::TransportOrder {
+    regatta::TransportOrder {
+        order: order.order,
+        kind: order.kind as i32,
+        robot: order.robot,
+        stop: order.stop,
+        node: order.node,
+        action: order.action as i32,
+        dwell_secs: order.dwell_secs,
+        detail: order.detail,
     }
 }
 
-/// Encodes a whole list of contacts.
-pub(crate) fn contacts(list: &ContactList, number: u64) -> Vec<u8> {
-    let ContactList { header, pairs } = list;
-    regatta::Contacts {
-        run_id: header.run_id,
-        tick: header.tick,
-        sim_time_nanos: header.sim_time_nanos,
-        touching_ever: header.touching_ever,
-        possible_ever: header.possible_ever,
-        frames_skipped: header.frames_skipped,
-        touching: header.touching,
-        possible: header.possible,
-        capped: header.capped,
-        pairs: pairs.iter().map(contact).collect(),
-        number,
-    }
-    .encode_to_vec()
+/// Returns a whole list of contacts. It is an update that adds every pair: the fields of `Contacts`
+/// are the first ones of `ContactUpdate`.
+pub(crate) fn contacts(list: &ContactList, number: u64) -> regatta::ContactUpdate {
+    let added = list.pairs.iter().map(contact).collect();
+    regatta::ContactUpdate { added, ..contact_update(&list.header, number) }
 }
 
 /// Returns an update of contacts without pairs.
@@ -287,7 +275,17 @@ pub(crate) fn contact(pair: &ContactRecord) -> regatta::Contact {
 }
 
 pub(crate) fn contact_events(events: &ContactEvents<'_>) -> Vec<u8> {
-    let event = |event: &regatta_plugin::contact::ContactEvent| regatta::ContactEvent {
+    regatta::ContactEvents {
+        run_id: events.header.run_id,
+        tick: events.header.tick,
+        missed: events.missed,
+        events: events.records.iter().map(contact_event).collect(),
+    }
+    .encode_to_vec()
+}
+
+fn contact_event(event: &ContactEvent) -> regatta::ContactEvent {
+    regatta::ContactEvent {
         tick: event.tick,
         sim_time_nanos: event.sim_time_nanos,
         robot: event.robots[0],
@@ -298,14 +296,7 @@ pub(crate) fn contact_events(events: &ContactEvents<'_>) -> Vec<u8> {
         x: event.x,
         y: event.y,
         relative_speed: event.relative_speed,
-    };
-    regatta::ContactEvents {
-        run_id: events.header.run_id,
-        tick: events.header.tick,
-        missed: events.missed,
-        events: events.records.iter().map(event).collect(),
     }
-    .encode_to_vec()
 }
 
 #[cfg(test)]

@@ -4,7 +4,6 @@ mod csv;
 mod options;
 mod parquet;
 mod rows;
-mod value;
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -16,7 +15,7 @@ use crate::progress::{Interrupted, Progress};
 use crate::reading::{ReadingError, Recording};
 pub use options::ExportArgs;
 use options::{Format, Place, Table, Target};
-use value::{Column, Value};
+use rows::{Column, Value};
 
 /// The error of exporting a recording.
 #[derive(Debug, thiserror::Error)]
@@ -83,101 +82,90 @@ pub fn export(args: &ExportArgs) -> Result<String, ExportError> {
     let targets = args.targets()?;
     let _folders = folders(&targets)?;
     let mut progress = Progress::start("export");
-    let mut written = Vec::new();
+    let tables = args.tables();
     let mut finished = Vec::new();
-    // The files appear once all tables are complete.
-    for (done, table) in args.tables().iter().enumerate() {
+    for (done, table) in tables.iter().enumerate() {
         let columns = rows::columns(&recording, *table, args.columns.as_deref())?;
-        let mut sheets = Sheets::create(&targets, *table, args.force, &columns)?;
-        let part = |time: f64| (done as f64 + time) / args.tables().len() as f64;
+        let mut sheets = Vec::new();
+        for target in &targets {
+            sheets.push(Sheet::create(target, *table, args.force, &columns)?);
+        }
         let rows = rows::for_each(&recording, *table, args, &mut |time, robot, row| {
-            progress.report(part(time))?;
-            sheets.add(robot, row)
+            progress.report((done as f64 + time) / tables.len() as f64)?;
+            sheets.iter_mut().try_for_each(|sheet| sheet.add(robot, row))
         })?;
         finished.push((rows, sheets));
     }
+    // The files appear once all tables are complete.
+    let mut written = Vec::new();
     for (rows, sheets) in finished {
-        written.push(format!("{rows} rows in {}", sheets.finish()?));
+        let files: Vec<_> = sheets.into_iter().map(Sheet::finish).collect::<Result<_, _>>()?;
+        written.push(format!("{rows} rows in {}", files.join(" and in ")));
     }
     Ok(written.join("; "))
 }
 
 /// Creates the folders of the targets.
 fn folders(targets: &[Target]) -> Result<Vec<Folder>, ExportError> {
-    let folder = |target: &Target| match &target.place {
-        Place::Folder(folder) => Some(folder.clone()),
-        Place::File(_) => None,
-    };
-    let create =
-        |path: PathBuf| Folder::create(&path).map_err(|reason| ExportError::Write { path, reason });
-    targets.iter().filter_map(folder).map(create).collect()
+    let mut folders = Vec::new();
+    for target in targets {
+        if let Place::Folder(path) = &target.place {
+            folders.push(Folder::create(path).map_err(|reason| failed(path, reason))?);
+        }
+    }
+    Ok(folders)
 }
 
-/// The files of one table.
-struct Sheets {
-    sheets: Vec<Sheet>,
+/// Returns the error of writing a file or folder.
+fn failed(path: &Path, reason: io::Error) -> ExportError {
+    ExportError::Write { path: path.to_owned(), reason }
 }
 
-/// One file, or one per robot.
+/// The file of a table, or one per robot.
 enum Sheet {
     Csv(csv::Table),
     CsvPerRobot(csv::Tables),
     Parquet(parquet::Table),
 }
 
-impl Sheets {
+impl Sheet {
     fn create(
-        targets: &[Target],
+        target: &Target,
         table: Table,
         force: bool,
         columns: &[Column],
     ) -> Result<Self, ExportError> {
-        let sheet = |target: &Target| match &target.place {
+        let (name, format) = (table.file_stem(), target.format);
+        let path = match &target.place {
             Place::Folder(folder) if target.is_per_robot(table) => {
-                Ok(Sheet::CsvPerRobot(csv::Tables::create(folder, force, columns)))
+                return Ok(Self::CsvPerRobot(csv::Tables::create(folder, force, columns)));
             }
-            Place::Folder(folder) => {
-                let file = format!("{}.{}", table.file_stem(), target.format.extension());
-                Sheet::create(&folder.join(file), target.format, table, force, columns)
-            }
-            Place::File(path) => Sheet::create(path, target.format, table, force, columns),
+            Place::Folder(folder) => folder.join(format!("{name}.{}", format.extension())),
+            Place::File(path) => path.clone(),
         };
-        Ok(Self { sheets: targets.iter().map(sheet).collect::<Result<_, _>>()? })
+        match format {
+            Format::Csv => csv::Table::create(&path, force, columns).map(Self::Csv),
+            Format::Parquet => {
+                parquet::Table::create(&path, force, name, columns).map(Self::Parquet)
+            }
+        }
     }
 
+    /// Adds a row, which belongs to a robot.
     fn add(&mut self, robot: usize, row: &[Value]) -> Result<(), ExportError> {
-        self.sheets.iter_mut().try_for_each(|sheet| match sheet {
-            Sheet::Csv(table) => table.add(row),
-            Sheet::CsvPerRobot(tables) => tables.add(robot, row),
-            Sheet::Parquet(table) => table.add(row),
-        })
+        match self {
+            Self::Csv(table) => table.add(row),
+            Self::CsvPerRobot(tables) => tables.add(robot, row),
+            Self::Parquet(table) => table.add(row),
+        }
     }
 
     /// Completes the files, and returns their description.
     fn finish(self) -> Result<String, ExportError> {
-        let finish = |sheet: Sheet| match sheet {
-            Sheet::Csv(table) => table.finish(),
-            Sheet::CsvPerRobot(tables) => tables.finish(),
-            Sheet::Parquet(table) => table.finish(),
-        };
-        let written: Vec<_> = self.sheets.into_iter().map(finish).collect::<Result<_, _>>()?;
-        Ok(written.join(" and in "))
-    }
-}
-
-impl Sheet {
-    fn create(
-        path: &Path,
-        format: Format,
-        table: Table,
-        force: bool,
-        columns: &[Column],
-    ) -> Result<Self, ExportError> {
-        match format {
-            Format::Csv => csv::Table::create(path, force, columns).map(Self::Csv),
-            Format::Parquet => {
-                parquet::Table::create(path, force, table.file_stem(), columns).map(Self::Parquet)
-            }
+        match self {
+            Self::Csv(table) => table.finish(),
+            Self::CsvPerRobot(tables) => tables.finish(),
+            Self::Parquet(table) => table.finish(),
         }
     }
 }

@@ -1,7 +1,6 @@
 //! Describes a recording by its index, without reading its messages.
 
-mod sizes;
-
+use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
@@ -20,19 +19,19 @@ pub struct Info {
     pub file: PathBuf,
     /// Its size.
     pub bytes: u64,
-    /// Whether it was closed. If not, the messages after its last complete chunk are missing.
+    /// Whether it was closed. Otherwise, the messages after its last complete chunk are missing.
     pub is_closed: bool,
-    /// The fleet, if the recording says so.
+    /// The fleet, if it is in the metadata.
     pub fleet: Option<String>,
     /// The version of Regatta that recorded it.
     pub version: Option<String>,
     /// The version of the contract with plugins.
     pub contract: Option<String>,
-    /// When the recording began, as in RFC 3339.
+    /// The time at which the recording began, as in RFC 3339.
     pub began: Option<String>,
-    /// The times of the first and the last message, in seconds on the recording's clock.
+    /// The time of the first message, in seconds on the recording's clock.
     pub start_s: f64,
-    /// The end of that time.
+    /// The time of the last message, in seconds on the recording's clock.
     pub end_s: f64,
     /// The number of frames.
     pub frames: u64,
@@ -44,13 +43,13 @@ pub struct Info {
     pub robots: Option<u32>,
     /// The ids of the runs, in order, as hexadecimal numbers.
     pub runs: Vec<String>,
-    /// The numbers of nodes and edges of the last world.
+    /// The number of nodes of the last world.
     pub nodes: Option<usize>,
-    /// The number of its edges.
+    /// The number of edges of the last world.
     pub edges: Option<usize>,
-    /// Frames that the recorder missed, if the recording says so.
+    /// The number of frames that the recorder missed, if it is in the metadata.
     pub frames_missed: Option<u64>,
-    /// Other messages that the recorder missed.
+    /// The number of other messages that the recorder missed, if it is in the metadata.
     pub others_missed: Option<u64>,
     /// The topics, sorted.
     pub topics: Vec<TopicInfo>,
@@ -65,7 +64,7 @@ pub struct TopicInfo {
     pub messages: u64,
     /// Messages per second of the recording.
     pub messages_per_s: f64,
-    /// Their size when they aren't compressed.
+    /// Their uncompressed size.
     pub bytes: u64,
     /// Their part of the file.
     pub bytes_in_file: u64,
@@ -78,73 +77,113 @@ pub struct TopicInfo {
 pub fn info(path: &Path) -> Result<Info, ReadingError> {
     let recording = Recording::open(path)?;
     let (start, end) = recording.span();
-    let seconds = (end - start).as_secs_f64();
-    let rate =
-        |count: u64| if seconds > 0.0 { count.saturating_sub(1) as f64 / seconds } else { 0.0 };
-    let metadata = recording.metadata()?;
-    let fact = |record: &str, name: &str| metadata.get(record)?.get(name).cloned();
-    let count = |name: &str| fact("regatta.end", name)?.parse().ok();
+    let mut metadata = recording.metadata()?;
+    let mut about = metadata.remove("regatta").unwrap_or_default();
+    let ends = metadata.remove("regatta.end").unwrap_or_default();
     let (ticks, robots) = frames(&recording)?;
-    let Worlds { runs, graph } = worlds(&recording)?;
-    let sizes = sizes::of(&recording)?;
-    let topic = |topic: &Topic| {
-        let (messages, sizes) =
-            (recording.count(topic), sizes.get(topic).copied().unwrap_or_default());
-        TopicInfo {
-            name: topic.name(),
-            messages,
-            messages_per_s: rate(messages),
-            bytes: sizes.bytes,
-            bytes_in_file: sizes.in_file as u64,
-        }
-    };
+    let Worlds { runs, nodes_and_edges } = worlds(&recording)?;
     let frames = recording.count(&Topic::Frames);
     Ok(Info {
         file: path.to_owned(),
         bytes: recording.bytes()?,
         is_closed: recording.is_closed(),
-        fleet: fact("regatta", "fleet"),
-        version: fact("regatta", "version"),
-        contract: fact("regatta", "contract"),
-        began: fact("regatta", "began"),
+        fleet: about.remove("fleet"),
+        version: about.remove("version"),
+        contract: about.remove("contract"),
+        began: about.remove("began"),
         start_s: start.as_secs_f64(),
         end_s: end.as_secs_f64(),
         frames,
-        frames_per_s: rate(frames),
+        frames_per_s: per_second(&recording, frames),
         ticks,
         robots,
         runs: runs.iter().map(|run| format!("{run:016x}")).collect(),
-        nodes: graph.map(|(nodes, _)| nodes),
-        edges: graph.map(|(_, edges)| edges),
-        frames_missed: count("frames_missed"),
-        others_missed: count("others_missed"),
-        topics: recording.topics().iter().map(topic).collect(),
+        nodes: nodes_and_edges.map(|(nodes, _)| nodes),
+        edges: nodes_and_edges.map(|(_, edges)| edges),
+        frames_missed: ends.get("frames_missed").and_then(|count| count.parse().ok()),
+        others_missed: ends.get("others_missed").and_then(|count| count.parse().ok()),
+        topics: topics(&recording)?,
     })
+}
+
+/// Returns the mean rate of messages on a topic, given their number.
+fn per_second(recording: &Recording, messages: u64) -> f64 {
+    let (start, end) = recording.span();
+    let seconds = (end - start).as_secs_f64();
+    if seconds > 0.0 { messages.saturating_sub(1) as f64 / seconds } else { 0.0 }
+}
+
+/// Describes all topics.
+fn topics(recording: &Recording) -> Result<Vec<TopicInfo>, ReadingError> {
+    let sizes = sizes(recording)?;
+    let mut topics = Vec::new();
+    for topic in recording.topics() {
+        let messages = recording.count(&topic);
+        let Size { bytes, in_file } = sizes.get(&topic).copied().unwrap_or_default();
+        topics.push(TopicInfo {
+            name: topic.name(),
+            messages,
+            messages_per_s: per_second(recording, messages),
+            bytes,
+            bytes_in_file: in_file as u64,
+        });
+    }
+    Ok(topics)
+}
+
+/// The size of a topic's messages.
+#[derive(Clone, Copy, Debug, Default)]
+struct Size {
+    /// Bytes when they aren't compressed.
+    bytes: u64,
+    /// Bytes in the file: their part of each compressed chunk.
+    in_file: f64,
+}
+
+/// Returns the sizes of all topics, from the message indexes. The definition of a channel counts to
+/// the message before it.
+fn sizes(recording: &Recording) -> Result<BTreeMap<Topic, Size>, ReadingError> {
+    let mut sizes: BTreeMap<Topic, Size> = BTreeMap::new();
+    recording.chunks(|chunk, indexes| {
+        let mut starts = Vec::new();
+        for index in indexes {
+            starts.extend(index.records.iter().map(|record| (record.offset, index.channel_id)));
+        }
+        starts.sort_unstable();
+        let ends = starts.iter().skip(1).map(|(offset, _)| *offset);
+        let ratio = chunk.compressed_size as f64 / (chunk.uncompressed_size as f64).max(1.0);
+        for ((start, channel), end) in starts.iter().zip(ends.chain([chunk.uncompressed_size])) {
+            if let Some(topic) = recording.topic(*channel) {
+                let size = sizes.entry(topic.clone()).or_default();
+                let bytes = end.saturating_sub(*start);
+                size.bytes += bytes;
+                size.in_file += bytes as f64 * ratio;
+            }
+        }
+    })?;
+    Ok(sizes)
 }
 
 /// Returns the first and the last tick, and the number of robots in the last frame.
 fn frames(recording: &Recording) -> Result<(Option<[u64; 2]>, Option<u32>), ReadingError> {
-    let header = |time: u64, message: &[u8]| {
-        let frame = RecordedFrame::parse(message);
-        frame
-            .map(|frame| frame.header)
-            .map_err(|reason| recording.malformed(&Topic::Frames, time, reason))
-    };
     let mut reader = recording.read(&Selection::all_of(vec![Topic::Frames]))?;
     let Some(first) = reader.next()? else { return Ok((None, None)) };
-    let first = header(first.log_time, first.message)?;
-    let last = recording.last_until(&Topic::Frames, u64::MAX)?;
-    let last = last.map_or(Ok(first), |(time, message)| header(time, &message))?;
+    let frame = RecordedFrame::parse(first.message);
+    let first = recording.located(first.topic, first.log_time, frame)?.header;
+    let Some((time, message)) = recording.last_until(&Topic::Frames, u64::MAX)? else {
+        return Ok((Some([first.tick, first.tick]), Some(first.robots)));
+    };
+    let last = recording.located(&Topic::Frames, time, RecordedFrame::parse(&message))?.header;
     Ok((Some([first.tick, last.tick]), Some(last.robots)))
 }
 
-/// What the worlds of a recording say.
+/// The contents of a recording's worlds.
 #[derive(Default)]
 struct Worlds {
     /// The ids of all runs, in order.
     runs: Vec<u64>,
     /// The numbers of nodes and edges of the last world.
-    graph: Option<(usize, usize)>,
+    nodes_and_edges: Option<(usize, usize)>,
 }
 
 fn worlds(recording: &Recording) -> Result<Worlds, ReadingError> {
@@ -152,9 +191,8 @@ fn worlds(recording: &Recording) -> Result<Worlds, ReadingError> {
     let mut reader = recording.read(&Selection::all_of(vec![Topic::World]))?;
     while let Some(entry) = reader.next()? {
         let world = decode::world(entry.message);
-        let world =
-            world.map_err(|reason| recording.malformed(entry.topic, entry.log_time, reason))?;
-        worlds.graph = Some((world.data.nodes.len(), world.data.edges.len()));
+        let world = recording.located(entry.topic, entry.log_time, world)?;
+        worlds.nodes_and_edges = Some((world.data.nodes.len(), world.data.edges.len()));
         if !worlds.runs.contains(&world.run_id) {
             worlds.runs.push(world.run_id);
         }
@@ -164,29 +202,23 @@ fn worlds(recording: &Recording) -> Result<Worlds, ReadingError> {
 
 impl fmt::Display for Info {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let known = |fact: &Option<String>| fact.clone().unwrap_or_else(|| "unknown".to_owned());
-        let mut line = |name: &str, fact: String| writeln!(f, "{name:<11}{fact}");
-        line("file", format!("{}, {}", self.file.display(), size(self.bytes as f64)))?;
-        line(
-            "fleet",
-            format!(
-                "{}, recorded {} by Regatta {}",
-                known(&self.fleet),
-                known(&self.began),
-                known(&self.version)
-            ),
-        )?;
-        let seconds = self.end_s - self.start_s;
-        line("time", format!("{:.2} s to {:.2} s: {seconds:.2} s", self.start_s, self.end_s))?;
-        let ticks = self
-            .ticks
-            .map_or_else(String::new, |[first, last]| format!(", ticks {first} to {last}"));
-        line("frames", format!("{}{ticks}, {:.1} per second", self.frames, self.frames_per_s))?;
-        if let (Some(robots), Some(nodes), Some(edges)) = (self.robots, self.nodes, self.edges) {
-            line("robots", format!("{robots}, on {nodes} nodes and {edges} edges"))?;
+        let Self { start_s, end_s, frames, frames_per_s, .. } = self;
+        writeln!(f, "file       {}, {}", self.file.display(), size(self.bytes as f64))?;
+        let [fleet, began, version] = [&self.fleet, &self.began, &self.version]
+            .map(|fact| fact.as_deref().unwrap_or("unknown"));
+        writeln!(f, "fleet      {fleet}, recorded {began} by Regatta {version}")?;
+        let seconds = end_s - start_s;
+        writeln!(f, "time       {start_s:.2} s to {end_s:.2} s: {seconds:.2} s")?;
+        write!(f, "frames     {frames}")?;
+        if let Some([first, last]) = self.ticks {
+            write!(f, ", ticks {first} to {last}")?;
         }
-        line("runs", self.runs.join(", "))?;
-        line("complete", self.completeness())?;
+        writeln!(f, ", {frames_per_s:.1} per second")?;
+        if let (Some(robots), Some(nodes), Some(edges)) = (self.robots, self.nodes, self.edges) {
+            writeln!(f, "robots     {robots}, on {nodes} nodes and {edges} edges")?;
+        }
+        writeln!(f, "runs       {}", self.runs.join(", "))?;
+        writeln!(f, "complete   {}", self.completeness())?;
         writeln!(
             f,
             "\n{:<24}{:>10}{:>12}{:>12}{:>12}",
@@ -204,18 +236,14 @@ impl Info {
     /// Says whether something is missing.
     fn completeness(&self) -> String {
         match (self.is_closed, self.frames_missed, self.others_missed) {
-            (false, ..) => {
-                "no: it was never closed; `regatta record --repair` closes it".to_owned()
-            }
-            (true, Some(0), Some(0)) => "yes".to_owned(),
+            (false, ..) => "no: it was never closed; `regatta record --repair` closes it".into(),
+            (true, Some(0), Some(0)) => "yes".into(),
             (true, Some(frames), others) => {
-                format!(
-                    "no: {frames} frames and {} other messages were missed",
-                    others.unwrap_or(0)
-                )
+                let others = others.unwrap_or(0);
+                format!("no: {frames} frames and {others} other messages were missed")
             }
             (true, None, _) => {
-                "unknown: the recording goes on in another file, or was repaired".to_owned()
+                "unknown: the recording goes on in another file, or was repaired".into()
             }
         }
     }

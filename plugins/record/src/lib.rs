@@ -2,16 +2,14 @@
 //!
 //! This crate's README describes the file format; `proto/` defines the messages.
 
+mod arguments;
 mod contacts;
 mod decode;
 mod disk;
 mod encode;
 mod export;
-mod frames;
 mod info;
-mod limit;
 mod mcap_file;
-mod mcap_record;
 mod output;
 mod playback;
 mod plot;
@@ -21,7 +19,6 @@ mod recorded;
 mod recorder;
 mod repair;
 mod replay;
-mod robot_ids;
 mod scan;
 mod scene;
 mod schema;
@@ -30,7 +27,6 @@ mod sources;
 mod table;
 mod thinning;
 mod timeline;
-mod topics;
 
 use std::path::PathBuf;
 use std::time::{Duration, SystemTime};
@@ -39,22 +35,20 @@ use clap::{Args, CommandFactory, FromArgMatches, Parser};
 use regatta_plugin::frame::CONTRACT_VERSION;
 use regatta_plugin::{Error, Options, Result, Termination};
 
+pub use arguments::{Limit, RobotIds, TopicSet};
 pub use decode::MessageError;
 pub use export::{ExportArgs, ExportError, export};
 pub use info::{Info, TopicInfo, info};
-pub use limit::Limit;
 pub use mcap_file::Compression;
 pub use playback::{Published, play};
 pub use plot::{PlotArgs, PlotError, plot, png};
 pub use reading::{ReadingError, Recording};
 pub use repair::{Repair, RepairError, repair, repair_copy};
 pub use replay::{ReplayArgs, ReplayError, replay};
-pub use robot_ids::RobotIds;
 pub use schema::Topic;
 pub use sink::SinkError;
-pub use topics::TopicSet;
 
-use output::path_parser;
+use arguments::{parse_poses_rate, path_parser};
 use recorder::{Recorder, Settings};
 use sink::{Division, Sink};
 
@@ -75,7 +69,7 @@ pub struct RecordArgs {
     /// Keep only the newest part of the recording, of this time or size: 10min, 1GB …
     #[arg(long, value_name = "LIMIT")]
     ring: Option<Limit>,
-    /// Record only these topics, and the world: frames, events, orders, tasks, contacts,
+    /// Record only these topics, and the world: frames, events, commands, orders, contacts,
     /// contact_events, columns, columns/NAME, poses, robots, graph
     #[arg(long, value_name = "NAMES")]
     topics: Option<TopicSet>,
@@ -87,17 +81,13 @@ pub struct RecordArgs {
     #[arg(long, value_enum, default_value_t)]
     compression: Compression,
     /// Poses per second for Foxglove, Rerun and PlotJuggler; 0 for none
-    #[arg(long, value_name = "HZ", default_value = "10", value_parser = parse_poses_rate, allow_negative_numbers = true)]
+    #[arg(long, value_name = "HZ", default_value = "10", allow_negative_numbers = true)]
+    #[arg(value_parser = parse_poses_rate)]
     poses_rate: f64,
     /// Repair a recording that was cut off, instead of recording: a copy with --output, or else the
     /// file itself
     #[arg(long, value_name = "FILE")]
     repair: Option<PathBuf>,
-}
-
-fn parse_poses_rate(text: &str) -> Result<f64, String> {
-    let rate = text.parse().ok().filter(|rate| (0.0..=1e6).contains(rate));
-    rate.ok_or_else(|| format!("invalid rate '{text}'; give a number per second from 0 to 1000000"))
 }
 
 /// Records a fleet until Ctrl-C, or repairs a recording.

@@ -5,80 +5,56 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use clap::builder::{PathBufValueParser, TypedValueParser};
 use mcap::MAGIC;
+use regatta_kit::WholeFile;
 
-/// Parses the path of an option. Recordings, pictures and tables are files that are complete or not
-/// there, so standard output is none of them.
-pub(crate) fn path_parser() -> impl TypedValueParser<Value = PathBuf> {
-    PathBufValueParser::new().try_map(|path| match path.as_os_str() == "-" {
-        true => Err("this command can't write to standard output; give a path"),
-        false => Ok(path),
-    })
-}
-
-/// A file that is being written, and is removed unless it is committed.
+/// A file that is being written. It is removed unless it is committed.
 #[derive(Debug)]
 pub(crate) struct Draft {
     path: PathBuf,
-    /// The file with the content so far; `None` if `path` is no regular file but, for example, a
-    /// pipe.
-    draft: Option<PathBuf>,
+    /// The content so far; `None` if `path` is no regular file but, for example, a pipe.
+    draft: Option<WholeFile>,
 }
 
 impl Draft {
     /// Starts to write a file. An existing file is replaced only with `force`, and a recording
     /// never: it may be the one that is being read.
     pub fn create(path: &Path, force: bool) -> io::Result<(Self, File)> {
-        let existing = path.metadata().ok();
-        if existing.as_ref().is_some_and(|metadata| !metadata.is_file() && !metadata.is_dir()) {
-            let file = OpenOptions::new().write(true).open(path)?;
-            return Ok((Self { path: path.to_owned(), draft: None }, file));
-        }
-        let refused =
-            |reason: &str| Err(io::Error::new(io::ErrorKind::AlreadyExists, reason.to_owned()));
-        match existing {
-            Some(metadata) if metadata.is_dir() => return refused("it is a folder"),
-            Some(_) if is_recording(path) => {
-                return refused("it is a recording; choose another file, or remove it");
+        if let Ok(existing) = path.metadata() {
+            if !existing.is_file() && !existing.is_dir() {
+                let file = OpenOptions::new().write(true).open(path)?;
+                return Ok((Self { path: path.to_owned(), draft: None }, file));
             }
-            Some(_) if !force => {
-                return refused(
-                    "it exists already; choose another file, or --force to overwrite it",
-                );
+            if let Some(reason) = refusal(path, existing.is_dir(), force) {
+                return Err(io::Error::new(io::ErrorKind::AlreadyExists, reason));
             }
-            _ => {}
         }
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let draft = path.with_file_name(format!(".{name}.{}.part", std::process::id()));
-        let file = OpenOptions::new().read(true).write(true).create_new(true).open(&draft)?;
+        let (draft, file) = WholeFile::create(path)?;
         Ok((Self { path: path.to_owned(), draft: Some(draft) }, file))
     }
 
     /// Opens the file again, to append to it.
     pub fn append(&self) -> io::Result<File> {
-        OpenOptions::new().append(true).open(self.draft.as_deref().unwrap_or(&self.path))
+        let path = self.draft.as_ref().map_or(&*self.path, WholeFile::temporary_path);
+        OpenOptions::new().append(true).open(path)
     }
 
     /// Gives the complete file its name.
-    pub fn commit(mut self) -> io::Result<()> {
-        self.draft
-            .take()
-            .map_or(Ok(()), |draft| fs::rename(&draft, &self.path).inspect_err(|_| remove(&draft)))
+    pub fn commit(self) -> io::Result<()> {
+        self.draft.map_or(Ok(()), WholeFile::commit)
     }
 }
 
-impl Drop for Draft {
-    fn drop(&mut self) {
-        if let Some(draft) = &self.draft {
-            remove(draft);
-        }
-    }
-}
-
-fn remove(draft: &Path) {
-    if let Err(error) = fs::remove_file(draft) {
-        regatta_plugin::tell!("can't remove {} ({error})", draft.display());
+/// Returns the reason if an existing file or folder can't be replaced.
+fn refusal(path: &Path, is_folder: bool, force: bool) -> Option<&'static str> {
+    if is_folder {
+        Some("it is a folder")
+    } else if is_recording(path) {
+        Some("it is a recording; choose another file, or remove it")
+    } else if !force {
+        Some("it exists already; choose another file, or --force to overwrite it")
+    } else {
+        None
     }
 }
 
@@ -96,8 +72,13 @@ pub(crate) struct Folder {
 
 impl Folder {
     pub fn create(path: &Path) -> io::Result<Self> {
-        let is_missing = |folder: &&Path| !folder.as_os_str().is_empty() && !folder.exists();
-        let created = path.ancestors().take_while(is_missing).map(Path::to_owned).collect();
+        let mut created = Vec::new();
+        for folder in path.ancestors() {
+            if folder.as_os_str().is_empty() || folder.exists() {
+                break;
+            }
+            created.push(folder.to_owned());
+        }
         fs::create_dir_all(path)?;
         Ok(Self { created })
     }
@@ -105,8 +86,10 @@ impl Folder {
 
 impl Drop for Folder {
     fn drop(&mut self) {
-        // Removing fails for a folder that has files, and that is what it should do.
-        let _ = self.created.iter().try_for_each(fs::remove_dir);
+        // A folder that has files can't be removed, as intended.
+        for folder in &self.created {
+            let _ = fs::remove_dir(folder);
+        }
     }
 }
 

@@ -1,17 +1,20 @@
-//! Reads a whole recording as what its fleet published, for programs that judge or sum up a run
-//! without a fleet.
+//! Reads a whole recording as a fleet published it, for programs that judge or sum up a run without
+//! a fleet.
 
 use std::path::Path;
+use std::time::Duration;
 
+use regatta_plugin::contact::{ContactHeader, ContactRecord};
 use regatta_plugin::event::{EventHeader, EventRecord};
-use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
-use regatta_plugin::task::{TaskHeader, TaskRecord};
+use regatta_plugin::frame::FrameHeader;
+use regatta_plugin::order::{OrderHeader, OrderRecord};
 use regatta_plugin::{Frame, World};
 
+use crate::contacts::ContactDecoder;
 use crate::decode::{self, MessageError};
 use crate::reading::{ReadingError, Recording, Selection};
-use crate::recorded::{RecordedColumn, RecordedFrame};
-use crate::schema::{PRODUCERS_COLUMN, Topic};
+use crate::recorded::{FrameBuffer, RecordedColumn, RecordedFrame};
+use crate::schema::Topic;
 
 /// Something that a recorded fleet published.
 #[derive(Clone, Copy, Debug)]
@@ -22,41 +25,36 @@ pub enum Published<'a> {
     Types(&'a [f32]),
     /// The events of a tick.
     Events(EventHeader, &'a [EventRecord]),
-    /// The task log's records of a tick, and how many samples the recorder missed before them.
-    Tasks(TaskHeader, u64, &'a [TaskRecord]),
+    /// The order log's records of a tick, and the number of samples that the recorder missed before
+    /// them.
+    Orders(OrderHeader, u64, &'a [OrderRecord]),
     /// A frame.
     Frame(Frame<'a>),
 }
 
-/// Passes what a recorded fleet published to `take`: in the order of time; of one time the frame
-/// last.
+/// Passes everything that a recorded fleet published to `take`, in order of time, and the frame
+/// last among messages of the same time.
 ///
 /// # Errors
-/// [`ReadingError`] if the file isn't a recording with frames, or is damaged.
+/// Returns a [`ReadingError`] if the file isn't a recording with frames, or is damaged.
 pub fn play(path: &Path, mut take: impl FnMut(Published<'_>)) -> Result<(), ReadingError> {
     let recording = Recording::open_frames(path)?;
-    let types = PRODUCERS_COLUMN.parse().map(Topic::Column).ok();
-    let topics = [Topic::World, Topic::Events, Topic::Tasks, Topic::Frames]
-        .into_iter()
-        .chain(types)
-        .collect();
+    let mut topics = vec![Topic::World, Topic::Events, Topic::Orders, Topic::Frames];
+    topics.extend(Topic::types());
     let mut reader = recording.read(&Selection::all_of(topics))?;
     let mut player = Player::default();
     let mut frames: Vec<Vec<u8>> = Vec::new();
     while let Some(time) = reader.peek()? {
-        while reader.peek()? == Some(time) {
-            let Some(entry) = reader.next()? else { break };
-            let topic = entry.topic;
-            if *topic == Topic::Frames {
+        while let Some(entry) = reader.next_at(time)? {
+            if *entry.topic == Topic::Frames {
                 frames.push(entry.message.to_vec());
-                continue;
+            } else {
+                let played = player.publish(entry.topic, entry.message, &mut take);
+                recording.located(entry.topic, time, played)?;
             }
-            let played = player.publish(topic, entry.message, &mut take);
-            played.map_err(|reason| recording.malformed(topic, time, reason))?;
         }
         for frame in frames.drain(..) {
-            let played = player.frame(&frame, &mut take);
-            played.map_err(|reason| recording.malformed(&Topic::Frames, time, reason))?;
+            recording.located(&Topic::Frames, time, player.frame(&frame, &mut take))?;
         }
     }
     Ok(())
@@ -64,7 +62,7 @@ pub fn play(path: &Path, mut take: impl FnMut(Published<'_>)) -> Result<(), Read
 
 #[derive(Default)]
 struct Player {
-    lines: Vec<Line>,
+    buffer: FrameBuffer,
     last: Option<FrameHeader>,
 }
 
@@ -87,9 +85,9 @@ impl Player {
                 let (header, events) = decode::events(message)?;
                 take(Published::Events(header, &events));
             }
-            Topic::Tasks => {
-                let (header, tasks, missed) = decode::tasks(message)?;
-                take(Published::Tasks(header, missed, &tasks));
+            Topic::Orders => {
+                let (header, orders, missed) = decode::orders(message)?;
+                take(Published::Orders(header, missed, &orders));
             }
             _ => {}
         }
@@ -102,15 +100,57 @@ impl Player {
         take: &mut impl FnMut(Published<'_>),
     ) -> Result<(), MessageError> {
         let recorded = RecordedFrame::parse(message)?;
-        let robots = recorded.len();
-        let header = FrameHeader { stride_lines: stride_lines(robots) as u32, ..recorded.header };
-        self.lines.resize(frame_lines(robots), Line::default());
-        recorded.copy_to(&mut ColumnsMut::split(&mut self.lines, robots));
+        let header = recorded.header;
         let of_run = self.last.filter(|last| last.run_id == header.run_id && last.sequence > 0);
         let missed = of_run.map_or(0, |last| header.sequence.saturating_sub(last.sequence + 1));
         self.last = Some(header);
-        if let Some(frame) = Frame::new(&header, &self.lines) {
+        if let Some(frame) = self.buffer.fill(&recorded) {
             take(Published::Frame(frame.after_missing(missed)));
+        }
+        Ok(())
+    }
+}
+
+impl Recording {
+    /// Calls `each` with every frame and its time in the recording, in order, until it returns an
+    /// error.
+    ///
+    /// # Errors
+    /// Returns a [`ReadingError`] if the recording is damaged, or the error of `each`.
+    pub fn frames<E: From<ReadingError>>(
+        &self,
+        mut each: impl FnMut(Duration, &Frame<'_>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let mut buffer = FrameBuffer::default();
+        let mut reader = self.read(&Selection::all_of(vec![Topic::Frames]))?;
+        while let Some(entry) = reader.next()? {
+            let recorded = RecordedFrame::parse(entry.message);
+            let recorded = self.located(entry.topic, entry.log_time, recorded)?;
+            if let Some(frame) = buffer.fill(&recorded) {
+                each(Duration::from_nanos(entry.log_time), &frame)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Calls `each` with every list of contacts and its time in the recording, in order, until it
+    /// returns an error.
+    ///
+    /// # Errors
+    /// Returns a [`ReadingError`] if the recording is damaged, or the error of `each`.
+    pub fn contacts<E: From<ReadingError>>(
+        &self,
+        mut each: impl FnMut(Duration, &ContactHeader, &[ContactRecord]) -> Result<(), E>,
+    ) -> Result<(), E> {
+        let mut decoder = ContactDecoder::default();
+        let topics = vec![Topic::Contacts, Topic::ContactUpdates];
+        let mut reader = self.read(&Selection::all_of(topics))?;
+        while let Some(entry) = reader.next()? {
+            let decoded = decoder.decode(entry.topic, entry.message);
+            let is_new = self.located(entry.topic, entry.log_time, decoded)?;
+            if let Some((header, pairs)) = decoder.list().filter(|_| is_new) {
+                each(Duration::from_nanos(entry.log_time), header, pairs)?;
+            }
         }
         Ok(())
     }

@@ -4,24 +4,24 @@
 mod axis;
 mod charts;
 mod map;
-mod png;
 mod svg;
-mod track;
 
 use std::io::{self, Write as _};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use clap::Args;
+use glam::DVec2;
+use regatta_plugin::world::CurveRecord;
 
-use crate::output::{Draft, path_parser};
+use crate::arguments::path_parser;
+use crate::output::Draft;
 use crate::progress::{Interrupted, Progress};
 use crate::reading::{ReadingError, Recording};
 use crate::recorded::Row;
 use crate::table::{Span, for_each_snapshot};
-pub use png::png;
+pub use svg::png;
 use svg::{Area, Svg};
-use track::{Sample, Track};
 
 /// Options of `regatta plot`.
 #[derive(Args, Clone, Debug)]
@@ -53,7 +53,8 @@ pub enum PlotError {
     Reading(#[from] ReadingError),
     /// The robot isn't in the recording in the requested time range.
     #[error(
-        "robot {robot} is not in {path} between {from:.2} s and {to:.2} s; its robots have ids from 0 to {last}"
+        "robot {robot} is not in {path} between {from:.2} s and {to:.2} s; its robots have ids \
+         from 0 to {last}"
     )]
     NoRobot {
         /// The robot's id.
@@ -100,6 +101,46 @@ impl From<Interrupted> for PlotError {
     }
 }
 
+/// A robot in one frame.
+#[derive(Clone, Copy, Debug)]
+struct Sample {
+    /// The time on the recording's clock, in seconds.
+    time: f64,
+    /// The position in metres.
+    position: DVec2,
+    /// The heading in radians.
+    theta: f64,
+    /// The speed in metres per second.
+    speed: f64,
+    state: u8,
+}
+
+/// A robot's track. A new segment starts with each run, and when the robot is present again after
+/// an absence.
+struct Track {
+    segments: Vec<Vec<Sample>>,
+    /// The curves of the route graph's edges.
+    curves: Vec<CurveRecord>,
+}
+
+impl Track {
+    fn samples(&self) -> impl DoubleEndedIterator<Item = &Sample> {
+        self.segments.iter().flatten()
+    }
+
+    /// Returns the times of the first and the last sample, in seconds.
+    fn span(&self) -> (f64, f64) {
+        let (first, last) = (self.samples().next(), self.samples().next_back());
+        (first.map_or(0.0, |sample| sample.time), last.map_or(0.0, |sample| sample.time))
+    }
+
+    /// Returns the driven distance in metres.
+    fn length(&self) -> f64 {
+        let pairs = self.segments.iter().flat_map(|segment| segment.windows(2));
+        pairs.map(|pair| pair[0].position.distance(pair[1].position)).sum()
+    }
+}
+
 /// Draws a robot's track. Returns one line that describes the written file.
 ///
 /// # Errors
@@ -117,19 +158,24 @@ pub fn plot(args: &PlotArgs) -> Result<String, PlotError> {
         return Err(PlotError::Format { path: args.output.clone() });
     }
     let recording = Recording::open_frames(&args.file)?;
-    let failed = |reason| PlotError::Write { path: args.output.clone(), reason };
-    let (draft, mut file) = Draft::create(&args.output, args.force).map_err(failed)?;
+    let (draft, mut file) = Draft::create(&args.output, args.force)
+        .map_err(|reason| unwritable(&args.output, reason))?;
     let track = track(&recording, args)?;
     let name = args.file.file_name().unwrap_or_default().to_string_lossy();
     let svg = picture(&track, &format!("Robot {}", args.robot), &name);
     let bytes = if is_png {
-        png::png(&svg).map_err(|reason| failed(io::Error::other(reason)))?
+        png(&svg).map_err(|reason| unwritable(&args.output, io::Error::other(reason)))?
     } else {
         svg.into_bytes()
     };
-    file.write_all(&bytes).and_then(|()| draft.commit()).map_err(failed)?;
+    let written = file.write_all(&bytes).and_then(|()| draft.commit());
+    written.map_err(|reason| unwritable(&args.output, reason))?;
     let samples = track.samples().count();
     Ok(format!("{}: {samples} frames of robot {}", args.output.display(), args.robot))
+}
+
+fn unwritable(path: &Path, reason: io::Error) -> PlotError {
+    PlotError::Write { path: path.to_owned(), reason }
 }
 
 fn track(recording: &Recording, args: &PlotArgs) -> Result<Track, PlotError> {
@@ -155,25 +201,30 @@ fn track(recording: &Recording, args: &PlotArgs) -> Result<Track, PlotError> {
         }
         Ok(())
     })?;
-    match track.segments.is_empty() {
-        false => Ok(track),
-        true => Err(PlotError::NoRobot {
+    if track.segments.is_empty() {
+        return Err(PlotError::NoRobot {
             robot: args.robot,
             path: args.file.clone(),
             from: span.from as f64 * 1e-9,
             to: span.to as f64 * 1e-9,
             last: most_robots.saturating_sub(1),
-        }),
+        });
     }
+    Ok(track)
 }
 
 fn sample(time: Duration, row: &Row) -> Sample {
-    let [x, y, theta, speed] = [row.x, row.y, row.theta, row.speed].map(f64::from);
-    Sample { time: time.as_secs_f64(), x, y, theta, speed, state: row.state }
+    Sample {
+        time: time.as_secs_f64(),
+        position: DVec2::new(row.x.into(), row.y.into()),
+        theta: row.theta.into(),
+        speed: row.speed.into(),
+        state: row.state,
+    }
 }
 
 /// The picture's width and height in pixels.
-const SIZE: (f64, f64) = (1280.0, 800.0);
+const SIZE: DVec2 = DVec2::new(1280.0, 800.0);
 const MARGIN: f64 = 40.0;
 /// The upper edge of the plots, below the title.
 const TOP: f64 = 122.0;
@@ -182,24 +233,19 @@ fn picture(track: &Track, title: &str, recording: &str) -> String {
     let mut svg = Svg::new(SIZE);
     let (start, end) = track.span();
     let (metres, seconds) = (track.length(), end - start);
-    svg.text((MARGIN, 52.0), "title", title);
+    svg.text(DVec2::new(MARGIN, 52.0), "title", title);
     let mean = if seconds > 0.0 { metres / seconds } else { 0.0 };
     let about = format!(
-        "{recording} · {start:.2} s to {end:.2} s · {metres:.1} m driven · {mean:.2} m/s on average"
+        "{recording} · {start:.2} s to {end:.2} s · {metres:.1} m driven · \
+         {mean:.2} m/s on average"
     );
-    svg.text((MARGIN, 76.0), "about", &about);
-    let middle = SIZE.0 * 0.53;
-    let bottom = SIZE.1 - MARGIN - 24.0;
-    map::draw(
-        &mut svg,
-        Area { left: MARGIN + 44.0, top: TOP, right: middle - 26.0, bottom },
-        track,
-    );
-    charts::draw(
-        &mut svg,
-        Area { left: middle + 56.0, top: TOP, right: SIZE.0 - MARGIN, bottom },
-        track,
-    );
+    svg.text(DVec2::new(MARGIN, 76.0), "about", &about);
+    let middle = SIZE.x * 0.53;
+    let bottom = SIZE.y - MARGIN - 24.0;
+    let map = Area { left: MARGIN + 44.0, top: TOP, right: middle - 26.0, bottom };
+    let charts = Area { left: middle + 56.0, top: TOP, right: SIZE.x - MARGIN, bottom };
+    map::draw(&mut svg, map, track);
+    charts::draw(&mut svg, charts, track);
     svg.finish()
 }
 
@@ -212,8 +258,7 @@ mod tests {
             let time = from + f64::from(i) * 0.1;
             Sample {
                 time,
-                x: time,
-                y: (time / 3.0).sin(),
+                position: DVec2::new(time, (time / 3.0).sin()),
                 theta: theta(time),
                 speed: 1.0,
                 state: 1,
@@ -246,7 +291,7 @@ mod tests {
 
     #[test]
     fn a_robot_that_never_moves_is_drawn() {
-        let still = Sample { time: 5.0, x: 1.0, y: 2.0, theta: 0.0, speed: 0.0, state: 0 };
+        let still = Sample { time: 5.0, position: DVec2::ONE, theta: 0.0, speed: 0.0, state: 0 };
         let svg = picture(
             &Track { segments: vec![vec![still]], curves: Vec::new() },
             "Robot 1",

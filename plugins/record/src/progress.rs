@@ -1,4 +1,4 @@
-//! Shows the progress of what takes long, and ends it on Ctrl-C.
+//! Shows the progress of long tasks, and ends them on Ctrl-C.
 
 use std::io::{IsTerminal, stderr};
 use std::time::{Duration, Instant};
@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressStyle};
 use regatta_plugin::Termination;
 
-/// What takes no longer than this shows no progress.
+/// A task that takes no longer than this shows no progress.
 const PATIENCE: Duration = Duration::from_secs(2);
 /// The time between two pictures of the bar.
 const REFRESH: Duration = Duration::from_millis(100);
@@ -23,7 +23,8 @@ pub(crate) struct Interrupted;
 #[derive(Debug)]
 pub(crate) struct Progress {
     name: &'static str,
-    next: Instant,
+    /// The time of the next picture; `None` if none is shown.
+    next: Option<Instant>,
     bar: Option<ProgressBar>,
     termination: Option<Termination>,
 }
@@ -33,7 +34,12 @@ impl Progress {
     pub fn start(name: &'static str) -> Self {
         // Without signal handlers the process ends at once, as any program does.
         let termination = Termination::watch().ok();
-        Self { name, next: Instant::now() + PATIENCE, bar: None, termination }
+        Self { name, next: Some(Instant::now() + PATIENCE), bar: None, termination }
+    }
+
+    /// Returns the progress of a task that shows nothing and isn't interrupted.
+    pub fn hidden() -> Self {
+        Self { name: "", next: None, bar: None, termination: None }
     }
 
     /// Reports the part of the task that is done, from 0 to 1.
@@ -42,8 +48,8 @@ impl Progress {
             return Err(Interrupted);
         }
         let now = Instant::now();
-        if now >= self.next {
-            self.next = now + self.show(done.clamp(0.0, 1.0));
+        if self.next.is_some_and(|next| now >= next) {
+            self.next = Some(now + self.show(done.clamp(0.0, 1.0)));
         }
         Ok(())
     }

@@ -2,7 +2,6 @@
 
 mod index;
 mod reader;
-mod state;
 
 use std::collections::{BTreeSet, HashMap};
 use std::fs::File;
@@ -10,17 +9,15 @@ use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use mcap::sans_io::{
-    IndexedReader, IndexedReaderOptions, SummaryReadEvent, SummaryReader, SummaryReaderOptions,
-};
+use mcap::sans_io::{SummaryReadEvent, SummaryReader, SummaryReaderOptions};
 use mcap::{McapError, McapResult, Summary};
 
 use crate::decode::MessageError;
-use crate::mcap_record::MAX_RECORD;
+use crate::mcap_file::MAX_RECORD;
 use crate::progress::Progress;
 use crate::scan::scan;
 use crate::schema::Topic;
-pub(crate) use reader::Reader;
+pub(crate) use reader::{Entry, Reader, Selection};
 
 /// The error of reading a recording.
 #[derive(Debug, thiserror::Error)]
@@ -35,7 +32,8 @@ pub enum ReadingError {
     },
     /// The file is not an MCAP file, or is damaged.
     #[error(
-        "can't read {path} as a recording ({reason}); `regatta record --repair` keeps its undamaged parts"
+        "can't read {path} as a recording ({reason}); \
+         `regatta record --repair` keeps its undamaged parts"
     )]
     Mcap {
         /// The file.
@@ -75,35 +73,9 @@ pub struct Recording {
     path: PathBuf,
     file: File,
     summary: Summary,
+    /// The topic of each channel that this crate knows.
     topics: HashMap<u16, Topic>,
-    closed: bool,
-}
-
-/// One message of a recording.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Entry<'recording> {
-    pub topic: &'recording Topic,
-    /// The time on the recording's clock, in nanoseconds.
-    pub log_time: u64,
-    pub message: &'recording [u8],
-}
-
-/// The part of a recording to read.
-#[derive(Clone, Debug)]
-pub(crate) struct Selection {
-    /// The start on the recording's clock, in nanoseconds.
-    pub from: u64,
-    /// The end, which is included.
-    pub to: u64,
-    /// The topics; empty for all.
-    pub topics: Vec<Topic>,
-}
-
-impl Selection {
-    /// Returns a selection of all messages on these topics; of all topics, if there are none.
-    pub fn all_of(topics: Vec<Topic>) -> Self {
-        Self { from: 0, to: u64::MAX, topics }
-    }
+    is_closed: bool,
 }
 
 impl Recording {
@@ -112,26 +84,23 @@ impl Recording {
     /// # Errors
     /// Returns a [`ReadingError`] if the file can't be read or isn't a recording.
     pub fn open(path: &Path) -> Result<Self, ReadingError> {
-        let failed = |reason| ReadingError::Io { path: path.to_owned(), reason };
-        let mut file = File::open(path).map_err(failed)?;
-        let (summary, closed) = match summary(&mut file) {
+        let mut file = File::open(path).map_err(|reason| unreadable(path, reason))?;
+        let (summary, is_closed) = match summary(&mut file) {
             Ok(Some(summary)) => (summary, true),
-            Err(McapError::Io(error)) => return Err(failed(error)),
+            Err(McapError::Io(reason)) => return Err(unreadable(path, reason)),
             _ => {
                 let mut progress = Progress::start("reading");
-                let mut report = |done| progress.report(done).map_err(Into::into);
-                (scan(&mut file, &BTreeSet::new(), &mut report).map_err(failed)?.summary, false)
+                let scan = scan(&mut file, &BTreeSet::new(), &mut progress);
+                (scan.map_err(|reason| unreadable(path, reason))?.summary, false)
             }
         };
-        let topics: HashMap<_, _> = summary
-            .channels
-            .iter()
-            .filter_map(|(id, channel)| Some((*id, Topic::from_name(&channel.topic)?)))
-            .collect();
+        let channels = summary.channels.iter();
+        let topics: HashMap<_, _> =
+            channels.filter_map(|(id, channel)| Some((*id, Topic::of_channel(channel)?))).collect();
         if !topics.values().any(|topic| topic.schema().starts_with("regatta.")) {
             return Err(ReadingError::NoFleet { path: path.to_owned() });
         }
-        Ok(Self { path: path.to_owned(), file, summary, topics, closed })
+        Ok(Self { path: path.to_owned(), file, summary, topics, is_closed })
     }
 
     /// Opens a recording that has frames.
@@ -154,7 +123,7 @@ impl Recording {
     /// Whether the recording was closed. If not, the messages after its last complete chunk are
     /// missing.
     pub fn is_closed(&self) -> bool {
-        self.closed
+        self.is_closed
     }
 
     /// Returns the topics, sorted.
@@ -165,70 +134,48 @@ impl Recording {
 
     /// Returns the times of the first and the last message.
     pub fn span(&self) -> (Duration, Duration) {
-        let stats = self.summary.stats.as_ref();
-        let (start, end) =
-            stats.map_or((0, 0), |stats| (stats.message_start_time, stats.message_end_time));
+        let Some(stats) = &self.summary.stats else { return Default::default() };
+        let (start, end) = (stats.message_start_time, stats.message_end_time);
         (Duration::from_nanos(start), Duration::from_nanos(end))
     }
 
     /// Returns the number of messages on a topic.
     pub fn count(&self, topic: &Topic) -> u64 {
-        let counts = self.summary.stats.as_ref().map(|stats| &stats.channel_message_counts);
-        let of =
-            |channel: &u16| counts.and_then(|counts| counts.get(channel)).copied().unwrap_or(0);
-        self.topics
-            .iter()
-            .filter(|(_, other)| *other == topic)
-            .map(|(channel, _)| of(channel))
-            .sum()
+        let Some(stats) = &self.summary.stats else { return 0 };
+        let counts = &stats.channel_message_counts;
+        self.channels(topic).filter_map(|channel| counts.get(&channel)).sum()
     }
 
-    /// Reads messages in order of time. Messages of the same time keep the order in which they were
-    /// recorded.
-    pub(crate) fn read(&self, selection: &Selection) -> Result<Reader<'_>, ReadingError> {
-        let options =
-            IndexedReaderOptions::new().starting_at(selection.from).ending_at(selection.to);
-        self.reader(options, &selection.topics)
-    }
-
-    fn reader(
-        &self,
-        options: IndexedReaderOptions,
-        topics: &[Topic],
-    ) -> Result<Reader<'_>, ReadingError> {
-        let is_recorded = |topic: &Topic| self.topics.values().any(|recorded| recorded == topic);
-        let options = match topics {
-            [] => options,
-            topics if topics.iter().any(is_recorded) => {
-                options.include_topics(topics.iter().map(Topic::name))
-            }
-            // Nothing: with topics that don't exist, the reader would read all messages.
-            _ => IndexedReaderOptions::new().starting_at(0).ending_before(0),
-        };
-        let options = options.with_record_length_limit(MAX_RECORD);
-        let reader = IndexedReader::new_with_options(&self.summary, options)
-            .map_err(|error| self.damaged(error))?;
-        Ok(Reader::new(self, reader))
+    /// Returns the channels of a topic.
+    fn channels(&self, topic: &Topic) -> impl Iterator<Item = u16> {
+        self.topics.iter().filter(move |(_, other)| *other == topic).map(|(channel, _)| *channel)
     }
 
     fn damaged(&self, reason: McapError) -> ReadingError {
-        let path = self.path.clone();
         match reason {
-            McapError::Io(reason) => ReadingError::Io { path, reason },
-            reason => ReadingError::Mcap { path, reason },
+            McapError::Io(reason) => unreadable(&self.path, reason),
+            reason => ReadingError::Mcap { path: self.path.clone(), reason },
         }
     }
 
-    /// Returns the error of an invalid message, with the message's topic and time.
-    pub(crate) fn malformed(
+    /// Adds a message's topic and time to an error of decoding it.
+    pub(crate) fn located<T>(
         &self,
         topic: &Topic,
         log_time: u64,
-        reason: MessageError,
-    ) -> ReadingError {
-        let (path, at) = (self.path.clone(), Duration::from_nanos(log_time));
-        ReadingError::Message { path, topic: topic.name(), at, reason }
+        decoded: Result<T, MessageError>,
+    ) -> Result<T, ReadingError> {
+        decoded.map_err(|reason| ReadingError::Message {
+            path: self.path.clone(),
+            topic: topic.name(),
+            at: Duration::from_nanos(log_time),
+            reason,
+        })
     }
+}
+
+fn unreadable(path: &Path, reason: io::Error) -> ReadingError {
+    ReadingError::Io { path: path.to_owned(), reason }
 }
 
 /// Reads the summary at the end of a file. Returns `None` if the file was never closed.

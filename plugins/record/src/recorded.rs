@@ -3,7 +3,8 @@
 use prost::Message;
 use prost::bytes::Buf;
 use prost::encoding::{DecodeContext, WireType, decode_key, decode_varint};
-use regatta_plugin::frame::{ColumnsMut, FrameHeader};
+use regatta_plugin::Frame;
+use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
 
 use crate::decode::MessageError;
 use crate::encode::{COLUMN_VALUES, FRAME_COLUMNS};
@@ -68,19 +69,42 @@ impl<'message> RecordedFrame<'message> {
     /// Returns a robot's row, or `None` if the frame has no such row.
     pub fn row(&self, robot: usize) -> Option<Row> {
         let [x, y, theta, speed, s, edge, state] = self.columns;
-        let word = |column: &[u8]| {
-            column[robot * 4..].first_chunk().map(|bytes| u32::from_le_bytes(*bytes))
-        };
-        let float = |column: &[u8]| word(column).map(f32::from_bits);
         Some(Row {
             state: *state.get(robot)?,
-            x: float(x)?,
-            y: float(y)?,
-            theta: float(theta)?,
-            speed: float(speed)?,
-            s: float(s)?,
-            edge: word(edge)?,
+            x: float(x, robot)?,
+            y: float(y, robot)?,
+            theta: float(theta, robot)?,
+            speed: float(speed, robot)?,
+            s: float(s, robot)?,
+            edge: word(edge, robot)?,
         })
+    }
+}
+
+/// Returns a robot's value in a column of 32-bit numbers.
+fn word(column: &[u8], robot: usize) -> Option<u32> {
+    column.as_chunks().0.get(robot).map(|bytes| u32::from_le_bytes(*bytes))
+}
+
+fn float(column: &[u8], robot: usize) -> Option<f32> {
+    word(column, robot).map(f32::from_bits)
+}
+
+/// A buffer in which a recorded frame is laid out like a live one.
+#[derive(Debug, Default)]
+pub(crate) struct FrameBuffer {
+    header: FrameHeader,
+    lines: Vec<Line>,
+}
+
+impl FrameBuffer {
+    /// Copies a recorded frame to the buffer, and returns it as readers of a fleet see it.
+    pub fn fill(&mut self, recorded: &RecordedFrame<'_>) -> Option<Frame<'_>> {
+        let robots = recorded.len();
+        self.header = FrameHeader { stride_lines: stride_lines(robots) as u32, ..recorded.header };
+        self.lines.resize(frame_lines(robots), Line::default());
+        recorded.copy_to(&mut ColumnsMut::split(&mut self.lines, robots));
+        Frame::new(&self.header, &self.lines)
     }
 }
 

@@ -5,12 +5,12 @@ use std::time::Duration;
 use regatta_plugin::frame::FrameHeader;
 use regatta_plugin::{Error, Events, Frame, Participant, Plugin, Result, World};
 
+use crate::arguments::TopicSet;
 use crate::schema::Topic;
 use crate::sink::{Payload, Sink, SinkError, Tally};
 use crate::sources::Sources;
 use crate::thinning::{Held, Thinning};
 use crate::timeline::Timeline;
-use crate::topics::TopicSet;
 use crate::{encode, scene};
 
 /// The plugin that records a fleet until it is stopped.
@@ -70,14 +70,13 @@ struct Pending {
 
 impl Recorder {
     pub fn new(sink: Sink, settings: Settings) -> Self {
-        let poses =
-            |period: Duration| Poses { period: period.as_nanos() as u64, run_id: 0, next: 0 };
+        let period = settings.poses_period.map(|period| period.as_nanos() as u64);
         Self {
             sink,
             topics: settings.topics,
             every: settings.every,
             thinning: (settings.every > 1 || !settings.sees_all).then(Thinning::default),
-            poses: settings.poses_period.map(poses),
+            poses: period.map(|period| Poses { period, run_id: 0, next: 0 }),
             sources: None,
             timeline: Timeline::default(),
             sees_all: settings.sees_all,
@@ -92,15 +91,13 @@ impl Recorder {
 
     fn record_pending(&mut self) {
         for Pending { topic, tick, message } in self.pending.drain(..) {
-            let log_time = tick
-                .map_or(self.timeline.now(), |(run_id, tick)| self.timeline.time_of(run_id, tick));
+            let log_time = match tick {
+                Some((run_id, tick)) => self.timeline.time_of(run_id, tick),
+                None => self.timeline.now(),
+            };
             if self.topics.includes(&topic) {
-                self.sink.send(
-                    topic,
-                    log_time,
-                    self.newest.wall_time_nanos,
-                    Payload::Message(message),
-                );
+                let message = Payload::Message(message);
+                self.sink.send(topic, log_time, self.newest.wall_time_nanos, message);
             }
         }
     }
@@ -121,11 +118,10 @@ impl Recorder {
             if self.topics.includes(&Topic::Frames) {
                 self.send(Topic::Frames, log_time, encode::frame(frame));
             }
-            let held = self
-                .thinning
-                .as_mut()
-                .map(|thinning| thinning.record_frame(frame.run_id(), frame.tick()));
-            self.record_held(held.into_iter().flatten());
+            if let Some(thinning) = &mut self.thinning {
+                let held = thinning.record_frame(frame.run_id(), frame.tick());
+                self.record_held(held);
+            }
         }
         if self.poses.as_mut().is_some_and(|poses| poses.are_due(frame)) {
             if self.topics.includes(&Topic::Poses) {
@@ -142,7 +138,7 @@ impl Recorder {
     }
 
     /// Records samples that belong to a recorded frame.
-    fn record_held(&mut self, held: impl Iterator<Item = Held>) {
+    fn record_held(&mut self, held: Vec<Held>) {
         for Held { sample, log_time } in held {
             self.sink.send(sample.topic, log_time, self.newest.wall_time_nanos, sample.payload);
         }
@@ -178,13 +174,11 @@ impl Recorder {
             (tally.lost.frames_dropped, "that the disk was too slow for"),
             (tally.lost.frames_failed, "that could not be written"),
         ];
-        let lost = lost
-            .iter()
-            .filter(|(count, _)| *count > 0)
-            .map(|(count, why)| format!("{count} {why}"));
-        let lost = match lost.collect::<Vec<_>>().join(", ") {
-            none if none.is_empty() => "no frame lost".to_owned(),
-            lost => format!("frames lost: {lost}"),
+        let lost = lost.iter().filter(|(count, _)| *count > 0);
+        let lost: Vec<_> = lost.map(|(count, why)| format!("{count} {why}")).collect();
+        let lost = match lost.is_empty() {
+            true => "no frame lost".to_owned(),
+            false => format!("frames lost: {}", lost.join(", ")),
         };
         let others = match tally.lost.others + self.others_missed {
             0 => String::new(),
@@ -193,7 +187,8 @@ impl Recorder {
         let (seconds, megabytes) = (self.timeline.now() as f64 * 1e-9, tally.bytes as f64 * 1e-6);
         let Tally { name, frames, growth, .. } = tally;
         format!(
-            "{name}: {frames} frames up to {seconds:.2} s, {megabytes:.1} MB ({growth}); {lost}{others}"
+            "{name}: {frames} frames up to {seconds:.2} s, {megabytes:.1} MB ({growth}); \
+             {lost}{others}"
         )
     }
 }
@@ -247,8 +242,9 @@ impl Plugin for Recorder {
     fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
         let log_time = self.timeline.advance(frame.header());
         let starts_run = frame.run_id() != self.newest.run_id;
-        if let Some(sources) =
-            self.sources.as_mut().filter(|_| starts_run && frame.header().lockstep != 0)
+        if let Some(sources) = &mut self.sources
+            && starts_run
+            && frame.header().lockstep != 0
         {
             // The producer waits for this plugin, so that nothing is missed meanwhile.
             sources.open_columns()?;
@@ -266,8 +262,10 @@ impl Plugin for Recorder {
     fn on_stop(&mut self) -> Result {
         self.record_pending();
         let polled = self.record_sources();
-        let held = self.thinning.as_mut().map(Thinning::flush);
-        self.record_held(held.into_iter().flatten());
+        if let Some(thinning) = &mut self.thinning {
+            let held = thinning.flush();
+            self.record_held(held);
+        }
         let missed = [("frames_missed", self.frames_missed), ("others_missed", self.others_missed)];
         let (tally, error) =
             self.sink.finish("regatta.end", &missed.map(|(name, count)| (name, count.to_string())));

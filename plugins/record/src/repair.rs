@@ -12,9 +12,8 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use mcap::Summary;
-use mcap::records::ChunkIndex;
 
-use crate::mcap_record::RECORD_HEADER;
+use crate::mcap_file::RECORD_HEADER;
 use crate::output::Draft;
 use crate::progress::Progress;
 use crate::reading;
@@ -70,22 +69,18 @@ impl fmt::Display for Repair {
             return f.write_str("; the recording is closed and undamaged, nothing to repair");
         }
         write!(f, " kept, {} bytes after them removed", self.removed_bytes)?;
-        let lost = self
-            .lost
-            .iter()
-            .map(|(from, to)| format!("{:.2} s to {:.2} s", from.as_secs_f64(), to.as_secs_f64()));
-        if !self.lost.is_empty() {
-            write!(f, "; damaged and lost: {}", lost.collect::<Vec<_>>().join(", "))?;
+        for (i, (from, to)) in self.lost.iter().enumerate() {
+            let separator = if i == 0 { "; damaged and lost: " } else { ", " };
+            write!(f, "{separator}{:.2} s to {:.2} s", from.as_secs_f64(), to.as_secs_f64())?;
         }
-        match self.removed_chunks {
-            0 => {}
-            chunks => write!(f, " ({chunks} chunks among them, because the disk is full)")?,
+        if self.removed_chunks > 0 {
+            let chunks = self.removed_chunks;
+            write!(f, " ({chunks} chunks among them, because the disk is full)")?;
         }
-        if self.has_world {
-            Ok(())
-        } else {
-            f.write_str("; the graph and the robot types are not in it")
+        if !self.has_world {
+            f.write_str("; the graph and the robot types are not in it")?;
         }
+        Ok(())
     }
 }
 
@@ -96,9 +91,14 @@ impl fmt::Display for Repair {
 /// Returns a [`RepairError`] if the file can't be read or written, or isn't a recording. The file
 /// may then be shorter than before, but keeps its complete chunks.
 pub fn repair(path: &Path) -> Result<Repair, RepairError> {
-    let failed = |reason| RepairError::Io { path: path.to_owned(), reason };
-    let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(failed)?;
+    let mut options = OpenOptions::new();
+    let mut file =
+        options.read(true).write(true).open(path).map_err(|error| failed(path, error))?;
     repair_file(&mut file, path)
+}
+
+fn failed(path: &Path, reason: io::Error) -> RepairError {
+    RepairError::Io { path: path.to_owned(), reason }
 }
 
 /// Writes a repaired copy of a recording, and leaves the recording as it is.
@@ -107,15 +107,11 @@ pub fn repair(path: &Path) -> Result<Repair, RepairError> {
 /// Returns a [`RepairError`] as [`repair`], and also if the copy exists already and `force` is
 /// false. Nothing is left of the copy then.
 pub fn repair_copy(path: &Path, copy: &Path, force: bool) -> Result<Repair, RepairError> {
-    let failed = |path: &Path| {
-        let path = path.to_owned();
-        move |reason| RepairError::Io { path, reason }
-    };
-    let mut file = File::open(path).map_err(failed(path))?;
-    let (draft, mut repaired) = Draft::create(copy, force).map_err(failed(copy))?;
-    copy_all(&mut file, &mut repaired).map_err(failed(copy))?;
+    let mut file = File::open(path).map_err(|error| failed(path, error))?;
+    let (draft, mut repaired) = Draft::create(copy, force).map_err(|error| failed(copy, error))?;
+    copy_all(&mut file, &mut repaired).map_err(|error| failed(copy, error))?;
     let repair = repair_file(&mut repaired, path)?;
-    draft.commit().map_err(failed(copy))?;
+    draft.commit().map_err(|error| failed(copy, error))?;
     Ok(repair)
 }
 
@@ -137,34 +133,34 @@ fn copy_all(from: &mut File, to: &mut File) -> io::Result<()> {
 }
 
 fn repair_file(file: &mut File, path: &Path) -> Result<Repair, RepairError> {
-    let failed = |reason| RepairError::Io { path: path.to_owned(), reason };
     let mut progress = Progress::start("repair");
-    let mut report = |done| progress.report(done).map_err(Into::into);
     if let Ok(Some(summary)) = reading::summary(file) {
-        return remove_damage(file, &summary, &mut report).map_err(failed);
+        return remove_damage(file, &summary, &mut progress).map_err(|error| failed(path, error));
     }
-    close_reporting(file, &mut report).map_err(|reason| match reason.kind() {
+    close(file, &mut progress).map_err(|reason| match reason.kind() {
         io::ErrorKind::InvalidData | io::ErrorKind::UnexpectedEof => {
             RepairError::NoRecording { path: path.to_owned(), reason }
         }
-        _ => failed(reason),
+        _ => failed(path, reason),
     })
 }
 
-/// Returns the result of a repair that kept what `summary` describes and removed nothing.
+/// Returns the result of a repair that kept the contents of `summary` and removed nothing.
 fn repair_of(summary: &Summary) -> Repair {
-    let (stats, world) = (summary.stats.as_ref(), Topic::World.name());
+    let stats = summary.stats.clone().unwrap_or_default();
+    let world = Topic::World.name();
+    let mut has_world = false;
+    for (channel, count) in &stats.channel_message_counts {
+        let topic = summary.channels.get(channel).map(|channel| &channel.topic);
+        has_world |= *count > 0 && topic == Some(&world);
+    }
     Repair {
-        messages: stats.map_or(0, |stats| stats.message_count),
+        messages: stats.message_count,
         chunks: summary.chunk_indexes.len() as u32,
         removed_bytes: 0,
         removed_chunks: 0,
         lost: Vec::new(),
-        has_world: stats.is_some_and(|stats| {
-            let is_world =
-                |id: &u16| summary.channels.get(id).is_some_and(|channel| channel.topic == world);
-            stats.channel_message_counts.iter().any(|(id, count)| *count > 0 && is_world(id))
-        }),
+        has_world,
         was_closed: false,
     }
 }
@@ -173,19 +169,21 @@ fn repair_of(summary: &Summary) -> Repair {
 fn remove_damage(
     file: &mut File,
     summary: &Summary,
-    report: &mut Report<'_>,
+    progress: &mut Progress,
 ) -> io::Result<Repair> {
     let chunks = summary.chunk_indexes.iter().map(|chunk| chunk.chunk_start_offset);
     let record_starts =
         chunks.chain(summary.metadata_indexes.iter().map(|index| index.offset)).collect();
-    let mut scan = scan(file, &record_starts, report)?;
+    let mut scan = scan(file, &record_starts, progress)?;
     let undamaged: HashSet<_> =
         scan.summary.chunk_indexes.iter().map(|chunk| chunk.chunk_start_offset).collect();
     let lost = lost(summary, &undamaged);
     if lost.is_empty() && scan.damage.is_empty() {
         return Ok(Repair { was_closed: true, ..repair_of(summary) });
     }
-    scan.damage.iter().try_for_each(|damage| hide(file, damage))?;
+    for damage in &scan.damage {
+        hide(file, damage)?;
+    }
     scan.add_definitions(summary);
     file.set_len(scan.end)?;
     file.seek(SeekFrom::Start(scan.end))?;
@@ -195,17 +193,24 @@ fn remove_damage(
 
 /// Returns the time ranges of the damaged chunks. Adjacent chunks share a range.
 fn lost(summary: &Summary, undamaged: &HashSet<u64>) -> Vec<(Duration, Duration)> {
-    let is_lost = |chunk: &ChunkIndex| !undamaged.contains(&chunk.chunk_start_offset);
-    let mut chunks = summary.chunk_indexes.clone();
+    let mut chunks: Vec<_> = summary.chunk_indexes.iter().collect();
     chunks.sort_by_key(|chunk| chunk.chunk_start_offset);
-    let groups =
-        chunks.chunk_by(|a, b| is_lost(a) == is_lost(b)).filter(|group| is_lost(&group[0]));
-    let span = |group: &[ChunkIndex]| {
-        let from = group.iter().map(|chunk| chunk.message_start_time).min().unwrap_or(0);
-        let to = group.iter().map(|chunk| chunk.message_end_time).max().unwrap_or(0);
-        (Duration::from_nanos(from), Duration::from_nanos(to))
-    };
-    groups.map(span).collect()
+    let mut lost: Vec<(Duration, Duration)> = Vec::new();
+    let mut was_lost = false;
+    for chunk in chunks {
+        let is_lost = !undamaged.contains(&chunk.chunk_start_offset);
+        let start = Duration::from_nanos(chunk.message_start_time);
+        let end = Duration::from_nanos(chunk.message_end_time);
+        match lost.last_mut() {
+            Some((from, to)) if is_lost && was_lost => {
+                (*from, *to) = (start.min(*from), end.max(*to));
+            }
+            _ if is_lost => lost.push((start, end)),
+            _ => {}
+        }
+        was_lost = is_lost;
+    }
+    lost
 }
 
 /// Turns a range of bytes into one private record, which readers skip.
@@ -220,18 +225,11 @@ const PRIVATE: u8 = 0xf0;
 
 /// Truncates a file after its last complete chunk and closes the recording. On a full disk, chunks
 /// at the end are removed until there is room for the tail.
-pub(crate) fn close(file: &mut File) -> io::Result<Repair> {
-    close_reporting(file, &mut |_| Ok(()))
-}
-
-/// Takes the part of a task that is done, from 0 to 1. An error ends the task.
-type Report<'r> = dyn FnMut(f64) -> io::Result<()> + 'r;
-
-fn close_reporting(file: &mut File, report: &mut Report<'_>) -> io::Result<Repair> {
+pub(crate) fn close(file: &mut File, progress: &mut Progress) -> io::Result<Repair> {
     let length = file.seek(SeekFrom::End(0))?;
     let mut removed_chunks = 0;
     loop {
-        let scan = scan(file, &BTreeSet::new(), report)?;
+        let scan = scan(file, &BTreeSet::new(), progress)?;
         let tail = tail(&scan);
         file.set_len(scan.end)?;
         file.seek(SeekFrom::Start(scan.end))?;

@@ -1,33 +1,90 @@
 //! A replay: a producer like the engine, whose frames come from a recording.
 
+mod annotations;
 mod closures;
 mod contact_search;
-mod histories;
 mod history;
-mod marks;
-mod options;
 mod producer;
 mod search;
 mod stage;
-mod teller;
 
-use std::collections::BTreeSet;
+use std::path::PathBuf;
 use std::time::Duration;
 
-use regatta_plugin::producer::{Moment, Session};
-use regatta_plugin::{Participant, ProducerPorts, Termination};
+use clap::Args;
+use regatta_plugin::producer::{LockstepOptions, Session, Speed};
+use regatta_plugin::{
+    FleetName, LockstepError, OpenError, Participant, ProducerPorts, PublishError, ReadError,
+    Termination,
+};
 
-use crate::reading::{Reader, Recording, Selection};
+use crate::reading::{ReadingError, Recording};
 use crate::schema::Topic;
+use annotations::Annotations;
 use contact_search::ContactSearch;
-pub use options::{ReplayArgs, ReplayError};
-use stage::{Stage, StageError};
-use teller::Teller;
+use producer::Replay;
+use stage::Stage;
+
+/// Options of `regatta replay`.
+#[derive(Args, Clone, Debug)]
+pub struct ReplayArgs {
+    /// The recording
+    file: PathBuf,
+    /// The fleet to publish it as
+    #[arg(long, value_name = "NAME", default_value_t)]
+    fleet: FleetName,
+    /// Recorded seconds per wall second: a factor from 0.001 to 1000, or max
+    #[arg(long, default_value = "1")]
+    speed: Speed,
+    /// Start at this time of the recording: 12.5s, 3min …
+    #[arg(long, value_name = "TIME")]
+    from: Option<humantime::Duration>,
+    /// Start again from the beginning at the end
+    #[arg(long = "loop")]
+    repeat: bool,
+    /// Stay at the end, for `regatta seek`
+    #[arg(long, conflicts_with = "repeat")]
+    hold: bool,
+    /// Start paused
+    #[arg(long)]
+    paused: bool,
+    /// Leave out the recorded columns and contacts, for plugins that compute them again
+    #[arg(long)]
+    no_columns: bool,
+    #[command(flatten)]
+    lockstep: LockstepOptions,
+}
+
+/// The error that ends a replay.
+#[derive(Debug, thiserror::Error)]
+pub enum ReplayError {
+    /// The recording can't be read.
+    #[error(transparent)]
+    Reading(#[from] ReadingError),
+    /// The fleet's services can't be opened.
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    /// A message can't be published.
+    #[error(transparent)]
+    Publish(#[from] PublishError),
+    /// Requests can't be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// A plugin in lockstep didn't finish a frame.
+    #[error(transparent)]
+    Lockstep(#[from] LockstepError),
+    /// A time is outside of the recording.
+    #[error("{0}")]
+    Time(String),
+    /// Signals can't be watched.
+    #[error("can't watch for Ctrl-C ({0})")]
+    Signals(String),
+}
 
 /// Replays a recording until it is over or Ctrl-C.
 ///
 /// # Errors
-/// [`ReplayError`].
+/// Returns a [`ReplayError`] if the recording can't be read or published.
 pub fn replay(args: &ReplayArgs) -> Result<(), ReplayError> {
     let termination =
         Termination::watch().map_err(|error| ReplayError::Signals(error.to_string()))?;
@@ -44,8 +101,8 @@ pub fn replay(args: &ReplayArgs) -> Result<(), ReplayError> {
     let mut ports = ProducerPorts::create_on(Participant::join(&args.fleet, "replay")?, 0)?;
     // In lockstep, nothing may depend on how fast a search is.
     let with_history = !args.no_columns && args.lockstep.names.is_empty();
-    let teller = Teller::open(ports.participant(), &recording, with_history)?;
-    let stage = Stage::open(&mut ports, &topics, teller);
+    let annotations = Annotations::open(ports.participant(), &recording, with_history)?;
+    let stage = Stage::open(&mut ports, &topics, annotations);
     regatta_plugin::tell!(
         "fleet '{}': {} frames from {:.2} s to {:.2} s of {}; Ctrl-C stops",
         args.fleet,
@@ -64,187 +121,4 @@ pub fn replay(args: &ReplayArgs) -> Result<(), ReplayError> {
         replay.contact_search = ContactSearch::start(&args.file).ok();
     }
     session.run(&mut replay, &termination)
-}
-
-/// A recording that is published again.
-struct Replay<'recording> {
-    recording: &'recording Recording,
-    reader: Reader<'recording>,
-    stage: Stage,
-    args: ReplayArgs,
-    /// Time in the recording of the moment shown last, in nanoseconds.
-    time: u64,
-    /// The frame of the moment that is being shown.
-    frame: Vec<u8>,
-    /// The events of the first moment, if readers in lockstep may join only with its frame.
-    withheld: Vec<(Topic, Vec<u8>)>,
-    reported_orders: bool,
-    /// The times of the repetitions of the world that is shown.
-    worlds: BTreeSet<u64>,
-    /// How often the world had changed when these times were noted.
-    world_changes: u64,
-    /// Decodes contacts after a jump. `None` in lockstep, where they are there with the frame, and
-    /// for a recording that was never closed, which would have to be scanned once more.
-    contact_search: Option<ContactSearch>,
-}
-
-impl<'recording> Replay<'recording> {
-    fn new(
-        recording: &'recording Recording,
-        stage: Stage,
-        args: &ReplayArgs,
-    ) -> Result<Self, ReplayError> {
-        Ok(Self {
-            recording,
-            reader: recording.read(&selection(recording))?,
-            stage,
-            args: args.clone(),
-            time: 0,
-            frame: Vec::new(),
-            withheld: Vec::new(),
-            reported_orders: false,
-            worlds: BTreeSet::new(),
-            world_changes: 0,
-            contact_search: None,
-        })
-    }
-
-    /// Publishes the next moment: all messages of the same time, its frame last, so that a reader
-    /// that has the frame has the rest. A frame that the producer published again counts once.
-    /// Returns whether there was a frame.
-    ///
-    /// With `withhold`, messages that reach only readers that are there already wait for the next
-    /// moment.
-    fn show_moment(&mut self, session: &mut Session, withhold: bool) -> Result<bool, ReplayError> {
-        let Some(time) = self.reader.peek()? else { return Ok(false) };
-        (self.time, self.stage.time) = (time, time);
-        let Self { recording, reader, stage, frame, withheld, .. } = self;
-        for (topic, message) in withheld.drain(..) {
-            stage
-                .publish(session, &topic, &message)
-                .map_err(|error| explain(recording, &topic, time, error))?;
-        }
-        frame.clear();
-        while reader.peek()? == Some(time) {
-            let Some(entry) = reader.next()? else { break };
-            if *entry.topic == Topic::Frames {
-                frame.clear();
-                frame.extend_from_slice(entry.message);
-            } else if withhold && !entry.topic.is_state() {
-                withheld.push((entry.topic.clone(), entry.message.to_vec()));
-            } else {
-                let shown = stage.publish(session, entry.topic, entry.message);
-                shown.map_err(|error| explain(recording, entry.topic, time, error))?;
-            }
-        }
-        if frame.is_empty() {
-            return Ok(false);
-        }
-        let shown = stage.publish(session, &Topic::Frames, frame);
-        shown.map_err(|error| explain(recording, &Topic::Frames, time, error))?;
-        Ok(true)
-    }
-
-    /// Returns the reason if a time is outside of the recording.
-    fn refuse_time(&self, time: Duration) -> Option<String> {
-        let (start, end) = self.recording.span();
-        let [start, end, time] = [start, end, time].map(|time| time.as_secs_f64());
-        let outside = !(start..=end).contains(&time);
-        outside.then(|| {
-            format!("the recording goes from {start:.3} s to {end:.3} s; {time:.3} s is outside")
-        })
-    }
-
-    /// Shows the newest frame at or before `time`, and continues from there.
-    fn go_to(
-        &mut self,
-        session: &mut Session,
-        time: Duration,
-        withhold: bool,
-    ) -> Result<(), ReplayError> {
-        let time = time.as_nanos() as u64;
-        let frame = self.recording.time_until(&Topic::Frames, time)?.unwrap_or(0);
-        if frame < self.time {
-            self.stage.begin_run(session)?;
-        }
-        self.withheld.clear();
-        session.begin_jump();
-        self.show_state_before(session, frame)?;
-        self.reader =
-            self.recording.read(&Selection { from: frame, ..selection(self.recording) })?;
-        // The first moments of a recording may have no frame.
-        while self.reader.peek()?.is_some() && !self.show_moment(session, withhold)? {}
-        session.jump(Moment { tick: session.tick(), sim_nanos: self.time });
-        Ok(())
-    }
-
-    /// Publishes what is valid until something newer comes: the world, columns, contacts.
-    fn show_state_before(&mut self, session: &mut Session, frame: u64) -> Result<(), ReplayError> {
-        for topic in self.recording.topics().into_iter().filter(Topic::is_state) {
-            if matches!(topic, Topic::Contacts | Topic::ContactUpdates) {
-                continue;
-            }
-            if self.is_shown(&topic, frame)? {
-                continue;
-            }
-            let Some((time, message)) = self.recording.state_before(&topic, frame)? else {
-                continue;
-            };
-            let shown = self.stage.publish(session, &topic, &message);
-            shown.map_err(|error| explain(self.recording, &topic, time, error))?;
-            if topic == Topic::World {
-                self.worlds.insert(time);
-            }
-        }
-        if let Some(search) = &mut self.contact_search {
-            search.jump();
-            return Ok(());
-        }
-        let contacts = self.recording.contacts_before(frame)?;
-        Ok(self.stage.take_contacts(session, contacts)?)
-    }
-
-    /// Whether what is valid before a frame need not be read: a column of the frame itself replaces
-    /// it, or the world is the one that is shown. The index tells.
-    fn is_shown(&mut self, topic: &Topic, frame: u64) -> Result<bool, ReplayError> {
-        if topic.column().is_some() {
-            return Ok(self.recording.time_until(topic, frame)? == Some(frame));
-        }
-        let changes = self.stage.world_changes;
-        if std::mem::replace(&mut self.world_changes, changes) != changes {
-            self.worlds.clear();
-        }
-        let Some(before) = frame.checked_sub(1) else { return Ok(false) };
-        Ok(self
-            .recording
-            .time_until(topic, before)?
-            .is_some_and(|time| self.worlds.contains(&time)))
-    }
-
-    /// Publishes the list of contacts of the frame that the playhead jumped to, if it hasn't been
-    /// published yet. It is needed now: the next one may be a change of it.
-    fn finish_jump(&mut self, session: &mut Session) -> Result<(), ReplayError> {
-        if self.contact_search.as_mut().is_some_and(ContactSearch::cancel) {
-            let contacts = self.recording.contacts_before(self.time.saturating_add(1))?;
-            self.stage.take_contacts(session, contacts)?;
-        }
-        Ok(())
-    }
-}
-
-/// What a replay reads: everything but what was recorded for other programs.
-fn selection(recording: &Recording) -> Selection {
-    let mut topics = recording.topics();
-    topics.retain(|topic| {
-        !matches!(topic, Topic::Poses | Topic::Robots | Topic::Graph | Topic::GraphPoints)
-    });
-    Selection::all_of(topics)
-}
-
-/// Adds to an error where in the recording the message is.
-fn explain(recording: &Recording, topic: &Topic, time: u64, error: StageError) -> ReplayError {
-    match error {
-        StageError::Message(error) => recording.malformed(topic, time, error).into(),
-        StageError::Replay(error) => error,
-    }
 }

@@ -1,17 +1,21 @@
 //! Scans a recording from its start, for files that were never closed or are damaged.
 
-mod chunk;
-
 use std::collections::BTreeSet;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::sync::Arc;
 
-use mcap::records::{self, ChunkIndex, MessageIndex, MetadataIndex, Record, op};
-use mcap::{Channel, MAGIC, McapError, McapResult, Summary, parse_record};
+use mcap::records::{
+    self, ChunkHeader, ChunkIndex, MessageIndex, MessageIndexEntry, MetadataIndex, Record, op,
+};
+use mcap::sans_io::{
+    IndexedReadEvent, IndexedReader, IndexedReaderOptions, LinearReadEvent, LinearReader,
+    LinearReaderOptions,
+};
+use mcap::{Channel, MAGIC, McapError, McapResult, Schema, Summary, parse_record};
 
-use crate::mcap_record::{MAX_RECORD, RECORD_HEADER, RecordSpan};
-pub(crate) use chunk::ChunkContent;
+use crate::mcap_file::{MAX_RECORD, RECORD_HEADER, RecordSpan};
+use crate::progress::Progress;
 
 /// The undamaged contents of a recording.
 #[derive(Default)]
@@ -27,30 +31,28 @@ pub(crate) struct Scan {
 }
 
 /// Scans a recording. After damage it continues at the next of the offsets in `record_starts`;
-/// without one, the damage ends the scan. Calls `report` with the part that is done, from 0 to 1.
+/// without one, the damage ends the scan.
 ///
 /// # Errors
-/// Returns an error of `report`, or an error if the file can't be read, doesn't start like an MCAP
-/// file (`InvalidData`), or ends within its header (`UnexpectedEof`).
+/// Returns an error if the process was asked to end (`Interrupted`), or if the file can't be read,
+/// doesn't start like an MCAP file (`InvalidData`), or ends within its header (`UnexpectedEof`).
 pub(crate) fn scan(
     file: &mut (impl Read + Seek),
     record_starts: &BTreeSet<u64>,
-    report: &mut dyn FnMut(f64) -> io::Result<()>,
+    progress: &mut Progress,
 ) -> io::Result<Scan> {
     let length = file.seek(SeekFrom::End(0))?;
     file.rewind()?;
     let mut magic = [0; MAGIC.len()];
     file.read_exact(&mut magic)?;
     if magic != *MAGIC {
-        return Err(io::Error::new(
-            io::ErrorKind::InvalidData,
-            "it doesn't start like an MCAP file",
-        ));
+        let reason = "it doesn't start like an MCAP file";
+        return Err(io::Error::new(io::ErrorKind::InvalidData, reason));
     }
     let mut scan = Scan::default();
     let mut end = MAGIC.len() as u64;
     loop {
-        report(end as f64 / length.max(1) as f64)?;
+        progress.report(end as f64 / length.max(1) as f64)?;
         let next = record_starts.range(end + 1..).next().copied();
         let record = RecordSpan::read(file, end, next.unwrap_or(length).min(length))?;
         let record =
@@ -64,10 +66,10 @@ pub(crate) fn scan(
             (None, None) => break,
         }
     }
-    match end == MAGIC.len() as u64 {
-        true => Err(io::Error::new(io::ErrorKind::UnexpectedEof, "it ends within its header")),
-        false => Ok(scan.finish(end)),
+    if end == MAGIC.len() as u64 {
+        return Err(io::Error::new(io::ErrorKind::UnexpectedEof, "it ends within its header"));
     }
+    Ok(scan.finish(end))
 }
 
 /// Whether a record belongs to the data section of a file.
@@ -98,10 +100,9 @@ impl Scan {
                 let Record::Metadata(metadata) = parse_record(op::METADATA, &content)? else {
                     return Ok(());
                 };
-                let (offset, length) = (record.start, RECORD_HEADER + record.length);
                 self.summary.metadata_indexes.push(MetadataIndex {
-                    offset,
-                    length,
+                    offset: record.start,
+                    length: RECORD_HEADER + record.length,
                     name: metadata.name,
                 });
                 Ok(())
@@ -141,18 +142,16 @@ impl Scan {
         };
         // The whole chunk is checked before any of it is added.
         let chunk = ChunkContent::read(&record)?;
-        chunk::validate(&index, &record)?;
+        validate(&index, &record)?;
         self.last_indexes = chunk.indexes;
-        chunk
-            .schemas
-            .into_iter()
-            .for_each(|schema| drop(self.summary.schemas.insert(schema.id, Arc::new(schema))));
+        for schema in chunk.schemas {
+            self.summary.schemas.insert(schema.id, Arc::new(schema));
+        }
         for channel in chunk.channels {
             let schema = self.summary.schemas.get(&channel.schema_id).cloned();
             let records::Channel { id, topic, message_encoding, metadata, .. } = channel;
-            self.summary
-                .channels
-                .insert(id, Arc::new(Channel { id, topic, schema, message_encoding, metadata }));
+            let channel = Channel { id, topic, schema, message_encoding, metadata };
+            self.summary.channels.insert(id, Arc::new(channel));
         }
         self.count(&header);
         self.summary.chunk_indexes.push(index);
@@ -160,7 +159,7 @@ impl Scan {
     }
 
     /// Adds the chunk of `last_indexes` to the statistics.
-    fn count(&mut self, header: &records::ChunkHeader) {
+    fn count(&mut self, header: &ChunkHeader) {
         let messages: u64 = self.last_indexes.iter().map(|index| index.records.len() as u64).sum();
         let stats = self.summary.stats.get_or_insert_default();
         if messages > 0 {
@@ -170,8 +169,8 @@ impl Scan {
         }
         stats.message_count += messages;
         for index in &self.last_indexes {
-            *stats.channel_message_counts.entry(index.channel_id).or_default() +=
-                index.records.len() as u64;
+            let count = stats.channel_message_counts.entry(index.channel_id).or_default();
+            *count += index.records.len() as u64;
         }
     }
 
@@ -212,9 +211,7 @@ impl Scan {
         for (id, channel) in &other.channels {
             summary.channels.entry(*id).or_insert_with(|| Arc::clone(channel));
         }
-        let stats = summary.stats.get_or_insert_default();
-        (stats.schema_count, stats.channel_count) =
-            (summary.schemas.len() as u16, summary.channels.len() as u32);
+        complete_counts(summary);
     }
 
     /// Completes the statistics. If a chunk is the last record, or only its indexes follow, the
@@ -228,12 +225,91 @@ impl Scan {
             chunk.message_index_length = 0;
             self.end = chunk.chunk_start_offset + chunk.chunk_length;
         }
-        let summary = &mut self.summary;
-        let stats = summary.stats.get_or_insert_default();
-        stats.schema_count = summary.schemas.len() as u16;
-        stats.channel_count = summary.channels.len() as u32;
-        stats.chunk_count = summary.chunk_indexes.len() as u32;
-        stats.metadata_count = summary.metadata_indexes.len() as u32;
+        complete_counts(&mut self.summary);
         self
     }
+}
+
+/// Sets the counts of a summary's records in its statistics.
+pub(crate) fn complete_counts(summary: &mut Summary) {
+    let stats = summary.stats.get_or_insert_default();
+    stats.schema_count = summary.schemas.len() as u16;
+    stats.channel_count = summary.channels.len() as u32;
+    stats.chunk_count = summary.chunk_indexes.len() as u32;
+    stats.metadata_count = summary.metadata_indexes.len() as u32;
+}
+
+/// The definitions in a chunk, and the indexes of its messages.
+#[derive(Default)]
+pub(crate) struct ChunkContent {
+    pub schemas: Vec<Schema<'static>>,
+    pub channels: Vec<records::Channel>,
+    pub indexes: Vec<MessageIndex>,
+}
+
+impl ChunkContent {
+    /// Decompresses a chunk record and checks its checksum.
+    pub fn read(mut record: &[u8]) -> McapResult<Self> {
+        let options = LinearReaderOptions::default()
+            .with_skip_start_magic(true)
+            .with_skip_end_magic(true)
+            .with_prevalidate_chunk_crcs(true)
+            .with_record_length_limit(MAX_RECORD);
+        let mut reader = LinearReader::new_with_options(options);
+        let mut content = Self::default();
+        let mut offset = 0;
+        while let Some(event) = reader.next_event() {
+            match event? {
+                LinearReadEvent::ReadRequest(length) => {
+                    let (part, rest) = record.split_at(length.min(record.len()));
+                    reader.insert(part.len()).copy_from_slice(part);
+                    reader.notify_read(part.len());
+                    record = rest;
+                }
+                LinearReadEvent::Record { opcode, data } => {
+                    content.add(offset, opcode, data)?;
+                    offset += RECORD_HEADER + data.len() as u64;
+                }
+            }
+        }
+        content.indexes.sort_by_key(|index| index.channel_id);
+        Ok(content)
+    }
+
+    fn add(&mut self, offset: u64, opcode: u8, data: &[u8]) -> McapResult<()> {
+        match parse_record(opcode, data)? {
+            Record::Schema { header, data } => {
+                let records::SchemaHeader { id, name, encoding } = header;
+                self.schemas.push(Schema { id, name, encoding, data: data.into_owned().into() });
+            }
+            Record::Channel(channel) => self.channels.push(channel),
+            Record::Message { header, .. } => {
+                let entry = MessageIndexEntry { log_time: header.log_time, offset };
+                let channel_id = header.channel_id;
+                match self.indexes.iter_mut().find(|index| index.channel_id == channel_id) {
+                    Some(index) => index.records.push(entry),
+                    None => self.indexes.push(MessageIndex { channel_id, records: vec![entry] }),
+                }
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+}
+
+/// Checks that a reader with an index can decompress a chunk record to its end. Readers without an
+/// index stop earlier and accept some damaged chunks.
+fn validate(index: &ChunkIndex, record: &[u8]) -> McapResult<()> {
+    let summary = Summary { chunk_indexes: vec![index.clone()], ..Summary::default() };
+    let options = IndexedReaderOptions::new().with_record_length_limit(MAX_RECORD);
+    let mut reader = IndexedReader::new_with_options(&summary, options)?;
+    while let Some(IndexedReadEvent::ReadChunkRequest { offset, length }) =
+        reader.next_event().transpose()?
+    {
+        let start = (offset - index.chunk_start_offset) as usize;
+        let compressed =
+            record.get(start..).filter(|rest| rest.len() == length).ok_or(McapError::BadIndex)?;
+        reader.insert_chunk_record_data(offset, compressed)?;
+    }
+    Ok(())
 }

@@ -1,5 +1,6 @@
 //! Encodes the fleet and its route graph as Foxglove's messages, which general tools show.
 
+use glam::DVec2;
 use prost::Message;
 use prost_types::Timestamp;
 use regatta_plugin::frame::RobotState;
@@ -69,8 +70,9 @@ fn colour(state: RobotState) -> Option<[u8; 4]> {
 /// them.
 pub(crate) fn graph_points(world: &World<'_>, log_time: u64) -> Vec<u8> {
     let curves = world.edges().iter().flat_map(|edge| world.curves(edge));
-    let points = curves.flat_map(|record| curve(&record.control_points, SEGMENTS));
-    cloud(points.map(|[x, y]| ([x as f32, y as f32, GRAPH_Z], [70, 85, 100, 255])), log_time)
+    let points = curves.flat_map(|record| curve(&record.control_points));
+    let colour = [70, 85, 100, 255];
+    cloud(points.map(|point| ([point.x as f32, point.y as f32, GRAPH_Z], colour)), log_time)
 }
 
 fn cloud(points: impl Iterator<Item = ([f32; 3], [u8; 4])>, log_time: u64) -> Vec<u8> {
@@ -78,16 +80,20 @@ fn cloud(points: impl Iterator<Item = ([f32; 3], [u8; 4])>, log_time: u64) -> Ve
         let [x, y, z] = position.map(f32::to_le_bytes);
         [x, y, z, colour].into_iter().flatten()
     });
-    let float = |(i, name): (u32, &str)| field(name, 4 * i, NumericType::Float32);
-    let byte = |(i, name): (u32, &str)| field(name, 12 + i, NumericType::Uint8);
-    let positions = (0..).zip(["x", "y", "z"]).map(float);
-    let colours = (0..).zip(["red", "green", "blue", "alpha"]).map(byte);
     PointCloud {
         timestamp: Some(timestamp(log_time)),
         frame_id: FRAME_ID.to_owned(),
         pose: Some(pose(0.0, 0.0, 0.0)),
         point_stride: 16,
-        fields: positions.chain(colours).collect(),
+        fields: vec![
+            field("x", 0, NumericType::Float32),
+            field("y", 4, NumericType::Float32),
+            field("z", 8, NumericType::Float32),
+            field("red", 12, NumericType::Uint8),
+            field("green", 13, NumericType::Uint8),
+            field("blue", 14, NumericType::Uint8),
+            field("alpha", 15, NumericType::Uint8),
+        ],
         data: data.collect(),
     }
     .encode_to_vec()
@@ -120,44 +126,36 @@ pub(crate) fn graph(world: &World<'_>, log_time: u64) -> Vec<u8> {
 }
 
 /// Returns a curve's line segments as pairs of points.
-fn lines(curve: &CurveRecord) -> impl Iterator<Item = Point3> + use<> {
-    let points = polyline(&curve.control_points, SEGMENTS);
-    let pairs: Vec<_> = points.windows(2).flat_map(|pair| [pair[0], pair[1]]).collect();
-    pairs.into_iter().map(|[x, y]| Point3 { x, y, z: 0.0 })
+fn lines(curve: &CurveRecord) -> Vec<Point3> {
+    let points = polyline(&curve.control_points);
+    let ends = points.windows(2).flat_map(|pair| [pair[0], pair[1]]);
+    ends.map(|DVec2 { x, y }| Point3 { x, y, z: 0.0 }).collect()
 }
 
-/// Returns points on a cubic Bézier curve: the two ends of a straight one, or else `segments + 1`
-/// points.
-fn polyline(control_points: &[[f32; 2]; 4], segments: usize) -> Vec<[f64; 2]> {
-    let [p0, p1, p2, p3] = control_points.map(|point| point.map(f64::from));
-    let [dx, dy] = [p3[0] - p0[0], p3[1] - p0[1]];
-    let chord = dx.hypot(dy);
-    let off_chord =
-        |p: [f64; 2]| (dx * (p[1] - p0[1]) - dy * (p[0] - p0[0])).abs() / chord.max(1e-9);
-    if chord > 0.0 && off_chord(p1).max(off_chord(p2)) < 1e-3 {
+/// Returns points on a cubic Bézier curve: the two ends of a straight one, or else
+/// `SEGMENTS + 1` points.
+fn polyline(control_points: &[[f32; 2]; 4]) -> Vec<DVec2> {
+    let [p0, p1, p2, p3] = control_points.map(point);
+    let chord = p3 - p0;
+    let off_chord = [p1, p2].map(|p| chord.perp_dot(p - p0).abs() / chord.length().max(1e-9));
+    if chord != DVec2::ZERO && off_chord[0].max(off_chord[1]) < 1e-3 {
         return vec![p0, p3];
     }
-    curve(control_points, segments).collect()
+    curve(control_points).collect()
 }
 
-/// Returns `segments + 1` points on a cubic Bézier curve.
-fn curve(
-    control_points: &[[f32; 2]; 4],
-    segments: usize,
-) -> impl Iterator<Item = [f64; 2]> + use<> {
-    let [p0, p1, p2, p3] = control_points.map(|point| point.map(f64::from));
-    let at = move |i: usize| {
-        let t = i as f64 / segments as f64;
+/// Returns `SEGMENTS + 1` points on a cubic Bézier curve.
+fn curve(control_points: &[[f32; 2]; 4]) -> impl Iterator<Item = DVec2> + use<> {
+    let [p0, p1, p2, p3] = control_points.map(point);
+    (0..=SEGMENTS).map(move |i| {
+        let t = i as f64 / SEGMENTS as f64;
         let u = 1.0 - t;
-        let weights = [u * u * u, 3.0 * u * u * t, 3.0 * u * t * t, t * t * t];
-        [0, 1].map(|axis| {
-            weights[0] * p0[axis]
-                + weights[1] * p1[axis]
-                + weights[2] * p2[axis]
-                + weights[3] * p3[axis]
-        })
-    };
-    (0..=segments).map(at)
+        u * u * u * p0 + 3.0 * u * u * t * p1 + 3.0 * u * t * t * p2 + t * t * t * p3
+    })
+}
+
+fn point([x, y]: [f32; 2]) -> DVec2 {
+    DVec2::new(x.into(), y.into())
 }
 
 fn timestamp(nanos: u64) -> Timestamp {
@@ -171,9 +169,9 @@ mod tests {
     #[test]
     fn polylines_start_and_end_at_the_ends_of_their_curve() {
         let curve = [[0.0, 0.0], [2.0, 0.0], [4.0, 1.0], [4.0, 4.0]];
-        let points = polyline(&curve, 12);
-        assert_eq!((points.len(), points[0], points[12]), (13, [0.0, 0.0], [4.0, 4.0]));
+        let points = polyline(&curve);
+        assert_eq!((points.len(), points[0], points[12]), (13, DVec2::ZERO, DVec2::splat(4.0)));
         let straight = [[1.0, 1.0], [2.0, 2.0], [3.0, 3.0], [4.0, 4.0]];
-        assert_eq!(polyline(&straight, 12), [[1.0, 1.0], [4.0, 4.0]]);
+        assert_eq!(polyline(&straight), [DVec2::ONE, DVec2::splat(4.0)]);
     }
 }

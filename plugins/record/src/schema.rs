@@ -3,15 +3,15 @@
 use regatta_plugin::ColumnName;
 
 /// The messages of `proto/regatta.proto`.
-#[allow(clippy::all, clippy::pedantic, missing_docs, reason = "generated")]
+#[allow(clippy::all, clippy::pedantic, missing_docs, dead_code, reason = "generated")]
 pub(crate) mod regatta {
-    include!("generated/regatta.rs");
+    include!(concat!(env!("OUT_DIR"), "/regatta.rs"));
 }
 
 /// Foxglove's messages, which Foxglove, Rerun and other tools show.
 #[allow(clippy::all, clippy::pedantic, missing_docs, dead_code, reason = "generated")]
 pub(crate) mod foxglove {
-    include!("generated/foxglove.rs");
+    include!(concat!(env!("OUT_DIR"), "/foxglove.rs"));
 }
 
 /// MCAP's name of the encoding of protocol buffers, for messages and for schemas.
@@ -29,10 +29,10 @@ pub enum Topic {
     Frames,
     /// Events of robots.
     Events,
-    /// Orders that took effect or were refused.
+    /// Commands that took effect or were refused.
+    Commands,
+    /// The log of transport orders.
     Orders,
-    /// What happened to transport tasks.
-    Tasks,
     /// Pairs of robots that touch or may touch: whole lists.
     Contacts,
     /// Lists of contacts as changes from the list before.
@@ -53,7 +53,7 @@ pub enum Topic {
 
 const COLUMNS: &str = "/columns/";
 /// The column that producers themselves publish: each robot's type.
-pub(crate) const PRODUCERS_COLUMN: &str = "type";
+const TYPE_COLUMN: &str = "type";
 
 impl Topic {
     /// All topics but those of columns.
@@ -61,8 +61,8 @@ impl Topic {
         Self::World,
         Self::Frames,
         Self::Events,
+        Self::Commands,
         Self::Orders,
-        Self::Tasks,
         Self::Contacts,
         Self::ContactUpdates,
         Self::ContactEvents,
@@ -72,23 +72,35 @@ impl Topic {
         Self::GraphPoints,
     ];
 
+    /// Returns the topic of the column that producers themselves publish: each robot's type.
+    pub(crate) fn types() -> Option<Self> {
+        TYPE_COLUMN.parse().ok().map(Self::Column)
+    }
+
+    /// Returns the name, or the start of the name of a column's topic, and the full name of the
+    /// message type.
+    fn name_and_schema(&self) -> (&'static str, &'static str) {
+        match self {
+            Self::World => ("/world", "regatta.World"),
+            Self::Frames => ("/frames", "regatta.Frame"),
+            Self::Events => ("/events", "regatta.Events"),
+            Self::Commands => ("/commands", "regatta.Commands"),
+            Self::Orders => ("/orders", "regatta.TransportOrders"),
+            Self::Contacts => ("/contacts", "regatta.Contacts"),
+            Self::ContactUpdates => ("/contact_updates", "regatta.ContactUpdate"),
+            Self::ContactEvents => ("/contact_events", "regatta.ContactEvents"),
+            Self::Column(_) => (COLUMNS, "regatta.Column"),
+            Self::Poses => ("/poses", "foxglove.PosesInFrame"),
+            Self::Robots => ("/robots", "foxglove.PointCloud"),
+            Self::Graph => ("/graph", "foxglove.SceneUpdate"),
+            Self::GraphPoints => ("/graph_points", "foxglove.PointCloud"),
+        }
+    }
+
     /// Returns the name in the recording.
     pub fn name(&self) -> String {
-        match self {
-            Self::World => "/world".to_owned(),
-            Self::Frames => "/frames".to_owned(),
-            Self::Events => "/events".to_owned(),
-            Self::Orders => "/orders".to_owned(),
-            Self::Tasks => "/tasks".to_owned(),
-            Self::Contacts => "/contacts".to_owned(),
-            Self::ContactUpdates => "/contact_updates".to_owned(),
-            Self::ContactEvents => "/contact_events".to_owned(),
-            Self::Column(name) => format!("{COLUMNS}{name}"),
-            Self::Poses => "/poses".to_owned(),
-            Self::Robots => "/robots".to_owned(),
-            Self::Graph => "/graph".to_owned(),
-            Self::GraphPoints => "/graph_points".to_owned(),
-        }
+        let (name, _) = self.name_and_schema();
+        self.column().map_or_else(|| name.to_owned(), |column| format!("{name}{column}"))
     }
 
     /// Returns the topic with a name, if this crate knows it.
@@ -99,31 +111,29 @@ impl Topic {
         Self::FIXED.into_iter().find(|topic| topic.name() == name)
     }
 
+    /// Returns the topic of a channel, if this crate knows it. Up to version 10 of the contract,
+    /// commands were called orders, and transport orders were called tasks.
+    pub(crate) fn of_channel(channel: &mcap::Channel) -> Option<Self> {
+        let schema = channel.schema.as_ref().map_or("", |schema| schema.name.as_str());
+        match (channel.topic.as_str(), schema) {
+            ("/orders", "regatta.Orders") => Some(Self::Commands),
+            ("/tasks", "regatta.Tasks") => Some(Self::Orders),
+            (name, _) => Self::from_name(name),
+        }
+    }
+
     /// Returns the full name of the message type.
     pub fn schema(&self) -> &'static str {
-        match self {
-            Self::World => "regatta.World",
-            Self::Frames => "regatta.Frame",
-            Self::Events => "regatta.Events",
-            Self::Orders => "regatta.Orders",
-            Self::Tasks => "regatta.Tasks",
-            Self::Contacts => "regatta.Contacts",
-            Self::ContactUpdates => "regatta.ContactUpdate",
-            Self::ContactEvents => "regatta.ContactEvents",
-            Self::Column(_) => "regatta.Column",
-            Self::Poses => "foxglove.PosesInFrame",
-            Self::Graph => "foxglove.SceneUpdate",
-            Self::Robots | Self::GraphPoints => "foxglove.PointCloud",
-        }
+        self.name_and_schema().1
     }
 
     /// Returns the definition of the message type: an encoded `google.protobuf.FileDescriptorSet`.
     pub(crate) fn descriptors(&self) -> &'static [u8] {
         match self {
             Self::Poses | Self::Robots | Self::Graph | Self::GraphPoints => {
-                include_bytes!("generated/foxglove.descriptors")
+                include_bytes!(concat!(env!("OUT_DIR"), "/foxglove.descriptors"))
             }
-            _ => include_bytes!("generated/regatta.descriptors"),
+            _ => include_bytes!(concat!(env!("OUT_DIR"), "/regatta.descriptors")),
         }
     }
 
@@ -143,10 +153,10 @@ impl Topic {
     /// Whether a plugin publishes the messages rather than the producer.
     pub(crate) fn is_from_plugin(&self) -> bool {
         match self {
-            Self::Column(name) => name.as_str() != PRODUCERS_COLUMN,
+            Self::Column(name) => name.as_str() != TYPE_COLUMN,
             _ => matches!(
                 self,
-                Self::Tasks | Self::Contacts | Self::ContactUpdates | Self::ContactEvents
+                Self::Orders | Self::Contacts | Self::ContactUpdates | Self::ContactEvents
             ),
         }
     }

@@ -2,7 +2,6 @@
 
 mod drain;
 mod join;
-mod kept;
 mod part;
 mod parts;
 #[cfg(test)]
@@ -53,7 +52,7 @@ pub enum SinkError {
     },
 }
 
-/// How a sink writes its files.
+/// The settings of a sink.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Settings {
     /// Whether existing files are overwritten.
@@ -73,7 +72,7 @@ pub(crate) struct Lost {
     pub others: u64,
 }
 
-/// What a sink has written.
+/// The contents of the files that a sink has written.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tally {
     /// The file, or the first and the last one.
@@ -82,7 +81,7 @@ pub(crate) struct Tally {
     pub frames: u64,
     /// Bytes in the files.
     pub bytes: u64,
-    /// How fast the files have grown, and how long the disk would last.
+    /// The growth of the files, and the time for which the disk would last.
     pub growth: String,
     pub lost: Lost,
 }
@@ -98,7 +97,7 @@ impl Lost {
     }
 }
 
-/// What is written as one message.
+/// The content of one message.
 #[derive(Debug)]
 pub(crate) enum Payload {
     /// An encoded message.

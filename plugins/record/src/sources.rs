@@ -1,5 +1,5 @@
-//! Reads what a fleet publishes besides frames, world and events: columns, orders, tasks and
-//! contacts.
+//! Reads columns, commands, orders and contacts. The plugin runner reads frames, the world and
+//! events.
 
 use std::collections::BTreeSet;
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -8,15 +8,15 @@ use std::time::Duration;
 
 use regatta_plugin::services::COLUMN_BUFFER;
 use regatta_plugin::{
-    ColumnName, ColumnReader, ContactEventReader, ContactReader, FleetName, OrderLogReader,
-    Participant, Result, TaskReader, column_names,
+    ColumnName, ColumnReader, CommandLogReader, ContactEventReader, ContactReader, FleetName,
+    OrderReader, Participant, Result, column_names,
 };
 
+use crate::arguments::TopicSet;
 use crate::contacts::ContactList;
 use crate::encode;
-use crate::schema::{PRODUCERS_COLUMN, Topic};
+use crate::schema::Topic;
 use crate::sink::Payload;
-use crate::topics::TopicSet;
 
 /// The time between two searches for new columns.
 const SEARCH_PERIOD: Duration = Duration::from_millis(500);
@@ -33,8 +33,8 @@ pub(crate) struct Sources {
     /// Dropping this ends the thread that searches for columns.
     _search: Arc<()>,
     topics: TopicSet,
-    orders: Option<OrderLogReader>,
-    tasks: Option<TaskReader>,
+    commands: Option<CommandLogReader>,
+    orders: Option<OrderReader>,
     contacts: Option<ContactReader>,
     contact_events: Option<ContactEventReader>,
 }
@@ -50,6 +50,12 @@ pub(crate) struct Sample {
     pub payload: Payload,
 }
 
+impl Sample {
+    fn new(topic: Topic, (run_id, tick): (u64, u64), missed: u64, payload: Payload) -> Self {
+        Self { topic, run_id, tick, missed, payload }
+    }
+}
+
 impl Sources {
     /// Opens the services of these topics.
     pub fn open(participant: &Participant, topics: &TopicSet) -> Result<Self> {
@@ -60,34 +66,44 @@ impl Sources {
         let is_needed = Arc::downgrade(&search);
         let thread = std::thread::Builder::new().name("columns".to_owned());
         thread.spawn(move || search_columns(&fleet, &sender, &is_needed))?;
-        let has = |topic: Topic| topics.includes(&topic);
         let mut sources = Self {
             participant: participant.clone(),
             columns: Vec::new(),
             new_columns,
             _search: search,
             topics: topics.clone(),
-            orders: has(Topic::Orders).then(|| OrderLogReader::open_on(participant)).transpose()?,
-            tasks: has(Topic::Tasks).then(|| TaskReader::open_on(participant)).transpose()?,
-            contacts: has(Topic::Contacts)
-                .then(|| ContactReader::open_for_all_on(participant))
-                .transpose()?,
-            contact_events: has(Topic::ContactEvents)
-                .then(|| ContactEventReader::open_on(participant))
-                .transpose()?,
+            commands: None,
+            orders: None,
+            contacts: None,
+            contact_events: None,
         };
+        if topics.includes(&Topic::Commands) {
+            sources.commands = Some(CommandLogReader::open_on(participant)?);
+        }
+        if topics.includes(&Topic::Orders) {
+            sources.orders = Some(OrderReader::open_on(participant)?);
+        }
+        if topics.includes(&Topic::Contacts) {
+            sources.contacts = Some(ContactReader::open_for_all_on(participant)?);
+        }
+        if topics.includes(&Topic::ContactEvents) {
+            sources.contact_events = Some(ContactEventReader::open_on(participant)?);
+        }
         // Opening takes a while, so that the producer's column and all existing ones are opened
         // before the first frame.
-        sources.open_column(PRODUCERS_COLUMN.parse()?)?;
+        if let Some(types) = Topic::types().as_ref().and_then(Topic::column) {
+            sources.open_column(types.clone())?;
+        }
         sources.open_columns()?;
         Ok(sources)
     }
 
     /// Opens all existing columns. This is too slow to be called for every frame.
     pub fn open_columns(&mut self) -> Result {
-        column_names(self.participant.fleet())
-            .into_iter()
-            .try_for_each(|name| self.open_column(name))
+        for name in column_names(self.participant.fleet()) {
+            self.open_column(name)?;
+        }
+        Ok(())
     }
 
     /// Calls `each` with all new samples.
@@ -100,50 +116,45 @@ impl Sources {
         for (name, reader) in &mut self.columns {
             for _ in 0..MAX_SAMPLES {
                 let Some(column) = reader.take_next()? else { break };
-                let (run_id, tick, missed) =
-                    (column.header.run_id, column.header.tick, column.missed);
+                let (topic, header) = (Topic::Column(name.clone()), column.header);
                 let payload = Payload::Message(encode::column(&column));
-                each(Sample { topic: Topic::Column(name.clone()), run_id, tick, missed, payload });
+                each(Sample::new(topic, (header.run_id, header.tick), column.missed, payload));
             }
         }
-        if let Some(orders) = &mut self.orders {
-            orders.take(|log| -> Result {
-                let (run_id, tick, missed) = (log.header.run_id, log.header.tick, log.missed);
-                let payload = Payload::Message(encode::orders(log));
-                each(Sample { topic: Topic::Orders, run_id, tick, missed, payload });
+        if let Some(commands) = &mut self.commands {
+            commands.take(|log| -> Result {
+                let tick = (log.header.run_id, log.header.tick);
+                let payload = Payload::Message(encode::commands(log));
+                each(Sample::new(Topic::Commands, tick, log.missed, payload));
                 Ok(())
             })?;
         }
-        if let Some(tasks) = &mut self.tasks {
-            tasks.take(|log| -> Result {
-                let (run_id, tick, missed) = (log.header.run_id, log.header.tick, log.missed);
-                let payload = Payload::Message(encode::tasks(log));
-                each(Sample { topic: Topic::Tasks, run_id, tick, missed, payload });
+        if let Some(orders) = &mut self.orders {
+            orders.take(|log| -> Result {
+                let tick = (log.header.run_id, log.header.tick);
+                let payload = Payload::Message(encode::orders(log));
+                each(Sample::new(Topic::Orders, tick, log.missed, payload));
                 Ok(())
             })?;
         }
         if let Some(reader) = &mut self.contacts {
             for _ in 0..MAX_SAMPLES {
                 let Some(contacts) = reader.take_next()? else { break };
-                let (run_id, tick, missed) =
-                    (contacts.header.run_id, contacts.header.tick, contacts.missed);
-                let list = ContactList { header: *contacts.header, pairs: contacts.pairs.to_vec() };
-                each(Sample {
-                    topic: Topic::Contacts,
-                    run_id,
-                    tick,
-                    missed,
-                    payload: Payload::Contacts(list),
-                });
+                let header = *contacts.header;
+                let list = ContactList { header, pairs: contacts.pairs.to_vec() };
+                let (tick, payload) = ((header.run_id, header.tick), Payload::Contacts(list));
+                each(Sample::new(Topic::Contacts, tick, contacts.missed, payload));
             }
         }
-        let Some(contact_events) = &mut self.contact_events else { return Ok(()) };
-        contact_events.take(|events| {
-            let (run_id, tick, missed) = (events.header.run_id, events.header.tick, events.missed);
-            let payload = Payload::Message(encode::contact_events(events));
-            each(Sample { topic: Topic::ContactEvents, run_id, tick, missed, payload });
-            Ok(())
-        })
+        if let Some(contact_events) = &mut self.contact_events {
+            contact_events.take(|events| -> Result {
+                let tick = (events.header.run_id, events.header.tick);
+                let payload = Payload::Message(encode::contact_events(events));
+                each(Sample::new(Topic::ContactEvents, tick, events.missed, payload));
+                Ok(())
+            })?;
+        }
+        Ok(())
     }
 
     fn open_column(&mut self, name: ColumnName) -> Result {

@@ -80,15 +80,19 @@ impl Span {
         to: Option<humantime::Duration>,
     ) -> Self {
         let (start, end) = recording.span();
-        let nanos = |time: Duration| u64::try_from(time.as_nanos()).unwrap_or(u64::MAX);
-        Self { from: nanos(from.map_or(start, Into::into)), to: nanos(to.map_or(end, Into::into)) }
+        let (from, to) = (from.map_or(start, Into::into), to.map_or(end, Into::into));
+        Self { from: saturating_nanos(from), to: saturating_nanos(to) }
     }
 
     /// Returns how much of the span lies before a time, from 0 to 1.
     pub fn done(&self, time: Duration) -> f64 {
-        let nanos = |time: u64| time.saturating_sub(self.from) as f64;
-        nanos(time.as_nanos() as u64) / nanos(self.to).max(1.0)
+        let done = (time.as_nanos() as u64).saturating_sub(self.from);
+        done as f64 / (self.to.saturating_sub(self.from) as f64).max(1.0)
     }
+}
+
+fn saturating_nanos(time: Duration) -> u64 {
+    u64::try_from(time.as_nanos()).unwrap_or(u64::MAX)
 }
 
 /// Calls `each` with the snapshot of every frame in a part of a recording, in order of time.
@@ -100,31 +104,33 @@ pub(crate) fn for_each_snapshot<E: From<ReadingError>>(
 ) -> Result<(), E> {
     let Span { from, to } = *span;
     let mut state = State::before(recording, columns, from)?;
-    let topics =
-        [Topic::Frames, Topic::World].into_iter().chain(columns.iter().cloned().map(Topic::Column));
-    let mut reader =
-        recording.read(&Selection { from, to: to.max(from), topics: topics.collect() })?;
+    let mut topics = state_topics(columns);
+    topics.push(Topic::Frames);
+    let mut reader = recording.read(&Selection { from, to: to.max(from), topics })?;
     while let Some(time) = reader.peek()? {
         // A column may come after the frame of the same time.
-        while reader.peek()? == Some(time) {
-            let Some(entry) = reader.next()? else { break };
+        while let Some(entry) = reader.next_at(time)? {
             if *entry.topic == Topic::Frames {
                 reader.swap_message(&mut state.frame);
                 state.has_frame = true;
             } else {
-                state
-                    .update(entry.topic, entry.message)
-                    .map_err(|reason| recording.malformed(entry.topic, time, reason))?;
+                let updated = state.update(entry.topic, entry.message);
+                recording.located(entry.topic, time, updated)?;
             }
         }
         let snapshot = state.snapshot(time);
-        if let Some(snapshot) =
-            snapshot.map_err(|reason| recording.malformed(&Topic::Frames, time, reason))?
-        {
+        if let Some(snapshot) = recording.located(&Topic::Frames, time, snapshot)? {
             each(&snapshot)?;
         }
     }
     Ok(())
+}
+
+/// Returns the topics that a frame is completed from.
+fn state_topics(columns: &[ColumnName]) -> Vec<Topic> {
+    let mut topics = vec![Topic::World];
+    topics.extend(columns.iter().cloned().map(Topic::Column));
+    topics
 }
 
 impl State {
@@ -143,11 +149,9 @@ impl State {
             run: 0,
             run_id: None,
         };
-        for topic in [Topic::World].into_iter().chain(columns.iter().cloned().map(Topic::Column)) {
+        for topic in state_topics(columns) {
             if let Some((at, message)) = recording.state_before(&topic, time)? {
-                state
-                    .update(&topic, &message)
-                    .map_err(|reason| recording.malformed(&topic, at, reason))?;
+                recording.located(&topic, at, state.update(&topic, &message))?;
             }
         }
         Ok(state)
@@ -158,10 +162,7 @@ impl State {
             Topic::World => self.world = decode::world(message)?,
             Topic::Column(name) => {
                 if let Some(column) = self.names.iter().position(|requested| requested == name) {
-                    let (recorded, values) =
-                        (RecordedColumn::parse(message)?, &mut self.columns[column]);
-                    values.resize(recorded.len(), 0.0);
-                    recorded.copy_to(values);
+                    self.columns[column] = RecordedColumn::parse(message)?.values();
                 }
             }
             _ => {}

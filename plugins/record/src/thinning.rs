@@ -29,8 +29,9 @@ pub(crate) struct Held {
 impl Thinning {
     /// Takes a frame that is recorded, and returns the held samples of its tick.
     pub fn record_frame(&mut self, run_id: u64, tick: u64) -> Vec<Held> {
-        let rest = if run_id == self.run_id { Vec::new() } else { self.flush() };
+        let mut samples = Vec::new();
         if run_id != self.run_id {
+            samples = self.flush();
             self.run_id = run_id;
             self.recorded.clear();
         }
@@ -38,11 +39,10 @@ impl Thinning {
         if self.recorded.len() > REMEMBERED {
             self.recorded.pop_front();
         }
-        let of_tick = self
-            .newest
-            .values_mut()
-            .filter_map(|held| held.take_if(|held| held.sample.tick == tick));
-        rest.into_iter().chain(of_tick).collect()
+        for held in self.newest.values_mut() {
+            samples.extend(held.take_if(|held| held.sample.tick == tick));
+        }
+        samples
     }
 
     /// Takes a sample. Returns the one before it, if that is recorded only now, and this one, if it
@@ -51,35 +51,30 @@ impl Thinning {
         let (run_id, tick) = (sample.run_id, sample.tick);
         let is_recorded = self.run_id == run_id && self.recorded.contains(&tick);
         let held = self.newest.entry(sample.topic.clone()).or_default();
-        let was_newest = |held: &mut Held| {
-            let is_over = |recorded: &&u64| held.sample.run_id != run_id || **recorded < tick;
-            self.run_id == held.sample.run_id
-                && self
-                    .recorded
-                    .iter()
-                    .filter(is_over)
-                    .any(|recorded| *recorded >= held.sample.tick)
-        };
-        let before = held.take_if(was_newest);
-        match is_recorded {
-            true => {
-                *held = None;
-                [before, Some(Held { sample, log_time })]
-            }
-            false => {
-                *held = Some(Held { sample, log_time });
-                [before, None]
-            }
+        let before = held.take_if(|Held { sample: before, .. }| {
+            // Whether a frame was recorded between the two samples.
+            let mut recorded = self.recorded.iter().filter(|recorded| **recorded >= before.tick);
+            self.run_id == before.run_id
+                && recorded.any(|recorded| before.run_id != run_id || *recorded < tick)
+        });
+        let this = Some(Held { sample, log_time });
+        if is_recorded {
+            *held = None;
+            [before, this]
+        } else {
+            *held = this;
+            [before, None]
         }
     }
 
     /// Returns the held samples of the run's recorded frames, at its end.
     pub fn flush(&mut self) -> Vec<Held> {
-        let Self { run_id, recorded, newest } = self;
-        let ended = newest
-            .values_mut()
-            .filter_map(|held| held.take_if(|held| held.sample.run_id == *run_id));
-        ended.filter(|held| recorded.iter().any(|tick| *tick >= held.sample.tick)).collect()
+        let mut samples = Vec::new();
+        for held in self.newest.values_mut() {
+            samples.extend(held.take_if(|held| held.sample.run_id == self.run_id));
+        }
+        samples.retain(|held| self.recorded.iter().any(|tick| *tick >= held.sample.tick));
+        samples
     }
 }
 

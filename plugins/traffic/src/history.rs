@@ -2,18 +2,17 @@
 
 use std::time::{Duration, Instant};
 
+use regatta_kit::RunHistory;
 use regatta_plugin::history::HistoryHeader;
 use regatta_plugin::traffic::EdgeTraffic;
-use regatta_plugin::{
-    ContactReader, Frame, HistoryPublisher, OpenError, Participant, Result, RunHistory,
-};
+use regatta_plugin::{ContactReader, Frame, HistoryPublisher, OpenError, Participant, Result};
 
 /// The time between two publications, unless they take long.
 const PUBLISH_EVERY: Duration = Duration::from_millis(500);
-/// A publication is followed by a pause of at least so many times the time that it took.
+/// The pause after a publication is at least this many times its duration.
 const PAUSES: u32 = 20;
 
-/// Hot spots and figures over time, and who reads them.
+/// Hot spots and figures over time, with their ports.
 pub struct PublishedHistory {
     publisher: HistoryPublisher,
     contacts: ContactReader,
@@ -29,7 +28,7 @@ impl PublishedHistory {
     pub fn open(fleet: &Participant) -> Result<Option<Self>> {
         let publisher = match HistoryPublisher::open_on(fleet) {
             Ok(publisher) => publisher,
-            Err(OpenError::HistoryTaken { .. }) => return Ok(None),
+            Err(OpenError::Taken { .. }) => return Ok(None),
             Err(error) => return Err(error.into()),
         };
         Ok(Some(Self {
@@ -74,7 +73,7 @@ impl PublishedHistory {
         Ok(())
     }
 
-    /// Gives the newest history to readers that have joined since.
+    /// Passes the newest history to readers that have joined since.
     pub fn update(&self) {
         self.publisher.update();
     }

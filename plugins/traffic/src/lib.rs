@@ -1,20 +1,19 @@
-//! Traffic: what happens on each edge, for viewers, exporters and studies.
+//! Traffic: the figures of each edge, for viewers, exporters and studies.
 //!
 //! Each frame is counted once ([`tally`]), summed up over the last minute, the last ten minutes and
 //! the run ([`periods`]), and published once a simulated second ([`mod@plugin`]). In lockstep the
-//! figures repeat bit by bit. Whose routes lead over an edge is asked for meanwhile ([`routes`]),
-//! which can't repeat, so not in lockstep. The history of the run is kept for readers that join
-//! later. What robots wait for ([`queues`]) is worked out at the end of a run, for studies.
+//! figures repeat bit by bit. The routes over each edge ([`routes`]) are requested meanwhile,
+//! except in lockstep, as that can't repeat. The history of the run is kept for readers that join
+//! later. The causes of queues ([`queues`]) are computed at the end of a run, for studies.
 
 mod history;
 pub mod parquet_file;
 pub mod periods;
 pub mod plugin;
-mod queue_observer;
 pub mod queues;
 pub mod report;
 pub mod routes;
 pub mod tally;
 
 pub use plugin::{Cli, plugin, run_from};
-pub use queue_observer::queue_observer;
+pub use queues::queue_observer;

@@ -11,13 +11,12 @@ use parquet::errors::ParquetError;
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::Type;
-use regatta_plugin::traffic::EdgeTraffic;
 
 use crate::report::{Edge, FIGURES, Report};
 
 type Group<'a> = SerializedRowGroupWriter<'a, File>;
 
-/// Writes a report, in place of what the file held.
+/// Writes a report, in place of the file's contents.
 ///
 /// # Errors
 /// If the file can't be written.
@@ -27,16 +26,15 @@ pub fn write(path: &Path, report: &Report<'_>) -> io::Result<()> {
     let mut writer =
         SerializedFileWriter::new(File::create(path)?, Arc::new(schema()?), Arc::new(properties))?;
     let mut group = writer.next_row_group()?;
-    let ids = |id: fn(&Edge) -> u32| {
-        report.edges.iter().map(|edge| id(edge).cast_signed()).collect::<Vec<i32>>()
-    };
-    column::<Int32Type>(&mut group, &ids(|edge| edge.id))?;
-    column::<Int32Type>(&mut group, &ids(|edge| edge.nodes[0]))?;
-    column::<Int32Type>(&mut group, &ids(|edge| edge.nodes[1]))?;
+    let ids: [fn(&Edge) -> u32; 3] = [|edge| edge.id, |edge| edge.origin, |edge| edge.destination];
+    for id in ids {
+        let ids: Vec<i32> = report.edges.iter().map(|edge| id(edge).cast_signed()).collect();
+        column::<Int32Type>(&mut group, &ids)?;
+    }
     let names: Vec<ByteArray> = report.edges.iter().map(|edge| edge.name.as_str().into()).collect();
     column::<ByteArrayType>(&mut group, &names)?;
     for (_, figure) in FIGURES {
-        let values: Vec<f32> = report.figures.iter().map(figure).collect::<Vec<f32>>();
+        let values: Vec<f32> = report.figures.iter().map(figure).collect();
         column::<FloatType>(&mut group, &values)?;
     }
     group.close()?;
@@ -44,21 +42,27 @@ pub fn write(path: &Path, report: &Report<'_>) -> io::Result<()> {
     Ok(())
 }
 
-/// The columns of the CSV file.
+/// Returns the schema, with the columns of the CSV file.
 fn schema() -> Result<Type, ParquetError> {
-    let field = |name: &str, physical, converted| {
-        let builder =
-            Type::primitive_type_builder(name, physical).with_repetition(Repetition::REQUIRED);
-        builder.with_converted_type(converted).build().map(Arc::new)
-    };
-    let ids = ["edge", "origin", "destination"];
-    let ids = ids.map(|name| field(name, PhysicalType::INT32, ConvertedType::UINT_32));
-    let name = field("name", PhysicalType::BYTE_ARRAY, ConvertedType::UTF8);
-    let figures = FIGURES.map(|(name, _): (_, fn(&EdgeTraffic) -> f32)| {
-        field(name, PhysicalType::FLOAT, ConvertedType::NONE)
-    });
-    let fields = ids.into_iter().chain([name]).chain(figures).collect::<Result<Vec<_>, _>>()?;
+    let mut fields = Vec::new();
+    for name in ["edge", "origin", "destination"] {
+        fields.push(field(name, PhysicalType::INT32, ConvertedType::UINT_32)?);
+    }
+    fields.push(field("name", PhysicalType::BYTE_ARRAY, ConvertedType::UTF8)?);
+    for (name, _) in FIGURES {
+        fields.push(field(name, PhysicalType::FLOAT, ConvertedType::NONE)?);
+    }
     Type::group_type_builder("traffic").with_fields(fields).build()
+}
+
+fn field(
+    name: &str,
+    physical: PhysicalType,
+    converted: ConvertedType,
+) -> Result<Arc<Type>, ParquetError> {
+    let builder =
+        Type::primitive_type_builder(name, physical).with_repetition(Repetition::REQUIRED);
+    builder.with_converted_type(converted).build().map(Arc::new)
 }
 
 fn column<T: DataType>(group: &mut Group<'_>, values: &[T::T]) -> Result<(), ParquetError> {
@@ -72,6 +76,8 @@ fn column<T: DataType>(group: &mut Group<'_>, values: &[T::T]) -> Result<(), Par
 mod tests {
     use parquet::file::reader::{FileReader, SerializedFileReader};
 
+    use regatta_plugin::traffic::EdgeTraffic;
+
     use super::*;
 
     #[test]
@@ -79,8 +85,8 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("traffic.parquet");
         let edges = [
-            Edge { id: 5, nodes: [1, 2], name: "dock, \"north\"".to_owned() },
-            Edge { id: u32::MAX, nodes: [2, 3], ..Edge::default() },
+            Edge { id: 5, origin: 1, destination: 2, name: "dock, \"north\"".to_owned() },
+            Edge { id: u32::MAX, origin: 2, destination: 3, ..Edge::default() },
         ];
         let figures = [1.0, 2.0].map(|number| EdgeTraffic {
             occupancy: number,

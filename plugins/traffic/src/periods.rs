@@ -30,21 +30,13 @@ impl Span {
 
     fn add(&mut self, other: &Self) {
         self.secs += other.secs;
-        self.counts.iter_mut().zip(&other.counts).for_each(|(sum, counts)| sum.add_counts(counts));
+        for (sum, counts) in self.counts.iter_mut().zip(&other.counts) {
+            sum.add(counts, 1.0);
+        }
     }
 }
 
 impl Counts {
-    fn add_counts(&mut self, other: &Self) {
-        self.robots += other.robots;
-        self.entered += other.entered;
-        self.metres += other.metres;
-        self.waiting += other.waiting;
-        self.touching += other.touching;
-        self.released += other.released;
-        self.planned += other.planned;
-    }
-
     fn values(&self) -> [f32; VALUES] {
         [
             self.robots,
@@ -88,11 +80,9 @@ impl Periods {
     /// Adds the counts of a frame that lasted for some simulated seconds.
     pub fn add(&mut self, counts: &[Counts], secs: f64) {
         self.part.secs += secs;
-        self.part
-            .counts
-            .iter_mut()
-            .zip(counts)
-            .for_each(|(sum, counts)| sum.add(counts, secs as f32));
+        for (sum, counts) in self.part.counts.iter_mut().zip(counts) {
+            sum.add(counts, secs as f32);
+        }
         if self.part.secs >= PART_SECS {
             self.end_part();
         }
@@ -100,7 +90,7 @@ impl Periods {
 
     fn end_part(&mut self) {
         let edges = self.run.len();
-        // The memory of the oldest part is used again.
+        // The memory of the oldest part is reused.
         let mut next = if self.parts.len() < PARTS {
             Span::new(edges)
         } else {
@@ -110,7 +100,7 @@ impl Periods {
         let part = std::mem::replace(&mut self.part, next);
         self.run_secs += part.secs;
         for (sums, counts) in self.run.iter_mut().zip(&part.counts) {
-            sums.iter_mut().zip(counts.values()).for_each(|(sum, value)| *sum += f64::from(value));
+            add_values(sums, counts);
         }
         self.minute.0.add(&part);
         self.minute.1 += 1;
@@ -126,38 +116,32 @@ impl Periods {
 
     /// Returns the length of each period, in simulated seconds.
     pub fn secs(&self) -> [f64; TRAFFIC_PERIODS] {
-        let sum = |spans: &VecDeque<Span>| {
-            spans.iter().map(|span| span.secs).sum::<f64>() + self.part.secs
-        };
-        [sum(&self.parts), sum(&self.minutes) + self.minute.0.secs, self.run_secs + self.part.secs]
+        let [minute, ten_minutes] = [&self.parts, &self.minutes]
+            .map(|spans| spans.iter().map(|span| span.secs).sum::<f64>() + self.part.secs);
+        [minute, ten_minutes + self.minute.0.secs, self.run_secs + self.part.secs]
     }
 
     /// Writes the figures of all edges for each period. `limits` are the speed limits of the edges,
     /// in metres per second.
     pub fn figures(&self, limits: &[f32], figures: &mut Vec<EdgeTraffic>) {
         figures.clear();
-        let secs = self.secs();
-        for (edge, &limit) in limits.iter().enumerate().take(self.run.len()) {
-            figures.push(self.figure(self.parts.iter(), edge, secs[0], limit));
+        let [minute_secs, ten_minutes_secs, run_secs] = self.secs();
+        let edges = limits.iter().enumerate().take(self.run.len());
+        for (edge, &limit) in edges.clone() {
+            figures.push(self.figure(self.parts.iter(), edge, minute_secs, limit));
         }
-        for (edge, &limit) in limits.iter().enumerate().take(self.run.len()) {
-            figures.push(self.figure(
-                self.minutes.iter().chain([&self.minute.0]),
-                edge,
-                secs[1],
-                limit,
-            ));
+        for (edge, &limit) in edges.clone() {
+            let spans = self.minutes.iter().chain([&self.minute.0]);
+            figures.push(self.figure(spans, edge, ten_minutes_secs, limit));
         }
-        for (run, (edge, &limit)) in self.run.iter().zip(limits.iter().enumerate()) {
-            let mut sums = *run;
-            sums.iter_mut()
-                .zip(self.part.counts[edge].values())
-                .for_each(|(sum, value)| *sum += f64::from(value));
-            figures.push(traffic(sums, secs[2], limit));
+        for (edge, &limit) in edges {
+            let mut sums = self.run[edge];
+            add_values(&mut sums, &self.part.counts[edge]);
+            figures.push(traffic(sums, run_secs, limit));
         }
     }
 
-    /// The figure of an edge over some spans and the part that isn't over yet.
+    /// Returns the figure of an edge over some spans and the part that isn't over yet.
     fn figure<'a>(
         &self,
         spans: impl Iterator<Item = &'a Span>,
@@ -166,8 +150,16 @@ impl Periods {
         limit: f32,
     ) -> EdgeTraffic {
         let mut sum = self.part.counts[edge];
-        spans.for_each(|span| sum.add_counts(&span.counts[edge]));
+        for span in spans {
+            sum.add(&span.counts[edge], 1.0);
+        }
         traffic(sum.values().map(f64::from), secs, limit)
+    }
+}
+
+fn add_values(sums: &mut [f64; VALUES], counts: &Counts) {
+    for (sum, value) in sums.iter_mut().zip(counts.values()) {
+        *sum += f64::from(value);
     }
 }
 
@@ -176,7 +168,6 @@ fn traffic(
     secs: f64,
     limit: f32,
 ) -> EdgeTraffic {
-    let over = |value: f64, by: f64| if by > 0.0 { (value / by) as f32 } else { 0.0 };
     EdgeTraffic {
         occupancy: over(robots, secs),
         entered_per_hour: over(3600.0 * entered, secs),
@@ -186,6 +177,10 @@ fn traffic(
         released: over(released, secs),
         planned: over(planned, secs),
     }
+}
+
+fn over(value: f64, by: f64) -> f32 {
+    if by > 0.0 { (value / by) as f32 } else { 0.0 }
 }
 
 #[cfg(test)]

@@ -7,8 +7,7 @@ use std::path::PathBuf;
 use clap::Parser;
 use regatta_plugin::traffic::{EdgeTraffic, TRAFFIC_PERIODS, TrafficHeader};
 use regatta_plugin::{
-    ColumnReader, Error, Frame, Options, Participant, Plugin, Rate, Result, TrafficPublisher,
-    World, usage_line,
+    ColumnReader, Frame, Options, Participant, Plugin, Rate, Result, TrafficPublisher, World,
 };
 
 use crate::history::PublishedHistory;
@@ -18,16 +17,16 @@ use crate::report::{self, Edge, Report};
 use crate::routes::RouteWatch;
 use crate::tally::Tally;
 
-/// How often figures are published, in simulated seconds.
+/// The time between two publications, in simulated seconds.
 const PUBLISH_SECS: f64 = 1.0;
-/// The longest time that a frame stands for, in simulated seconds at the speed 1: what happened in
-/// a longer gap isn't known.
+/// The longest time that a frame stands for, in simulated seconds at the speed 1. A longer gap
+/// doesn't count.
 const LONGEST_GAP_SECS: f64 = 10.0;
 
 /// The command line of `regatta plugin traffic`.
 #[derive(Clone, Debug, Parser)]
 #[command(
-    about = "Publishes what happens on each edge: occupancy, throughput, speed, waiting, contacts, routes"
+    about = "Publishes the traffic on each edge: occupancy, throughput, speed, waiting, contacts, routes"
 )]
 pub struct Cli {
     /// At the end, write the figures of all edges for the run to this file
@@ -40,7 +39,7 @@ pub struct Cli {
     /// At the end, write the figures of all edges for the run to this file as JSON
     #[arg(long, value_name = "FILE.json")]
     pub json: Option<PathBuf>,
-    /// At the end, print the ten edges where robots waited the longest
+    /// At the end, print the ten edges at which robots waited the longest
     #[arg(long)]
     pub summary: bool,
     /// Options of every plugin.
@@ -54,18 +53,12 @@ pub struct Cli {
 /// Fails if an option is invalid, a file can't be written, the fleet has such a plugin already, or
 /// as [`regatta_plugin::run`] does.
 pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) -> Result {
-    match Cli::try_parse_from(args) {
-        Ok(cli) => {
-            for file in [&cli.csv, &cli.parquet, &cli.json].into_iter().flatten() {
-                report::check(file)?;
-            }
-            cli.options.clone().run(TrafficPlugin::new(cli), "traffic")
+    regatta_kit::run_from(args, |cli: Cli| {
+        for file in [&cli.csv, &cli.parquet, &cli.json].into_iter().flatten() {
+            report::check(file)?;
         }
-        Err(error) if !error.use_stderr() => Ok(error.print()?),
-        Err(error) => {
-            Err(Error::new(format_args!("{}; --help lists the options", usage_line(&error))))
-        }
-    }
+        cli.options.clone().run(TrafficPlugin::new(cli), "traffic")
+    })
 }
 
 /// Returns the plugin of a command line, to run it beside others in one process.
@@ -79,7 +72,7 @@ struct Ports {
     contacts: ColumnReader,
     history: History,
     participant: Participant,
-    /// Who has which route; `None` until the first frame that isn't in lockstep.
+    /// The routes of robots; `None` until the first frame that isn't in lockstep.
     routes: Option<RouteWatch>,
 }
 
@@ -166,8 +159,8 @@ impl TrafficPlugin {
         self.figures.clear();
     }
 
-    /// Returns for how long a frame stands, in simulated seconds: 0 for the first one, and after a
-    /// jump or a long gap.
+    /// Returns the time that a frame stands for, in simulated seconds: 0 for the first one, and
+    /// after a jump or a long gap.
     fn secs_of(&mut self, frame: &Frame<'_>) -> f64 {
         let sim_secs = frame.sim_time().as_secs_f64();
         let now =
@@ -218,7 +211,7 @@ impl TrafficPlugin {
             figures: &self.figures[run..],
         };
         if self.cli.summary {
-            // Whoever reads this may be gone, which is no error.
+            // A closed standard output is no error.
             let _ = write!(std::io::stdout(), "{}", report.summary());
         }
         if let Some(path) = &self.cli.csv {
@@ -250,7 +243,7 @@ impl Plugin for TrafficPlugin {
 
     fn on_world(&mut self, world: &World<'_>) -> Result {
         self.edges = report::edges(world);
-        self.limits = world.edges().iter().map(|edge| edge.velocity_forward).collect();
+        self.limits = world.edges().iter().map(|edge| edge.speed).collect();
         self.world_revision = world.revision();
         self.begin();
         Ok(())
@@ -265,7 +258,7 @@ impl Plugin for TrafficPlugin {
         let has_contacts = contacts.is_some();
         let mut counts =
             self.tally.count(&frame.columns(), contacts.map_or(&[][..], |column| column.values));
-        // When an answer comes is never the same twice.
+        // The arrival of answers doesn't repeat.
         let routes = if frame.header().lockstep == 0 {
             ports
                 .routes

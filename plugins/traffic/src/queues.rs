@@ -1,18 +1,23 @@
-//! What robots wait for. A robot that stands is kept out of the next edge of its way, and those
-//! behind it are kept back by it: so all of a queue waits for what its head is kept out of.
+//! The causes of queues. A robot that waits is kept out of the next edge of its route, and blocks
+//! those behind it. The whole queue waits for the edge that its head is kept out of.
 //!
-//! Only frames are read, so it holds for any manager. They don't say where a robot wants to go, but
-//! where it went: so samples are kept, and judged at the end of the run.
+//! Only frames are read, so this works with any manager. Frames don't contain the next edge of a
+//! robot, but later ones do: samples are kept, and judged at the end of the run.
 
 use std::collections::BTreeMap;
+use std::path::PathBuf;
 
 use regatta_plugin::frame::{Columns, NO_EDGE, RobotState};
+use regatta_plugin::{Frame, Plugin, Result, World};
+use serde_json::json;
+
+use crate::report;
 
 /// The largest number of rows that are kept. With more, every other sample is forgotten.
 const MAX_ROWS: usize = 2_000_000;
-/// A robot that stands so near to a node, in metres, keeps others from it.
+/// The distance, in metres, within which a standing robot blocks a node.
 const REACH: f32 = 1.0;
-/// The largest number of robots in a chain of those that wait for each other.
+/// The largest number of robots in a chain that wait for each other.
 const LONGEST_CHAIN: usize = 1000;
 
 /// An edge of the world.
@@ -26,14 +31,14 @@ pub struct Track {
     pub length: f32,
 }
 
-/// What a robot does in a sample.
+/// The motion of a robot in a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Deed {
-    Drives,
-    /// It stands, and wants to drive on.
-    Waits,
+enum Motion {
+    Driving,
+    /// It stands, and waits to drive on.
+    Waiting,
     /// It stands for another reason: at a stop, without an order, broken down.
-    Stays,
+    Standing,
 }
 
 /// A robot in a sample.
@@ -43,7 +48,7 @@ struct Row {
     edge: u32,
     /// Metres from the edge's origin.
     s: f32,
-    deed: Deed,
+    motion: Motion,
     /// Whether it drives from destination to origin.
     is_reverse: bool,
 }
@@ -66,7 +71,7 @@ struct Sample {
     rows: Vec<Row>,
 }
 
-/// Collects what is needed to say what robots waited for.
+/// Samples of a run, from which the causes of queues are computed at its end.
 #[derive(Debug, Default)]
 pub struct Queues {
     tracks: Vec<Track>,
@@ -77,7 +82,7 @@ pub struct Queues {
     samples: Vec<Sample>,
     rows: usize,
     frame: u32,
-    /// Every so many seconds there is a sample.
+    /// Seconds between two samples.
     sample_secs: f64,
     next_sample_secs: f64,
 }
@@ -93,11 +98,12 @@ impl Queues {
         self.frame += 1;
         self.visits.resize(columns.edge.len(), Vec::new());
         self.is_reverse.resize(columns.edge.len(), false);
-        let rows = columns.edge.iter().zip(columns.speed).zip(columns.state);
-        for (((&edge, &speed), &state), (visits, is_reverse)) in
-            rows.zip(self.visits.iter_mut().zip(&mut self.is_reverse))
-        {
-            *is_reverse = if speed == 0.0 { *is_reverse } else { speed < 0.0 };
+        for (robot, visits) in self.visits.iter_mut().enumerate() {
+            let (edge, speed, state) =
+                (columns.edge[robot], columns.speed[robot], columns.state[robot]);
+            if speed != 0.0 {
+                self.is_reverse[robot] = speed < 0.0;
+            }
             if edge != NO_EDGE && visits.last().is_none_or(|visit| visit.edge != edge) {
                 visits.push(Visit { edge, entered: self.frame, waited: 0 });
             }
@@ -117,18 +123,18 @@ impl Queues {
             if state == RobotState::Absent as u8 || edge as usize >= self.tracks.len() {
                 continue;
             }
-            let deed = match state {
-                state if state == RobotState::Waiting as u8 => Deed::Waits,
+            let motion = match state {
+                state if state == RobotState::Waiting as u8 => Motion::Waiting,
                 state if state == RobotState::Driving as u8 || columns.speed[robot] != 0.0 => {
-                    Deed::Drives
+                    Motion::Driving
                 }
-                _ => Deed::Stays,
+                _ => Motion::Standing,
             };
             rows.push(Row {
                 robot: robot as u32,
                 edge,
                 s: columns.s[robot],
-                deed,
+                motion,
                 is_reverse: self.is_reverse[robot],
             });
         }
@@ -145,16 +151,16 @@ impl Queues {
         }
     }
 
-    /// Returns by edge for how many robot seconds robots waited because they, or those before them,
-    /// were kept out of it.
+    /// Returns the robot seconds that each edge caused: those of the robots that were kept out of
+    /// it, and of those behind them.
     pub fn caused_secs(&self) -> Vec<f64> {
         let mut caused = vec![0.0; self.tracks.len()];
         for sample in &self.samples {
             let places = Places::new(self, sample);
-            for (index, _) in
-                sample.rows.iter().enumerate().filter(|(_, row)| row.deed == Deed::Waits)
-            {
-                caused[places.cause(index) as usize] += self.sample_secs;
+            for (index, row) in sample.rows.iter().enumerate() {
+                if row.motion == Motion::Waiting {
+                    caused[places.cause(index) as usize] += self.sample_secs;
+                }
             }
         }
         caused
@@ -167,8 +173,8 @@ impl Queues {
         visits.get(next).map(|visit| visit.edge).filter(|edge| (*edge as usize) < self.tracks.len())
     }
 
-    /// Whether a robot waits on its edge in a frame or after it: one that drives then just moves up
-    /// in a queue.
+    /// Whether a robot waits on its edge in a frame or after it. If it drives in between, it moves
+    /// up in a queue.
     fn is_in_queue(&self, robot: u32, frame: u32) -> bool {
         let visits = &self.visits[robot as usize];
         let index = visits.partition_point(|visit| visit.entered <= frame).checked_sub(1);
@@ -176,7 +182,7 @@ impl Queues {
     }
 }
 
-/// Who is where in a sample. Numbers are indices of its rows.
+/// The robots of a sample by place. Numbers are indices of its rows.
 struct Places<'a> {
     queues: &'a Queues,
     sample: &'a Sample,
@@ -186,14 +192,14 @@ struct Places<'a> {
     at_node: BTreeMap<u32, Vec<usize>>,
 }
 
-/// Who keeps a robot where it is.
+/// The reason why a robot can't drive on.
 enum Blocker {
-    /// One that waits, too.
+    /// Another robot that waits.
     Waiting(usize),
-    /// One that stands for another reason at the end of the edge on which the robot is, or nearer.
-    Before,
-    /// Nobody who waits or stands: the robot is kept out of its next edge.
-    Other,
+    /// A robot that stands for another reason at the end of the same edge, or nearer.
+    SameEdge,
+    /// The robot is kept out of its next edge.
+    NextEdge,
 }
 
 impl<'a> Places<'a> {
@@ -205,14 +211,14 @@ impl<'a> Places<'a> {
             let track = queues.tracks[row.edge as usize];
             for (node, metres) in [(track.origin, row.s), (track.destination, track.length - row.s)]
             {
-                if row.deed != Deed::Drives && metres <= REACH {
+                if row.motion != Motion::Driving && metres <= REACH {
                     at_node.entry(node).or_default().push(index);
                 }
             }
         }
-        on_edge
-            .values_mut()
-            .for_each(|rows| rows.sort_by(|a, b| sample.rows[*a].s.total_cmp(&sample.rows[*b].s)));
+        for rows in on_edge.values_mut() {
+            rows.sort_by(|a, b| sample.rows[*a].s.total_cmp(&sample.rows[*b].s));
+        }
         Self { queues, sample, on_edge, at_node }
     }
 
@@ -226,16 +232,15 @@ impl<'a> Places<'a> {
             let next = self.queues.next_edge(row.robot, self.sample.frame);
             cause = next.unwrap_or(cause);
             match self.blocker(last, next) {
-                // Robots that wait for each other in a ring: what the last one is kept out of is as
-                // good as any.
+                // In a ring of robots that wait for each other, any edge is as good as another.
                 Blocker::Waiting(other)
                     if chain.contains(&other) || chain.len() >= LONGEST_CHAIN =>
                 {
                     break;
                 }
                 Blocker::Waiting(other) => chain.push(other),
-                Blocker::Before => return row.edge,
-                Blocker::Other => break,
+                Blocker::SameEdge => return row.edge,
+                Blocker::NextEdge => break,
             }
         }
         cause
@@ -244,47 +249,54 @@ impl<'a> Places<'a> {
     fn blocker(&self, index: usize, next: Option<u32>) -> Blocker {
         let row = &self.sample.rows[index];
         let track = self.queues.tracks[row.edge as usize];
-        let found = |other: usize, is_before: bool| match self.sample.rows[other].deed {
-            Deed::Waits => Blocker::Waiting(other),
-            Deed::Drives
-                if self.queues.is_in_queue(self.sample.rows[other].robot, self.sample.frame) =>
-            {
-                Blocker::Waiting(other)
-            }
-            Deed::Stays if is_before => Blocker::Before,
-            Deed::Stays | Deed::Drives => Blocker::Other,
-        };
         if let Some(other) = self.ahead(index) {
-            return found(other, true);
+            return self.blocked_by(other, Blocker::SameEdge);
         }
         let exit = if row.is_reverse { track.origin } else { track.destination };
-        let standing = |node: u32| {
-            let others = self.at_node.get(&node).into_iter().flatten().copied();
-            others
-                .filter(|other| *other != index)
-                .find(|other| self.sample.rows[*other].edge != row.edge)
-        };
+        let at_exit = self.standing(exit, index);
         let Some(next) = next else {
-            return standing(exit).map_or(Blocker::Other, |other| found(other, true));
+            return at_exit
+                .map_or(Blocker::NextEdge, |other| self.blocked_by(other, Blocker::SameEdge));
         };
         let after = self.queues.tracks[next as usize];
         let is_entered_at_origin = after.origin == exit;
         if let Some(rows) = self.on_edge.get(&next) {
             let nearest = if is_entered_at_origin { rows.first() } else { rows.last() };
-            return nearest.map_or(Blocker::Other, |other| found(*other, false));
+            return nearest
+                .map_or(Blocker::NextEdge, |other| self.blocked_by(*other, Blocker::NextEdge));
         }
-        // Another robot in the way on the node between the edges, or on the one beyond: it came
+        // Another robot may stand at the node between the edges, or at the one beyond: it came
         // there by another edge.
+        if let Some(other) = at_exit.filter(|other| !self.is_kept_back_by(*other, index)) {
+            return self.blocked_by(other, Blocker::SameEdge);
+        }
         let far = if is_entered_at_origin { after.destination } else { after.origin };
-        let between = standing(exit).filter(|other| !self.is_kept_back_by(*other, index));
-        match between {
-            Some(other) => found(other, true),
-            None => standing(far).map_or(Blocker::Other, |other| found(other, false)),
+        self.standing(far, index)
+            .map_or(Blocker::NextEdge, |other| self.blocked_by(other, Blocker::NextEdge))
+    }
+
+    /// Returns the blocker that another robot is; `standing` if it neither drives nor waits.
+    fn blocked_by(&self, other: usize, standing: Blocker) -> Blocker {
+        let row = &self.sample.rows[other];
+        match row.motion {
+            Motion::Waiting => Blocker::Waiting(other),
+            Motion::Driving if self.queues.is_in_queue(row.robot, self.sample.frame) => {
+                Blocker::Waiting(other)
+            }
+            Motion::Driving => Blocker::NextEdge,
+            Motion::Standing => standing,
         }
     }
 
-    /// Whether a robot that stands at the same node wants to go where another one is: then it isn't
-    /// in its way.
+    /// Returns a robot that stands at a node on another edge than a given one.
+    fn standing(&self, node: u32, index: usize) -> Option<usize> {
+        let edge = self.sample.rows[index].edge;
+        let mut others = self.at_node.get(&node)?.iter().copied();
+        others.find(|other| *other != index && self.sample.rows[*other].edge != edge)
+    }
+
+    /// Whether a robot at the same node is itself kept back by another one, because both share an
+    /// edge: then it doesn't block it.
     fn is_kept_back_by(&self, robot: usize, other: usize) -> bool {
         let row = &self.sample.rows[robot];
         let next = self.queues.next_edge(row.robot, self.sample.frame);
@@ -304,6 +316,45 @@ impl<'a> Places<'a> {
     }
 }
 
+struct QueueObserver {
+    file: PathBuf,
+    /// The ids of the edges.
+    ids: Vec<u32>,
+    queues: Queues,
+}
+
+/// Returns a plugin that writes to a file, at its end, the edges that robots were kept out of:
+/// `{"edges": [{"edge": ID, "caused_secs": SECONDS}]}`, with robot seconds of the robots that were
+/// kept out and of those behind them.
+pub fn queue_observer(file: PathBuf) -> impl Plugin {
+    QueueObserver { file, ids: Vec::new(), queues: Queues::default() }
+}
+
+impl Plugin for QueueObserver {
+    fn on_world(&mut self, world: &World<'_>) -> Result {
+        self.ids = world.edges().iter().map(|edge| edge.id).collect();
+        let tracks = world.edges().iter().map(|edge| Track {
+            origin: edge.origin,
+            destination: edge.destination,
+            length: edge.length,
+        });
+        self.queues = Queues::new(tracks.collect());
+        Ok(())
+    }
+
+    fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
+        self.queues.add(&frame.columns(), frame.sim_time().as_secs_f64());
+        Ok(())
+    }
+
+    fn on_stop(&mut self) -> Result {
+        let caused = self.queues.caused_secs();
+        let edges = self.ids.iter().zip(caused).filter(|(_, secs)| *secs > 0.0);
+        let edges: Vec<_> =
+            edges.map(|(edge, secs)| json!({"edge": edge, "caused_secs": secs})).collect();
+        report::write(&self.file, &format!("{:#}\n", json!({ "edges": edges })))
+    }
+}
+
 #[cfg(test)]
-#[path = "queues/tests.rs"]
 mod tests;

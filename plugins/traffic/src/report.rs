@@ -24,26 +24,35 @@ pub const FIGURES: [(&str, Figure); 7] = [
     ("planned", |figures| figures.planned),
 ];
 
-/// What a report says of an edge beside its figures.
+/// The identity of an edge in a report.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Edge {
     /// The id of the edge in the route graph.
     pub id: u32,
-    /// The ids of the nodes that it leads from and to.
-    pub nodes: [u32; 2],
+    /// The id of the node at which it starts.
+    pub origin: u32,
+    /// The id of the node at which it ends.
+    pub destination: u32,
     /// Its name; empty if it has none.
     pub name: String,
 }
 
 /// Returns the edges of a world.
 pub fn edges(world: &World<'_>) -> Vec<Edge> {
-    let node = |index: u32| world.nodes().get(index as usize).map_or(u32::MAX, |node| node.id);
-    let edge = |edge: &regatta_plugin::world::EdgeRecord| Edge {
-        id: edge.id,
-        nodes: [node(edge.origin), node(edge.destination)],
-        name: world.text(edge.name).to_owned(),
-    };
-    world.edges().iter().map(edge).collect()
+    world
+        .edges()
+        .iter()
+        .map(|edge| Edge {
+            id: edge.id,
+            origin: node_id(world, edge.origin),
+            destination: node_id(world, edge.destination),
+            name: world.text(edge.name).to_owned(),
+        })
+        .collect()
+}
+
+fn node_id(world: &World<'_>, index: u32) -> u32 {
+    world.nodes().get(index as usize).map_or(u32::MAX, |node| node.id)
 }
 
 /// The figures of a run.
@@ -57,7 +66,7 @@ pub struct Report<'a> {
 }
 
 impl Report<'_> {
-    /// The edges where robots waited the longest, as lines of text.
+    /// Describes the edges at which robots waited the longest, as lines of text.
     pub fn summary(&self) -> String {
         let mut rows: Vec<(&Edge, &EdgeTraffic)> = self.edges.iter().zip(self.figures).collect();
         rows.sort_by(|a, b| b.1.waiting_secs.total_cmp(&a.1.waiting_secs));
@@ -65,62 +74,60 @@ impl Report<'_> {
         let mut text = format!("traffic in {:.0} s: robots waited for {waiting:.0} s\n", self.secs);
         for (edge, figures) in rows.into_iter().filter(|row| row.1.waiting_secs > 0.0).take(LISTED)
         {
-            let EdgeTraffic {
-                occupancy,
-                entered_per_hour,
-                relative_speed,
-                waiting_secs,
-                contact_secs,
-                ..
-            } = figures;
-            let [from, to] = edge.nodes;
+            let Edge { id, origin, destination, .. } = edge;
             let _ = writeln!(
                 text,
-                "edge {:>6} ({from} to {to}): waiting {waiting_secs:.0} s, {entered_per_hour:.0} robots/h, \
-                 {occupancy:.2} at a time, {:.0} % of the speed limit, touching {contact_secs:.0} s",
-                edge.id,
-                100.0 * relative_speed
+                "edge {id:>6} ({origin} to {destination}): waiting {:.0} s, {:.0} robots/h, {:.2} at a time, \
+                 {:.0} % of the speed limit, touching {:.0} s",
+                figures.waiting_secs,
+                figures.entered_per_hour,
+                figures.occupancy,
+                100.0 * figures.relative_speed,
+                figures.contact_secs
             );
         }
         text
     }
 
-    /// All edges as CSV.
+    /// Writes all edges as CSV.
     pub fn csv(&self) -> String {
         let names = FIGURES.map(|(name, _)| name).join(",");
         let mut text = format!("edge,origin,destination,name,{names}\n");
         for (edge, figures) in self.edges.iter().zip(self.figures) {
-            let ([from, to], name) = (edge.nodes, quoted(&edge.name));
+            let (Edge { id, origin, destination, .. }, name) = (edge, quoted(&edge.name));
             let values = FIGURES.map(|(_, figure)| figure(figures).to_string()).join(",");
-            let _ = writeln!(text, "{},{from},{to},{name},{values}", edge.id);
+            let _ = writeln!(text, "{id},{origin},{destination},{name},{values}");
         }
         text
     }
 
-    /// All edges as JSON.
+    /// Writes all edges as JSON.
     pub fn json(&self) -> String {
-        let edge = |(edge, figures): (&Edge, &EdgeTraffic)| {
-            json!({
-                "edge": edge.id, "origin": edge.nodes[0], "destination": edge.nodes[1], "name": edge.name,
-                "occupancy": figures.occupancy, "entered_per_hour": figures.entered_per_hour,
-                "relative_speed": figures.relative_speed, "waiting_secs": figures.waiting_secs,
-                "contact_secs": figures.contact_secs, "released": figures.released, "planned": figures.planned,
-            })
-        };
-        let edges: Vec<_> = self.edges.iter().zip(self.figures).map(edge).collect();
+        let mut edges = Vec::new();
+        for (edge, figures) in self.edges.iter().zip(self.figures) {
+            let Edge { id, origin, destination, name } = edge;
+            let mut row = json!({
+                "edge": id, "origin": origin, "destination": destination, "name": name,
+            });
+            for (name, figure) in FIGURES {
+                row[name] = figure(figures).into();
+            }
+            edges.push(row);
+        }
         format!("{:#}\n", json!({ "secs": self.secs, "edges": edges }))
     }
 }
 
-/// A field of CSV (RFC 4180).
+/// Returns a text as a field of CSV (RFC 4180).
 fn quoted(text: &str) -> String {
-    match text.contains([',', '"', '\n', '\r']) {
-        true => format!("\"{}\"", text.replace('"', "\"\"")),
-        false => text.to_owned(),
+    if text.contains([',', '"', '\n', '\r']) {
+        format!("\"{}\"", text.replace('"', "\"\""))
+    } else {
+        text.to_owned()
     }
 }
 
-/// Makes sure that a file can be written, before the run.
+/// Checks before the run that a file can be written.
 ///
 /// # Errors
 /// If its folder doesn't exist or can't be written to.
@@ -137,7 +144,7 @@ pub fn write(path: &Path, text: &str) -> Result {
     std::fs::write(path, text).map_err(|error| failed(path, &error))
 }
 
-/// The error of a file that can't be written.
+/// Returns the error of a file that can't be written.
 pub fn failed(path: &Path, error: &std::io::Error) -> Error {
     Error::new(format_args!("can't write {} ({error}); choose another file", path.display()))
 }
@@ -149,9 +156,9 @@ mod tests {
     #[test]
     fn the_worst_edges_come_first_and_names_may_be_anything() {
         let edges = [
-            Edge { id: 5, nodes: [1, 2], name: "dock, \"north\"".to_owned() },
-            Edge { id: 6, nodes: [2, 3], ..Edge::default() },
-            Edge { id: 7, nodes: [3, 1], ..Edge::default() },
+            Edge { id: 5, origin: 1, destination: 2, name: "dock, \"north\"".to_owned() },
+            Edge { id: 6, origin: 2, destination: 3, ..Edge::default() },
+            Edge { id: 7, origin: 3, destination: 1, ..Edge::default() },
         ];
         let waiting = |secs: f32| EdgeTraffic {
             waiting_secs: secs,

@@ -1,5 +1,5 @@
-//! Whose routes lead over which edge. A thread asks for the routes of all robots under way, some at
-//! a time, round after round, so that no frame waits for it.
+//! The routes that lead over each edge. A thread asks for the routes of all robots under way, some
+//! at a time, round after round, so that no frame waits for it.
 
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender, SyncSender};
 use std::thread::JoinHandle;
@@ -9,25 +9,33 @@ use regatta_plugin::frame::RobotState;
 use regatta_plugin::route::RouteResponse;
 use regatta_plugin::{FleetName, Frame, Participant, Result, RouteClient, Subscriber, WorldReader};
 
-/// The most robots whose routes are asked for in a round: an answer takes a kilobyte, and the
-/// engine answers eight per tick. Of more robots, a sample is asked for, and each of it counts for
-/// several.
+/// The largest number of robots whose routes are requested in a round: an answer takes a kilobyte,
+/// and the engine answers eight per tick. Of more robots, each of a sample counts for several.
 const MAX_SAMPLE: usize = 16_384;
-/// The number of routes that are asked for at once.
+/// The number of concurrent requests.
 const AT_ONCE: usize = 8;
-/// How long an answer is awaited.
+/// The longest wait for an answer.
 const TIMEOUT: Duration = Duration::from_millis(200);
-/// The time between the ends of two rounds, at least.
+/// The least time between the ends of two rounds.
 const ROUND_EVERY: Duration = Duration::from_secs(1);
 
-/// What a round has found.
+/// The robots whose routes lead over an edge. In fleets with more than 16,384 robots under way,
+/// these are estimates.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct EdgeRoutes {
+    /// Robots whose released route leads over it.
+    pub released: u32,
+    /// Others whose planned route does.
+    pub planned: u32,
+}
+
+/// The result of a round.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Reservations {
     /// The run.
     pub run_id: u64,
-    /// By edge: the robots whose released route leads over it, and the others whose planned one
-    /// does. Of fleets with more than 16,384 robots under way, these are estimates.
-    pub edges: Vec<[u32; 2]>,
+    /// By edge.
+    pub edges: Vec<EdgeRoutes>,
 }
 
 impl Reservations {
@@ -36,21 +44,21 @@ impl Reservations {
     fn count(&mut self, route: &RouteResponse, weight: u32) {
         let mut legs: Vec<(u32, bool)> =
             route.legs().map(|leg| (leg.edge, !leg.released)).collect();
-        // Of an edge that the route leads over twice, the released time comes first.
+        // If the route leads over an edge twice, the released leg comes first.
         legs.sort_unstable();
         legs.dedup_by_key(|(edge, _)| *edge);
         for (edge, is_planned) in legs {
             if let Some(counts) = self.edges.get_mut(edge as usize) {
-                counts[usize::from(is_planned)] += weight;
+                *(if is_planned { &mut counts.planned } else { &mut counts.released }) += weight;
             }
         }
     }
 }
 
-/// The thread that asks. It ends when this is dropped.
+/// The handle of the thread that asks. The thread ends when this is dropped.
 #[derive(Debug)]
 pub struct RouteWatch {
-    /// Each round, or `None` if there are no answers any more.
+    /// The result of each round; `None` without answers.
     rounds: Receiver<Option<Reservations>>,
     newest: Option<Reservations>,
     stop: Option<SyncSender<()>>,
@@ -58,24 +66,21 @@ pub struct RouteWatch {
 }
 
 impl RouteWatch {
-    /// Starts to ask. If the thread can't be started, or the fleet can't be joined, there are no
-    /// reservations, which is told.
+    /// Starts the thread. If it can't be started, or the fleet can't be joined, that is printed,
+    /// and there are no reservations.
     pub fn start(fleet: &FleetName) -> Self {
         let (stop, stopped) = mpsc::sync_channel(1);
         let (found, rounds) = mpsc::channel();
         let fleet = fleet.clone();
-        let thread = std::thread::Builder::new().name("routes".into()).spawn(move || {
-            if let Err(error) = run(&fleet, &found, &stopped) {
-                regatta_plugin::tell!("traffic: routes aren't known: {error}");
-            }
-        });
-        let thread = thread
-            .inspect_err(|error| regatta_plugin::tell!("traffic: routes aren't known: {error}"))
+        let thread = std::thread::Builder::new()
+            .name("routes".into())
+            .spawn(move || _ = run(&fleet, &found, &stopped).inspect_err(report))
+            .inspect_err(report)
             .ok();
         Self { rounds, newest: None, stop: Some(stop), thread }
     }
 
-    /// The newest round through a run, if there is one.
+    /// Returns the result of the newest round, if it belongs to this run.
     pub fn newest(&mut self, run_id: u64) -> Option<&Reservations> {
         if let Some(newest) = self.rounds.try_iter().last() {
             self.newest = newest;
@@ -87,8 +92,15 @@ impl RouteWatch {
 impl Drop for RouteWatch {
     fn drop(&mut self) {
         self.stop = None;
-        self.thread.take().into_iter().for_each(|thread| _ = thread.join());
+        if let Some(thread) = self.thread.take() {
+            // The panic of a thread has already been printed.
+            let _ = thread.join();
+        }
     }
+}
+
+fn report(error: &impl std::fmt::Display) {
+    regatta_plugin::tell!("traffic: routes aren't known: {error}");
 }
 
 fn run(fleet: &FleetName, found: &Sender<Option<Reservations>>, stopped: &Receiver<()>) -> Result {
@@ -101,11 +113,12 @@ fn run(fleet: &FleetName, found: &Sender<Option<Reservations>>, stopped: &Receiv
         frames.latest()?;
         worlds.latest()?;
         if let (Some(frame), Some(world)) = (frames.current()?, worlds.current()?) {
-            let newest = match client.has_routes() {
-                true => round(&mut client, &frame, world.edges().len(), stopped),
-                false => None,
+            let newest = if client.has_routes() {
+                round(&mut client, &frame, world.edges().len(), stopped)
+            } else {
+                None
             };
-            // Whoever doesn't take it any more has ended.
+            // It fails only if the plugin has ended.
             let _ = found.send(newest);
         }
         match stopped.recv_timeout(ROUND_EVERY.saturating_sub(start.elapsed())) {
@@ -123,30 +136,32 @@ fn round(
     edges: usize,
     stopped: &Receiver<()>,
 ) -> Option<Reservations> {
-    let mut found = Reservations { run_id: frame.run_id(), edges: vec![[0; 2]; edges] };
-    let is_under_way = |robot: &u32| {
-        !matches!(frame.state_of(*robot as usize), RobotState::Absent | RobotState::Idle)
-    };
-    let mut robots: Vec<u32> = (0..frame.len() as u32).filter(is_under_way).collect();
+    let mut found =
+        Reservations { run_id: frame.run_id(), edges: vec![EdgeRoutes::default(); edges] };
+    let mut robots: Vec<u32> = (0..frame.len() as u32)
+        .filter(|robot| {
+            !matches!(frame.state_of(*robot as usize), RobotState::Absent | RobotState::Idle)
+        })
+        .collect();
     let weight = thin_out(&mut robots, MAX_SAMPLE);
     for batch in robots.chunks(AT_ONCE) {
         if !matches!(stopped.try_recv(), Err(mpsc::TryRecvError::Empty)) {
             return None;
         }
-        let answers = client.routes(batch, TIMEOUT).ok()?;
-        let run_id = found.run_id;
-        let current = answers.iter().filter(|route| route.is_found() && route.run_id == run_id);
-        current.for_each(|route| found.count(route, weight));
+        for route in &client.routes(batch, TIMEOUT).ok()? {
+            if route.is_found() && route.run_id == found.run_id {
+                found.count(route, weight);
+            }
+        }
     }
     Some(found)
 }
 
-/// Leaves every n-th robot, so that at most `max` are left, and returns n. Robots of one type, or
-/// of one place at the start, have numbers in a row, so each of these groups keeps its share.
+/// Keeps every n-th robot, so that at most `max` are left, and returns n. Robots of one type, or of
+/// one start, have consecutive ids, so each of these groups keeps its share.
 fn thin_out(robots: &mut Vec<u32>, max: usize) -> u32 {
     let step = robots.len().div_ceil(max).max(1);
-    let mut place = 0..;
-    robots.retain(|_| place.next().is_some_and(|place: usize| place.is_multiple_of(step)));
+    *robots = robots.iter().copied().step_by(step).collect();
     step as u32
 }
 
@@ -156,7 +171,7 @@ mod tests {
 
     #[test]
     fn a_robot_counts_once_on_each_edge_and_as_released_if_it_may_drive_there_now() {
-        let mut found = Reservations { run_id: 1, edges: vec![[0; 2]; 4] };
+        let mut found = Reservations { run_id: 1, edges: vec![EdgeRoutes::default(); 4] };
         let route = |released, edges: &[u32]| {
             RouteResponse::default().with_legs(
                 released,
@@ -167,7 +182,9 @@ mod tests {
         found.count(&route(2, &[0, 1, 2, 0, 2]), 1);
         found.count(&route(1, &[2, 3, 77]), 3);
         found.count(&RouteResponse::unknown(1, 1, 5), 1);
-        assert_eq!(found.edges, [[1, 0], [1, 0], [3, 1], [0, 3]]);
+        let counts: Vec<_> =
+            found.edges.iter().map(|routes| (routes.released, routes.planned)).collect();
+        assert_eq!(counts, [(1, 0), (1, 0), (3, 1), (0, 3)]);
     }
 
     #[test]

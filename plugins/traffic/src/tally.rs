@@ -3,7 +3,9 @@
 use regatta_plugin::contact::ContactLevel;
 use regatta_plugin::frame::{Columns, NO_EDGE, RobotState};
 
-/// What is counted on an edge: in a frame, or added up over robots and seconds.
+use crate::routes::EdgeRoutes;
+
+/// The counts of an edge: in a frame, or added up over robots and seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(C, align(32))] // An edge lies within one cache line.
 pub struct Counts {
@@ -13,7 +15,7 @@ pub struct Counts {
     pub entered: f32,
     /// Their speeds, in metres per second; metres driven.
     pub metres: f32,
-    /// Robots that stand there and wait to drive on; seconds.
+    /// Robots that wait there to drive on; seconds.
     pub waiting: f32,
     /// Robots there that touch others; seconds.
     pub touching: f32,
@@ -24,7 +26,7 @@ pub struct Counts {
 }
 
 impl Counts {
-    /// Adds counts of a frame that lasted for some seconds.
+    /// Adds the counts of a frame that lasted for some seconds; with 1, counts that are added up.
     pub(crate) fn add(&mut self, frame: &Self, secs: f32) {
         self.robots += frame.robots * secs;
         self.entered += frame.entered;
@@ -58,17 +60,16 @@ impl Tally {
         self.edges.fill(NO_EDGE);
     }
 
-    /// Adds the robots whose routes lead over each edge to the counts of a frame: whose released,
-    /// and whose planned one.
-    pub fn count_routes(&mut self, routes: &[[u32; 2]]) -> &[Counts] {
-        for (counts, [released, planned]) in self.counts.iter_mut().zip(routes) {
-            (counts.released, counts.planned) = (*released as f32, *planned as f32);
+    /// Adds the robots whose routes lead over each edge to the counts of a frame.
+    pub fn count_routes(&mut self, routes: &[EdgeRoutes]) -> &[Counts] {
+        for (counts, routes) in self.counts.iter_mut().zip(routes) {
+            (counts.released, counts.planned) = (routes.released as f32, routes.planned as f32);
         }
         &self.counts
     }
 
     /// Counts the robots of a frame. `contacts` has a [`ContactLevel`] for each robot, or is empty
-    /// if nobody checks for contacts. Robots on edges that the world doesn't have are left out.
+    /// without a collision checker. Robots on edges that the world doesn't have are left out.
     /// Returns the counts by edge.
     pub fn count(&mut self, columns: &Columns<'_>, contacts: &[f32]) -> &[Counts] {
         self.counts.fill(Counts::default());

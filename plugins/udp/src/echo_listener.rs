@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use parking_lot::{Mutex, MutexGuard};
+use parking_lot::Mutex;
 
 use crate::echo::{EchoCheck, EchoRules};
 use crate::line::{PoseLine, Separator, lines};
@@ -22,15 +22,14 @@ const FINISH_TIMEOUT: Duration = Duration::from_secs(2);
 /// The state that the receiving and the sending thread share.
 #[derive(Debug)]
 struct Shared {
-    check: Mutex<(EchoCheck, Faults)>,
+    results: Mutex<Results>,
     stop: AtomicBool,
 }
 
-impl Shared {
-    /// Locks the check. The counts of a thread that panicked are still valid enough to be reported.
-    fn lock(&self) -> MutexGuard<'_, (EchoCheck, Faults)> {
-        self.check.lock()
-    }
+#[derive(Debug)]
+struct Results {
+    check: EchoCheck,
+    faults: Faults,
 }
 
 /// The handle of the thread that receives and checks answers.
@@ -43,8 +42,9 @@ pub struct EchoListener {
 impl EchoListener {
     /// Starts the thread. With `verbose`, it prints its results once a second.
     pub fn start(socket: Socket, rules: EchoRules, verbose: bool) -> Self {
-        let check = Mutex::new((EchoCheck::new(rules), Faults::default()));
-        let shared = Arc::new(Shared { check, stop: AtomicBool::new(false) });
+        let results = Results { check: EchoCheck::new(rules), faults: Faults::default() };
+        let shared =
+            Arc::new(Shared { results: Mutex::new(results), stop: AtomicBool::new(false) });
         let for_thread = Arc::clone(&shared);
         let thread = std::thread::spawn(move || listen(&socket, &for_thread, verbose));
         Self { shared, thread: Some(thread) }
@@ -52,7 +52,7 @@ impl EchoListener {
 
     /// Calls `work` with the check.
     pub fn with<T>(&self, work: impl FnOnce(&mut EchoCheck) -> T) -> T {
-        work(&mut self.shared.lock().0)
+        work(&mut self.shared.results.lock().check)
     }
 
     /// Waits for the last answers, at most until the deadline of the last line, and ends the
@@ -71,14 +71,18 @@ impl EchoListener {
 
     /// Returns the results in one line of text.
     pub fn summary(&self) -> String {
-        summary(&self.shared.lock())
+        self.shared.results.lock().summary()
     }
 }
 
-fn summary((check, faults): &(EchoCheck, Faults)) -> String {
-    match faults {
-        faults if *faults == Faults::default() => format!("echo: {check}"),
-        faults => format!("echo: {check}; ignored {faults}"),
+impl Results {
+    fn summary(&self) -> String {
+        let Self { check, faults } = self;
+        if *faults == Faults::default() {
+            format!("echo: {check}")
+        } else {
+            format!("echo: {check}; ignored {faults}")
+        }
     }
 }
 
@@ -92,17 +96,17 @@ fn listen(socket: &Socket, shared: &Shared, verbose: bool) {
             std::thread::sleep(ERROR_PAUSE);
         }
         let now = Instant::now();
-        let mut check = shared.lock();
-        check.0.pass_time(now);
+        let mut results = shared.results.lock();
+        results.check.pass_time(now);
         if verbose && second.has_passed(now) {
-            regatta_plugin::tell!("udp: {}", summary(&check));
+            regatta_plugin::tell!("udp: {}", results.summary());
         }
     }
 }
 
 fn judge(shared: &Shared, datagram: &[u8]) {
     let now = Instant::now();
-    let (check, faults) = &mut *shared.lock();
+    let Results { check, faults } = &mut *shared.results.lock();
     for line in lines(datagram) {
         match PoseLine::parse(line, Separator::Space) {
             Ok(answer) => check.judge(&answer, now),

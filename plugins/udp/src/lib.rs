@@ -13,7 +13,6 @@ pub mod fixed;
 pub mod line;
 mod options;
 mod outlet;
-mod pacer;
 pub mod packer;
 mod sender;
 pub mod socket;

@@ -6,6 +6,7 @@
 
 use core::f32::consts::PI;
 use core::f64::consts::TAU;
+use core::num::IntErrorKind;
 
 use crate::fixed;
 
@@ -89,11 +90,12 @@ impl PoseLine {
         // whatever its id.
         let (x, y, theta) = (number(x)?, number(y)?, number(theta)?);
         let line = Self { id: id_of(id)?, x, y, theta };
-        if x.is_finite() && y.is_finite() && theta.is_finite() {
-            Ok(line)
-        } else {
-            Err(LineFault::NotFinite)
-        }
+        if line.is_finite() { Ok(line) } else { Err(LineFault::NotFinite) }
+    }
+
+    /// Whether all numbers are finite.
+    pub fn is_finite(&self) -> bool {
+        self.x.is_finite() && self.y.is_finite() && self.theta.is_finite()
     }
 
     /// Appends the line with its newline, at most [`MAX_LINE_BYTES`] bytes.
@@ -195,22 +197,18 @@ fn number(field: &str) -> Result<f32, LineFault> {
 }
 
 fn id_of(field: &str) -> Result<u32, LineFault> {
-    let (negative, digits) = match field.as_bytes() {
-        [b'-', digits @ ..] => (true, digits),
-        [b'+', digits @ ..] => (false, digits),
-        digits => (false, digits),
-    };
-    if digits.is_empty() || !digits.iter().all(u8::is_ascii_digit) {
+    // Parsing may overflow before it finds another character.
+    if field.bytes().skip(1).any(|byte| !byte.is_ascii_digit()) {
         return Err(LineFault::Malformed);
     }
-    let id = digits
-        .iter()
-        .try_fold(0_u32, |id, digit| id.checked_mul(10)?.checked_add(u32::from(digit - b'0')));
-    match (negative, id) {
-        (true, Some(0)) => Ok(0),
-        (true, _) => Err(LineFault::NegativeId),
-        (false, Some(id)) => Ok(id),
-        (false, None) => Err(LineFault::IdTooLarge),
+    match field.parse::<i64>() {
+        Ok(..0) => Err(LineFault::NegativeId),
+        Ok(id) => u32::try_from(id).map_err(|_| LineFault::IdTooLarge),
+        Err(error) => Err(match error.kind() {
+            IntErrorKind::NegOverflow => LineFault::NegativeId,
+            IntErrorKind::PosOverflow => LineFault::IdTooLarge,
+            _ => LineFault::Malformed,
+        }),
     }
 }
 

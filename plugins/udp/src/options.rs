@@ -1,12 +1,7 @@
 //! Options and parsers that both command lines share.
 
-use std::ffi::OsString;
 use std::ops::Range;
 use std::str::FromStr;
-
-use clap::Parser;
-use clap::error::ErrorKind;
-use regatta_plugin::{Error, Result};
 
 use crate::fixed::MAX_DECIMALS;
 use crate::line::AngleUnit;
@@ -46,10 +41,11 @@ impl FromStr for Offset {
     type Err = ParseOffsetError;
 
     fn from_str(text: &str) -> Result<Self, ParseOffsetError> {
-        let number =
-            |text: &str| text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
-        let both = text.split_once(',').and_then(|(x, y)| Some(Self([number(x)?, number(y)?])));
-        both.ok_or(ParseOffsetError)
+        let (x, y) = text.split_once(',').ok_or(ParseOffsetError)?;
+        match [x, y].map(|number| number.trim().parse::<f64>()) {
+            [Ok(x), Ok(y)] if x.is_finite() && y.is_finite() => Ok(Self([x, y])),
+            _ => Err(ParseOffsetError),
+        }
     }
 }
 
@@ -66,10 +62,13 @@ impl FromStr for RobotRange {
     type Err = ParseRangeError;
 
     fn from_str(text: &str) -> Result<Self, ParseRangeError> {
-        let end =
-            |text: &str, open: u32| if text.is_empty() { Some(open) } else { text.parse().ok() };
-        let range = text.split_once("..").and_then(|(a, b)| Some(end(a, 0)?..end(b, u32::MAX)?));
-        range.filter(|range| !range.is_empty()).map(Self).ok_or(ParseRangeError)
+        let (from, to) = text.split_once("..").ok_or(ParseRangeError)?;
+        let from = if from.is_empty() { Ok(0) } else { from.parse() };
+        let to = if to.is_empty() { Ok(u32::MAX) } else { to.parse() };
+        match (from, to) {
+            (Ok(from), Ok(to)) if from < to => Ok(Self(from..to)),
+            _ => Err(ParseRangeError),
+        }
     }
 }
 
@@ -94,32 +93,8 @@ pub fn seconds(text: &str) -> Result<std::time::Duration, String> {
 }
 
 fn within(text: &str, range: std::ops::RangeInclusive<usize>) -> Result<usize, String> {
-    let wrong = || format!("give a number from {} to {}", range.start(), range.end());
-    text.parse().ok().filter(|number| range.contains(number)).ok_or_else(wrong)
-}
-
-/// Parses a command line, whose first argument is the plugin's name. Prints the help and returns
-/// `None` if it was requested. Errors have one line.
-pub fn parse<Options: Parser>(
-    args: impl IntoIterator<Item: Into<OsString> + Clone>,
-) -> Result<Option<Options>> {
-    match Options::try_parse_from(args) {
-        Ok(options) => Ok(Some(options)),
-        Err(error) if error.kind() == ErrorKind::DisplayHelp => {
-            error.print()?;
-            Ok(None)
-        }
-        Err(error) => Err(Error::new(one_line(&error))),
-    }
-}
-
-/// Returns the first paragraph of clap's message as one line. The rest is the usage, which `--help`
-/// shows.
-fn one_line(error: &clap::Error) -> String {
-    let text = error.to_string();
-    let paragraph = text.split("\n\n").next().unwrap_or_default().trim_start_matches("error: ");
-    let words: Vec<_> = paragraph.split_whitespace().collect();
-    format!("{}; --help lists the options", words.join(" "))
+    let number = text.parse().ok().filter(|number| range.contains(number));
+    number.ok_or_else(|| format!("give a number from {} to {}", range.start(), range.end()))
 }
 
 #[cfg(test)]

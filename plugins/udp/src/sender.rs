@@ -63,7 +63,7 @@ struct SenderOptions {
 /// # Errors
 /// Returns an error if an option is invalid, a socket can't be opened, or the fleet can't be read.
 pub fn run(args: impl IntoIterator<Item: Into<OsString> + Clone>) -> Result {
-    let Some(options) = options::parse::<SenderOptions>(args)? else { return Ok(()) };
+    let Some(options) = regatta_kit::parse::<SenderOptions>(args)? else { return Ok(()) };
     let sender = Sender::open(&options)?;
     options.plugin.run(sender, "udp")
 }
@@ -121,13 +121,12 @@ impl Sender {
         (self.robots.0.start.min(end)..end).filter_map(move |id| {
             let row = id as usize;
             let is_present = columns.state[row] != RobotState::Absent as u8;
-            let line = || PoseLine {
+            is_present.then(|| PoseLine {
                 id,
                 x: columns.x[row],
                 y: columns.y[row],
                 theta: unit.from_radians(columns.theta[row]),
-            };
-            is_present.then(line)
+            })
         })
     }
 
@@ -188,16 +187,16 @@ impl Plugin for Sender {
 
     fn on_frame(&mut self, frame: &Frame) -> Result {
         let now = Instant::now();
-        let finite =
-            |line: &PoseLine| line.x.is_finite() && line.y.is_finite() && line.theta.is_finite();
         if let Some(echo) = &self.echo {
             let mut sent = echo.with(|check| check.frame(self.robots.0.start, now));
-            self.lines(frame).filter(finite).for_each(|line| sent.push(&line));
+            for line in self.lines(frame).filter(PoseLine::is_finite) {
+                sent.push(&line);
+            }
             echo.with(|check| check.note(sent));
         }
         self.outlet.start_frame(now, frame.header());
         for line in self.lines(frame) {
-            if finite(&line) {
+            if line.is_finite() {
                 self.packer.push(&line, |batch| self.outlet.send(batch));
             } else {
                 self.outlet.sent.not_finite += 1;

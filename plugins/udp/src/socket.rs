@@ -1,10 +1,9 @@
 //! UDP sockets that send and receive many datagrams per system call where the system supports it:
 //! with generic segmentation offload, `recvmmsg` and generic receive offload.
 
-mod address;
-
 use std::io::{self, ErrorKind, IoSliceMut};
-use std::net::{SocketAddr, UdpSocket};
+use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, ToSocketAddrs, UdpSocket};
+use std::str::FromStr;
 use std::time::Duration;
 
 use quinn_udp::{RecvMeta, Transmit, UdpSocketState};
@@ -12,8 +11,6 @@ use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use socket2::SockRef;
 
 use crate::packer::MAX_DATAGRAM_BYTES;
-use address::source_of;
-pub use address::{Listen, SocketError, resolve, resolve_receiver};
 
 /// The requested size of the system's socket buffers. The system may grant less
 /// (`net.core.rmem_max` on Linux).
@@ -48,14 +45,16 @@ impl Socket {
     /// Returns [`SocketError::Resolve`] or [`SocketError::Listen`].
     pub fn listen(address: &Listen) -> Result<Self, SocketError> {
         let address = resolve(&address.0)?;
-        let open = || {
-            let socket = UdpSocket::bind(address)?;
-            let state = UdpSocketState::new((&socket).into())?;
-            // The system may grant less, which `receive_buffer_bytes` returns.
-            let _ = SockRef::from(&socket).set_recv_buffer_size(KERNEL_BUFFER_BYTES);
-            Ok(Self { socket, state })
-        };
-        open().map_err(|reason| SocketError::Listen { address, reason })
+        let socket = Self::bind(address);
+        let socket = socket.map_err(|reason| SocketError::Listen { address, reason })?;
+        // The system may grant less, which `receive_buffer_bytes` returns.
+        let _ = SockRef::from(&socket.socket).set_recv_buffer_size(KERNEL_BUFFER_BYTES);
+        Ok(socket)
+    }
+
+    fn bind(address: SocketAddr) -> io::Result<Self> {
+        let socket = UdpSocket::bind(address)?;
+        Ok(Self { state: UdpSocketState::new((&socket).into())?, socket })
     }
 
     /// Opens a socket that sends to one address.
@@ -63,20 +62,20 @@ impl Socket {
     /// # Errors
     /// Returns [`SocketError::Send`].
     pub fn towards(address: SocketAddr) -> Result<Self, SocketError> {
-        let open = || {
-            let socket = UdpSocket::bind(source_of(address))?;
-            socket.set_broadcast(true)?;
-            // On a connected socket, Linux reports that no program receives at the address. Other
-            // systems don't accept the destination that each send call gives for a connected
-            // socket.
-            if cfg!(target_os = "linux") {
-                socket.connect(address)?;
-            }
-            let state = UdpSocketState::new((&socket).into())?;
-            let _ = SockRef::from(&socket).set_send_buffer_size(KERNEL_BUFFER_BYTES);
-            Ok(Self { socket, state })
-        };
-        open().map_err(|reason| SocketError::Send { address, reason })
+        Self::connect(address).map_err(|reason| SocketError::Send { address, reason })
+    }
+
+    fn connect(address: SocketAddr) -> io::Result<Self> {
+        let socket = UdpSocket::bind(source_of(address))?;
+        socket.set_broadcast(true)?;
+        // On a connected socket, Linux reports that no program receives at the address. Other
+        // systems don't accept the destination that each send call gives for a connected socket.
+        if cfg!(target_os = "linux") {
+            socket.connect(address)?;
+        }
+        let state = UdpSocketState::new((&socket).into())?;
+        let _ = SockRef::from(&socket).set_send_buffer_size(KERNEL_BUFFER_BYTES);
+        Ok(Self { socket, state })
     }
 
     /// Returns the socket's own address. If port 0 was requested, it has the port that the system
@@ -132,16 +131,18 @@ impl Socket {
             segment_size: Some(datagram_bytes),
             src_ip: None,
         };
-        let send = || self.state.try_send((&self.socket).into(), &transmit);
-        match send() {
+        let mut reachable = true;
+        match self.state.try_send((&self.socket).into(), &transmit) {
+            Ok(()) => return Ok(true),
             Err(error) if error.kind() == ErrorKind::WouldBlock => {
                 self.wait(PollFlags::OUT, SEND_TIMEOUT);
-                send().map(|()| true)
             }
             // The error belongs to an earlier datagram, but this one was not sent.
-            Err(error) if error.kind() == ErrorKind::ConnectionRefused => send().map(|()| false),
-            outcome => outcome.map(|()| true),
+            Err(error) if error.kind() == ErrorKind::ConnectionRefused => reachable = false,
+            Err(error) => return Err(error),
         }
+        self.state.try_send((&self.socket).into(), &transmit)?;
+        Ok(reachable)
     }
 
     /// Waits until a datagram has arrived, but not longer than `timeout`. Returns whether one may
@@ -206,6 +207,100 @@ fn is_transient(error: &io::Error) -> bool {
         error.kind(),
         ErrorKind::WouldBlock | ErrorKind::Interrupted | ErrorKind::ConnectionReset
     )
+}
+
+/// The error of opening a socket.
+#[derive(Debug, thiserror::Error)]
+pub enum SocketError {
+    /// The address can't be resolved.
+    #[error("can't resolve '{address}': {reason}; give HOST:PORT, for example 127.0.0.1:9001")]
+    Resolve {
+        /// The requested address.
+        address: String,
+        /// The system's reason.
+        reason: io::Error,
+    },
+    /// The receiver's address has port 0.
+    #[error("'{0}' has port 0, at which no program can receive; give the receiver's port")]
+    NoPort(String),
+    /// The address can't be listened on.
+    #[error(
+        "can't listen on {address}: {reason}; is another program listening there? choose another port"
+    )]
+    Listen {
+        /// The requested address.
+        address: SocketAddr,
+        /// The system's reason.
+        reason: io::Error,
+    },
+    /// The address can't be sent to.
+    #[error("can't send to {address}: {reason}")]
+    Send {
+        /// The requested address.
+        address: SocketAddr,
+        /// The system's reason.
+        reason: io::Error,
+    },
+}
+
+/// An address to receive at: `HOST:PORT`, or only a port for the loopback interface.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Listen(String);
+
+impl Listen {
+    /// Returns a port of the loopback interface; 0 stands for any free port.
+    pub fn loopback(port: u16) -> Self {
+        Self(format!("127.0.0.1:{port}"))
+    }
+}
+
+impl FromStr for Listen {
+    type Err = core::convert::Infallible;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let is_number = text.bytes().all(|byte| byte.is_ascii_digit());
+        Ok(match text.parse() {
+            Ok(port) if is_number => Self::loopback(port),
+            _ => Self(text.to_owned()),
+        })
+    }
+}
+
+/// Resolves the address of a receiver.
+///
+/// # Errors
+/// Returns [`SocketError::Resolve`] if there is no such address, and [`SocketError::NoPort`] if its
+/// port is 0.
+pub fn resolve_receiver(address: &str) -> Result<SocketAddr, SocketError> {
+    let found = resolve(address)?;
+    if found.port() == 0 { Err(SocketError::NoPort(address.to_owned())) } else { Ok(found) }
+}
+
+/// Resolves a host name and port.
+///
+/// # Errors
+/// Returns [`SocketError::Resolve`] if there is no such address.
+pub fn resolve(address: &str) -> Result<SocketAddr, SocketError> {
+    let mut found = address.to_socket_addrs();
+    match found.as_mut().map(Iterator::next) {
+        Ok(Some(found)) => Ok(found),
+        _ => {
+            let reason = found.err().unwrap_or(ErrorKind::AddrNotAvailable.into());
+            Err(SocketError::Resolve { address: address.to_owned(), reason })
+        }
+    }
+}
+
+/// Returns the local address for sending to `address`, with any free port. The source of a loopback
+/// address is a loopback address.
+fn source_of(address: SocketAddr) -> SocketAddr {
+    let ip = match (address, address.ip().is_loopback()) {
+        (SocketAddr::V4(_), true) => Ipv4Addr::LOCALHOST.into(),
+        (SocketAddr::V4(_), false) => Ipv4Addr::UNSPECIFIED.into(),
+        (SocketAddr::V6(_), true) => Ipv6Addr::LOCALHOST.into(),
+        (SocketAddr::V6(_), false) => Ipv6Addr::UNSPECIFIED.into(),
+    };
+    SocketAddr::new(ip, 0)
 }
 
 #[cfg(test)]

@@ -1,6 +1,5 @@
 //! `regatta plugin udp-source`: a producer whose robots are where the received lines say.
 
-mod answers;
 mod figures;
 pub mod intake;
 mod options;
@@ -17,19 +16,18 @@ use regatta_plugin::{
 };
 
 use crate::line::{LineFormat, Separator};
-use crate::options::parse;
+use crate::outlet::Answers;
 use crate::socket::{Buffers, Socket, resolve_receiver};
 use crate::tally::{Effort, EverySecond};
-use answers::Answers;
 use figures::Trouble;
 use intake::Intake;
 use options::SourceOptions;
+use regatta_kit::parse;
 
-/// How long to wait after an error of the socket: an error that persists then takes no processor
-/// time.
+/// The pause after an error of the socket, so that a persistent error takes no processor time.
 const ERROR_PAUSE: Duration = Duration::from_millis(1);
 
-/// Runs the source with a command line, whose first argument is the plugin.
+/// Runs the source with a command line, whose first argument is the plugin's name.
 ///
 /// # Errors
 /// If an option is invalid, the address can't be listened on, the fleet has a producer already, or
@@ -106,7 +104,7 @@ impl Source {
         self.started.elapsed()
     }
 
-    /// Receives what arrives until `end`; once at least, however late it is.
+    /// Receives datagrams until `end`, but at least once.
     fn receive_until(&mut self, end: Instant) {
         loop {
             let received = self.receive();
@@ -120,7 +118,7 @@ impl Source {
         }
     }
 
-    /// Receives what has arrived, and returns whether there was anything.
+    /// Receives the datagrams that have arrived, and returns whether there were any.
     fn receive(&mut self) -> bool {
         let now = self.now();
         let Self { socket, buffers, intake, answers, .. } = self;

@@ -1,36 +1,38 @@
 //! Contacts: pairs of robots whose footprints overlap. A uniform grid finds the pairs that are
-//! near, and the separating axes of rectangles and circles decide.
+//! near, and separating axes decide.
 
 use std::collections::BTreeMap;
 
+use glam::Vec2;
+
 use crate::findings::{Finding, Findings, Kind};
+use crate::orders::Now;
 
 /// The overlap below which footprints count as apart, in metres.
 pub(crate) const CONTACT_TOLERANCE: f32 = 0.001;
 
-/// A footprint at its place.
+/// A footprint with its pose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Body {
     pub robot: u32,
-    pub x: f32,
-    pub y: f32,
+    pub position: Vec2,
     pub theta: f32,
     /// Half of the length and of the width in metres; of a circle, twice the radius.
-    pub half: [f32; 2],
+    pub half: Vec2,
     pub is_circle: bool,
-    /// The radius of the circle about it, in metres.
+    /// The radius of the circle around it, in metres.
     radius: f32,
 }
 
 impl Body {
-    /// A robot at x, y and theta; `half` is half of its length and width.
-    pub fn new(robot: u32, [x, y, theta]: [f32; 3], half: [f32; 2], is_circle: bool) -> Self {
-        let radius = if is_circle { half[0] } else { half[0].hypot(half[1]) };
-        Self { robot, x, y, theta, half, is_circle, radius }
+    /// Creates the body of a robot with half of its length and width.
+    pub fn new(robot: u32, position: Vec2, theta: f32, half: Vec2, is_circle: bool) -> Self {
+        let radius = if is_circle { half.x } else { half.x.hypot(half.y) };
+        Self { robot, position, theta, half, is_circle, radius }
     }
 }
 
-/// Finds near pairs.
+/// A uniform grid, which finds near pairs.
 #[derive(Debug, Default)]
 pub(crate) struct Grid {
     starts: Vec<u32>,
@@ -39,67 +41,71 @@ pub(crate) struct Grid {
 }
 
 impl Grid {
-    /// Calls `each` with the overlapping pairs, and by how much they overlap in metres. The lower
+    /// Calls `each` with the overlapping pairs, and the depth of their overlap in metres. The lower
     /// index comes first.
     pub fn overlaps(&mut self, bodies: &[Body], mut each: impl FnMut(usize, usize, f32)) {
         let Some(columns) = self.sort(bodies) else { return };
         let rows = (self.starts.len() - 1) / columns;
-        let place = |cell: usize| self.starts[cell] as usize;
-        for (row, column) in (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column)))
-        {
-            let cell = row * columns + column;
-            let (end, is_last) = (place(cell + 1), column + 1 == columns);
+        for cell in 0..rows * columns {
+            let (row, column) = (cell / columns, cell % columns);
+            let (end, is_last) = (self.start(cell + 1), column + 1 == columns);
             // This cell and the next one of its row lie side by side in memory, as do the three of
             // the next row.
-            let beside = if is_last { end } else { place(cell + 2) };
-            for at in place(cell)..end {
+            let row_end = if is_last { end } else { self.start(cell + 2) };
+            let mut below = 0..0;
+            if row + 1 < rows {
+                let next = cell + columns;
+                let from = if column > 0 { next - 1 } else { next };
+                let to = if is_last { next } else { next + 1 };
+                below = self.start(from)..self.start(to + 1);
+            }
+            for at in self.start(cell)..end {
                 let first = self.order[at] as usize;
-                let mut try_all = |from: usize, to: usize| {
-                    for second in &self.order[from..to] {
-                        let (a, b) = (first.min(*second as usize), first.max(*second as usize));
-                        let depth = overlap(&bodies[a], &bodies[b]);
-                        if depth > CONTACT_TOLERANCE {
-                            each(a, b, depth);
-                        }
+                let near = [&self.order[at + 1..row_end], &self.order[below.clone()]];
+                for second in near.into_iter().flatten() {
+                    let (a, b) = (first.min(*second as usize), first.max(*second as usize));
+                    let depth = overlap(&bodies[a], &bodies[b]);
+                    if depth > CONTACT_TOLERANCE {
+                        each(a, b, depth);
                     }
-                };
-                try_all(at + 1, beside);
-                if row + 1 < rows {
-                    let next = cell + columns;
-                    let from = if column > 0 { next - 1 } else { next };
-                    let to = if is_last { next } else { next + 1 };
-                    try_all(place(from), place(to + 1));
                 }
             }
         }
+    }
+
+    fn start(&self, cell: usize) -> usize {
+        self.starts[cell] as usize
     }
 
     /// Sorts bodies into cells that are as wide as the largest one, and returns the number of
     /// columns.
     fn sort(&mut self, bodies: &[Body]) -> Option<usize> {
         let first = bodies.first()?;
-        let (mut low, mut high, mut radius) = ([first.x, first.y], [first.x, first.y], 0.0_f32);
+        let (mut low, mut high, mut radius) = (first.position, first.position, 0.0_f32);
         for body in bodies {
-            low = [low[0].min(body.x), low[1].min(body.y)];
-            high = [high[0].max(body.x), high[1].max(body.y)];
+            low = low.min(body.position);
+            high = high.max(body.position);
             radius = radius.max(body.radius);
         }
         let mut width = (2.0 * radius).max(0.01) * 1.0001;
-        let size = |width: f32| [0, 1].map(|i| ((high[i] - low[i]) / width) as usize + 1);
-        while size(width)[0].saturating_mul(size(width)[1]) > 4 * bodies.len() + 64 {
+        let [columns, rows] = loop {
+            let [columns, rows] = ((high - low) / width).to_array().map(|cells| cells as usize + 1);
+            if columns.saturating_mul(rows) <= 4 * bodies.len() + 64 {
+                break [columns, rows];
+            }
             width *= 1.5;
-        }
-        let [columns, rows] = size(width);
-        let cell = |body: &Body| {
-            let column = (((body.x - low[0]) / width) as usize).min(columns - 1);
-            let row = (((body.y - low[1]) / width) as usize).min(rows - 1);
-            (row * columns + column) as u32
         };
         self.cells.clear();
-        self.cells.extend(bodies.iter().map(cell));
+        self.cells.extend(bodies.iter().map(|body| {
+            let [column, row] = ((body.position - low) / width).to_array();
+            let (column, row) = ((column as usize).min(columns - 1), (row as usize).min(rows - 1));
+            (row * columns + column) as u32
+        }));
         self.starts.clear();
         self.starts.resize(columns * rows + 1, 0);
-        self.cells.iter().for_each(|cell| self.starts[*cell as usize] += 1);
+        for cell in &self.cells {
+            self.starts[*cell as usize] += 1;
+        }
         let mut sum = 0;
         for start in &mut self.starts {
             sum += *start;
@@ -115,47 +121,41 @@ impl Grid {
     }
 }
 
-/// By how much two footprints overlap, in metres: how far one must move for them to part. Zero or
-/// less if they don't.
+/// Returns the depth of the overlap of two footprints in metres: the least distance by which one
+/// must move to separate them; zero or less if they don't overlap.
 pub(crate) fn overlap(a: &Body, b: &Body) -> f32 {
-    let (dx, dy) = (b.x - a.x, b.y - a.y);
+    let offset = b.position - a.position;
     let reach = a.radius + b.radius;
-    let square = dx * dx + dy * dy;
+    let square = offset.length_squared();
     if square >= reach * reach {
         return 0.0;
     }
     match (a.is_circle, b.is_circle) {
         (true, true) => reach - square.sqrt(),
-        (false, true) => circle_overlap(a, b.half[0], [dx, dy]),
-        (true, false) => circle_overlap(b, a.half[0], [-dx, -dy]),
-        (false, false) => rectangle_overlap(a, b, [dx, dy]),
+        (false, true) => circle_overlap(a, b.half.x, offset),
+        (true, false) => circle_overlap(b, a.half.x, -offset),
+        (false, false) => rectangle_overlap(a, b, offset),
     }
 }
 
-fn circle_overlap(rectangle: &Body, radius: f32, [dx, dy]: [f32; 2]) -> f32 {
-    let (sin, cos) = rectangle.theta.sin_cos();
-    // How far the centre is beyond each pair of sides.
-    let beyond = [
-        (dx * cos + dy * sin).abs() - rectangle.half[0],
-        (dy * cos - dx * sin).abs() - rectangle.half[1],
-    ];
-    if beyond[0] > 0.0 && beyond[1] > 0.0 {
-        return radius - beyond[0].hypot(beyond[1]);
+fn circle_overlap(rectangle: &Body, radius: f32, offset: Vec2) -> f32 {
+    let heading = Vec2::from_angle(rectangle.theta);
+    // The distance of the centre beyond each pair of sides.
+    let beyond = Vec2::new(heading.dot(offset), heading.perp_dot(offset)).abs() - rectangle.half;
+    if beyond.x > 0.0 && beyond.y > 0.0 {
+        return radius - beyond.x.hypot(beyond.y);
     }
-    radius - beyond[0].max(beyond[1])
+    radius - beyond.max_element()
 }
 
-fn rectangle_overlap(a: &Body, b: &Body, [dx, dy]: [f32; 2]) -> f32 {
-    let ((asin, acos), (bsin, bcos)) = (a.theta.sin_cos(), b.theta.sin_cos());
-    // The cosine and sine of the angle between them.
-    let (cos, sin) = ((acos * bcos + asin * bsin).abs(), (acos * bsin - asin * bcos).abs());
-    let along = |x: f32, y: f32| (dx * x + dy * y).abs();
-    let ([al, aw], [bl, bw]) = (a.half, b.half);
+fn rectangle_overlap(a: &Body, b: &Body, offset: Vec2) -> f32 {
+    let (heading_a, heading_b) = (Vec2::from_angle(a.theta), Vec2::from_angle(b.theta));
+    let (cos, sin) = (heading_a.dot(heading_b).abs(), heading_a.perp_dot(heading_b).abs());
     let depths = [
-        al + bl * cos + bw * sin - along(acos, asin),
-        aw + bl * sin + bw * cos - along(-asin, acos),
-        bl + al * cos + aw * sin - along(bcos, bsin),
-        bw + al * sin + aw * cos - along(-bsin, bcos),
+        a.half.x + b.half.x * cos + b.half.y * sin - heading_a.dot(offset).abs(),
+        a.half.y + b.half.x * sin + b.half.y * cos - heading_a.perp_dot(offset).abs(),
+        b.half.x + a.half.x * cos + a.half.y * sin - heading_b.dot(offset).abs(),
+        b.half.y + a.half.x * sin + a.half.y * cos - heading_b.perp_dot(offset).abs(),
     ];
     depths.into_iter().fold(f32::INFINITY, f32::min)
 }
@@ -178,13 +178,14 @@ pub(crate) struct Contacts {
 }
 
 impl Contacts {
-    /// Takes the bodies of a frame; `seconds` have passed since the frame before. `edge` is the id
-    /// of a robot's edge.
+    /// Takes the bodies of a frame with this number, `seconds` after the frame before. `edge`
+    /// returns the id of a robot's edge.
     pub fn take(
         &mut self,
         bodies: &[Body],
-        [frame, tick]: [u64; 2],
-        [time, seconds]: [f64; 2],
+        frame: u64,
+        now: Now,
+        seconds: f64,
         edge: impl Fn(u32) -> Option<u32>,
     ) {
         let Self { grid, pairs } = self;
@@ -194,9 +195,9 @@ impl Contacts {
                 first: Finding {
                     robots: vec![a.robot, b.robot],
                     edge: edge(a.robot),
-                    place: Some([0.5 * (a.x + b.x), 0.5 * (a.y + b.y)]),
+                    place: Some((0.5 * (a.position + b.position)).into()),
                     limit: Some(f64::from(CONTACT_TOLERANCE)),
-                    ..Finding::at(tick, time)
+                    ..Finding::at(now.tick, now.seconds)
                 },
                 last_frame: u64::MAX,
                 seconds: 0.0,

@@ -1,9 +1,13 @@
-//! Findings: what the judge found, counted by kind, with examples.
+//! Findings, counted by kind, with examples.
 
+use std::fmt;
+
+use clap::ValueEnum;
 use serde::Serialize;
 
-/// A kind of finding.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+/// A kind of finding. Options and reports name it in lower case, with hyphens.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, ValueEnum, Serialize)]
+#[serde(rename_all = "kebab-case")]
 #[repr(u8)]
 pub enum Kind {
     /// The footprints of two robots overlap.
@@ -12,7 +16,7 @@ pub enum Kind {
     OffGraph,
     /// A heading differs from that of the edge.
     Heading,
-    /// A robot drives an edge against its direction, or against its gear.
+    /// A robot drives an edge against its direction, or in a gear that isn't allowed.
     WrongDirection,
     /// A robot moved further than its speed limit and the time allow.
     Teleport,
@@ -20,8 +24,8 @@ pub enum Kind {
     Speed,
     /// A robot speeds up faster than its type allows.
     Acceleration,
-    /// A robot slows down faster than its type allows. The engine brakes so only when an order
-    /// takes its road away.
+    /// A robot slows down faster than its type allows. The engine brakes so only when a command
+    /// shortens its route.
     HardBraking,
     /// A robot turns on the spot faster than its type allows.
     Rotation,
@@ -39,73 +43,27 @@ pub enum Kind {
     MovedInDwell,
     /// A stop was left out.
     SkippedStop,
-    /// A robot got a task while it had another.
-    TwoTasks,
-    /// A task went on after its end.
+    /// A robot got an order while it had another.
+    TwoOrders,
+    /// An order went on after its end.
     DoneTwice,
-    /// A task wasn't finished for a long time.
+    /// An order wasn't finished for a long time.
     Unserved,
-    /// A robot did nothing for a long time while tasks waited.
+    /// A robot did nothing for a long time while orders waited.
     Idle,
-    /// Records of a task that contradict each other.
-    TaskOrder,
+    /// Records of an order that contradict each other.
+    ContradictoryRecords,
     /// A robot stopped because its battery was flat.
     FlatBattery,
 }
 
+/// The number of kinds.
+const KINDS: usize = Kind::FlatBattery as usize + 1;
+
 impl Kind {
     /// All kinds, in the order of reports.
-    pub const ALL: [Self; 22] = [
-        Self::Contact,
-        Self::OffGraph,
-        Self::Heading,
-        Self::WrongDirection,
-        Self::Teleport,
-        Self::Speed,
-        Self::Acceleration,
-        Self::HardBraking,
-        Self::Rotation,
-        Self::BrokenRoute,
-        Self::InvalidPose,
-        Self::DropWithoutPick,
-        Self::WrongPlace,
-        Self::ShortDwell,
-        Self::MovedInDwell,
-        Self::SkippedStop,
-        Self::TwoTasks,
-        Self::DoneTwice,
-        Self::Unserved,
-        Self::Idle,
-        Self::TaskOrder,
-        Self::FlatBattery,
-    ];
-
-    /// The name, as options and reports have it.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Contact => "contact",
-            Self::OffGraph => "off-graph",
-            Self::Heading => "heading",
-            Self::WrongDirection => "wrong-direction",
-            Self::Teleport => "teleport",
-            Self::Speed => "speed",
-            Self::Acceleration => "acceleration",
-            Self::HardBraking => "hard-braking",
-            Self::Rotation => "rotation",
-            Self::BrokenRoute => "broken-route",
-            Self::InvalidPose => "invalid-pose",
-            Self::DropWithoutPick => "drop-without-pick",
-            Self::WrongPlace => "wrong-place",
-            Self::ShortDwell => "short-dwell",
-            Self::MovedInDwell => "moved-in-dwell",
-            Self::SkippedStop => "skipped-stop",
-            Self::TwoTasks => "two-tasks",
-            Self::DoneTwice => "done-twice",
-            Self::Unserved => "unserved",
-            Self::Idle => "idle",
-            Self::TaskOrder => "task-order",
-            Self::FlatBattery => "flat-battery",
-        }
+    pub fn all() -> impl Iterator<Item = Self> {
+        Self::value_variants().iter().copied()
     }
 
     /// The unit of a finding's value and limit; empty if it has none.
@@ -130,39 +88,34 @@ impl Kind {
     }
 }
 
-impl std::str::FromStr for Kind {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        Self::ALL.into_iter().find(|kind| kind.name() == text).ok_or_else(|| {
-            let names: Vec<_> = Self::ALL.iter().map(|kind| kind.name()).collect();
-            format!("unknown kind '{text}'; the kinds are {}", names.join(", "))
-        })
+impl fmt::Display for Kind {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.to_possible_value().map_or(Ok(()), |value| f.pad(value.get_name()))
     }
 }
 
 /// One finding.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Finding {
-    /// The tick in which it was seen first.
+    /// The first tick in which it was seen.
     pub tick: u64,
     /// Its simulated time in seconds.
     pub time_secs: f64,
     /// The robots, by id.
     pub robots: Vec<u32>,
-    /// The task.
-    pub task: Option<u64>,
+    /// The order.
+    pub order: Option<u64>,
     /// The id of the first robot's edge.
     pub edge: Option<u32>,
     /// Metres east and north.
     pub place: Option<[f32; 2]>,
-    /// What was measured, in the unit of the kind.
+    /// The measured value, in the unit of the kind.
     pub value: Option<f64>,
-    /// What is allowed, in the same unit.
+    /// The allowed value, in the same unit.
     pub limit: Option<f64>,
-    /// How long it lasted, in seconds (contacts).
+    /// Its duration in seconds (contacts only).
     pub duration_secs: Option<f64>,
-    /// What is wrong, if the kind alone doesn't say it.
+    /// An explanation, if the kind alone isn't enough.
     pub note: &'static str,
 }
 
@@ -172,7 +125,7 @@ impl Finding {
             tick,
             time_secs,
             robots: Vec::new(),
-            task: None,
+            order: None,
             edge: None,
             place: None,
             value: None,
@@ -183,28 +136,24 @@ impl Finding {
     }
 }
 
-/// Counts of all kinds, and the first examples of each.
+/// The count of each kind, and its first examples.
 #[derive(Clone, Debug)]
 pub(crate) struct Findings {
-    counts: [u64; Kind::ALL.len()],
-    examples: [Vec<Finding>; Kind::ALL.len()],
-    most_examples: usize,
+    counts: [u64; KINDS],
+    examples: [Vec<Finding>; KINDS],
+    max_examples: usize,
 }
 
 impl Findings {
-    pub fn new(most_examples: usize) -> Self {
-        Self {
-            counts: [0; Kind::ALL.len()],
-            examples: std::array::from_fn(|_| Vec::new()),
-            most_examples,
-        }
+    pub fn new(max_examples: usize) -> Self {
+        Self { counts: [0; KINDS], examples: [const { Vec::new() }; KINDS], max_examples }
     }
 
-    /// Counts a finding; `make` makes the example, if there is room for one.
+    /// Counts a finding. `make` makes the example, if there is room for one.
     pub fn add(&mut self, kind: Kind, make: impl FnOnce() -> Finding) {
         self.counts[kind as usize] += 1;
         let examples = &mut self.examples[kind as usize];
-        if examples.len() < self.most_examples {
+        if examples.len() < self.max_examples {
             examples.push(make());
         }
     }

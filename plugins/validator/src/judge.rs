@@ -1,29 +1,30 @@
-//! The judge: world, frames, events and tasks in, findings out. It knows no processes and no files.
+//! The judge: world, frames, events and orders in, findings out. It doesn't know processes or
+//! files.
 
 use std::collections::VecDeque;
 
+use glam::Vec2;
 use regatta_plugin::event::{BreakdownCause, EventHeader, EventKind, EventRecord};
-use regatta_plugin::frame::{NO_EDGE, RobotState};
-use regatta_plugin::task::{TaskHeader, TaskRecord};
-use regatta_plugin::world::Shape;
+use regatta_plugin::frame::RobotState;
+use regatta_plugin::order::{OrderHeader, OrderRecord};
+use regatta_plugin::world::{RobotTypeRecord, Shape};
 use regatta_plugin::{Frame, World};
 
 use crate::contacts::{Body, Contacts};
 use crate::findings::{Finding, Findings, Kind};
-use crate::motion::Gap;
+use crate::motion::{Fault, Gap, Move, Row};
+use crate::orders::{Now, Orders};
 use crate::report::Report;
-use crate::row::{Fault, Row};
-use crate::site::Site;
 use crate::stands::Stands;
-use crate::tasks::{Context, Now, Tasks};
+use crate::world_model::WorldModel;
 use crate::{graph, motion};
 
-/// How long tasks and robots may wait, and how much the report tells.
+/// The times that orders and robots may wait, and the number of examples in the report.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// Seconds after which a task that isn't finished is a finding.
+    /// Seconds after which an order that isn't finished is a finding.
     pub unserved_after_secs: f64,
-    /// Seconds after which a robot that does nothing while tasks wait is a finding.
+    /// Seconds after which a robot that is idle while orders wait is a finding.
     pub idle_after_secs: f64,
     /// The number of examples of each kind.
     pub examples: usize,
@@ -35,38 +36,47 @@ impl Default for Settings {
     }
 }
 
-/// In place of a robot's id: any may have joined or left, for events were lost.
-const ANY_ROBOT: u32 = u32::MAX;
+/// The robots that joined or left in a tick of a run.
+#[derive(Clone, Copy, Debug)]
+struct Placed {
+    run_id: u64,
+    tick: u64,
+    /// `None` if events were lost, so that it may be any.
+    robot: Option<u32>,
+}
 
-/// What the judge remembers of a robot.
-#[derive(Clone, Copy, Debug, Default)]
+/// The state that the judge keeps of a robot.
+#[derive(Clone, Copy, Debug)]
 struct Track {
     /// `None` if it was absent or invalid, or was spawned since.
     before: Option<Row>,
-    /// The kinds that the robot has shown since the last frame in which it didn't: each counts
-    /// once.
+    /// The kinds of faults in the last frame, as bits: a fault that lasts counts once.
     active: u32,
-    /// Since when it has done nothing while tasks waited, in seconds; infinite if it does
-    /// something.
+    /// Time in seconds since which it has been idle while orders waited; infinite if it isn't.
     idle_since: f64,
     reported_idle: bool,
 }
 
+impl Track {
+    const NEW: Self =
+        Self { before: None, active: 0, idle_since: f64::INFINITY, reported_idle: false };
+}
+
 /// Judges one fleet. Feed it everything in the order of time: the world, then for each tick its
-/// events, tasks and frame.
+/// events, orders and frame.
 #[derive(Debug)]
 pub struct Judge {
     settings: Settings,
-    site: Site,
+    world: WorldModel,
     types: Vec<u16>,
     tracks: Vec<Track>,
     contacts: Contacts,
-    /// Robots that joined or left, with the run and the tick, in the order of time.
-    placed: VecDeque<((u64, u64), u32)>,
+    /// In the order of time.
+    placed: VecDeque<Placed>,
     stands: Stands,
-    tasks: Tasks,
-    /// The task log of a run whose first frame hasn't come yet.
-    next_tasks: Option<(u64, Tasks)>,
+    orders: Orders,
+    /// The order log of a run whose first frame hasn't come yet.
+    next_orders: Option<(u64, Orders)>,
     findings: Findings,
     run: Option<u64>,
     now: Now,
@@ -82,14 +92,14 @@ impl Judge {
     pub fn new(settings: Settings) -> Self {
         Self {
             settings,
-            site: Site::default(),
+            world: WorldModel::default(),
             types: Vec::new(),
             tracks: Vec::new(),
             contacts: Contacts::default(),
             placed: VecDeque::new(),
             stands: Stands::default(),
-            tasks: Tasks::default(),
-            next_tasks: None,
+            orders: Orders::default(),
+            next_orders: None,
             findings: Findings::new(settings.examples),
             run: None,
             now: Now::default(),
@@ -103,9 +113,9 @@ impl Judge {
 
     /// Takes the route graph and the robot types, in place of those before.
     pub fn take_world(&mut self, world: &World<'_>) {
-        self.site = Site::new(world);
-        // The numbers of edges may mean others now.
-        self.tracks.iter_mut().for_each(|track| track.before = None);
+        self.world = WorldModel::new(world);
+        // The indices of edges may have changed.
+        self.forget_places();
     }
 
     /// Takes the column `type`: the index of each robot's type.
@@ -114,68 +124,85 @@ impl Judge {
         self.types.extend(types.iter().map(|number| *number as u16));
     }
 
-    /// Takes the events of a tick. Only those matter that tell of robots which join or leave, or
-    /// are flat. `is_incomplete` says that events before them, or some of them, were lost.
+    /// Takes the events of a tick. Only those of robots that join, leave or have a flat battery
+    /// matter. `is_incomplete` says that events were lost.
     pub fn take_events(
         &mut self,
         header: &EventHeader,
         events: &[EventRecord],
         is_incomplete: bool,
     ) {
-        let at = (header.run_id, header.tick);
+        let &EventHeader { run_id, tick, .. } = header;
         if is_incomplete || header.dropped > 0 {
-            self.placed.push_back((at, ANY_ROBOT));
+            self.placed.push_back(Placed { run_id, tick, robot: None });
         }
-        events
-            .iter()
-            .filter(|event| is_flat(event))
-            .for_each(|event| self.find_flat(header.tick, event.robot));
-        let is_placed = |event: &&EventRecord| {
-            matches!(event.kind(), Some(EventKind::Spawned | EventKind::Removed))
-        };
-        self.placed.extend(events.iter().filter(is_placed).map(|event| (at, event.robot)));
+        for event in events {
+            match event.kind() {
+                Some(EventKind::Spawned | EventKind::Removed) => {
+                    self.placed.push_back(Placed { run_id, tick, robot: Some(event.robot) });
+                }
+                Some(EventKind::BrokenDown)
+                    if event.detail == BreakdownCause::FlatBattery as u32 =>
+                {
+                    self.find_flat(tick, event.robot);
+                }
+                _ => {}
+            }
+        }
     }
 
-    /// Finds that a robot's battery is flat.
+    /// Adds the finding of a flat battery.
     fn find_flat(&mut self, tick: u64, robot: u32) {
         let before = self.tracks.get(robot as usize).and_then(|track| track.before);
         let seconds = tick as f64 * self.now.period;
         self.findings.add(Kind::FlatBattery, || Finding {
             robots: vec![robot],
-            edge: before.and_then(|row| Some(self.site.edge(row.edge)?.record.id)),
-            place: before.map(|row| [row.x, row.y]),
+            edge: before.and_then(|row| self.world.edge_id(row.edge)),
+            place: before.map(|row| row.position.into()),
             ..Finding::at(tick, seconds)
         });
     }
 
-    /// Forgets where robots were that have been placed anew by now. (Events can be there some
-    /// frames before their tick's.)
-    fn forget_placed(&mut self, run: u64, tick: u64) {
-        let is_due = |((of, at), _): &mut ((u64, u64), u32)| *of != run || *at <= tick;
-        while let Some((_, robot)) = self.placed.pop_front_if(is_due) {
-            let all = robot == ANY_ROBOT;
-            let tracks =
-                if all { 0..self.tracks.len() } else { robot as usize..robot as usize + 1 };
-            self.tracks.get_mut(tracks).into_iter().flatten().for_each(|track| track.before = None);
+    /// Forgets the places of robots that have joined or left by now. Events may arrive some frames
+    /// before that of their tick.
+    fn forget_placed(&mut self, run_id: u64, tick: u64) {
+        while let Some(placed) =
+            self.placed.pop_front_if(|placed| placed.run_id != run_id || placed.tick <= tick)
+        {
+            match placed.robot {
+                None => self.forget_places(),
+                Some(robot) => {
+                    if let Some(track) = self.tracks.get_mut(robot as usize) {
+                        track.before = None;
+                    }
+                }
+            }
         }
     }
 
-    /// Takes the task log's records of a tick, before or after the frame of that tick. `missed` is
+    fn forget_places(&mut self) {
+        for track in &mut self.tracks {
+            track.before = None;
+        }
+    }
+
+    /// Takes the order log's records of a tick, before or after the frame of that tick. `missed` is
     /// the number of samples that were lost before it.
-    pub fn take_tasks(&mut self, header: &TaskHeader, missed: u64, records: &[TaskRecord]) {
-        self.report.task_samples_missed += missed;
+    pub fn take_orders(&mut self, header: &OrderHeader, missed: u64, records: &[OrderRecord]) {
+        self.report.order_samples_missed += missed;
         let is_current = self.run == Some(header.run_id);
-        let tasks = if is_current { &mut self.tasks } else { self.tasks_before_run(header.run_id) };
-        tasks.take(header, records, missed > 0);
+        let orders =
+            if is_current { &mut self.orders } else { self.orders_before_run(header.run_id) };
+        orders.take(header, records, missed > 0);
         if is_current && header.tick <= self.now.tick {
-            self.judge_tasks();
+            self.judge_orders();
         }
     }
 
-    /// Returns the task log of a run that hasn't begun.
-    fn tasks_before_run(&mut self, run: u64) -> &mut Tasks {
-        let kept = self.next_tasks.take().filter(|(of, _)| *of == run);
-        &mut self.next_tasks.insert(kept.unwrap_or((run, Tasks::default()))).1
+    /// Returns the order log of a run that hasn't begun.
+    fn orders_before_run(&mut self, run: u64) -> &mut Orders {
+        let kept = self.next_orders.take().filter(|(of, _)| *of == run);
+        &mut self.next_orders.insert(kept.unwrap_or((run, Orders::default()))).1
     }
 
     /// Takes a frame.
@@ -195,7 +222,7 @@ impl Judge {
         self.report.take_frame(frame, ticks);
         self.forget_placed(frame.run_id(), now.tick);
         self.judge_robots(frame, Gap { seconds, period }, ticks);
-        self.judge_tasks();
+        self.judge_orders();
         if now.seconds >= self.next_slow_check {
             self.next_slow_check = now.seconds + 1.0;
             self.judge_waiting(frame);
@@ -205,10 +232,10 @@ impl Judge {
     fn begin_run(&mut self, frame: &Frame<'_>) {
         self.contacts.finish(&mut self.findings);
         self.report.runs += 1;
-        self.report.tasks += self.tasks.len();
-        let early = self.next_tasks.take_if(|(run, _)| *run == frame.run_id());
-        self.tasks = early.map(|(_, tasks)| tasks).unwrap_or_default();
-        self.tasks.has_gaps |= frame.tick() > 1;
+        self.report.orders += self.orders.len();
+        let early = self.next_orders.take_if(|(run, _)| *run == frame.run_id());
+        self.orders = early.map(|(_, orders)| orders).unwrap_or_default();
+        self.orders.has_gaps |= frame.tick() > 1;
         self.tracks.clear();
         self.stands = Stands::default();
         self.run = Some(frame.run_id());
@@ -218,14 +245,13 @@ impl Judge {
     }
 
     fn judge_robots(&mut self, frame: &Frame<'_>, gap: Gap, ticks: u64) {
-        self.tracks.resize(frame.len(), Track { idle_since: f64::INFINITY, ..Track::default() });
+        self.tracks.resize(frame.len(), Track::NEW);
         self.stands.begin_frame(frame.len(), frame.tick(), ticks);
         self.bodies.clear();
         let columns = frame.columns();
         for robot in 0..frame.len() {
             let row = Row {
-                x: columns.x[robot],
-                y: columns.y[robot],
+                position: Vec2::new(columns.x[robot], columns.y[robot]),
                 theta: columns.theta[robot],
                 speed: columns.speed[robot],
                 s: columns.s[robot],
@@ -234,45 +260,39 @@ impl Judge {
             };
             self.judge_robot(robot, &row, gap);
         }
-        let edges = columns.edge;
-        let site = &self.site;
-        let edge = |robot: u32| {
-            edges.get(robot as usize).and_then(|edge| Some(site.edge(*edge)?.record.id))
-        };
-        let numbers = [self.report.frames, self.now.tick];
-        self.contacts.take(&self.bodies, numbers, [self.now.seconds, gap.seconds], edge);
+        let world = &self.world;
+        self.contacts.take(&self.bodies, self.report.frames, self.now, gap.seconds, |robot| {
+            world.edge_id(*columns.edge.get(robot as usize)?)
+        });
     }
 
     fn judge_robot(&mut self, robot: usize, row: &Row, gap: Gap) {
         let track = &mut self.tracks[robot];
         if row.is_absent() {
             self.stands.take_absent(robot);
-            *track = Track { idle_since: f64::INFINITY, ..Track::default() };
+            *track = Track::NEW;
             return;
         }
         let robot_type =
-            self.site.robot_type(self.types.get(robot).map_or(0, |index| usize::from(*index)));
+            self.world.robot_type(self.types.get(robot).map_or(0, |index| usize::from(*index)));
         self.faults.clear();
-        let (site, faults) = (&self.site, &mut self.faults);
+        let (world, faults) = (&self.world, &mut self.faults);
         let before = track.before.take();
         if row.is_valid() {
-            graph::check_place(site, row, faults);
-            motion::check_speed(site, &robot_type, row, faults);
-            if let Some(before) = before {
-                motion::check_acceleration(&robot_type, &before, row, gap, faults);
-                motion::check_rotation(&robot_type, &before, row, gap, faults);
-                motion::check_teleport(site, &robot_type, &before, row, gap, faults);
+            graph::check_place(world, row, faults);
+            motion::check_speed(world, &robot_type, row, faults);
+            if let Some(before) = &before {
+                let moved = Move { world, robot_type: &robot_type, before, now: row, gap };
+                moved.check_acceleration(faults);
+                moved.check_rotation(faults);
+                moved.check_teleport(faults);
                 if !faults.iter().any(|fault| fault.kind == Kind::Teleport) {
-                    let reach = motion::reach(site, &robot_type, gap);
-                    graph::check_way(site, &before, row, reach, faults);
+                    moved.check_route(faults);
                 }
             }
             track.before = Some(*row);
             self.stands.take(robot, self.now.tick, row);
-            let is_circle = robot_type.shape() == Shape::Circle;
-            let width = if is_circle { robot_type.length } else { robot_type.width };
-            let half = [0.5 * robot_type.length, 0.5 * width];
-            self.bodies.push(Body::new(robot as u32, [row.x, row.y, row.theta], half, is_circle));
+            self.bodies.push(body(robot as u32, row, &robot_type));
         } else {
             self.stands.take_absent(robot);
             faults.push(Fault { kind: Kind::InvalidPose, value: 0.0, limit: 0.0 });
@@ -280,7 +300,7 @@ impl Judge {
         self.add_faults(robot, row);
     }
 
-    /// Adds the faults of a robot that it didn't have in the frame before.
+    /// Adds the new faults of a robot.
     fn add_faults(&mut self, robot: usize, row: &Row) {
         let active = self.faults.iter().fold(0, |bits, fault| bits | fault.kind.bit());
         for fault in &self.faults {
@@ -290,8 +310,8 @@ impl Judge {
             let has_value = !fault.kind.unit().is_empty();
             self.findings.add(fault.kind, || Finding {
                 robots: vec![robot as u32],
-                edge: self.site.edge(row.edge).map(|edge| edge.record.id),
-                place: row.is_valid().then_some([row.x, row.y]),
+                edge: self.world.edge_id(row.edge),
+                place: row.is_valid().then_some(row.position.into()),
                 value: has_value.then_some(fault.value),
                 limit: has_value.then_some(fault.limit),
                 ..Finding::at(self.now.tick, self.now.seconds)
@@ -300,36 +320,30 @@ impl Judge {
         self.tracks[robot].active = active;
     }
 
-    fn judge_tasks(&mut self) {
-        let Self { tasks, stands, findings, site, now, .. } = self;
-        let node = |id| site.node(id);
-        tasks.judge(*now, &mut Context { stands, node: &node, findings });
+    fn judge_orders(&mut self) {
+        self.orders.judge(self.now, &self.world, &self.stands, &mut self.findings);
     }
 
-    /// Finds tasks that nobody serves, and robots that do nothing while tasks wait.
+    /// Finds unserved orders, and robots that are idle while orders wait.
     fn judge_waiting(&mut self, frame: &Frame<'_>) {
         let (now, limit) = (self.now, self.settings.idle_after_secs);
-        self.tasks.judge_waiting(now, self.settings.unserved_after_secs, &mut self.findings);
-        let are_waiting = self.tasks.are_waiting();
+        self.orders.judge_waiting(now, self.settings.unserved_after_secs, &mut self.findings);
+        let are_waiting = self.orders.are_waiting();
         for (robot, track) in self.tracks.iter_mut().enumerate() {
             let Some(row) = track.before else { continue };
             let is_free =
                 row.speed == 0.0 && matches!(row.state, RobotState::Idle | RobotState::Waiting);
-            if !is_free || !are_waiting || self.tasks.has_task(robot as u32) {
+            if !is_free || !are_waiting || self.orders.has_order(robot as u32) {
                 (track.idle_since, track.reported_idle) = (f64::INFINITY, false);
                 continue;
             }
             track.idle_since = track.idle_since.min(now.seconds);
             let idle = now.seconds - track.idle_since;
             if idle > limit && !std::mem::replace(&mut track.reported_idle, true) {
-                let edge = frame.edge()[robot];
                 self.findings.add(Kind::Idle, || Finding {
                     robots: vec![robot as u32],
-                    edge: (edge != NO_EDGE)
-                        .then(|| self.site.edge(edge))
-                        .flatten()
-                        .map(|edge| edge.record.id),
-                    place: Some([row.x, row.y]),
+                    edge: self.world.edge_id(frame.edge()[robot]),
+                    place: Some(row.position.into()),
                     value: Some(idle),
                     limit: Some(limit),
                     ..Finding::at(now.tick, now.seconds)
@@ -346,17 +360,19 @@ impl Judge {
     /// Ends the judgement and returns its report.
     pub fn finish(mut self) -> Report {
         self.contacts.finish(&mut self.findings);
-        self.report.tasks += self.tasks.len();
+        self.report.orders += self.orders.len();
         self.report.seconds += self.now.seconds - self.began_secs;
         self.report.set_findings(&self.findings);
         self.report
     }
 }
 
-/// Whether an event tells that a robot stops because its battery is flat.
-fn is_flat(event: &EventRecord) -> bool {
-    event.kind() == Some(EventKind::BrokenDown)
-        && event.detail == BreakdownCause::FlatBattery as u32
+/// Returns the footprint of a robot with its pose.
+fn body(robot: u32, row: &Row, robot_type: &RobotTypeRecord) -> Body {
+    let is_circle = robot_type.shape() == Shape::Circle;
+    let width = if is_circle { robot_type.length } else { robot_type.width };
+    let half = 0.5 * Vec2::new(robot_type.length, width);
+    Body::new(robot, row.position, row.theta, half, is_circle)
 }
 
 #[cfg(test)]

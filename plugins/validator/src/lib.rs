@@ -1,10 +1,10 @@
-//! An independent judge of a run: it reads frames, the world, events and the task log, and shares
+//! An independent judge of a run: it reads frames, the world, events and the order log, and shares
 //! no code with the fleet manager, the collision plugin or the engine.
 //!
-//! [`Judge`] is pure: it gets what a fleet publishes, and returns a [`Report`]. The plugin feeds it
-//! live; `regatta validate` feeds it with a recording. Each rule has a module: `contacts`, `graph`,
-//! `motion` and `tasks`. `site` computes curves and arc lengths of its own from the world. The
-//! tolerances are constants at the top of each, and `docs/validator.md` lists them.
+//! [`Judge`] is pure: it takes the messages of a fleet, and returns a [`Report`]. The plugin feeds
+//! it live; `regatta validate` feeds it with a recording. The rules are in `contacts`, `graph`,
+//! `motion` and `orders`; their tolerances are constants at the top of each, which
+//! `docs/validator.md` lists. `world_model` computes curves and arc lengths of its own.
 //!
 //! A fault that lasts counts once, in the frame in which it begins.
 
@@ -14,12 +14,11 @@ mod graph;
 mod judge;
 mod motion;
 mod options;
+mod orders;
 mod plugin;
 mod report;
-mod row;
-mod site;
 mod stands;
-mod tasks;
+mod world_model;
 
 pub use findings::{Finding, Kind};
 pub use judge::{Judge, Settings};

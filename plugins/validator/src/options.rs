@@ -1,4 +1,4 @@
-//! The options of a judgement, live and of a recording, and what is done with its report.
+//! The options of a judgement, live or of a recording, and the files of its report.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use clap::Args;
 
 use crate::findings::Kind;
 use crate::judge::Settings;
-use crate::report::Report;
+use crate::report::{KindReport, Report};
 
 /// Options of `regatta plugin validator` and `regatta validate`.
 #[derive(Args, Clone, Debug)]
@@ -19,13 +19,13 @@ pub struct JudgeOptions {
     /// Write the report to this file as Markdown
     #[arg(long, value_name = "FILE")]
     markdown: Option<PathBuf>,
-    /// Don't fail because of findings of this kind, or these: contact, hard-braking …
+    /// Don't fail because of findings of these kinds
     #[arg(long, value_name = "KIND", value_delimiter = ',')]
     allow: Vec<Kind>,
-    /// A task that isn't finished after this time is a finding
+    /// An order that isn't finished after this time is a finding
     #[arg(long, value_name = "TIME", default_value = "20min")]
     unserved_after: humantime::Duration,
-    /// A robot that does nothing for this time while tasks wait is a finding
+    /// A robot that is idle for this time while orders wait is a finding
     #[arg(long, value_name = "TIME", default_value = "20min")]
     idle_after: humantime::Duration,
     /// The number of examples of each kind in the report
@@ -47,7 +47,7 @@ pub enum JudgeError {
     /// There are findings that are not allowed.
     #[error("the validator has {count} findings: {kinds}; `--allow KIND` lets a kind pass")]
     Findings {
-        /// How many.
+        /// Their number.
         count: u64,
         /// Their kinds.
         kinds: String,
@@ -64,7 +64,7 @@ impl JudgeOptions {
         }
     }
 
-    /// Writes the report to the files that were asked for. (The caller prints it.)
+    /// Writes the report to the requested files. The caller prints it.
     ///
     /// # Errors
     /// [`JudgeError::Write`], or [`JudgeError::Findings`] if there are findings of other kinds than
@@ -80,11 +80,11 @@ impl JudgeOptions {
         if count == 0 {
             return Ok(());
         }
-        let found = Kind::ALL
-            .into_iter()
-            .filter(|kind| !self.allow.contains(kind) && report.count(*kind) > 0);
-        let kinds: Vec<_> =
-            found.map(|kind| format!("{} {}", report.count(kind), kind.name())).collect();
+        let kinds: Vec<_> = report
+            .found()
+            .filter(|report| !self.allow.contains(&report.kind))
+            .map(|KindReport { kind, count, .. }| format!("{count} {kind}"))
+            .collect();
         Err(JudgeError::Findings { count, kinds: kinds.join(", ") })
     }
 }

@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 
 use clap::Parser;
 use regatta_plugin::{
-    ColumnReader, Error, Events, Frame, Options, Participant, Plugin, ReadError, Result,
-    TaskReader, World, usage_line,
+    ColumnReader, Error, Events, Frame, Options, OrderReader, Participant, Plugin, ReadError,
+    Result, World, usage_line,
 };
 
 use crate::judge::Judge;
@@ -19,9 +19,9 @@ const TYPES_WAIT: Duration = Duration::from_secs(2);
 /// The command line of `regatta plugin validator`.
 #[derive(Clone, Debug, Parser)]
 #[command(bin_name = "regatta plugin validator", max_term_width = 100)]
-#[command(about = "Judges a fleet: contacts, motion, tasks; fails if it finds anything")]
+#[command(about = "Judges a fleet: contacts, motion, orders; fails if it finds anything")]
 pub struct Cli {
-    /// What counts, and where the report goes.
+    /// Options of the judgement and its report.
     #[command(flatten)]
     pub judge: JudgeOptions,
     /// Options of every plugin.
@@ -52,7 +52,7 @@ pub fn plugin(cli: Cli) -> impl Plugin {
 struct Validator {
     options: JudgeOptions,
     judge: Judge,
-    ports: Option<(ColumnReader, TaskReader)>,
+    ports: Option<(ColumnReader, OrderReader)>,
     run_id: u64,
     robot_types: usize,
 }
@@ -63,7 +63,7 @@ impl Validator {
         Self { options, judge, ports: None, run_id: 0, robot_types: 0 }
     }
 
-    /// Gives the judge the robots' types. At the start of a run they may come a little after the
+    /// Gives the judge the robots' types. At the start of a run they may arrive shortly after the
     /// first frame.
     fn take_types(&mut self, frame: &Frame<'_>) -> Result {
         let Some((types, _)) = &mut self.ports else { return Ok(()) };
@@ -87,10 +87,10 @@ impl Validator {
         Ok(())
     }
 
-    fn take_tasks(&mut self) -> Result {
-        let Some((_, tasks)) = &mut self.ports else { return Ok(()) };
-        tasks.take(|tasks| {
-            self.judge.take_tasks(tasks.header, tasks.missed, tasks.records);
+    fn take_orders(&mut self) -> Result {
+        let Some((_, orders)) = &mut self.ports else { return Ok(()) };
+        orders.take(|orders| {
+            self.judge.take_orders(orders.header, orders.missed, orders.records);
             Ok::<_, ReadError>(())
         })?;
         Ok(())
@@ -99,7 +99,7 @@ impl Validator {
 
 impl Plugin for Validator {
     fn on_start(&mut self, fleet: &Participant) -> Result {
-        self.ports = Some((ColumnReader::open_on(fleet, "type")?, TaskReader::open_on(fleet)?));
+        self.ports = Some((ColumnReader::open_on(fleet, "type")?, OrderReader::open_on(fleet)?));
         Ok(())
     }
 
@@ -115,24 +115,24 @@ impl Plugin for Validator {
 
     fn on_events(&mut self, events: &Events<'_>) -> Result {
         self.judge.take_events(events.header, events.records, events.missed > 0);
-        self.take_tasks()
+        self.take_orders()
     }
 
     fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
         self.take_types(frame)?;
         self.judge.take_frame(frame);
-        self.take_tasks()
+        self.take_orders()
     }
 
     fn on_idle(&mut self, _has_producer: bool) -> Result {
-        self.take_tasks()
+        self.take_orders()
     }
 
     fn on_stop(&mut self) -> Result {
-        self.take_tasks()?;
+        self.take_orders()?;
         let judge = std::mem::replace(&mut self.judge, Judge::new(self.options.settings()));
         let report = judge.finish();
-        // Whoever reads this may be gone, which is no finding.
+        // A closed standard output is no finding.
         let _ = write!(std::io::stdout(), "{report}");
         Ok(self.options.conclude(&report)?)
     }

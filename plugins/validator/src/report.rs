@@ -7,25 +7,25 @@ use serde::Serialize;
 
 use crate::findings::{Finding, Findings, Kind};
 
-/// What the judge has seen, and what it found.
+/// The report of a judgement.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Report {
     /// Runs of producers.
     pub runs: u64,
     /// Frames that were judged.
     pub frames: u64,
-    /// Ticks between them without a frame: what happened in them is judged from the frames around.
+    /// Ticks without a frame between them, which are judged by the frames around.
     pub ticks_between: u64,
     /// Frames that the producer published and the judge didn't get.
     pub frames_missed: u64,
-    /// Samples of the task log that the judge didn't get.
-    pub task_samples_missed: u64,
+    /// Samples of the order log that the judge didn't get.
+    pub order_samples_missed: u64,
     /// Simulated seconds of the last run.
     pub seconds: f64,
     /// The largest number of robots.
     pub robots: u64,
-    /// Tasks in the task log.
-    pub tasks: u64,
+    /// Orders in the order log.
+    pub orders: u64,
     /// The findings of each kind.
     pub kinds: Vec<KindReport>,
 }
@@ -33,8 +33,8 @@ pub struct Report {
 /// The findings of one kind.
 #[derive(Clone, Debug, Serialize)]
 pub struct KindReport {
-    /// The kind's name.
-    pub kind: &'static str,
+    /// The kind.
+    pub kind: Kind,
     /// The unit of values and limits; empty if there is none.
     pub unit: &'static str,
     /// The number of findings.
@@ -52,49 +52,43 @@ impl Report {
     }
 
     pub(crate) fn set_findings(&mut self, findings: &Findings) {
-        let of = |kind: Kind| KindReport {
-            kind: kind.name(),
-            unit: kind.unit(),
-            count: findings.count(kind),
-            examples: findings.examples(kind).to_vec(),
-        };
-        self.kinds = Kind::ALL.into_iter().map(of).collect();
+        self.kinds = Kind::all()
+            .map(|kind| KindReport {
+                kind,
+                unit: kind.unit(),
+                count: findings.count(kind),
+                examples: findings.examples(kind).to_vec(),
+            })
+            .collect();
     }
 
     /// The number of findings of a kind.
     pub fn count(&self, kind: Kind) -> u64 {
-        self.kinds.iter().find(|report| report.kind == kind.name()).map_or(0, |report| report.count)
+        self.kinds.iter().find(|report| report.kind == kind).map_or(0, |report| report.count)
     }
 
     /// The number of findings of all kinds but these.
     pub fn count_without(&self, allowed: &[Kind]) -> u64 {
-        Kind::ALL
-            .into_iter()
-            .filter(|kind| !allowed.contains(kind))
-            .map(|kind| self.count(kind))
-            .sum()
+        let counted = self.kinds.iter().filter(|report| !allowed.contains(&report.kind));
+        counted.map(|report| report.count).sum()
     }
 
-    /// What was judged, in one line.
+    /// The kinds that have findings.
+    pub(crate) fn found(&self) -> impl Iterator<Item = &KindReport> {
+        self.kinds.iter().filter(|report| report.count > 0)
+    }
+
+    /// Describes what was judged in one line.
     fn subject(&self) -> String {
-        let Self {
-            frames,
-            robots,
-            tasks,
-            ticks_between,
-            frames_missed,
-            task_samples_missed,
-            seconds,
-            ..
-        } = self;
+        let Self { frames, robots, orders, seconds, .. } = self;
         let mut line =
-            format!("{frames} frames of {robots} robots in {seconds:.2} s, {tasks} tasks");
+            format!("{frames} frames of {robots} robots in {seconds:.2} s, {orders} orders");
         for (count, what) in [
-            (ticks_between, "ticks between frames"),
-            (frames_missed, "frames missed"),
-            (task_samples_missed, "samples of the task log missed"),
+            (self.ticks_between, "ticks between frames"),
+            (self.frames_missed, "frames missed"),
+            (self.order_samples_missed, "samples of the order log missed"),
         ] {
-            if *count > 0 {
+            if count > 0 {
                 let _ = write!(line, ", {count} {what}");
             }
         }
@@ -103,7 +97,7 @@ impl Report {
 
     /// Returns the report as JSON, with a newline at its end.
     pub fn to_json(&self) -> String {
-        // Numbers, texts and lists: nothing that JSON can't hold.
+        // JSON can hold numbers, texts and lists, so this doesn't fail.
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
     }
 
@@ -114,14 +108,9 @@ impl Report {
             self.subject()
         );
         for report in &self.kinds {
-            let first = report
-                .examples
-                .first()
-                .map(|finding| describe(finding, report.unit))
-                .unwrap_or_default();
-            let _ = writeln!(text, "| {} | {} | {first} |", report.kind, report.count);
+            let _ = writeln!(text, "| {} | {} | {} |", report.kind, report.count, report.first());
         }
-        for report in self.kinds.iter().filter(|report| report.count > 0) {
+        for report in self.found() {
             let _ = write!(text, "\n## {}\n\n", report.kind);
             for finding in &report.examples {
                 let _ = writeln!(text, "- {}", describe(finding, report.unit));
@@ -141,27 +130,32 @@ impl fmt::Display for Report {
         let findings =
             if total == 0 { "no findings".to_owned() } else { format!("{total} findings") };
         writeln!(f, "validator: {findings} in {}", self.subject())?;
-        for report in self.kinds.iter().filter(|report| report.count > 0) {
-            let first = report
-                .examples
-                .first()
-                .map(|finding| describe(finding, report.unit))
-                .unwrap_or_default();
-            writeln!(f, "  {:<18} {:>8}  first: {first}", report.kind, report.count)?;
+        for report in self.found() {
+            let KindReport { kind, count, .. } = report;
+            writeln!(f, "  {kind:<18} {count:>8}  first: {}", report.first())?;
         }
         Ok(())
+    }
+}
+
+impl KindReport {
+    /// Describes the first finding in one line.
+    fn first(&self) -> String {
+        self.examples.first().map(|finding| describe(finding, self.unit)).unwrap_or_default()
     }
 }
 
 /// Describes a finding in one line.
 fn describe(finding: &Finding, unit: &str) -> String {
     let mut line = format!("tick {} ({:.2} s)", finding.tick, finding.time_secs);
-    if let Some(task) = finding.task {
-        let _ = write!(line, ", task {task}");
+    if let Some(order) = finding.order {
+        let _ = write!(line, ", order {order}");
     }
     match finding.robots[..] {
         [] => {}
-        [robot] => drop(write!(line, ", robot {robot}")),
+        [robot] => {
+            let _ = write!(line, ", robot {robot}");
+        }
         _ => {
             let robots: Vec<_> = finding.robots.iter().map(u32::to_string).collect();
             let _ = write!(line, ", robots {}", robots.join(" and "));

@@ -1,18 +1,20 @@
-//! Where robots stood in the last while, because the task log may tell it some frames later.
+//! The places at which robots stood recently: the order log may report them some frames later.
 
-use crate::row::Row;
+use glam::Vec2;
+
+use crate::motion::Row;
 
 /// The number of stands that are kept for each robot.
 const KEPT: usize = 4;
 /// The speed below which a robot stands, in metres per second.
 const STANDING: f32 = 1e-3;
-/// Metres that a standing robot may move.
+/// The largest move of a standing robot, in metres.
 const MOVE_TOLERANCE: f64 = 0.002;
 
 /// A robot's stay at one place, in ticks.
 #[derive(Clone, Copy, Debug, Default)]
 struct Stand {
-    place: [f32; 2],
+    place: Vec2,
     from: u64,
     until: u64,
 }
@@ -23,36 +25,35 @@ struct Robot {
     stands: [Stand; KEPT],
     count: usize,
     stands_now: bool,
-    /// The tick from which on the robot was watched.
+    /// The tick at which the robot appeared.
     since: u64,
-    /// The last tick in which it was there.
+    /// The last tick in which it was present.
     seen: u64,
-    is_there: bool,
+    is_present: bool,
 }
 
-/// What is known of a robot at a tick.
+/// The place of a robot at a tick, as far as it is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Presence {
-    /// It is too long ago, or frames were missed.
+    /// The tick is too old, or frames were missed.
     Unknown,
     Moving,
-    Stands([f32; 2]),
+    Stands(Vec2),
 }
 
-/// Where all robots stood.
+/// The recent stands of all robots.
 #[derive(Debug, Default)]
 pub(crate) struct Stands {
     robots: Vec<Robot>,
-    /// The largest number of ticks between two frames of late, less one: what happens between them
-    /// is not seen.
+    /// The number of ticks between two frames that are not seen: the largest of recent frames.
     unseen: u64,
     /// The smallest number of ticks between two frames; 0 before there were two.
     usual: u64,
-    /// The tick of the frame after the last gap: what happened before may not have been seen.
+    /// The tick of the frame after the last gap: earlier stands may not have been seen.
     gap_end: u64,
 }
 
-/// Frames this many times as far apart as usual have a gap between them.
+/// The factor by which frames with a gap between them are farther apart than usual.
 const GAP: u64 = 4;
 
 impl Stands {
@@ -66,11 +67,11 @@ impl Stands {
         self.unseen = ticks.saturating_sub(1).max(self.unseen.saturating_sub(1));
     }
 
-    /// Takes a robot that is there.
+    /// Takes a robot that is present.
     pub fn take(&mut self, robot: usize, tick: u64, row: &Row) {
         let known = &mut self.robots[robot];
-        if !known.is_there {
-            *known = Robot { since: tick, is_there: true, ..Robot::default() };
+        if !known.is_present {
+            *known = Robot { since: tick, is_present: true, ..Robot::default() };
         }
         known.seen = tick;
         let stands = row.speed.abs() < STANDING;
@@ -79,22 +80,22 @@ impl Stands {
             last.until = tick;
         } else if stands {
             known.stands.rotate_right(1);
-            known.stands[0] = Stand { place: [row.x, row.y], from: tick, until: tick };
+            known.stands[0] = Stand { place: row.position, from: tick, until: tick };
             known.count = (known.count + 1).min(KEPT);
         }
         known.stands_now = stands;
     }
 
     pub fn take_absent(&mut self, robot: usize) {
-        self.robots[robot].is_there = false;
+        self.robots[robot].is_present = false;
     }
 
-    /// Where a robot stood at a tick that has been judged.
+    /// Returns the place of a robot at a tick that has been judged.
     pub fn place(&self, robot: u32, tick: u64) -> Presence {
-        let Some(robot) = self.robots.get(robot as usize).filter(|robot| robot.is_there) else {
+        let Some(robot) = self.robots.get(robot as usize).filter(|robot| robot.is_present) else {
             return Presence::Moving;
         };
-        match robot.stand(tick, self.unseen) {
+        match robot.stand(tick, tick, self.unseen) {
             _ if tick < self.gap_end => Presence::Unknown,
             Some(stand) => Presence::Stands(stand.place),
             None if robot.knows(tick) => Presence::Moving,
@@ -102,24 +103,24 @@ impl Stands {
         }
     }
 
-    /// Whether a robot didn't stand still from one tick to another, as far as that is known.
+    /// Whether a robot is known to have moved between two ticks.
     pub fn moved(&self, robot: u32, from: u64, to: u64) -> bool {
-        let Some(robot) = self.robots.get(robot as usize).filter(|robot| robot.is_there) else {
+        let Some(robot) = self.robots.get(robot as usize).filter(|robot| robot.is_present) else {
             return true;
         };
         if !robot.knows(from) || from < self.gap_end {
             return false;
         }
-        let holds =
-            |stand: &Stand| stand.from <= from + self.unseen && stand.until + self.unseen >= to;
-        !robot.stands[..robot.count].iter().any(holds)
+        robot.stand(from, to, self.unseen).is_none()
     }
 }
 
 impl Robot {
-    fn stand(&self, tick: u64, unseen: u64) -> Option<&Stand> {
-        let holds = |stand: &&Stand| stand.from <= tick + unseen && stand.until + unseen >= tick;
-        self.stands[..self.count].iter().find(holds)
+    /// Returns the stand that lasted from one tick to another, but for unseen ticks.
+    fn stand(&self, from: u64, to: u64, unseen: u64) -> Option<&Stand> {
+        self.stands[..self.count]
+            .iter()
+            .find(|stand| stand.from <= from + unseen && stand.until + unseen >= to)
     }
 
     /// Whether all stands since a tick are kept.

@@ -21,12 +21,12 @@ const FONT: (&str, i32) = ("sans-serif", 16);
 /// The height of a line of the legend, and the width of one of its letters, about, in pixels.
 const LEGEND_LINE: i32 = 22;
 const LETTER: i32 = 9;
-/// Where a line of the legend begins: above the axis.
+/// The x of the first name in a line of the legend, above the axis.
 const FIRST_NAME: i32 = 82;
 
 /// A chart over the number of robots.
 pub struct Chart<'a> {
-    /// What is along y.
+    /// The label of the y axis.
     pub y: &'a str,
     /// The lines.
     pub series: Vec<Series>,
@@ -38,8 +38,19 @@ pub struct Chart<'a> {
 pub struct Series {
     /// Its name.
     pub name: String,
-    /// Robots, the mean, and half of its interval.
-    pub points: Vec<(f64, f64, f64)>,
+    /// The points, by ascending robots.
+    pub points: Vec<ChartPoint>,
+}
+
+/// A mean at a number of robots.
+#[derive(Clone, Copy, Debug)]
+pub struct ChartPoint {
+    /// The number of robots.
+    pub robots: f64,
+    /// The mean.
+    pub mean: f64,
+    /// Half of the width of its interval; 0 for no error bar.
+    pub half_width: f64,
 }
 
 /// Returns the chart as SVG.
@@ -64,9 +75,9 @@ fn draw(chart: &Chart<'_>, svg: &mut String) -> DrawResult {
         above.draw(&PathElement::new([(x, y + 13), (x + 18, y + 13)], colour.stroke_width(2)))?;
         above.draw(&Text::new(*name, (x + 24, y + 4), FONT))?;
     }
-    let points = || chart.series.iter().flat_map(|series| &series.points);
-    let xs = range(points().map(|point| point.0));
-    let ys = range(points().map(|point| point.1 + point.2));
+    let points: Vec<&ChartPoint> = chart.series.iter().flat_map(|line| &line.points).collect();
+    let xs = range(points.iter().map(|point| point.robots));
+    let ys = range(points.iter().map(|point| point.mean + point.half_width));
     let mut area = ChartBuilder::on(&root)
         .margin(12)
         .x_label_area_size(44)
@@ -87,12 +98,13 @@ fn draw(chart: &Chart<'_>, svg: &mut String) -> DrawResult {
         area.draw_series(DashedLineSeries::new([(knee, ys.start), (knee, ys.end)], 5, 4, style))?;
     }
     for (series, colour) in chart.series.iter().zip(COLOURS.iter().cycle()) {
-        let line = series.points.iter().map(|(x, y, _)| (*x, *y));
+        let line = series.points.iter().map(|point| (point.robots, point.mean));
         area.draw_series(LineSeries::new(line.clone(), colour.stroke_width(2)))?;
         area.draw_series(line.map(|point| Circle::new(point, 3, colour.filled())))?;
-        let bars = series.points.iter().filter(|point| point.2 > 0.0);
-        area.draw_series(bars.map(|(x, y, half)| {
-            PathElement::new([(*x, y - half), (*x, y + half)], colour.stroke_width(2))
+        let bars = series.points.iter().filter(|point| point.half_width > 0.0);
+        area.draw_series(bars.map(|&ChartPoint { robots: x, mean, half_width }| {
+            let ends = [(x, mean - half_width), (x, mean + half_width)];
+            PathElement::new(ends, colour.stroke_width(2))
         }))?;
     }
     root.present()?;
@@ -105,16 +117,16 @@ fn legend(names: &[&str]) -> Vec<(i32, i32)> {
         return Vec::new();
     }
     let (mut x, mut y) = (FIRST_NAME, 4);
-    let mut place = |name: &&str| {
+    let mut places = Vec::new();
+    for name in names {
         let width = 24 + LETTER * name.chars().count() as i32 + 20;
         if x > FIRST_NAME && x + width > SIZE.0 as i32 {
             (x, y) = (FIRST_NAME, y + LEGEND_LINE);
         }
-        let place = (x, y);
+        places.push((x, y));
         x += width;
-        place
-    };
-    names.iter().map(&mut place).collect()
+    }
+    places
 }
 
 /// Returns a range from 0 to a little above the largest value.
@@ -133,7 +145,9 @@ mod tests {
 
     #[test]
     fn a_chart_has_its_lines_bars_and_names() {
-        let points = vec![(1.0, 10.0, 1.0), (2.0, 19.0, 0.0), (4.0, 30.0, 2.0)];
+        let points = [(1.0, 10.0, 1.0), (2.0, 19.0, 0.0), (4.0, 30.0, 2.0)]
+            .map(|(robots, mean, half_width)| ChartPoint { robots, mean, half_width })
+            .to_vec();
         let one = Series { name: "a".to_owned(), points };
         let svg = chart(&Chart { y: "orders", series: vec![one], knee: Some(2.0) });
         assert!(svg.starts_with("<svg") && svg.trim_end().ends_with("</svg>"), "{svg}");

@@ -1,55 +1,42 @@
-//! What the page says, as blocks.
+//! The content of the page, as blocks.
 
-use super::chart::{Chart, Series, chart};
+use super::chart::{Chart, ChartPoint, Series, chart};
 use super::heat_map::heat_map;
-use crate::answer::{
-    Answer, Bottleneck, Comparison, Difference, KneeAnswer, PointAnswer, Relief, Remedy,
-    VariantAnswer,
-};
+use super::{Block, Picture};
+use crate::answer::{Answer, Comparison, Difference, KneeAnswer, PointAnswer, VariantAnswer};
+use crate::bottleneck::{Bottleneck, Relief, Remedy};
 use crate::plan::{Variant, robots_in_words};
 use crate::statistics::Interval;
 
-/// A part of a page.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Block {
-    /// A heading of a level from 1.
-    Heading(u8, String),
-    /// A paragraph.
-    Text(String),
-    /// What the reader came for.
-    Answer(String),
-    /// A table: the first row is its head.
-    Table(Vec<Vec<String>>),
-    /// A picture: its name without the ending, what it shows, and its SVG.
-    Picture(&'static str, String, String),
-}
-
 /// Returns the blocks of a study's page. `base` is the first variant.
 pub fn content(answer: &Answer, base: &Variant) -> Vec<Block> {
-    let mut blocks =
-        vec![Block::Heading(1, format!("How many robots does {} hold?", answer.title))];
+    let mut blocks = vec![Block::Heading(1, title(answer))];
     blocks.extend(answer.variants.iter().map(|variant| Block::Answer(verdict(answer, variant))));
     blocks.push(Block::Text(safety(answer)));
-    blocks.push(Block::Picture(
-        "throughput",
-        "Throughput over robots".to_owned(),
-        throughput_chart(answer),
-    ));
+    blocks.push(picture("throughput", "Throughput over robots", throughput_chart(answer)));
     blocks.extend(answer.variants.iter().flat_map(|variant| table(answer, variant)));
-    blocks.push(Block::Picture(
-        "service",
-        "Service time over robots".to_owned(),
-        service_chart(answer),
-    ));
+    blocks.push(picture("service", "Service time over robots", service_chart(answer)));
     let effort = format!("{}What robots spend their time on", first_of_several(answer));
-    blocks.push(Block::Picture("effort", effort, effort_chart(answer)));
-    blocks.extend(comparisons(answer));
+    blocks.push(picture("effort", &effort, effort_chart(answer)));
+    for comparison in &answer.comparisons {
+        blocks.extend(comparison_blocks(answer, comparison));
+    }
     blocks.extend(waiting(answer, base));
-    blocks.extend(method(answer));
+    blocks.push(Block::Heading(2, "Method".to_owned()));
+    blocks.extend(method(answer).map(Block::Text));
     blocks
 }
 
-/// The first variant's name for what is shown of it alone; empty if there are no others.
+/// Returns the title of the page.
+pub fn title(answer: &Answer) -> String {
+    format!("How many robots does {} hold?", answer.title)
+}
+
+fn picture(name: &'static str, caption: &str, svg: String) -> Block {
+    Block::Picture(Picture { name, caption: caption.to_owned(), svg })
+}
+
+/// The prefix for facts about the first variant alone: its name; empty if there are no others.
 fn first_of_several(answer: &Answer) -> String {
     let first = answer.variants.first().filter(|_| answer.variants.len() > 1);
     first.map_or_else(String::new, |variant| format!("{}: ", variant.name))
@@ -66,15 +53,13 @@ fn verdict(answer: &Answer, variant: &VariantAnswer) -> String {
     };
     let (count, carries) =
         (robots_in_words(*robots), if *robots == 1 { "carries" } else { "carry" });
-    let throughput = format!(
-        "{carries} {} orders an hour",
-        with_interval(orders_per_hour, decimals(orders_per_hour))
-    );
+    let throughput = format!("{carries} {} orders an hour", with_interval(orders_per_hour));
     if *is_open {
         let more = variant.failed.iter().find(|(failed, _)| failed > robots);
         return match (more, variant.points.len()) {
             (Some((failed, reason)), _) => format!(
-                "{name}{count}, which {throughput}: more would carry more, but with {failed}, runs fail: {reason}."
+                "{name}{count}, which {throughput}: more would carry more, but with {failed}, runs \
+                 fail: {reason}."
             ),
             (None, 1) => {
                 format!("{name}{count} {throughput}. No other number of robots was tried.")
@@ -90,7 +75,8 @@ fn verdict(answer: &Answer, variant: &VariantAnswer) -> String {
         false => String::new(),
     };
     format!(
-        "{name}{count}, which {throughput}. More bring less than {part:.0} % each of what one brings alone.{half}"
+        "{name}{count}, which {throughput}. More bring less than {part:.0} % each of what one \
+         brings alone.{half}"
     )
 }
 
@@ -111,77 +97,71 @@ fn safety(answer: &Answer) -> String {
     };
     match contacts {
         0 => format!(
-            "No robot touched another in {runs} runs, as an independent validator judged them; {others}."
+            "No robot touched another in {runs} runs, as an independent validator judged them; \
+             {others}."
         ),
         count => format!("**Robots touched each other {count} times** in {runs} runs; {others}."),
     }
 }
 
 fn throughput_chart(answer: &Answer) -> String {
-    let line =
-        |variant: &VariantAnswer| series(name(variant), variant, |point| point.orders_per_hour);
-    let knee = answer
-        .variants
-        .first()
-        .and_then(|variant| variant.knee.as_ref())
-        .map(|knee| f64::from(knee.robots));
-    chart(&Chart { y: "orders an hour", series: answer.variants.iter().map(line).collect(), knee })
+    let mut lines = Vec::new();
+    for variant in &answer.variants {
+        lines.push(series(name(variant), variant, |point| point.orders_per_hour));
+    }
+    chart_over_robots(answer, "orders an hour", lines)
 }
 
 fn service_chart(answer: &Answer) -> String {
-    let lines = answer.variants.iter().flat_map(|variant| {
+    let mut lines = Vec::new();
+    for variant in &answer.variants {
         let name = name(variant);
-        [
-            series(format!("{name}p50"), variant, |point| point.service_p50_secs),
-            series(format!("{name}p99"), variant, |point| point.service_p99_secs),
-        ]
-    });
-    let knee = answer
-        .variants
-        .first()
-        .and_then(|variant| variant.knee.as_ref())
-        .map(|knee| f64::from(knee.robots));
-    chart(&Chart {
-        y: "seconds from an order's creation to its end",
-        series: lines.collect(),
-        knee,
-    })
+        lines.push(series(format!("{name}p50"), variant, |point| point.service_p50_secs));
+        lines.push(series(format!("{name}p99"), variant, |point| point.service_p99_secs));
+    }
+    chart_over_robots(answer, "seconds from an order's creation to its end", lines)
 }
+
+/// A figure of a point.
+type Figure = fn(&PointAnswer) -> Option<Interval>;
+
+/// The shares of the robots' time and way in the chart of their effort.
+const EFFORT: [(&str, Figure); 3] = [
+    ("with an order", |point| point.utilisation),
+    ("waiting for room", |point| point.waiting),
+    ("of the way without a load", |point| point.empty),
+];
 
 fn effort_chart(answer: &Answer) -> String {
-    let percent = |interval: Option<Interval>| {
-        interval.map(|interval| Interval {
-            mean: interval.mean * 100.0,
-            half_width: interval.half_width.map(|half_width| half_width * 100.0),
-            ..interval
-        })
-    };
-    let lines = answer.variants.first().map_or_else(Vec::new, |variant| {
-        vec![
-            series("with an order".to_owned(), variant, |point| percent(point.utilisation)),
-            series("waiting for room".to_owned(), variant, |point| percent(point.waiting)),
-            series("of the way without a load".to_owned(), variant, |point| percent(point.empty)),
-        ]
-    });
-    let lines = lines.into_iter().filter(|line| !line.points.is_empty()).collect();
-    let knee = answer
-        .variants
-        .first()
-        .and_then(|variant| variant.knee.as_ref())
-        .map(|knee| f64::from(knee.robots));
-    chart(&Chart { y: "per cent", series: lines, knee })
+    let mut lines = Vec::new();
+    if let Some(variant) = answer.variants.first() {
+        for (name, figure) in EFFORT {
+            let mut line = series(name.to_owned(), variant, figure);
+            for point in &mut line.points {
+                (point.mean, point.half_width) = (point.mean * 100.0, point.half_width * 100.0);
+            }
+            lines.push(line);
+        }
+    }
+    lines.retain(|line| !line.points.is_empty());
+    chart_over_robots(answer, "per cent", lines)
 }
 
-fn series(
-    name: String,
-    variant: &VariantAnswer,
-    figure: impl Fn(&PointAnswer) -> Option<Interval>,
-) -> Series {
-    let point = |point: &PointAnswer| {
-        let interval = figure(point)?;
-        Some((f64::from(point.robots), interval.mean, interval.half_width.unwrap_or(0.0)))
-    };
-    Series { name, points: variant.points.iter().filter_map(point).collect() }
+/// Returns a chart with a mark at the first variant's knee.
+fn chart_over_robots(answer: &Answer, y: &str, series: Vec<Series>) -> String {
+    let knee = answer.variants.first().and_then(|variant| variant.knee.as_ref());
+    chart(&Chart { y, series, knee: knee.map(|knee| f64::from(knee.robots)) })
+}
+
+fn series(name: String, variant: &VariantAnswer, figure: Figure) -> Series {
+    let mut points = Vec::new();
+    for point in &variant.points {
+        if let Some(Interval { mean, half_width, .. }) = figure(point) {
+            let robots = f64::from(point.robots);
+            points.push(ChartPoint { robots, mean, half_width: half_width.unwrap_or(0.0) });
+        }
+    }
+    Series { name, points }
 }
 
 fn name(variant: &VariantAnswer) -> String {
@@ -189,7 +169,7 @@ fn name(variant: &VariantAnswer) -> String {
 }
 
 fn table(answer: &Answer, variant: &VariantAnswer) -> Vec<Block> {
-    let head = [
+    let mut rows = vec![row([
         "robots",
         "orders an hour",
         "each",
@@ -200,19 +180,17 @@ fn table(answer: &Answer, variant: &VariantAnswer) -> Vec<Block> {
         "empty way",
         "contacts",
         "seeds",
-    ];
-    let mut rows = vec![head.map(str::to_owned).to_vec()];
-    rows.extend(variant.points.iter().map(|point| {
+    ])];
+    for point in &variant.points {
         let is_knee = variant.knee.as_ref().is_some_and(|knee| knee.robots == point.robots);
         let robots =
             if is_knee { format!("**{}**", point.robots) } else { point.robots.to_string() };
-        let each = point
-            .orders_per_hour
-            .map(|orders| format!("{:.2}", orders.mean / f64::from(point.robots)));
-        vec![
+        rows.push(vec![
             robots,
-            text(point.orders_per_hour, |interval| with_interval(&interval, decimals(&interval))),
-            each.unwrap_or_else(|| NONE.to_owned()),
+            text(point.orders_per_hour, |orders| with_interval(&orders)),
+            text(point.orders_per_hour, |orders| {
+                format!("{:.2}", orders.mean / f64::from(point.robots))
+            }),
             text(point.service_p50_secs, |interval| format!("{:.0} s", interval.mean)),
             text(point.service_p99_secs, |interval| format!("{:.0} s", interval.mean)),
             text(point.utilisation, percent),
@@ -220,20 +198,21 @@ fn table(answer: &Answer, variant: &VariantAnswer) -> Vec<Block> {
             text(point.empty, percent),
             point.contacts.to_string(),
             point.runs.len().to_string(),
-        ]
-    }));
+        ]);
+    }
     let mut blocks = Vec::new();
     if answer.variants.len() > 1 {
         blocks.push(Block::Heading(3, variant.name.clone()));
     }
     blocks.push(Block::Table(rows));
-    blocks.extend(variant.failed.first().map(|(robots, reason)| {
-        Block::Text(format!("With {}, runs failed: {reason}.", robots_in_words(*robots)))
-    }));
+    if let Some((robots, reason)) = variant.failed.first() {
+        let robots = robots_in_words(*robots);
+        blocks.push(Block::Text(format!("With {robots}, runs failed: {reason}.")));
+    }
     blocks
 }
 
-/// The text of a figure that there isn't.
+/// The text in place of a missing figure.
 const NONE: &str = "–";
 
 fn text(interval: Option<Interval>, format: impl Fn(Interval) -> String) -> String {
@@ -244,52 +223,44 @@ fn percent(interval: Interval) -> String {
     format!("{:.0} %", interval.mean * 100.0)
 }
 
-fn decimals(interval: &Interval) -> usize {
-    if interval.mean < 100.0 { 1 } else { 0 }
-}
-
-fn with_interval(interval: &Interval, decimals: usize) -> String {
+fn with_interval(interval: &Interval) -> String {
     let Interval { mean, half_width, .. } = interval;
+    let decimals = if *mean < 100.0 { 1 } else { 0 };
     match half_width {
         Some(half_width) => format!("{mean:.decimals$} ± {half_width:.decimals$}"),
         None => format!("{mean:.decimals$}"),
     }
 }
 
-fn comparisons(answer: &Answer) -> Vec<Block> {
-    let Some(base) = answer.variants.first() else { return Vec::new() };
-    let of = |comparison: &Comparison| {
-        let mut rows = vec![
-            ["robots", base.name.as_str(), &comparison.name, "difference"]
-                .map(str::to_owned)
-                .to_vec(),
-        ];
-        rows.extend(comparison.differences.iter().map(|difference| {
-            let Difference { robots, base, more_orders_per_hour } = difference;
-            let other = base + more_orders_per_hour.mean;
-            vec![
-                robots.to_string(),
-                format!("{base:.0}"),
-                format!("{other:.0}"),
-                in_words(difference),
-            ]
-        }));
-        [
-            Block::Heading(2, format!("{} against {}", comparison.name, base.name)),
-            Block::Table(rows),
-        ]
-    };
-    answer.comparisons.iter().flat_map(of).collect()
+fn comparison_blocks(answer: &Answer, comparison: &Comparison) -> Vec<Block> {
+    let base = answer.variants.first().map_or("", |base| &base.name);
+    let mut rows = vec![row(["robots", base, &comparison.name, "difference"])];
+    for difference in &comparison.differences {
+        let Difference { robots, base, more_orders_per_hour } = difference;
+        let other = base + more_orders_per_hour.mean;
+        rows.push(vec![
+            robots.to_string(),
+            format!("{base:.0}"),
+            format!("{other:.0}"),
+            in_words(difference),
+        ]);
+    }
+    let heading = format!("{} against {base}", comparison.name);
+    vec![Block::Heading(2, heading), Block::Table(rows)]
 }
 
-/// A difference with its interval, and whether it is more than chance.
+fn row<const N: usize>(cells: [&str; N]) -> Vec<String> {
+    cells.map(str::to_owned).to_vec()
+}
+
+/// A difference with its interval, and a remark if it may be chance.
 fn in_words(difference: &Difference) -> String {
     let Difference { base, more_orders_per_hour, .. } = difference;
     let percent = if *base > 0.0 { 100.0 * more_orders_per_hour.mean / base } else { 0.0 };
-    let half_width = more_orders_per_hour
-        .half_width
-        .map(|half_width| format!(" ± {half_width:.0}"))
-        .unwrap_or_default();
+    let half_width = match more_orders_per_hour.half_width {
+        Some(half_width) => format!(" ± {half_width:.0}"),
+        None => String::new(),
+    };
     let chance = if difference.is_clear() { "" } else { ", within chance" };
     format!(
         "{:+.0}{half_width} orders an hour ({percent:+.1} %{chance})",
@@ -309,34 +280,23 @@ fn waiting(answer: &Answer, base: &Variant) -> Vec<Block> {
         return blocks;
     }
     let map = heat_map(&base.graph, &answer.edges, &answer.bottlenecks, answer.method.secs);
-    blocks.push(Block::Picture(
-        "waiting",
-        format!(
-            "{of}Where robots stand and wait, with {}; the numbers are what they wait for",
-            robots_in_words(knee.robots)
-        ),
-        map,
-    ));
-    let mut rows = vec![
-        [
-            "",
-            "place",
-            "robots waiting for it",
-            "of all waiting",
-            "kept out of edges",
-            "what would relieve it",
-            "that brings",
-        ]
-        .map(str::to_owned)
-        .to_vec(),
-    ];
-    rows.extend(
-        answer
-            .bottlenecks
-            .iter()
-            .zip(1..)
-            .map(|(bottleneck, rank)| bottleneck_row(bottleneck, rank)),
+    let caption = format!(
+        "{of}Where robots stand and wait, with {}; the numbers are what they wait for",
+        robots_in_words(knee.robots)
     );
+    blocks.push(picture("waiting", &caption, map));
+    let mut rows = vec![row([
+        "",
+        "place",
+        "robots waiting for it",
+        "of all waiting",
+        "kept out of edges",
+        "what would relieve it",
+        "that brings",
+    ])];
+    for (bottleneck, rank) in answer.bottlenecks.iter().zip(1..) {
+        rows.push(bottleneck_row(bottleneck, rank));
+    }
     blocks.push(Block::Table(rows));
     blocks
 }
@@ -368,11 +328,14 @@ fn bottleneck_row(bottleneck: &Bottleneck, rank: usize) -> Vec<String> {
     ]
 }
 
-fn method(answer: &Answer) -> Vec<Block> {
+/// Returns the paragraphs on the method.
+fn method(answer: &Answer) -> [String; 5] {
     let method = &answer.method;
     let [least, most] = method.seeds;
-    let load = answer.variants.first().map(|variant| variant.load.as_str()).unwrap_or_default();
-    let sizes = answer.variants.first().map_or([0, 0], |variant| [variant.nodes, variant.edges]);
+    let (load, nodes, edges) = match answer.variants.first() {
+        Some(variant) => (&*variant.load, variant.nodes, variant.edges),
+        None => ("", 0, 0),
+    };
     let warm_up = answer
         .variants
         .iter()
@@ -381,32 +344,36 @@ fn method(answer: &Answer) -> Vec<Block> {
     let longest = warm_up.map(|interval| interval.mean).fold(0.0, f64::max);
     let (minutes, interval, knee) =
         (method.secs as f64 / 60.0, method.interval * 100.0, method.knee * 100.0);
-    let texts = [
+    [
         format!(
-            "Regatta {}. The layout has {} nodes and {} edges. Load: {load}. Each run is the real engine with the fleet manager, the \
-             validator, and meters of traffic and orders in lockstep: {minutes:.0} simulated minutes at {} ticks a second. A run \
+            "Regatta {}. The layout has {nodes} nodes and {edges} edges. Load: {load}. Each run is \
+             the real engine with the fleet manager, the validator, and meters of traffic and \
+             orders in lockstep: {minutes:.0} simulated minutes at {} ticks a second. A run \
              repeats bit by bit; `runs` in `study.sqlite` has the command and the digest of each.",
-            answer.program, sizes[0], sizes[1], method.rate_hz,
+            answer.program, method.rate_hz,
         ),
         format!(
-            "Warm-up: cut off by MSER-5 on the orders finished in each ten seconds (White, Simulation 69, 1997; White, Cobb and \
-             Spratt, Winter Simulation Conference, 2000); at most {longest:.0} s on average over the seeds of a point. Intervals \
-             are Student's at 95 % over independent replications (Law, Simulation Modeling and Analysis, 5th edition, 9.4.1): \
-             {least} seeds a point, and at the knee up to {most}, until the interval is within ± {interval:.0} %."
+            "Warm-up: cut off by MSER-5 on the orders finished in each ten seconds (White, \
+             Simulation 69, 1997; White, Cobb and Spratt, Winter Simulation Conference, 2000); at \
+             most {longest:.0} s on average over the seeds of a point. Intervals are Student's at \
+             95 % over independent replications (Law, Simulation Modeling and Analysis, 5th \
+             edition, 9.4.1): {least} seeds a point, and at the knee up to {most}, until the \
+             interval is within ± {interval:.0} %."
         ),
-        "Seeds are common random numbers: variants and reliefs get the same orders and disturbances, and differences are \
-             paired, seed by seed (Law, 10.2.1 and 11.2)."
+        "Seeds are common random numbers: variants and reliefs get the same orders and \
+         disturbances, and differences are paired, seed by seed (Law, 10.2.1 and 11.2)."
             .to_owned(),
         format!(
-            "The knee: robots are doubled, then the distance round the knee is halved again and again. On the upper concave hull of \
-             the means, it is the first point from which on each more robot brings less than {knee:.0} % of what one brings alone."
+            "The knee: robots are doubled, then the distance round the knee is halved again and \
+             again. On the upper concave hull of the means, it is the first point from which on \
+             each more robot brings less than {knee:.0} % of what one brings alone."
         ),
-        "A robot that stands and wants to drive on is kept out of the next edge of its way, and those behind it are kept back by it: \
-         so all of a queue waits for the edge that its head is kept out of, and for the node where that ends. 'Robots waiting for it' \
-         is their mean number. It is measured by where robots are and where they go next, whoever steers them. What relieves a bottleneck was tried: the same runs with that one change. 'Within chance': the interval holds 0."
+        "A robot that stands and wants to drive on is kept out of the next edge of its way, and \
+         those behind it are kept back by it: so all of a queue waits for the edge that its head \
+         is kept out of, and for the node where that ends. 'Robots waiting for it' is their mean \
+         number. It is measured by where robots are and where they go next, whoever steers them. \
+         What relieves a bottleneck was tried: the same runs with that one change. 'Within \
+         chance': the interval holds 0."
             .to_owned(),
-    ];
-    std::iter::once(Block::Heading(2, "Method".to_owned()))
-        .chain(texts.into_iter().map(Block::Text))
-        .collect()
+    ]
 }

@@ -1,10 +1,8 @@
 //! The plan with the edges where robots wait, as SVG.
 
-use std::fmt::Write as _;
+use regatta_layout::{Edge, RouteGraph};
 
-use regatta_engine::graph::{Edge, RouteGraph};
-
-use crate::answer::Bottleneck;
+use crate::bottleneck::Bottleneck;
 use crate::outcome::EdgeOutcome;
 
 /// The longer side of the plan in pixels.
@@ -27,76 +25,69 @@ pub fn heat_map(
     secs: u64,
 ) -> String {
     let plan = Plan::new(graph);
-    let waiting = |edge: &EdgeOutcome| edge.waiting_secs / secs as f64;
-    let most = edges.iter().map(waiting).fold(0.0, f64::max);
-    let [width, height] = [plan.width, plan.height + LEGEND];
+    let most = edges.iter().map(|edge| edge.waiting_secs / secs as f64).fold(0.0, f64::max);
+    let (width, height) = (plan.width, plan.height + LEGEND);
     let mut svg = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" width=\"{width:.0}\" \
-         height=\"{height:.0}\" font-family=\"sans-serif\" font-size=\"13\">\n<rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n"
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" \
+         width=\"{width:.0}\" height=\"{height:.0}\" font-family=\"sans-serif\" font-size=\"13\">\n\
+         <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n"
     );
-    let _ = writeln!(
-        svg,
-        "<path fill=\"none\" stroke=\"#dfe4ea\" d=\"{}\"/>",
-        graph.edges().iter().map(|edge| plan.path(edge)).collect::<String>()
-    );
+    let all: String = graph.edges().iter().map(|edge| plan.path(edge)).collect();
+    svg += &format!("<path fill=\"none\" stroke=\"#dfe4ea\" d=\"{all}\"/>\n");
     let mut by_class: [String; RAMP.len()] = Default::default();
     for edge in edges.iter().filter(|edge| edge.waiting_secs > 0.0) {
         if let Some(index) = graph.edge_by_id(edge.edge) {
-            by_class[class(waiting(edge), most)] += &plan.path(graph.edge(index));
+            by_class[class(edge.waiting_secs / secs as f64, most)] += &plan.path(graph.edge(index));
         }
     }
-    for (index, (paths, colour)) in
-        by_class.iter().zip(RAMP).enumerate().filter(|(_, (paths, _))| !paths.is_empty())
-    {
-        let stroke = 2.0 + 0.6 * index as f64;
-        let _ = writeln!(
-            svg,
-            "<path fill=\"none\" stroke=\"{colour}\" stroke-width=\"{stroke}\" d=\"{paths}\"/>"
-        );
+    for (index, (paths, colour)) in by_class.iter().zip(RAMP).enumerate() {
+        if !paths.is_empty() {
+            let width = 2.0 + 0.6 * index as f64;
+            svg += &format!(
+                "<path fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\" d=\"{paths}\"/>\n"
+            );
+        }
     }
     for (bottleneck, rank) in bottlenecks.iter().zip(1..).take(MARKED) {
-        let [x, y] = plan.pixel(bottleneck.position);
-        let _ = writeln!(
-            svg,
-            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"11\" fill=\"#fff\" fill-opacity=\"0.85\" stroke=\"#d55e00\" stroke-width=\"2\"/>\
-             <text x=\"{x:.1}\" y=\"{:.1}\" text-anchor=\"middle\" fill=\"#a03c00\">{rank}</text>",
+        let [x, y] = bottleneck.position;
+        let Pixel { x, y } = plan.pixel(x, y);
+        svg += &format!(
+            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"11\" fill=\"#fff\" fill-opacity=\"0.85\" \
+             stroke=\"#d55e00\" stroke-width=\"2\"/><text x=\"{x:.1}\" y=\"{:.1}\" \
+             text-anchor=\"middle\" fill=\"#a03c00\">{rank}</text>\n",
             y + 4.5
         );
     }
-    legend(&mut svg, plan.height, most);
-    svg + "</svg>\n"
+    svg + &legend(plan.height, most) + "</svg>\n"
 }
 
-/// Returns the class of a figure: each holds half of the figures of the next, since few places have
-/// nearly all of it.
+/// Returns the class of a figure. Each class holds half of the figures of the next, since few
+/// places have nearly all of the waiting.
 fn class(value: f64, most: f64) -> usize {
     let halvings = if value > 0.0 { (most / value).log2() } else { f64::INFINITY };
     RAMP.len() - 1 - (halvings.floor().max(0.0) as usize).min(RAMP.len() - 1)
 }
 
-fn legend(svg: &mut String, top: f64, most: f64) {
-    let _ = writeln!(
-        svg,
-        "<text x=\"{MARGIN}\" y=\"{:.0}\" fill=\"#1d2733\">robots waiting, on average</text>",
+/// Returns the legend below the plan.
+fn legend(top: f64, most: f64) -> String {
+    let (bar, baseline) = (top + 8.0, top + 32.0);
+    let mut svg = format!(
+        "<text x=\"{MARGIN}\" y=\"{:.0}\" fill=\"#1d2733\">robots waiting, on average</text>\n",
         top + 16.0
     );
     for (index, colour) in RAMP.iter().enumerate() {
         let from = if index == 0 { 0.0 } else { most / 2.0_f64.powi((RAMP.len() - index) as i32) };
         let x = 230.0 + 105.0 * index as f64;
-        let _ = writeln!(
-            svg,
-            "<rect x=\"{x}\" y=\"{:.0}\" width=\"105\" height=\"8\" fill=\"{colour}\"/><text x=\"{x}\" y=\"{:.0}\" \
-             fill=\"#5a6875\">{from:.3}</text>",
-            top + 8.0,
-            top + 32.0
+        svg += &format!(
+            "<rect x=\"{x}\" y=\"{bar:.0}\" width=\"105\" height=\"8\" fill=\"{colour}\"/>\
+             <text x=\"{x}\" y=\"{baseline:.0}\" fill=\"#5a6875\">{from:.3}</text>\n"
         );
     }
     let x = 230.0 + 105.0 * RAMP.len() as f64;
-    let _ =
-        writeln!(svg, "<text x=\"{x}\" y=\"{:.0}\" fill=\"#5a6875\">{most:.3}</text>", top + 32.0);
+    svg + &format!("<text x=\"{x}\" y=\"{baseline:.0}\" fill=\"#5a6875\">{most:.3}</text>\n")
 }
 
-/// Where the layout is in the picture.
+/// The place of the layout in the picture.
 struct Plan {
     west: f64,
     north: f64,
@@ -106,45 +97,44 @@ struct Plan {
     height: f64,
 }
 
+/// A point of the picture.
+struct Pixel {
+    x: f64,
+    y: f64,
+}
+
 impl Plan {
     fn new(graph: &RouteGraph) -> Self {
-        let points = || graph.edges().iter().flat_map(|edge| edge.path.control_points());
-        let low = |pick: fn((f64, f64)) -> f64| {
-            points().map(|point| pick((point.x, point.y))).fold(f64::INFINITY, f64::min)
-        };
-        let high = |pick: fn((f64, f64)) -> f64| {
-            points().map(|point| pick((point.x, point.y))).fold(f64::NEG_INFINITY, f64::max)
-        };
-        let (west, east, south, north) = (
-            low(|point| point.0),
-            high(|point| point.0),
-            low(|point| point.1),
-            high(|point| point.1),
-        );
-        let [width, height] = [(east - west).max(0.1), (north - south).max(0.1)];
+        let (mut west, mut east) = (f64::INFINITY, f64::NEG_INFINITY);
+        let (mut south, mut north) = (f64::INFINITY, f64::NEG_INFINITY);
+        for point in graph.edges().iter().flat_map(|edge| edge.path.control_points()) {
+            (west, east) = (west.min(point.x), east.max(point.x));
+            (south, north) = (south.min(point.y), north.max(point.y));
+        }
+        let (width, height) = ((east - west).max(0.1), (north - south).max(0.1));
         let scale = (LONGER_SIDE - 2.0 * MARGIN) / width.max(height);
         // At least as wide as the legend.
-        let pixels = |metres: f64| metres * scale + 2.0 * MARGIN;
-        Self { west, north, scale, width: pixels(width).max(920.0), height: pixels(height) }
+        let width = (width * scale + 2.0 * MARGIN).max(920.0);
+        Self { west, north, scale, width, height: height * scale + 2.0 * MARGIN }
     }
 
-    fn pixel(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        [(x - self.west) * self.scale + MARGIN, (self.north - y) * self.scale + MARGIN]
+    /// Returns the place of a point, given in metres east and north.
+    fn pixel(&self, x: f64, y: f64) -> Pixel {
+        Pixel {
+            x: (x - self.west) * self.scale + MARGIN,
+            y: (self.north - y) * self.scale + MARGIN,
+        }
     }
 
     /// Returns the commands of an edge's curve.
     fn path(&self, edge: &Edge) -> String {
         let mut text = String::new();
         for (index, cubic) in edge.path.cubics().enumerate() {
-            let [a, b, c, d] = cubic.control_points.map(|point| self.pixel([point.x, point.y]));
+            let [a, b, c, d] = cubic.control_points.map(|point| self.pixel(point.x, point.y));
             if index == 0 {
-                let _ = write!(text, "M{:.1} {:.1}", a[0], a[1]);
+                text += &format!("M{:.1} {:.1}", a.x, a.y);
             }
-            let _ = write!(
-                text,
-                "C{:.1} {:.1} {:.1} {:.1} {:.1} {:.1}",
-                b[0], b[1], c[0], c[1], d[0], d[1]
-            );
+            text += &format!("C{:.1} {:.1} {:.1} {:.1} {:.1} {:.1}", b.x, b.y, c.x, c.y, d.x, d.y);
         }
         text
     }
@@ -152,7 +142,7 @@ impl Plan {
 
 #[cfg(test)]
 mod tests {
-    use regatta_engine::graph::{ReadOptions, parse};
+    use regatta_layout::{ReadOptions, parse};
 
     use super::*;
 

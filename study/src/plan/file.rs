@@ -16,14 +16,14 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use regatta_engine::scenario::document;
+use regatta_scenario::document;
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 use serde_json::Value;
 
 use super::{Axis, PlanError, Precision, Robots};
 
-/// A study file. What it doesn't say is as the command line says.
+/// A study file. The command line provides the rest.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StudyFile {
@@ -59,7 +59,7 @@ pub struct SeedsEntry {
     pub most: Option<u64>,
 }
 
-/// Whether a text is a study rather than a scenario or a layout: only studies have the key `plant`.
+/// Whether a text is a study rather than a scenario or a layout. Only studies have the key `plant`.
 pub fn is_study(text: &str) -> bool {
     let keys = document::<BTreeMap<String, IgnoredAny>>(text, std::path::Path::new(""));
     text.contains("plant") && keys.is_ok_and(|keys| keys.contains_key("plant"))
@@ -71,25 +71,16 @@ impl StudyFile {
     /// # Errors
     /// [`PlanError::Setting`] if a setting is unknown or has no values.
     pub fn axes(&self) -> Result<Vec<Axis>, PlanError> {
-        let axis = |(name, values): (&String, &Vec<Value>)| {
-            Axis::new(name, values.clone()).map_err(|error| PlanError::setting("vary", error))
-        };
-        self.vary.iter().map(axis).collect()
+        let axes = self.vary.iter().map(|(name, values)| Axis::new(name, values.clone()));
+        axes.collect::<Result<_, _>>().map_err(|error| PlanError::setting("vary", error))
     }
 
-    /// Returns how precise the answer shall be.
+    /// Returns the precision of the answer.
     ///
     /// # Errors
     /// [`PlanError::Setting`] if a number is out of range.
     pub fn precision(&self) -> Result<Precision, PlanError> {
         let default = Precision::default();
-        let part = |name: &str, value: Option<f64>, default: f64| match value {
-            None => Ok(default),
-            Some(value) if value > 0.0 && value < 1.0 => Ok(value),
-            Some(value) => {
-                Err(PlanError::setting(name, format!("{value}: give a part, above 0 and below 1")))
-            }
-        };
         let least_seeds = self.seeds.least.unwrap_or(default.least_seeds);
         let most_seeds = self.seeds.most.unwrap_or(default.most_seeds.max(least_seeds));
         if least_seeds < 2 || most_seeds < least_seeds {
@@ -101,11 +92,18 @@ impl StudyFile {
         Ok(Precision {
             least_seeds,
             most_seeds,
-            interval: part("interval", self.interval, default.interval)?,
-            knee: part("knee", self.knee, default.knee)?,
+            interval: part("interval", self.interval.unwrap_or(default.interval))?,
+            knee: part("knee", self.knee.unwrap_or(default.knee))?,
             ..default
         })
     }
+}
+
+fn part(name: &str, value: f64) -> Result<f64, PlanError> {
+    if value > 0.0 && value < 1.0 {
+        return Ok(value);
+    }
+    Err(PlanError::setting(name, format!("{value}: give a part, above 0 and below 1")))
 }
 
 #[cfg(test)]

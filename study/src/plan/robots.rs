@@ -3,10 +3,11 @@
 use std::fmt;
 use std::str::FromStr;
 
-use serde::{Deserialize, Deserializer, de};
+use serde::Deserialize;
 
 /// The numbers of robots that are tried.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(try_from = "RobotsEntry")]
 pub enum Robots {
     /// Doubling from the first to the last, then refined round the knee.
     Range(u32, u32),
@@ -43,7 +44,8 @@ pub fn robots_in_words(robots: u32) -> String {
 /// The error of parsing [`Robots`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "invalid numbers of robots '{0}': give a range such as 1..500, or a list such as 10,50,200; 1 to a million each"
+    "invalid numbers of robots '{0}': give a range such as 1..500, or a list such as 10,50,200; 1 \
+     to a million each"
 )]
 pub struct ParseRobotsError(String);
 
@@ -51,20 +53,23 @@ impl FromStr for Robots {
     type Err = ParseRobotsError;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let error = || ParseRobotsError(text.to_owned());
-        let number = |text: &str| {
-            let number: u32 = text.trim().parse().map_err(|_| error())?;
-            if (1..=MAX_ROBOTS).contains(&number) { Ok(number) } else { Err(error()) }
-        };
-        if let Some((from, to)) = text.split_once("..") {
-            let (from, to) = (number(from)?, number(to)?);
-            return if from <= to { Ok(Self::Range(from, to)) } else { Err(error()) };
-        }
-        let mut list: Vec<u32> = text.split(',').map(number).collect::<Result<_, _>>()?;
-        list.sort_unstable();
-        list.dedup();
-        Ok(Self::List(list))
+        parse(text).ok_or_else(|| ParseRobotsError(text.to_owned()))
     }
+}
+
+fn parse(text: &str) -> Option<Robots> {
+    if let Some((from, to)) = text.split_once("..") {
+        let (from, to) = (parse_number(from)?, parse_number(to)?);
+        return (from <= to).then_some(Robots::Range(from, to));
+    }
+    let mut list: Vec<u32> = text.split(',').map(parse_number).collect::<Option<_>>()?;
+    list.sort_unstable();
+    list.dedup();
+    Some(Robots::List(list))
+}
+
+fn parse_number(text: &str) -> Option<u32> {
+    text.trim().parse().ok().filter(|number| (1..=MAX_ROBOTS).contains(number))
 }
 
 impl fmt::Display for Robots {
@@ -79,35 +84,25 @@ impl fmt::Display for Robots {
     }
 }
 
-impl<'de> Deserialize<'de> for Robots {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_any(RobotsVisitor)
-    }
+/// The numbers of robots in a study file.
+#[derive(Deserialize)]
+#[serde(untagged, expecting = "give a range such as 1..500, or a list of numbers")]
+enum RobotsEntry {
+    Text(String),
+    Number(u32),
+    List(Vec<u32>),
 }
 
-struct RobotsVisitor;
+impl TryFrom<RobotsEntry> for Robots {
+    type Error = ParseRobotsError;
 
-impl<'de> de::Visitor<'de> for RobotsVisitor {
-    type Value = Robots;
-
-    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str("a range such as 1..500, or a list of numbers")
-    }
-
-    fn visit_str<E: de::Error>(self, text: &str) -> Result<Robots, E> {
-        text.parse().map_err(E::custom)
-    }
-
-    fn visit_u64<E: de::Error>(self, number: u64) -> Result<Robots, E> {
-        self.visit_str(&number.to_string())
-    }
-
-    fn visit_seq<A: de::SeqAccess<'de>>(self, mut list: A) -> Result<Robots, A::Error> {
-        let mut numbers: Vec<String> = Vec::new();
-        while let Some(number) = list.next_element::<u32>()? {
-            numbers.push(number.to_string());
-        }
-        self.visit_str(&numbers.join(","))
+    fn try_from(entry: RobotsEntry) -> Result<Self, Self::Error> {
+        let numbers = match entry {
+            RobotsEntry::Text(text) => return text.parse(),
+            RobotsEntry::Number(number) => vec![number],
+            RobotsEntry::List(numbers) => numbers,
+        };
+        numbers.iter().map(u32::to_string).collect::<Vec<_>>().join(",").parse()
     }
 }
 

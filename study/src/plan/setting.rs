@@ -1,73 +1,62 @@
-//! Settings: what makes variants differ.
+//! Settings: the properties in which variants differ.
 
 use std::fmt;
 use std::str::FromStr;
 
 use serde_json::Value;
 
-/// What a setting changes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Setting {
+/// Defines [`Setting`] with the names of its variants.
+macro_rules! settings {
+    ($($(#[doc = $doc:literal])* $variant:ident = $name:literal,)*) => {
+        /// A property in which variants differ.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+        pub enum Setting {
+            $($(#[doc = $doc])* $variant,)*
+        }
+
+        impl Setting {
+            /// All settings.
+            pub const ALL: &[Self] = &[$(Self::$variant),*];
+
+            /// The name in files and on the command line.
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $name,)*
+                }
+            }
+        }
+    };
+}
+
+settings! {
     /// The layout: a path, relative to the current folder.
-    Layout,
+    Layout = "layout",
     /// The robot type of all robots: the name of one of the scenario's.
-    Type,
+    Type = "type",
     /// The largest speed of all robot types, in metres per second.
-    MaxSpeed,
+    MaxSpeed = "max_speed",
     /// The largest acceleration of all robot types, in metres per second squared.
-    MaxAcceleration,
+    MaxAcceleration = "max_acceleration",
     /// The part of the edges' speed limits that is driven: a factor.
-    SpeedFactor,
+    SpeedFactor = "speed_factor",
     /// The load of transport orders, as in a scenario.
-    Load,
+    Load = "load",
     /// The dwell time at stops of all generators: seconds, or `{min, max}`.
-    Dwell,
+    Dwell = "dwell",
     /// Edges that are closed: a list of ids.
-    Closed,
+    Closed = "closed",
     /// Breakdowns of a robot per hour; they take the scenario's time to repair, or five minutes.
-    BreakdownsPerHour,
+    BreakdownsPerHour = "breakdowns_per_hour",
     /// The planner of the fleet manager.
-    Planner,
+    Planner = "planner",
     /// The manager: a command line, or `fleet-manager`.
-    Manager,
+    Manager = "manager",
 }
 
 impl Setting {
-    /// All settings.
-    pub const ALL: [Self; 11] = [
-        Self::Layout,
-        Self::Type,
-        Self::MaxSpeed,
-        Self::MaxAcceleration,
-        Self::SpeedFactor,
-        Self::Load,
-        Self::Dwell,
-        Self::Closed,
-        Self::BreakdownsPerHour,
-        Self::Planner,
-        Self::Manager,
-    ];
-
-    /// The name in files and on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Layout => "layout",
-            Self::Type => "type",
-            Self::MaxSpeed => "max_speed",
-            Self::MaxAcceleration => "max_acceleration",
-            Self::SpeedFactor => "speed_factor",
-            Self::Load => "load",
-            Self::Dwell => "dwell",
-            Self::Closed => "closed",
-            Self::BreakdownsPerHour => "breakdowns_per_hour",
-            Self::Planner => "planner",
-            Self::Manager => "manager",
-        }
-    }
-
     /// Returns the setting with a name.
     pub fn with_name(name: &str) -> Option<Self> {
-        Self::ALL.into_iter().find(|setting| setting.name() == name)
+        Self::ALL.iter().copied().find(|setting| setting.name() == name)
     }
 }
 
@@ -92,7 +81,8 @@ pub enum ParseAxisError {
 }
 
 fn names() -> String {
-    Setting::ALL.map(Setting::name).join(", ")
+    let names: Vec<_> = Setting::ALL.iter().map(|setting| setting.name()).collect();
+    names.join(", ")
 }
 
 impl Axis {
@@ -118,9 +108,10 @@ impl FromStr for Axis {
     fn from_str(text: &str) -> Result<Self, Self::Err> {
         let (name, list) =
             text.split_once('=').ok_or_else(|| ParseAxisError::NoValues(text.to_owned()))?;
-        let values = split(list).into_iter().filter(|value| !value.is_empty());
-        let value = |text: &str| serde_json::from_str(text).unwrap_or_else(|_| Value::from(text));
-        Self::new(name.trim(), values.map(value).collect())
+        let texts = split(list).into_iter().filter(|value| !value.is_empty());
+        let values =
+            texts.map(|text| serde_json::from_str(text).unwrap_or_else(|_| Value::from(text)));
+        Self::new(name.trim(), values.collect())
     }
 }
 

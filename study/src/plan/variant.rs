@@ -1,17 +1,19 @@
 //! A variant: a plant, its robots, its load and its manager, for any number of robots and any seed.
 
-mod load;
 mod settings;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use regatta_engine::graph::format::write;
-use regatta_engine::graph::{Format, ReadOptions, RouteGraph};
-use regatta_engine::scenario::{Overrides, Scenario, document, made_up_scenario};
-use serde_json::{Map, Value, json};
+use regatta_layout::model::components::Components;
+use regatta_layout::{Format, NodeIndex, ReadOptions, Role, RouteGraph, write};
+use regatta_scenario::yaml::{PluginEntry, RobotGroupEntry};
+use regatta_scenario::{Overrides, Scenario, ScenarioError, document, made_up_scenario};
+use serde::Deserialize;
+use serde_json::Number;
 
 use super::PlanError;
+use super::scenario::{Load, RobotGroup, Routes, RunScenario, Setup};
 use crate::job::{Job, Manager};
 
 /// The name of Regatta's manager as a value of [`Setting::Manager`](super::Setting::Manager).
@@ -20,29 +22,59 @@ const FLEET_MANAGER: &str = "fleet-manager";
 /// values.
 const KEPT_ARGUMENTS: [&str; 2] = [PLANNER, "--seed"];
 const PLANNER: &str = "--planner";
-/// Gives orders in turn: else robots pick the nearest of an endless load, and far ones are never
-/// served.
+/// Gives orders in turn. Without it, robots pick the nearest of an endless load, and far ones are
+/// never served.
 const IN_TURN: &str = "--in-turn";
+/// The width in metres of robots whose types have no larger one.
+const LEAST_WIDTH: f64 = 0.5;
 
 /// A variant of a study.
 #[derive(Clone, Debug)]
 pub struct Variant {
-    /// What tells it from the others; empty if there are none.
+    /// The name that tells it from the others; empty if there are none.
     pub name: String,
     /// The file that it was made of, for messages.
     pub file: PathBuf,
     /// The layout.
     pub graph: Arc<RouteGraph>,
-    /// The scenario without what a job adds: the layout, the robots and the seeds.
-    pub scenario: Value,
-    /// Robot types by name, with the parts of the fleet that are of them.
-    types: Vec<(Option<String>, f64)>,
-    /// Who steers the robots.
+    /// The program that steers the robots.
     pub manager: Manager,
-    /// Where orders go, in words.
+    /// The stops of the orders, in words.
     pub load: String,
+    /// The scenario without what a job adds: the layout, the robots and the seeds.
+    setup: Setup,
+    /// The robot types of the fleet.
+    types: Vec<TypeShare>,
     /// Whether the load was made for the layout, and not given.
     is_load_made_up: bool,
+}
+
+/// A robot type and its share of the fleet.
+#[derive(Clone, Debug, PartialEq)]
+struct TypeShare {
+    /// The name; `None` for the scenario's first type.
+    name: Option<String>,
+    /// The share, in proportion to those of the other types.
+    weight: f64,
+}
+
+/// The time of a run, and its resolution.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RunTime {
+    /// Simulated seconds.
+    pub secs: u64,
+    /// Ticks and frames per simulated second.
+    pub rate_hz: u32,
+}
+
+/// The keys of a scenario that a study uses. The scenario was checked before.
+#[derive(Deserialize)]
+struct PlantScenario {
+    robots: Vec<RobotGroupEntry>,
+    #[serde(default)]
+    plugins: Vec<PluginEntry>,
+    #[serde(flatten)]
+    setup: Setup,
 }
 
 impl Variant {
@@ -53,42 +85,24 @@ impl Variant {
     pub fn read(path: &Path, options: &ReadOptions) -> Result<Self, PlanError> {
         let overrides = Overrides { layout: options.clone(), ..Overrides::default() };
         let read = Scenario::read(path, &overrides)?;
-        let text = match read.is_made_up {
-            true => made_up_scenario(&read.graph, "layout", options),
-            false => {
-                let unreadable = |reason| PlanError::Read { path: path.to_owned(), reason };
-                std::fs::read_to_string(path).map_err(unreadable)?
-            }
+        let text = if read.is_made_up {
+            made_up_scenario(&read.graph, "layout", options)
+        } else {
+            std::fs::read_to_string(path)
+                .map_err(|source| ScenarioError::Read { path: path.to_owned(), source })?
         };
-        let mut scenario: Map<String, Value> = document(&text, path)?;
-        let manager = Manager::BuiltIn(kept_arguments(&scenario));
-        let types = types(&scenario);
-        for key in [
-            "graph",
-            "layout",
-            "nodes",
-            "robots",
-            "rate",
-            "publish_rate",
-            "seed",
-            "plugins",
-            "viewer",
-            "lights",
-            "cameras",
-        ] {
-            scenario.remove(key);
-        }
+        let PlantScenario { robots, plugins, setup } = document(&text, path)?;
         let mut variant = Self {
             name: String::new(),
             file: path.to_owned(),
-            graph: Arc::clone(&read.graph),
-            scenario: scenario.into(),
-            types,
-            manager,
+            graph: read.graph,
+            manager: Manager::BuiltIn(kept_arguments(&plugins)),
             load: "that of the scenario".to_owned(),
+            setup,
+            types: types(robots),
             is_load_made_up: false,
         };
-        if variant.scenario["load"].is_null() {
+        if variant.setup.load.is_none() {
             variant.make_load_up()?;
         }
         Ok(variant)
@@ -99,9 +113,9 @@ impl Variant {
     /// # Errors
     /// [`PlanError::Variant`] if the engine would refuse it.
     pub fn check(&self, rate_hz: u32) -> Result<(), PlanError> {
-        let job = self.job("layout.yaml", 1, 1, (1, rate_hz), "");
+        let job = self.job("layout.yaml", 1, 1, RunTime { secs: 1, rate_hz }, "");
         let checked = Scenario::from_texts(
-            &job.scenario.to_string(),
+            &job.scenario_text(),
             &self.layout_text(),
             Path::new("the scenario"),
             &Overrides::default(),
@@ -111,19 +125,20 @@ impl Variant {
         checked.map(drop).map_err(|error| PlanError::Variant { name, error })
     }
 
-    /// Returns the largest speed of the robots, in metres per second, and their largest width in
-    /// metres.
-    pub fn robot_limits(&self) -> (f64, f64) {
-        let types: Vec<&Value> =
-            self.scenario["robot_types"].as_array().into_iter().flatten().collect();
-        let largest =
-            |key: &str| types.iter().filter_map(|kind| kind[key].as_f64()).fold(0.0, f64::max);
-        let speed = if types.iter().all(|kind| kind["max_speed"].is_number()) {
-            largest("max_speed")
-        } else {
-            f64::INFINITY
-        };
-        (if types.is_empty() { f64::INFINITY } else { speed }, largest("width").max(0.5))
+    /// Returns the largest speed of the robot types, in metres per second; infinite if a type has
+    /// no limit.
+    pub fn max_speed(&self) -> f64 {
+        let types = self.setup.robot_types.iter().flatten();
+        let speeds = types.map(|kind| kind.max_speed.as_ref().and_then(Number::as_f64));
+        let largest = speeds.map(|speed| speed.unwrap_or(f64::INFINITY)).reduce(f64::max);
+        largest.unwrap_or(f64::INFINITY)
+    }
+
+    /// Returns the largest width of the robot types, in metres.
+    pub fn max_width(&self) -> f64 {
+        let types = self.setup.robot_types.iter().flatten();
+        let widths = types.filter_map(|kind| kind.width.as_ref()?.as_f64());
+        widths.fold(LEAST_WIDTH, f64::max)
     }
 
     /// Returns the layout as a text of Regatta's own format.
@@ -132,69 +147,138 @@ impl Variant {
     }
 
     /// Returns the job of a run. `layout` is the name of the layout's file.
-    pub fn job(
-        &self,
-        layout: &str,
-        robots: u32,
-        seed: u64,
-        (secs, rate_hz): (u64, u32),
-        program: &str,
-    ) -> Job {
-        let mut scenario = self.scenario.clone();
-        scenario["graph"] = layout.into();
-        scenario["rate"] = rate_hz.into();
-        scenario["seed"] = seed.into();
-        scenario["load"]["seed"] = seed.into();
-        scenario["robots"] = self.groups(robots);
-        Job { program: program.to_owned(), scenario, secs, rate_hz, manager: self.manager.clone() }
+    pub fn job(&self, layout: &str, robots: u32, seed: u64, time: RunTime, program: &str) -> Job {
+        let mut setup = self.setup.clone();
+        setup.load.get_or_insert_default().seed = Some(seed);
+        let scenario = RunScenario {
+            graph: layout.to_owned(),
+            rate: time.rate_hz,
+            seed,
+            robots: self.groups(robots),
+            setup,
+        };
+        Job {
+            program: program.to_owned(),
+            scenario,
+            secs: time.secs,
+            rate_hz: time.rate_hz,
+            manager: self.manager.clone(),
+        }
     }
 
     /// Shares robots out among the types, by the largest remainders.
-    fn groups(&self, robots: u32) -> Value {
-        let total: f64 = self.types.iter().map(|(_, weight)| weight).sum();
+    fn groups(&self, robots: u32) -> Vec<RobotGroup> {
+        let total: f64 = self.types.iter().map(|share| share.weight).sum();
         let exact: Vec<f64> =
-            self.types.iter().map(|(_, weight)| f64::from(robots) * weight / total).collect();
+            self.types.iter().map(|share| f64::from(robots) * share.weight / total).collect();
         let mut counts: Vec<u32> = exact.iter().map(|count| count.floor() as u32).collect();
         let mut order: Vec<usize> = (0..exact.len()).collect();
         order.sort_by(|a, b| exact[*b].fract().total_cmp(&exact[*a].fract()));
         let missing = robots - counts.iter().sum::<u32>();
-        order.iter().cycle().take(missing as usize).for_each(|index| counts[*index] += 1);
-        let group = |((name, _), count): (&(Option<String>, f64), &u32)| match name {
-            Some(name) => json!({"count": count, "routes": "none", "type": name}),
-            None => json!({"count": count, "routes": "none"}),
+        for index in order.iter().cycle().take(missing as usize) {
+            counts[*index] += 1;
+        }
+        let mut groups = Vec::new();
+        for (share, count) in self.types.iter().zip(counts) {
+            if count > 0 {
+                let robot_type = share.name.clone();
+                groups.push(RobotGroup { count, routes: Routes::None, robot_type });
+            }
+        }
+        groups
+    }
+
+    /// Gives every robot an order to the stations of the plant, as soon as it has finished one.
+    fn make_load_up(&mut self) -> Result<(), PlanError> {
+        let (picks, drops) = (self.nodes_with(Role::Pick), self.nodes_with(Role::Drop));
+        let stations: Vec<NodeIndex> = self
+            .graph
+            .stations()
+            .iter()
+            .flat_map(|station| station.nodes.iter().copied())
+            .collect();
+        let (load, words) = if !picks.is_empty() && !drops.is_empty() {
+            self.check_connected(&[picks, drops].concat())?;
+            (
+                Load::endless([("from", "pick".into()), ("to", "drop".into())]),
+                "from stations to pick at to stations to drop at",
+            )
+        } else if stations.len() > 1 {
+            self.check_connected(&stations)?;
+            let ids: Vec<u32> = stations.iter().map(|node| self.graph.node(*node).id).collect();
+            let groups = serde_json::json!({ "stations": ids });
+            (
+                Load::endless([("groups", groups), ("among", "stations".into())]),
+                "from one station to the next",
+            )
+        } else {
+            (Load::endless([]), "from one node to the next, since the layout names no stations")
         };
-        self.types.iter().zip(&counts).filter(|(_, count)| **count > 0).map(group).collect()
+        self.setup.load = Some(load);
+        self.load = format!("each robot has an order at any time, {words}");
+        self.is_load_made_up = true;
+        if let Manager::BuiltIn(args) = &mut self.manager
+            && !args.iter().any(|arg| arg == IN_TURN)
+        {
+            args.push(IN_TURN.to_owned());
+        }
+        Ok(())
+    }
+
+    fn nodes_with(&self, role: Role) -> Vec<NodeIndex> {
+        let nodes = (0..).map(NodeIndex).zip(self.graph.nodes());
+        nodes.filter(|(_, node)| node.role == role).map(|(index, _)| index).collect()
+    }
+
+    /// Checks that all of some nodes can be reached from each other.
+    fn check_connected(&self, nodes: &[NodeIndex]) -> Result<(), PlanError> {
+        let components = Components::strong(&self.graph);
+        let of_nodes: Vec<u32> =
+            nodes.iter().map(|node| components.of_node[node.0 as usize]).collect();
+        let largest = of_nodes
+            .iter()
+            .max_by_key(|component| of_nodes.iter().filter(|other| other == component).count());
+        let outside = nodes.iter().zip(&of_nodes).find(|(_, of)| Some(*of) != largest);
+        let Some((node, _)) = outside else { return Ok(()) };
+        let node = self.graph.node(*node);
+        let station = match node.name() {
+            Some(name) => format!("station {name}"),
+            None => format!("node {}", node.id),
+        };
+        Err(PlanError::Unreachable { file: self.file.clone(), station })
     }
 }
 
 /// Returns the robot types of a scenario's groups, with the numbers of their robots.
-fn types(scenario: &Map<String, Value>) -> Vec<(Option<String>, f64)> {
-    let mut types: Vec<(Option<String>, f64)> = Vec::new();
-    for group in scenario.get("robots").and_then(Value::as_array).into_iter().flatten() {
-        let name = group["type"].as_str().map(str::to_owned);
-        // Numbers such as 10k are texts; one is what a group has by default.
-        let count = group["count"]
-            .as_str()
-            .and_then(|count| count.parse::<regatta_engine::scenario::RobotCount>().ok());
-        let count = count
-            .map_or_else(|| group["count"].as_f64().unwrap_or(1.0), |count| f64::from(count.0));
-        match types.iter_mut().find(|(known, _)| *known == name) {
-            Some((_, sum)) => *sum += count,
-            None => types.push((name, count)),
+fn types(groups: Vec<RobotGroupEntry>) -> Vec<TypeShare> {
+    let mut types: Vec<TypeShare> = Vec::new();
+    for group in groups {
+        let count = f64::from(group.count.0);
+        match types.iter_mut().find(|share| share.name == group.robot_type) {
+            Some(share) => share.weight += count,
+            None => types.push(TypeShare { name: group.robot_type, weight: count }),
         }
     }
-    if types.is_empty() { vec![(None, 1.0)] } else { types }
+    if types.is_empty() { vec![TypeShare { name: None, weight: 1.0 }] } else { types }
 }
 
-/// Returns the arguments of the scenario's fleet manager that change what it does.
-fn kept_arguments(scenario: &Map<String, Value>) -> Vec<String> {
-    let plugins = scenario.get("plugins").and_then(Value::as_array).into_iter().flatten();
-    let manager = plugins
-        .filter(|plugin| plugin["name"] == FLEET_MANAGER)
-        .find_map(|plugin| plugin["args"].as_array());
-    let args: Vec<&str> = manager.into_iter().flatten().filter_map(Value::as_str).collect();
-    let kept = args.windows(2).filter(|pair| KEPT_ARGUMENTS.contains(&pair[0])).flatten();
-    kept.chain(args.iter().filter(|arg| **arg == IN_TURN)).map(|text| (*text).to_owned()).collect()
+/// Returns the arguments of the scenario's fleet manager that change its decisions.
+fn kept_arguments(plugins: &[PluginEntry]) -> Vec<String> {
+    let mut kept = Vec::new();
+    for plugin in plugins {
+        let PluginEntry::Detailed(plugin) = plugin else { continue };
+        if plugin.name != FLEET_MANAGER || plugin.args.is_empty() {
+            continue;
+        }
+        for pair in plugin.args.windows(2) {
+            if KEPT_ARGUMENTS.contains(&&*pair[0]) {
+                kept.extend_from_slice(pair);
+            }
+        }
+        kept.extend(plugin.args.iter().filter(|arg| *arg == IN_TURN).cloned());
+        break;
+    }
+    kept
 }
 
 #[cfg(test)]

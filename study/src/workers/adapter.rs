@@ -6,23 +6,33 @@
 //! `regatta.study` in the Python package is one, for Dask and for Ray.
 
 use std::collections::BTreeSet;
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use serde_json::{Value, json};
+use serde::Deserialize;
 
 use super::{Report, Task, Workers, WorkersError};
 use crate::job::JobId;
 
-/// The time between two looks at what has come.
+/// The time between two checks for lines of the adapter.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
 /// The longest time until an adapter has reached its cluster.
 const START_TIMEOUT: Duration = Duration::from_secs(120);
 /// The longest time that an adapter may take to end when its input has ended.
 const END_TIMEOUT: Duration = Duration::from_secs(5);
+
+/// A line of an adapter.
+#[derive(Debug, Deserialize)]
+#[serde(untagged)]
+enum Message {
+    /// The cluster is reached.
+    Ready { workers: usize },
+    /// A task has ended.
+    Ended(Report),
+}
 
 /// A running adapter.
 #[derive(Debug)]
@@ -30,9 +40,8 @@ pub struct Adapter {
     child: Child,
     /// Dropped to end the adapter.
     stdin: Option<ChildStdin>,
-    lines: Receiver<Value>,
-    /// Reads what it writes on standard error, so that it never waits for a reader; returns the
-    /// last line.
+    lines: Receiver<Message>,
+    /// Reads its standard error, so that it never waits for a reader; returns the last line.
     errors: Option<JoinHandle<String>>,
     size: usize,
 }
@@ -53,26 +62,25 @@ impl Adapter {
         let (stdin, stdout, stderr) =
             (child.stdin.take(), child.stdout.take(), child.stderr.take());
         let (sender, lines) = mpsc::channel();
-        // The thread ends with the adapter's output.
+        // The threads end with the adapter's output.
         std::thread::spawn(move || {
-            let lines = stdout.into_iter().flat_map(|stdout| BufReader::new(stdout).lines());
-            let values = lines
-                .map_while(Result::ok)
-                .filter_map(|line| serde_json::from_str::<Value>(&line).ok());
-            values.map(|value| sender.send(value)).find(Result::is_err)
+            for line in text_lines(stdout) {
+                if let Ok(message) = serde_json::from_str::<Message>(&line)
+                    && sender.send(message).is_err()
+                {
+                    break;
+                }
+            }
         });
         let errors = std::thread::spawn(move || {
-            let lines = stderr
-                .into_iter()
-                .flat_map(|stderr| BufReader::new(stderr).lines())
-                .map_while(Result::ok);
-            lines.filter(|line| !line.trim().is_empty()).last().unwrap_or_default()
+            text_lines(stderr).filter(|line| !line.trim().is_empty()).last().unwrap_or_default()
         });
         let mut adapter = Self { child, stdin, lines, errors: Some(errors), size: 0 };
         let started = Instant::now();
         while adapter.size == 0 {
             match adapter.next(is_interrupted)? {
-                Some(value) => adapter.size = value["workers"].as_u64().unwrap_or(0) as usize,
+                Some(Message::Ready { workers }) => adapter.size = workers,
+                Some(Message::Ended(_)) => {}
                 None if started.elapsed() > START_TIMEOUT => {
                     return Err(WorkersError::Adapter("the cluster doesn't answer".to_owned()));
                 }
@@ -83,12 +91,12 @@ impl Adapter {
     }
 
     /// Returns the next line, if one comes soon.
-    fn next(&mut self, is_interrupted: &dyn Fn() -> bool) -> Result<Option<Value>, WorkersError> {
+    fn next(&mut self, is_interrupted: &dyn Fn() -> bool) -> Result<Option<Message>, WorkersError> {
         if is_interrupted() {
             return Err(WorkersError::Interrupted);
         }
         match self.lines.recv_timeout(POLL_INTERVAL) {
-            Ok(value) => Ok(Some(value)),
+            Ok(message) => Ok(Some(message)),
             Err(RecvTimeoutError::Timeout) => Ok(None),
             Err(RecvTimeoutError::Disconnected) => Err(self.ended()),
         }
@@ -100,17 +108,20 @@ impl Adapter {
         WorkersError::Adapter(match &*line {
             "" => "the adapter to the cluster has ended".to_owned(),
             line if line.contains("No module named") || line.contains("finding module specification") => {
-                "Python lacks Regatta's package: pip install 'regatta[study]' (for Ray 'regatta[study-ray]'), or set REGATTA_PYTHON".to_owned()
+                "Python lacks Regatta's package: pip install 'regatta-sim[study]' (for Ray 'regatta-sim[study-ray]'), or set REGATTA_PYTHON".to_owned()
             }
             line => line.to_owned(),
         })
     }
 
     fn send(&mut self, task: &Task) -> Result<(), WorkersError> {
-        let Task { id, job, layout, result } = task;
-        let line = json!({"id": id, "job": job, "layout": layout, "result": result});
-        let sent = self.stdin.as_mut().map(|stdin| writeln!(stdin, "{line}"));
-        if matches!(sent, Some(Ok(()))) { Ok(()) } else { Err(self.ended()) }
+        let line = serde_json::to_string(task).unwrap_or_default();
+        if let Some(stdin) = &mut self.stdin
+            && writeln!(stdin, "{line}").is_ok()
+        {
+            return Ok(());
+        }
+        Err(self.ended())
     }
 }
 
@@ -121,13 +132,15 @@ impl Workers for Adapter {
         is_interrupted: &dyn Fn() -> bool,
         on_report: &mut dyn FnMut(Report),
     ) -> Result<(), WorkersError> {
-        tasks.iter().try_for_each(|task| self.send(task))?;
+        for task in tasks {
+            self.send(task)?;
+        }
         let mut left: BTreeSet<JobId> = tasks.iter().map(|task| task.id.clone()).collect();
         while !left.is_empty() {
-            let Some(value) = self.next(is_interrupted)? else { continue };
-            let Ok(id) = serde_json::from_value::<JobId>(value["id"].clone()) else { continue };
-            if left.remove(&id) {
-                on_report(Report { id, failure: value["failure"].as_str().map(str::to_owned) });
+            if let Some(Message::Ended(report)) = self.next(is_interrupted)?
+                && left.remove(&report.id)
+            {
+                on_report(report);
             }
         }
         Ok(())
@@ -136,6 +149,11 @@ impl Workers for Adapter {
     fn size(&self) -> usize {
         self.size
     }
+}
+
+/// Returns the lines of a pipe up to its end or the first that isn't text.
+fn text_lines(pipe: Option<impl Read>) -> impl Iterator<Item = String> {
+    pipe.into_iter().flat_map(|pipe| BufReader::new(pipe).lines()).map_while(Result::ok)
 }
 
 impl Drop for Adapter {

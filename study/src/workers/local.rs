@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use super::{Report, Task, UNWRITABLE, Workers, WorkersError};
 
-/// The time between two looks at the processes.
+/// The time between two checks of the processes.
 const POLL_INTERVAL: Duration = Duration::from_millis(5);
 
 /// Processes on this machine, some at a time.
@@ -32,23 +32,19 @@ impl Local {
     /// Returns the command that does a task.
     fn command(&self, task: &Task) -> Command {
         let mut command = Command::new(&self.program);
-        command
-            .arg("study-run")
-            .arg(&task.job)
-            .arg("--layout")
-            .arg(&task.layout)
-            .arg("--output")
-            .arg(&task.result);
+        command.arg("study-run").arg(&task.job).arg("--layout").arg(&task.layout);
+        command.arg("--output").arg(&task.result);
         command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
         command
     }
 
     fn start<'a>(&self, task: &'a Task) -> Result<Running<'a>, WorkersError> {
-        let started = self.command(task).spawn();
-        let program = self.program.display().to_string();
-        started
-            .map(|child| Running { task, child })
-            .map_err(|reason| WorkersError::Start { program, reason })
+        match self.command(task).spawn() {
+            Ok(child) => Ok(Running { task, child }),
+            Err(reason) => {
+                Err(WorkersError::Start { program: self.program.display().to_string(), reason })
+            }
+        }
     }
 }
 
@@ -61,8 +57,10 @@ impl Running<'_> {
             return Some(Ok(Report { id, failure: None }));
         }
         let mut text = String::new();
-        // A few lines, which fit into the pipe: they are there as a whole.
-        let _ = self.child.stderr.take().map(|mut stderr| stderr.read_to_string(&mut text));
+        if let Some(mut stderr) = self.child.stderr.take() {
+            // A few lines, which fit into the pipe: they are there as a whole.
+            let _ = stderr.read_to_string(&mut text);
+        }
         let line =
             text.lines().rfind(|line| !line.trim().is_empty()).unwrap_or("it ended without a word");
         let line = line.trim_start_matches("regatta: ").to_owned();
@@ -101,7 +99,7 @@ impl Workers for Local {
                 return Ok(());
             }
             std::thread::sleep(POLL_INTERVAL);
-            // An interrupt reaches the processes, too: what they say then is no failure.
+            // An interrupt reaches the processes, too: their messages then are no failures.
             if is_interrupted() {
                 return Err(WorkersError::Interrupted);
             }
@@ -123,7 +121,7 @@ impl Workers for Local {
     }
 }
 
-/// Asks a process to end, so that it removes what it has in shared memory.
+/// Asks a process to end, so that it removes its shared memory.
 #[cfg(unix)]
 fn request_end(child: &mut Child) {
     use rustix::process::{Pid, Signal, kill_process};

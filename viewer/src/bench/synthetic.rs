@@ -5,8 +5,7 @@ use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, NO_EDGE, frame_lines,
 use regatta_plugin::traffic::{EdgeTraffic, TrafficHeader};
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
 use regatta_plugin::{Frame, Traffic, World};
-
-use crate::camera::Bounds;
+use regatta_scene::camera::Bounds;
 
 /// The distance between neighbouring robots, in metres.
 const SPACING: f32 = 2.4;
@@ -55,7 +54,7 @@ impl SyntheticFleet {
                 origin: i,
                 destination: i,
                 length,
-                velocity_forward: 1.0,
+                speed: 1.0,
                 ..EdgeRecord::default()
             };
             world.add_edge(edge, [CurveRecord::straight([x, y], [x + length, y])]);

@@ -5,13 +5,13 @@
 use std::path::Path;
 use std::time::{Duration, Instant};
 
+use regatta_interface::text::with_plural;
 use regatta_plugin::control::ControlResponse;
 use regatta_plugin::{Control, ControlError, Error, Result};
 
 use super::HeadlessViewer;
 use crate::jams::JamReader;
 use crate::plans::PlanReader;
-use crate::text::with_plural;
 use crate::video::VideoWriter;
 
 /// The time between two notes of the progress.

@@ -4,17 +4,17 @@ use std::time::Instant;
 
 use glam::UVec2;
 use image::{Rgba, RgbaImage, imageops};
+use regatta_gpu::TargetConfig;
+use regatta_interface::banner::Banner;
+use regatta_interface::labels::{Labels, levels};
+use regatta_interface::levels::columns;
+use regatta_interface::overlay;
 use regatta_plugin::{Error, Result, World};
+use regatta_scene::camera::Camera;
 
 use super::{HeadlessViewer, legend_width};
-use crate::camera::Camera;
 use crate::caption::{Annotations, Caption};
 use crate::feed::News;
-use crate::gpu::TargetConfig;
-use crate::interface::banner::Banner;
-use crate::interface::labels::{Labels, levels};
-use crate::interface::levels::columns;
-use crate::interface::overlay;
 use crate::picture::{FORMAT, Offscreen};
 
 /// A part of a picture.

@@ -2,11 +2,11 @@
 
 use std::time::{Duration, Instant};
 
+use regatta_interface::text::with_plural;
 use regatta_plugin::{Control, Error, Result};
+use regatta_scene::Detail;
 
 use super::HeadlessViewer;
-use crate::scene::Detail;
-use crate::text::with_plural;
 
 /// The number of jumps.
 const JUMPS: usize = 50;

@@ -4,9 +4,9 @@ use std::time::{Duration, Instant};
 
 use regatta_plugin::frame::ClockState;
 use regatta_plugin::{Error, Result};
+use regatta_scene::palette::Colouring;
 
 use super::{HeadlessViewer, POLL};
-use crate::palette::Colouring;
 use crate::stage::Stage;
 
 /// The time after which a message says that the viewer waits for the fleet.

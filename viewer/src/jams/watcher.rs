@@ -4,17 +4,17 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use glam::Vec2;
+use regatta_interface::jams::{EdgeFacts, Known, NodeFacts, Presence, Spot};
+use regatta_interface::robot_spots;
+use regatta_kit::RunHistory;
 use regatta_plugin::traffic::{EdgeTraffic, TRAFFIC_PERIODS};
 use regatta_plugin::{
-    ContactReader, FleetName, HistoryReader, Participant, ReadError, Result, RunHistory,
-    Subscriber, Traffic, TrafficReader, WorldReader,
+    ContactReader, FleetName, HistoryReader, Participant, ReadError, Result, Subscriber, Traffic,
+    TrafficReader, WorldReader,
 };
+use regatta_scene::heat::{Heat, HeatMap};
 
-use super::heat::{Heat, HeatMap};
-use super::presence::Presence;
-use super::spots::Spot;
-use super::{EdgeFacts, History, JamReport, Known, NodeFacts, Watch};
-use crate::interface::robot_spots;
+use super::{History, JamReport, Watch};
 use crate::watching::Watched;
 
 /// The time between two looks, unless they take long.

@@ -4,16 +4,16 @@
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError};
 use std::time::{Duration, Instant};
 
+use regatta_interface::orders::OpenOrders;
+use regatta_interface::robot_filter::Filter;
+use regatta_interface::rows::{RowQuery, Rows};
 use regatta_plugin::{
-    ColumnName, ColumnReader, FleetName, Participant, ReadError, Result, Subscriber, TaskReader,
+    ColumnName, ColumnReader, FleetName, OrderReader, Participant, ReadError, Result, Subscriber,
     WorldReader, column_names,
 };
 
 use super::report::{Fact, Report};
-use crate::filter::Filter;
-use crate::interface::rows::{RowQuery, Rows};
-use crate::route::RoutePoller;
-use crate::tasks::TaskBook;
+use crate::link::routes::RoutePoller;
 
 /// The time between two sorts of the fleet list.
 const SORT_EVERY: Duration = Duration::from_millis(700);
@@ -24,8 +24,8 @@ const LIST_EVERY: Duration = Duration::from_secs(2);
 const FILTER_EVERY: Duration = Duration::from_millis(200);
 /// The time between two reads of the selected robot's values.
 const VALUES_EVERY: Duration = Duration::from_millis(200);
-/// The time between two looks at the task log, which keeps some tens of ticks for a reader.
-const TASKS_EVERY: Duration = Duration::from_millis(100);
+/// The time between two looks at the order log, which keeps some tens of ticks for a reader.
+const ORDERS_EVERY: Duration = Duration::from_millis(100);
 /// The timeout of a request for routes, which delays all other polls.
 const ROUTE_TIMEOUT: Duration = Duration::from_millis(100);
 /// The most columns that are read for the selected robot: each occupies a reader's place at the
@@ -80,9 +80,9 @@ struct Poller {
     names: Vec<ColumnName>,
     columns: Vec<(ColumnName, ColumnReader)>,
     routes: RoutePoller,
-    task_log: TaskReader,
-    tasks: TaskBook,
-    tasks_at: Instant,
+    order_log: OrderReader,
+    orders: OpenOrders,
+    orders_at: Instant,
     sort_at: Instant,
     list_at: Instant,
     values_at: Instant,
@@ -99,9 +99,9 @@ impl Poller {
     fn new(participant: Participant) -> Result<Self> {
         let now = Instant::now();
         Ok(Self {
-            task_log: TaskReader::open_on(&participant)?,
-            tasks: TaskBook::default(),
-            tasks_at: now,
+            order_log: OrderReader::open_on(&participant)?,
+            orders: OpenOrders::default(),
+            orders_at: now,
             participant,
             query: RowQuery::default(),
             frames: None,
@@ -136,7 +136,7 @@ impl Poller {
         let values = self.robot.map(|_| self.values_at);
         let filter = (!self.filters.is_empty()).then_some(self.filter_at);
         let next =
-            [Some(self.list_at), Some(self.tasks_at), filter, rows, values, self.routes.due()]
+            [Some(self.list_at), Some(self.orders_at), filter, rows, values, self.routes.due()]
                 .into_iter()
                 .flatten()
                 .min();
@@ -150,9 +150,9 @@ impl Poller {
             found.push(Fact::Columns(self.names.clone()).into());
             self.list_at = Instant::now() + LIST_EVERY;
         }
-        if Instant::now() >= self.tasks_at {
-            self.take_tasks()?;
-            self.tasks_at = Instant::now() + TASKS_EVERY;
+        if Instant::now() >= self.orders_at {
+            self.take_orders()?;
+            self.orders_at = Instant::now() + ORDERS_EVERY;
         }
         if self.query.is_plain() {
             self.frames = None;
@@ -171,7 +171,8 @@ impl Poller {
             self.columns.clear();
         } else if Instant::now() >= self.values_at {
             found.push(Fact::Values(self.values()?).into());
-            found.push(Fact::Task(self.robot.and_then(|robot| self.tasks.of_robot(robot))).into());
+            found
+                .push(Fact::Order(self.robot.and_then(|robot| self.orders.of_robot(robot))).into());
             self.values_at = Instant::now() + VALUES_EVERY;
         }
         match self.routes.poll(&self.participant, ROUTE_TIMEOUT) {
@@ -198,15 +199,15 @@ impl Poller {
         };
         let types = ports.types.current()?.map(|column| column.values);
         let report = |filter: &Filter| {
-            Report::Matches(filter.clone(), filter.matches(&frame, &world, types, &self.tasks))
+            Report::Matches(filter.clone(), filter.matches(&frame, &world, types, &self.orders))
         };
         Ok(self.filters.iter().map(report).collect())
     }
 
-    fn take_tasks(&mut self) -> Result<(), ReadError> {
-        let Self { task_log, tasks, .. } = self;
-        task_log.take(|tick| {
-            tasks.take(tick.header.run_id, tick.records);
+    fn take_orders(&mut self) -> Result<(), ReadError> {
+        let Self { order_log, orders, .. } = self;
+        order_log.take(|tick| {
+            orders.take(tick.header.run_id, tick.records);
             Ok(())
         })
     }

@@ -1,16 +1,17 @@
 //! The messages from the background threads to the window.
 
+use regatta_interface::commands::UserCommand;
+use regatta_interface::log::LogReport;
+use regatta_interface::orders::RobotOrder;
+use regatta_interface::robot_filter::{Filter, Matches};
+use regatta_interface::rows::Rows;
 use regatta_plugin::control::ControlResponse;
+use regatta_plugin::ports::error::RequestError;
 use regatta_plugin::route::RouteResponse;
 use regatta_plugin::{ColumnName, ControlError};
+use regatta_scene::plans::PlanReport;
 
-use crate::filter::{Filter, Matches};
-use crate::interface::rows::Rows;
 use crate::jams::JamReport;
-use crate::log::LogReport;
-use crate::orders::UserOrder;
-use crate::plans::PlanReport;
-use crate::tasks::RobotTask;
 
 /// A report of the background threads.
 #[derive(Debug)]
@@ -19,9 +20,9 @@ pub enum Report {
     Facts(Fact),
     /// A message for the user.
     Notice(String),
-    /// An order or a request of the user that came to nothing, and why. The fleet has no event of
+    /// A command or a request of the user that came to nothing, and why. The fleet has no event of
     /// it.
-    Refused(UserOrder, String),
+    Refused(UserCommand, String),
     /// The selected robots' routes; empty if no process answers.
     Routes(Vec<RouteResponse>),
     /// The robots that match a filter.
@@ -45,8 +46,8 @@ pub enum Fact {
     Columns(Vec<ColumnName>),
     /// The selected robot's value in each column.
     Values(Vec<(ColumnName, f32)>),
-    /// The selected robot's task.
-    Task(Option<RobotTask>),
+    /// The selected robot's order.
+    Order(Option<RobotOrder>),
 }
 
 impl Report {
@@ -55,7 +56,7 @@ impl Report {
     pub fn of_answer(answer: Result<ControlResponse, ControlError>, is_requested: bool) -> Self {
         match answer {
             Ok(status) => Fact::Status(Some(Box::new(status))).into(),
-            Err(ControlError::Gone { .. }) => Fact::Status(None).into(),
+            Err(ControlError::Request(RequestError::Gone { .. })) => Fact::Status(None).into(),
             Err(error) if is_requested => Self::Notice(error.to_string()),
             Err(ControlError::NoEngine { .. }) => Fact::Status(None).into(),
             Err(error) => {

@@ -1,82 +1,9 @@
-//! Entries of the log, made of events, contacts, tasks and marks of a recording.
+//! Entries of the log, made of events, contacts and orders.
 
+use regatta_interface::log::{AlarmChange, AlarmKey, Entry, Kind, Place, Severity};
 use regatta_plugin::contact::{ContactChange, ContactEvent, ContactLevel};
 use regatta_plugin::event::{BreakdownCause, EventKind, EventRecord};
-use regatta_plugin::recording::{MarkKind, RecordingMark};
-use regatta_plugin::task::{NO_ROBOT, TaskKind, TaskRecord};
-
-use super::{AlarmChange, AlarmKey, Entry};
-
-/// What an entry is about.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Kind {
-    /// Breakdowns, faults and repairs.
-    Fault,
-    /// Holds, stalls and their ends.
-    Stop,
-    /// Robots that touch.
-    Contact,
-    /// Refused orders, and transport orders that failed.
-    Order,
-    /// Edges that were closed or opened.
-    Edge,
-    /// Robots that came or went.
-    Robot,
-    /// The fleet manager, and standstills.
-    Fleet,
-    /// Notes in a recording.
-    Note,
-}
-
-/// How bad it is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Severity {
-    /// Good to know.
-    Info,
-    /// Something is slower than it should be.
-    Warning,
-    /// Somebody has to look.
-    Alarm,
-}
-
-/// Where something happened.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Place {
-    /// Where the robot is, or nowhere.
-    None,
-    /// An edge, by id.
-    Edge(u32),
-    /// Metres east and north.
-    At([f32; 2]),
-}
-
-impl Kind {
-    /// All kinds.
-    pub const ALL: [Self; 8] = [
-        Self::Fault,
-        Self::Stop,
-        Self::Contact,
-        Self::Order,
-        Self::Edge,
-        Self::Robot,
-        Self::Fleet,
-        Self::Note,
-    ];
-
-    /// The name, for the user.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Fault => "faults",
-            Self::Stop => "stops",
-            Self::Contact => "contacts",
-            Self::Order => "orders",
-            Self::Edge => "edges",
-            Self::Robot => "robots",
-            Self::Fleet => "fleet",
-            Self::Note => "notes",
-        }
-    }
-}
+use regatta_plugin::order::{NO_ROBOT, OrderKind, OrderRecord};
 
 /// Returns the entry of an event; `None` if it is routine, as reached nodes are.
 pub(super) fn of_event(event: &EventRecord, time_nanos: u64) -> Option<(Entry, AlarmChange)> {
@@ -99,9 +26,9 @@ pub(super) fn of_event(event: &EventRecord, time_nanos: u64) -> Option<(Entry, A
         Held => (Kind::Stop, Severity::Warning, format!("robot {robot} stands, held")),
         Resumed => (Kind::Stop, Severity::Info, format!("robot {robot} resumed")),
         Refused if robot == NO_ROBOT => {
-            (Kind::Order, Severity::Warning, format!("order about {id} refused"))
+            (Kind::Order, Severity::Warning, format!("command about {id} refused"))
         }
-        Refused => (Kind::Order, Severity::Warning, format!("robot {robot}: order refused")),
+        Refused => (Kind::Order, Severity::Warning, format!("robot {robot}: command refused")),
         Spawned => (Kind::Robot, Severity::Info, format!("robot {robot} joined")),
         Removed => (Kind::Robot, Severity::Info, format!("robot {robot} left")),
         EdgeClosed => (Kind::Edge, Severity::Warning, format!("edge {id} closed")),
@@ -150,36 +77,18 @@ pub(super) fn of_contact(event: &ContactEvent) -> Option<(Entry, AlarmChange)> {
 }
 
 /// Returns the entry of a transport order that came to a bad end.
-pub(super) fn of_task(task: &TaskRecord, time_nanos: u64) -> Option<(Entry, AlarmChange)> {
-    let (severity, what) = match task.kind()? {
-        TaskKind::Failed => (Severity::Warning, "failed"),
-        TaskKind::Cancelled => (Severity::Info, "was cancelled"),
-        TaskKind::Withdrawn => (Severity::Info, "was taken from its robot"),
+pub(super) fn of_order(order: &OrderRecord, time_nanos: u64) -> Option<(Entry, AlarmChange)> {
+    let (severity, what) = match order.kind()? {
+        OrderKind::Failed => (Severity::Warning, "failed"),
+        OrderKind::Cancelled => (Severity::Info, "was cancelled"),
+        OrderKind::Withdrawn => (Severity::Info, "was taken from its robot"),
         _ => return None,
     };
-    let robot = Some(task.robot).filter(|robot| *robot != NO_ROBOT);
+    let robot = Some(order.robot).filter(|robot| *robot != NO_ROBOT);
     let by = robot.map(|robot| format!(" (robot {robot})")).unwrap_or_default();
-    let text = format!("transport order {} {what}{by}", task.task);
+    let text = format!("transport order {} {what}{by}", order.order);
     Some((
         Entry { time_nanos, kind: Kind::Order, severity, robot, place: Place::None, text },
         AlarmChange::None,
     ))
-}
-
-/// Returns the entry of a mark of a recording.
-pub fn of_mark(mark: &RecordingMark) -> Option<Entry> {
-    let (robot, count) = (mark.robot, mark.count);
-    let more = if count > 1 { format!(" and {} more", count - 1) } else { String::new() };
-    let (kind, severity, text) = match mark.kind()? {
-        MarkKind::Contact => {
-            (Kind::Contact, Severity::Alarm, format!("robot {robot} touches another{more}"))
-        }
-        MarkKind::Fault => {
-            (Kind::Fault, Severity::Alarm, format!("robot {robot}{more} broke down"))
-        }
-        MarkKind::Stop => (Kind::Stop, Severity::Warning, format!("robot {robot}{more} stopped")),
-        MarkKind::Note => (Kind::Note, Severity::Info, "note".to_owned()),
-    };
-    let robot = Some(robot).filter(|_| kind != Kind::Note);
-    Some(Entry { time_nanos: mark.time_nanos, kind, severity, robot, place: Place::None, text })
 }

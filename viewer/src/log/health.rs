@@ -1,9 +1,8 @@
 //! The health of a fleet that no event tells: whether its robots move, and whether its manager is
 //! there.
 
+use regatta_interface::log::{AlarmChange, AlarmKey, Entry, Kind, Place, Severity};
 use regatta_plugin::frame::{Frame, RobotState};
-
-use super::{AlarmChange, AlarmKey, Entry, Kind, Place, Severity};
 
 /// The simulated time between two looks from which on it is a jump in a recording, in nanoseconds.
 const JUMP_NANOS: u64 = 10_000_000_000;

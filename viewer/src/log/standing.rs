@@ -3,13 +3,12 @@
 
 use std::collections::BTreeMap;
 
+use regatta_interface::log::{AlarmChange, AlarmKey, Entry, Kind, Place, Severity};
 use regatta_plugin::contact::{ContactLevel, ContactRecord};
 use regatta_plugin::frame::{Frame, RobotState};
 use regatta_plugin::{
     ClosureReader, ContactReader, Participant, ReadError, RecordingReader, Result,
 };
-
-use super::{AlarmChange, AlarmKey, Entry, Kind, Place, Severity};
 
 /// What is known of the alarms of robots, contacts and edges.
 #[derive(Clone, Debug, Default)]

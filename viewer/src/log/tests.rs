@@ -1,11 +1,11 @@
 //! The bounds of the log, its alarms and its filter.
 
+use regatta_interface::log::*;
 use regatta_plugin::contact::{ContactChange, ContactEvent, ContactLevel};
 use regatta_plugin::event::{EventKind, EventRecord};
-use regatta_plugin::task::NO_ROBOT;
+use regatta_plugin::order::NO_ROBOT;
 
 use super::entries::{of_contact, of_event};
-use super::*;
 
 fn event(kind: EventKind, robot: u32) -> (Entry, AlarmChange) {
     of_event(&EventRecord { kind: kind as u32, robot, id: 5, ..EventRecord::default() }, 7)

@@ -6,17 +6,17 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
+use regatta_interface::log::{AlarmChange, Entry, Kind, LogReport, Severity};
+use regatta_interface::text::with_plural;
 use regatta_plugin::frame::Frame;
 use regatta_plugin::{
-    ColumnReader, ContactEventReader, EventReader, FleetName, Participant, ReadError, Result,
-    Subscriber, TaskReader,
+    ColumnReader, ContactEventReader, EventReader, FleetName, OrderReader, Participant, ReadError,
+    Result, Subscriber,
 };
 
-use super::entries::{of_contact, of_event, of_task};
+use super::entries::{of_contact, of_event, of_order};
 use super::health::{Health, about_fleet, is_stuck};
 use super::standing::{Now, Standing, Unseen};
-use super::{AlarmChange, Entry, Kind, LogReport, Severity};
-use crate::text::with_plural;
 
 /// The time between two looks. Events of some tens of ticks are kept for a reader.
 const EVERY: Duration = Duration::from_millis(40);
@@ -86,7 +86,7 @@ fn run(
 struct Records {
     events: EventReader,
     contacts: ContactEventReader,
-    tasks: TaskReader,
+    orders: OrderReader,
 }
 
 /// Collects the log of a fleet.
@@ -116,7 +116,7 @@ impl LogCollector {
             records: Records {
                 events: EventReader::open_on(participant)?,
                 contacts: ContactEventReader::open_on(participant)?,
-                tasks: TaskReader::open_on(participant)?,
+                orders: OrderReader::open_on(participant)?,
             },
             now: Now::open(participant)?,
             goals: ColumnReader::open_on(participant, "goal")?,
@@ -214,10 +214,10 @@ impl Records {
             }
             Ok::<_, ReadError>(())
         })?;
-        self.tasks.take(|tick| {
+        self.orders.take(|tick| {
             let records = tick.records.iter().filter(|_| tick.header.run_id == run_id);
             let time = clock.time_of(tick.header.tick);
-            news.extend(records.filter_map(|task| of_task(task, time)));
+            news.extend(records.filter_map(|order| of_order(order, time)));
             Ok::<_, ReadError>(())
         })?;
         Ok(missed)
@@ -270,7 +270,7 @@ fn thin_out(news: &mut Vec<(Entry, AlarmChange)>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::log::AlarmKey;
+    use regatta_interface::log::AlarmKey;
 
     #[test]
     fn many_entries_at_once_are_counted() {

@@ -7,7 +7,7 @@ fn load_text(name: &str, text: &str) -> Result<Mesh, MeshFileError> {
 fn load_bytes(name: &str, bytes: &[u8]) -> Result<Mesh, MeshFileError> {
     let path = std::env::temp_dir().join(format!("regatta-model-{}-{name}", std::process::id()));
     std::fs::write(&path, bytes).expect("written");
-    let mesh = load(&path, Placement { scale: 2.0, z: 0.5, yaw: 0.0 });
+    let mesh = load(&path, MeshPlacement { scale: 2.0, z: 0.5, yaw: 0.0 });
     std::fs::remove_file(&path).expect("removed");
     mesh
 }
@@ -188,7 +188,7 @@ fn materials_of_an_obj_file_colour_it_unless_they_are_broken() {
         ("Kd a b c\n", PLAIN),
     ] {
         std::fs::write(folder.join("a.mtl"), materials).expect("written");
-        let mesh = load(&folder.join("a.obj"), Placement { scale: 1.0, z: 0.0, yaw: 0.0 })
+        let mesh = load(&folder.join("a.obj"), MeshPlacement { scale: 1.0, z: 0.0, yaw: 0.0 })
             .unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(mesh.vertices[0].paint, paint, "{materials}");
     }
@@ -208,8 +208,10 @@ fn a_mesh_only_shades_the_robots_colour() {
 #[test]
 fn a_mesh_is_turned_about_the_vertical_axis() {
     let corner = Corner { at: Vec3::new(1.0, 0.0, 0.5), normal: Vec3::X, paint: PLAIN };
-    let mesh =
-        build(&[corner; 3], Placement { scale: 2.0, z: 0.25, yaw: core::f32::consts::FRAC_PI_2 });
+    let mesh = build(
+        &[corner; 3],
+        MeshPlacement { scale: 2.0, z: 0.25, yaw: core::f32::consts::FRAC_PI_2 },
+    );
     let [x, y, z] = mesh.vertices[0].position;
     assert!(x.abs() < 1e-6 && (y - 2.0).abs() < 1e-6 && (z - 1.25).abs() < 1e-6, "{x} {y} {z}");
     assert_eq!(mesh.vertices[0].normal, [0, 127, 0, 0]);

@@ -4,18 +4,9 @@ use std::path::PathBuf;
 use std::str::FromStr;
 
 use glam::{UVec2, Vec2, Vec3};
-
-use crate::camera::{Bounds, Camera, Window};
-use crate::mesh_file::Placement;
-use crate::scene::Light;
-
-/// The error of parsing an option's value.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("{text:?} is not {expected}")]
-pub struct OptionError {
-    text: String,
-    expected: &'static str,
-}
+use regatta_interface::cameras::{ParseError, numbers};
+use regatta_interface::settings::{FloorPlacement, MeshPlacement};
+use regatta_scene::Light;
 
 /// Width and height in pixels, for example `1920x1080`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,66 +28,31 @@ pub struct MeshOption {
     /// The file.
     pub path: PathBuf,
     /// How it is placed on the robot.
-    pub placement: Placement,
+    pub placement: MeshPlacement,
 }
 
 /// Where a picture is placed on the floor: x and y of its lower left corner in metres, metres per
 /// pixel, and the yaw in degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FloorAt(pub [f32; 4]);
-
-/// A named camera, for example `dock=4,-3,12,1.57,0.9`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Bookmark {
-    /// The name.
-    pub name: String,
-    /// The camera; never one by name.
-    pub view: CameraOption,
-}
-
-/// The initial camera.
-#[derive(Clone, Debug, PartialEq)]
-pub enum CameraOption {
-    /// An orthographic plan of the whole graph.
-    Plan,
-    /// The camera of a bookmark.
-    Named(String),
-    /// Shows the whole graph from an angle.
-    Fit,
-    /// Shows the whole graph straight from above.
-    Top,
-    /// A camera with a given position and view direction.
-    Eye(Camera),
-}
-
-/// Parses finite numbers below a million, separated by commas.
-fn numbers(text: &str, expected: &'static str) -> Result<Vec<f32>, OptionError> {
-    let number = |part: &str| {
-        part.trim().parse::<f32>().ok().filter(|number| number.is_finite() && number.abs() < 1e6)
-    };
-    text.split(',')
-        .map(number)
-        .collect::<Option<_>>()
-        .ok_or(OptionError { text: text.to_owned(), expected })
-}
+pub struct FloorAt(pub FloorPlacement);
 
 /// Parses a duration that is not zero.
-pub fn duration_above_zero(text: &str) -> Result<humantime::Duration, OptionError> {
+pub fn duration_above_zero(text: &str) -> Result<humantime::Duration, ParseError> {
     let duration = text.parse::<humantime::Duration>().ok().filter(|duration| !duration.is_zero());
-    duration.ok_or(OptionError {
+    duration.ok_or(ParseError {
         text: text.to_owned(),
         expected: "a duration above 0, for example 10s or 1min",
     })
 }
 
 /// Parses the speed of a film.
-pub fn film_speed(text: &str) -> Result<f32, OptionError> {
+pub fn film_speed(text: &str) -> Result<f32, ParseError> {
     let factor = text.parse().ok().filter(|factor| (0.001..=1000.0).contains(factor));
-    factor.ok_or(OptionError { text: text.to_owned(), expected: "a factor from 0.001 to 1000" })
+    factor.ok_or(ParseError { text: text.to_owned(), expected: "a factor from 0.001 to 1000" })
 }
 
 /// Parses the scale of a plan.
-pub fn scale(text: &str) -> Result<f32, OptionError> {
+pub fn scale(text: &str) -> Result<f32, ParseError> {
     let expected = "a scale from 1 to 1000000 such as 200, for 1:200";
     let scale = text
         .strip_prefix("1:")
@@ -104,61 +60,61 @@ pub fn scale(text: &str) -> Result<f32, OptionError> {
         .parse::<f32>()
         .ok()
         .filter(|scale| (1.0..=1e6).contains(scale));
-    scale.ok_or(OptionError { text: text.to_owned(), expected })
+    scale.ok_or(ParseError { text: text.to_owned(), expected })
 }
 
 /// Parses a number of samples per pixel.
-pub fn samples(text: &str) -> Result<u32, OptionError> {
+pub fn samples(text: &str) -> Result<u32, ParseError> {
     let expected = "1 or 4";
     text.parse()
         .ok()
         .filter(|count| [1, 4].contains(count))
-        .ok_or(OptionError { text: text.to_owned(), expected })
+        .ok_or(ParseError { text: text.to_owned(), expected })
 }
 
 impl FromStr for Size {
-    type Err = OptionError;
+    type Err = ParseError;
 
-    fn from_str(text: &str) -> Result<Self, OptionError> {
+    fn from_str(text: &str) -> Result<Self, ParseError> {
         let side = |text: &str| text.parse::<u32>().ok().filter(|side| (1..=32_768).contains(side));
         text.split_once('x')
             .and_then(|(width, height)| Some(Self(UVec2::new(side(width)?, side(height)?))))
-            .ok_or(OptionError { text: text.to_owned(), expected: "a size such as 1920x1080" })
+            .ok_or(ParseError { text: text.to_owned(), expected: "a size such as 1920x1080" })
     }
 }
 
 impl FromStr for Pair {
-    type Err = OptionError;
+    type Err = ParseError;
 
-    fn from_str(text: &str) -> Result<Self, OptionError> {
+    fn from_str(text: &str) -> Result<Self, ParseError> {
         let expected = "two numbers such as 1.5,-2";
         match numbers(text, expected)?[..] {
             [x, y] => Ok(Self(Vec2::new(x, y))),
-            _ => Err(OptionError { text: text.to_owned(), expected }),
+            _ => Err(ParseError { text: text.to_owned(), expected }),
         }
     }
 }
 
 impl FromStr for LightOption {
-    type Err = OptionError;
+    type Err = ParseError;
 
-    fn from_str(text: &str) -> Result<Self, OptionError> {
+    fn from_str(text: &str) -> Result<Self, ParseError> {
         let expected = "a light such as 0,0,5 or 0,0,5,1,0.8,0.6";
         let (position, colour) = match numbers(text, expected)?[..] {
             [x, y, z] => (Vec3::new(x, y, z), Vec3::ONE),
             [x, y, z, red, green, blue] => {
                 (Vec3::new(x, y, z), Vec3::new(red, green, blue).max(Vec3::ZERO))
             }
-            _ => return Err(OptionError { text: text.to_owned(), expected }),
+            _ => return Err(ParseError { text: text.to_owned(), expected }),
         };
         Ok(Self(Light { position, colour }))
     }
 }
 
 impl FromStr for MeshOption {
-    type Err = OptionError;
+    type Err = ParseError;
 
-    fn from_str(text: &str) -> Result<Self, OptionError> {
+    fn from_str(text: &str) -> Result<Self, ParseError> {
         let expected = "a mesh such as box.stl, box.stl,0.001 or tug=box.stl,0.001,0.1,90";
         let (robot_type, rest) =
             text.split_once('=').map_or((None, text), |(name, rest)| (Some(name), rest));
@@ -172,102 +128,35 @@ impl FromStr for MeshOption {
         let yaw = number(0.0, (-360.0, 360.0)).map(f32::to_radians);
         match (path, scale, z, yaw, parts.next()) {
             (Some(path), Some(scale), Some(z), Some(yaw), None) => {
-                let placement = Placement { scale, z, yaw };
+                let placement = MeshPlacement { scale, z, yaw };
                 Ok(Self { robot_type: robot_type.map(str::to_owned), path: path.into(), placement })
             }
-            _ => Err(OptionError { text: text.to_owned(), expected }),
+            _ => Err(ParseError { text: text.to_owned(), expected }),
         }
     }
 }
 
 impl FromStr for FloorAt {
-    type Err = OptionError;
+    type Err = ParseError;
 
-    fn from_str(text: &str) -> Result<Self, OptionError> {
+    fn from_str(text: &str) -> Result<Self, ParseError> {
         let expected = "x,y,resolution or x,y,resolution,yaw such as -10,-5.5,0.05";
-        let failed = || OptionError { text: text.to_owned(), expected };
-        let at = match numbers(text, expected)?[..] {
-            [x, y, resolution] => [x, y, resolution, 0.0],
-            [x, y, resolution, yaw] => [x, y, resolution, yaw],
+        let failed = || ParseError { text: text.to_owned(), expected };
+        let (x, y, resolution, yaw) = match numbers(text, expected)?[..] {
+            [x, y, resolution] => (x, y, resolution, 0.0),
+            [x, y, resolution, yaw] => (x, y, resolution, yaw),
             _ => return Err(failed()),
         };
-        if (1e-4..=100.0).contains(&at[2]) { Ok(Self(at)) } else { Err(failed()) }
-    }
-}
-
-impl FromStr for Bookmark {
-    type Err = OptionError;
-
-    fn from_str(text: &str) -> Result<Self, OptionError> {
-        let expected = "a named camera such as dock=4,-3,12,1.57,0.9 or hall=20,10,60";
-        let failed = || OptionError { text: text.to_owned(), expected };
-        let (name, view) =
-            text.split_once('=').filter(|(name, _)| !name.trim().is_empty()).ok_or_else(failed)?;
-        match view.parse()? {
-            CameraOption::Named(_) => Err(failed()),
-            view => Ok(Self { name: name.trim().to_owned(), view }),
-        }
-    }
-}
-
-impl FromStr for CameraOption {
-    type Err = OptionError;
-
-    fn from_str(text: &str) -> Result<Self, OptionError> {
-        let expected = "fit, top, plan, a bookmark's name, x,y,z,yaw,pitch or x,y,height";
-        let failed = || OptionError { text: text.to_owned(), expected };
-        let is_name = !text.contains(',') && text.starts_with(char::is_alphabetic);
-        match text {
-            "fit" => Ok(Self::Fit),
-            "top" => Ok(Self::Top),
-            "plan" => Ok(Self::Plan),
-            name if is_name => Ok(Self::Named(name.to_owned())),
-            eye => match numbers(eye, expected)?[..] {
-                [x, y, z, yaw, pitch] => {
-                    Ok(Self::Eye(Camera::from_eye(Vec3::new(x, y, z), yaw, pitch)))
-                }
-                [x, y, height] if height > 0.0 => {
-                    Ok(Self::Eye(Camera::plan_around(Vec2::new(x, y), height)))
-                }
-                _ => Err(failed()),
-            },
-        }
-    }
-}
-
-impl CameraOption {
-    /// Returns the camera for a picture of a fleet within `bounds`, which fits into the part
-    /// `window` of it.
-    pub fn camera(&self, bounds: Bounds, window: Window) -> Camera {
-        match self {
-            Self::Fit | Self::Named(_) => {
-                Camera::fit(bounds, window.aspect).fitted_within(bounds, window)
-            }
-            Self::Top => Camera::top(bounds, window.aspect).fitted_within(bounds, window),
-            Self::Plan => Camera::plan(bounds, window),
-            Self::Eye(camera) => *camera,
-        }
-    }
-
-    /// Returns a line for the cameras of a scenario.
-    pub fn entry(camera: &Camera) -> String {
-        if camera.is_plan() {
-            let (at, height) = (camera.target, camera.distance * 2.0 * (camera.fov_y / 2.0).tan());
-            return format!(
-                "  - {{name: here, x: {:.2}, y: {:.2}, height: {height:.2}}}",
-                at.x, at.y
-            );
-        }
-        let (eye, yaw, pitch) = (camera.eye(), camera.yaw, camera.pitch);
-        format!(
-            "  - {{name: here, x: {:.2}, y: {:.2}, z: {:.2}, yaw: {yaw:.3}, pitch: {pitch:.3}}}",
-            eye.x, eye.y, eye.z
-        )
+        let at = FloorPlacement { x, y, metres_per_pixel: resolution, yaw_degrees: yaw };
+        if (1e-4..=100.0).contains(&resolution) { Ok(Self(at)) } else { Err(failed()) }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use regatta_interface::cameras::{Bookmark, CameraOption};
+    use regatta_scene::camera::{Bounds, Window};
+
     use super::*;
 
     #[test]
@@ -284,7 +173,7 @@ mod tests {
         }
         assert!("0,0".parse::<LightOption>().is_err());
         let mesh: MeshOption = "tug=a/b.stl,0.001,0.1".parse().unwrap();
-        let Placement { scale, z, yaw } = mesh.placement;
+        let MeshPlacement { scale, z, yaw } = mesh.placement;
         assert_eq!((mesh.robot_type.as_deref(), scale, z, yaw), (Some("tug"), 0.001, 0.1, 0.0));
         let turned: MeshOption = "box.stl,1,0,90".parse().expect("a mesh");
         assert!((turned.placement.yaw - core::f32::consts::FRAC_PI_2).abs() < 1e-6);
@@ -301,7 +190,8 @@ mod tests {
         for bad in ["=fit", "dock", "a=b", "a=1,2", "a=1,2,-3"] {
             assert!(bad.parse::<Bookmark>().is_err(), "{bad}");
         }
-        assert_eq!("-10,5,0.05".parse(), Ok(FloorAt([-10.0, 5.0, 0.05, 0.0])));
+        let at = FloorPlacement { x: -10.0, y: 5.0, metres_per_pixel: 0.05, yaw_degrees: 0.0 };
+        assert_eq!("-10,5,0.05".parse(), Ok(FloorAt(at)));
         assert!("1,2".parse::<FloorAt>().is_err() && "1,2,0".parse::<FloorAt>().is_err());
         assert_eq!((super::scale("200"), super::scale("1:50")), (Ok(200.0), Ok(50.0)));
         assert!(super::scale("0.5").is_err());

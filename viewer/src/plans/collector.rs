@@ -2,11 +2,11 @@
 
 use std::time::{Duration, Instant};
 
+use regatta_interface::robot_filter::{RobotSet, is_in};
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::route::RouteResponse;
 use regatta_plugin::{Frame, RouteClient, RouteError};
-
-use crate::filter::{RobotSet, is_in};
+use regatta_scene::plans::Coverage;
 
 /// The most robots whose routes are asked for: an answer takes a kilobyte.
 const MAX_ROBOTS: usize = 16_384;
@@ -14,17 +14,6 @@ const MAX_ROBOTS: usize = 16_384;
 const AT_ONCE: usize = 8;
 /// How long an answer is awaited.
 const TIMEOUT: Duration = Duration::from_millis(200);
-
-/// How much of the routes of all robots, or of those that match a filter, is known.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Coverage {
-    /// Robots under way whose routes are known.
-    pub known: u32,
-    /// Robots under way.
-    pub under_way: u32,
-    /// Seconds that the last round through all robots took; infinity before its end.
-    pub round_secs: f32,
-}
 
 /// The routes of all robots, as they were when they were asked for last.
 #[derive(Debug)]

@@ -1,17 +1,7 @@
 //! The goals of robots: marks at the nodes to which a fleet manager has sent them.
 
-use bytemuck::{Pod, Zeroable};
 use regatta_plugin::World;
-
-/// A mark at a goal: an instance of goals.wgsl.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-#[repr(C)]
-pub struct GoalMark {
-    /// Index of the node in the world.
-    pub node: u32,
-    /// 1 for the goal of a selected robot, else 0.
-    pub selected: u32,
-}
+use regatta_scene::plans::GoalMark;
 
 /// The indices of a route graph's nodes by their ids.
 #[derive(Clone, Debug, Default)]

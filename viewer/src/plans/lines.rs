@@ -2,8 +2,7 @@
 
 use regatta_plugin::route::RouteResponse;
 use regatta_plugin::{Frame, World};
-
-use crate::route::{RouteSegment, remaining_route};
+use regatta_scene::route::{RouteSegment, remaining_route};
 
 /// Returns the segments of routes from the robots' positions in a frame on. Of a curve, all of
 /// which is on several routes, there is one segment: a base rather than a horizon. Bases come last,

@@ -4,6 +4,8 @@ use regatta_plugin::frame::RobotState;
 use regatta_plugin::route::RouteResponse;
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
 use regatta_plugin::{FleetName, ProducerPorts, RouteServer};
+use regatta_scene::plans::{GoalMark, WaitArrow};
+use regatta_scene::route::RouteSegment;
 
 use super::*;
 use crate::watching::Inbox;

@@ -1,21 +1,9 @@
 //! Who waits for whom, and the rings of robots that wait for each other.
 
-use bytemuck::{Pod, Zeroable};
+use regatta_scene::plans::WaitArrow;
 
 /// The entry of a robot that waits for nobody.
 const NOBODY: u32 = u32::MAX;
-
-/// An arrow from a robot that waits to the robot in its way: an instance of waits.wgsl.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
-#[repr(C)]
-pub struct WaitArrow {
-    /// The robot that waits, by id.
-    pub from: u32,
-    /// The robot that it waits for.
-    pub to: u32,
-    /// 1 if both are in a ring of robots that wait for each other, else 0.
-    pub in_ring: u32,
-}
 
 /// Returns an arrow for each robot that waits. `waits_for` holds the id of the robot that each
 /// robot waits for, or NaN; an id that no robot has counts as NaN. Arrows of rings come last, so

@@ -2,12 +2,12 @@
 
 use glam::Vec2;
 use regatta_plugin::Frame;
+use regatta_scene::camera::Bounds;
+use regatta_scene::palette::Colouring;
 
 use super::Stage;
-use super::beside::all;
-use crate::camera::Bounds;
+use super::further_levels::all;
 use crate::feed::News;
-use crate::palette::Colouring;
 
 /// The number of rows that are sampled to find the range of a column's values.
 const SAMPLED_ROWS: usize = 1_024;
@@ -22,7 +22,7 @@ impl Stage {
             && let Some(robot_type) = self.feed.robot_type()
         {
             // A frame may have replaced the buffers, which are empty then.
-            for renderer in all(&mut self.renderer, &mut self.beside) {
+            for renderer in all(&mut self.renderer, &mut self.further_levels) {
                 if news.robot_type || renderer.lacks_robot_type_column() {
                     renderer.set_robot_type_column(robot_type);
                 }
@@ -60,7 +60,7 @@ impl Stage {
             if let Some(values) = values.filter(|_| is_due) {
                 self.range = widened(self.range, values);
             }
-            all(&mut self.renderer, &mut self.beside)
+            all(&mut self.renderer, &mut self.further_levels)
                 .for_each(|renderer| renderer.set_values(values));
         }
     }

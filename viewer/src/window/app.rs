@@ -3,6 +3,9 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use regatta_interface::Interface;
+use regatta_interface::camera_controller::{CameraController, Follow};
+use regatta_interface::cameras::CameraOption;
 use regatta_plugin::{Error, Result, Termination};
 use winit::application::ApplicationHandler;
 use winit::dpi::LogicalSize;
@@ -12,9 +15,7 @@ use winit::window::{Window, WindowId};
 
 use super::settings_store::SettingsStore;
 use super::viewer_window::{Next, ViewerWindow, title};
-use crate::interface::Interface;
-use crate::interface::camera_controller::{CameraController, Follow};
-use crate::options::{CameraOption, Options};
+use crate::options::Options;
 
 /// The number of lost devices within a time that is tolerated.
 const MAX_LOSSES: (usize, Duration) = (3, Duration::from_secs(20));
@@ -41,7 +42,7 @@ pub struct App<'a> {
 impl<'a> App<'a> {
     /// Creates the application; the window opens when the display is ready.
     pub fn new(options: &'a Options, termination: Termination) -> Self {
-        let instance = crate::gpu::device::instance();
+        let instance = regatta_gpu::device::instance();
         Self {
             options,
             termination,

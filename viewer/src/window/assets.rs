@@ -2,17 +2,18 @@
 
 use std::path::Path;
 
-use crate::camera::Bounds;
-use crate::floor_picture::FloorPicture;
-use crate::interface::settings::{RobotMesh, Settings};
-use crate::mesh_file;
+use regatta_gpu::floor::FloorPicture;
+use regatta_interface::settings::{FloorPlacement, RobotMesh, Settings};
+use regatta_scene::camera::Bounds;
+
 use crate::stage::Stage;
+use crate::{floor_picture, mesh_file};
 
 /// The loaded files.
 #[derive(Debug, Default)]
 pub struct Assets {
     /// The path of the picture, the size of the floor in metres, and where the picture is placed.
-    floor: (String, Option<[f32; 2]>, Option<[f32; 4]>),
+    floor: (String, Option<[f32; 2]>, Option<FloorPlacement>),
     mesh: Option<RobotMesh>,
 }
 
@@ -78,7 +79,7 @@ impl Assets {
 fn load_floor(
     file: &str,
     size: Option<[f32; 2]>,
-    placed: Option<[f32; 4]>,
+    placed: Option<FloorPlacement>,
     stage: &mut Stage,
 ) -> Result<(), String> {
     if file.is_empty() {
@@ -87,7 +88,7 @@ fn load_floor(
     }
     let bounds = size.map_or(stage.bounds(), Bounds::of_size);
     let picture =
-        FloorPicture::load(Path::new(file), bounds, stage.renderer.max_texture_size(), placed);
+        floor_picture::load(Path::new(file), bounds, stage.renderer.max_texture_size(), placed);
     let picture = picture.map_err(|error| error.to_string())?;
     let has_room = set_floor(stage, Some(&picture));
     has_room.then_some(()).ok_or_else(|| format!("{file}: no room in the graphics memory"))

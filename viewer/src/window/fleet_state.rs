@@ -3,18 +3,18 @@
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use glam::Vec2;
+use regatta_interface::labels::Labels;
+use regatta_interface::orders::RobotOrder;
+use regatta_interface::pose::Pose;
+use regatta_interface::robot_filter::{Filter, Matches, RobotSet};
+use regatta_interface::rows::Rows;
+use regatta_interface::view_model::Item;
 use regatta_plugin::control::ControlResponse;
 use regatta_plugin::{ColumnName, Frame};
 
-use crate::filter::{Filter, Matches, RobotSet};
-use crate::interface::labels::Labels;
-use crate::interface::pose::Pose;
-use crate::interface::rows::Rows;
-use crate::interface::view_model::Item;
 use crate::jams::Watch as JamWatched;
 use crate::link::Fact;
 use crate::plans::Watch;
-use crate::tasks::RobotTask;
 
 /// The state of a fleet as reported by the link, and values derived from its frames.
 #[derive(Debug, Default)]
@@ -23,7 +23,7 @@ pub struct FleetState {
     pub columns: Vec<ColumnName>,
     pub labels: Labels,
     pub values: Vec<(ColumnName, f32)>,
-    pub task: Option<RobotTask>,
+    pub order: Option<RobotOrder>,
     /// The filter that was requested last.
     pub filter: Filter,
     /// The robots that match it, or as long as they are not known, the filter before.
@@ -62,7 +62,7 @@ impl FleetState {
             }
             Fact::Rows(rows) => self.rows.replace(rows) != self.rows,
             Fact::Columns(columns) => std::mem::replace(&mut self.columns, columns) != self.columns,
-            Fact::Task(task) => std::mem::replace(&mut self.task, task) != self.task,
+            Fact::Order(order) => std::mem::replace(&mut self.order, order) != self.order,
             Fact::Values(values) => std::mem::replace(&mut self.values, values) != self.values,
         }
     }

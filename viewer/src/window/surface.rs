@@ -4,13 +4,12 @@
 use std::sync::Arc;
 
 use glam::UVec2;
+use regatta_gpu::device::{DeviceError, Gpu};
 use wgpu::{
     CompositeAlphaMode, CurrentSurfaceTexture, PresentMode, Surface, SurfaceColorSpace,
     SurfaceConfiguration, SurfaceTexture, TextureFormat, TextureUsages, TextureView,
 };
 use winit::window::Window;
-
-use crate::gpu::device::{DeviceError, Gpu};
 
 /// The number of pictures that may be queued for the screen.
 const LATENCY: u32 = 2;

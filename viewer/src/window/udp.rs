@@ -6,9 +6,8 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use parking_lot::Mutex;
+use regatta_interface::view_model::Action;
 use regatta_plugin::{FleetName, PARENT_VARIABLE};
-
-use crate::interface::view_model::Action;
 
 /// The time that child processes have to end when the viewer ends.
 const GRACE: Duration = Duration::from_secs(2);

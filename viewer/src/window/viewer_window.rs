@@ -9,34 +9,33 @@ use std::time::{Duration, Instant};
 
 use egui::ViewportId;
 use glam::UVec2;
+use regatta_gpu::TargetConfig;
+use regatta_gpu::device::Gpu;
+use regatta_gpu::insets::Insets;
+use regatta_gpu::painter::Painter;
+use regatta_gpu::renderer::Renderer;
+use regatta_interface::Interface;
+use regatta_interface::labels::{Labels, levels};
+use regatta_interface::robot_filter::{Filter, Matches};
+use regatta_interface::timing::Timing;
+use regatta_interface::view_model::{EngineState, Item};
 use regatta_plugin::{FleetName, Participant, Result};
+use regatta_scene::Detail;
 use winit::event::WindowEvent;
 use winit::window::Window;
 
 use super::assets::{Assets, Unloadable};
 use super::fleet_state::FleetState;
 use super::frame_pacing::{Due, FramePacing};
-use super::settings_store::SettingsStore;
+use super::settings_store::{SettingsError, SettingsStore};
 use super::surface::{WindowSurface, create_surface};
 use super::udp::UdpProcesses;
 use crate::feed::News;
-use crate::filter::{Filter, Matches};
-use crate::gpu::TargetConfig;
-use crate::gpu::device::Gpu;
-use crate::gpu::insets::Insets;
-use crate::gpu::painter::Painter;
-use crate::gpu::renderer::Renderer;
-use crate::interface::Interface;
-use crate::interface::labels::{Labels, levels};
-use crate::interface::settings::file::SettingsError;
-use crate::interface::timing::Timing;
-use crate::interface::view_model::{EngineState, Item};
 use crate::jams::Watch as JamWatched;
 use crate::link::{Link, Report};
 use crate::options::{LookOptions, Options};
 use crate::past::Past;
 use crate::plans::Watch;
-use crate::scene::Detail;
 use crate::stage::Stage;
 
 /// The time between two checks of a hidden window.
@@ -261,9 +260,9 @@ impl ViewerWindow {
                     self.interface.notify(text);
                     true
                 }
-                Report::Refused(order, text) => {
+                Report::Refused(command, text) => {
                     let now = self.stage.frame().map_or(0, |frame| frame.header().sim_time_nanos);
-                    self.interface.tell_refusal(order, text, now);
+                    self.interface.tell_refusal(command, text, now);
                     true
                 }
                 Report::Routes(routes) => {

@@ -2,17 +2,17 @@
 
 use glam::{UVec2, Vec2};
 use image::RgbaImage;
+use regatta_gpu::TargetConfig;
+use regatta_gpu::device::Gpu;
+use regatta_gpu::renderer::{Picture, Renderer};
 use regatta_plugin::Frame;
 use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, NO_EDGE, frame_lines, stride_lines};
 use regatta_plugin::world::{
     CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Shape, WorldData,
 };
-use regatta_viewer::camera::{Bounds, Camera};
-use regatta_viewer::gpu::TargetConfig;
-use regatta_viewer::gpu::device::Gpu;
-use regatta_viewer::gpu::renderer::{Picture, Renderer};
+use regatta_scene::Scene;
+use regatta_scene::camera::{Bounds, Camera};
 use regatta_viewer::picture::{FORMAT, Offscreen};
-use regatta_viewer::scene::Scene;
 
 pub const SIZE: UVec2 = UVec2::new(320, 200);
 
@@ -103,14 +103,14 @@ pub fn graph() -> WorldData {
     let mut world = WorldData { nodes, ..WorldData::default() };
     let mut edge = |id: u32, control_points, backwards| {
         let (origin, destination, length) = (id, (id + 1) % 4, 7.0);
-        let (velocity_forward, velocity_backwards) = (1.0, backwards);
+        let (speed, reverse_speed) = (1.0, backwards);
         let edge = EdgeRecord {
             id,
             origin,
             destination,
             length,
-            velocity_forward,
-            velocity_backwards,
+            speed,
+            reverse_speed,
             ..EdgeRecord::default()
         };
         world.add_edge(edge, [CurveRecord { control_points }]);

@@ -3,17 +3,16 @@
 
 use glam::{Vec2, Vec3};
 use image::{DynamicImage, RgbaImage};
+use regatta_gpu::TargetConfig;
+use regatta_gpu::device::Gpu;
 use regatta_plugin::Traffic;
 use regatta_plugin::traffic::{EdgeTraffic, TrafficHeader};
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
-use regatta_viewer::camera::{Bounds, Camera};
-use regatta_viewer::gpu::TargetConfig;
-use regatta_viewer::gpu::device::Gpu;
-use regatta_viewer::gpu::pick::Picked;
-use regatta_viewer::jams::heat::HeatMap;
-use regatta_viewer::palette::{Colouring, Rgb, Scale, Theme};
+use regatta_scene::camera::{Bounds, Camera};
+use regatta_scene::heat::HeatMap;
+use regatta_scene::palette::{Colouring, Rgb, Scale, Theme};
+use regatta_scene::{Item, Scene};
 use regatta_viewer::picture::FORMAT;
-use regatta_viewer::scene::Scene;
 
 use crate::Test;
 use crate::fleet::{Robot, SIZE, TestRenderer, camera, graph, robots};
@@ -120,7 +119,7 @@ fn edges_are_picked_under_their_ribbons(gpu: &Gpu) {
                 .expect("in the picture");
             assert_eq!(
                 renderer.inner.pick(at),
-                Some(Picked::Edge(index as u32)),
+                Some(Item::Edge(index as u32)),
                 "{distance} m away"
             );
         }

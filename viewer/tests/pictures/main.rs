@@ -15,7 +15,7 @@ mod picking;
 mod references;
 
 use libtest_mimic::{Arguments, Trial};
-use regatta_viewer::gpu::device::Gpu;
+use regatta_gpu::device::Gpu;
 
 /// A test that renders.
 type Test = fn(&Gpu);

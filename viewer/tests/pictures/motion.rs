@@ -4,12 +4,12 @@ use std::f32::consts::PI;
 
 use glam::Vec3;
 use image::{DynamicImage, RgbaImage};
+use regatta_gpu::TargetConfig;
+use regatta_gpu::device::Gpu;
 use regatta_plugin::world::WorldData;
-use regatta_viewer::camera::Camera;
-use regatta_viewer::gpu::TargetConfig;
-use regatta_viewer::gpu::device::Gpu;
+use regatta_scene::Scene;
+use regatta_scene::camera::Camera;
 use regatta_viewer::picture::FORMAT;
-use regatta_viewer::scene::Scene;
 
 use crate::Test;
 use crate::fleet::{Robot, SIZE, TestRenderer, camera, graph, robots, top};

@@ -3,12 +3,12 @@
 
 use glam::{UVec2, Vec2, Vec3};
 use image::RgbaImage;
+use regatta_gpu::device::Gpu;
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
-use regatta_viewer::camera::{Bounds, Camera, Window};
-use regatta_viewer::gpu::device::Gpu;
-use regatta_viewer::palette::Colouring;
-use regatta_viewer::scene::Scene;
+use regatta_scene::Scene;
+use regatta_scene::camera::{Bounds, Camera, Window};
+use regatta_scene::palette::Colouring;
 
 use crate::Test;
 use crate::fleet::{Robot, SIZE, TestRenderer};
@@ -82,8 +82,8 @@ fn add_edge(world: &mut WorldData, at: Vec2, is_two_way: bool) {
         origin,
         destination: origin + 1,
         length,
-        velocity_forward: 1.0,
-        velocity_backwards: if is_two_way { 0.5 } else { 0.0 },
+        speed: 1.0,
+        reverse_speed: if is_two_way { 0.5 } else { 0.0 },
         ..EdgeRecord::default()
     };
     world.add_edge(edge, [CurveRecord::straight([at.x, at.y], [at.x + length, at.y])]);

@@ -3,13 +3,12 @@
 use std::collections::BTreeMap;
 
 use glam::{Vec2, Vec3};
-use regatta_viewer::camera::{Bounds, Camera};
-use regatta_viewer::gpu::TargetConfig;
-use regatta_viewer::gpu::device::Gpu;
-use regatta_viewer::gpu::pick::Picked;
-use regatta_viewer::palette::Colouring;
+use regatta_gpu::TargetConfig;
+use regatta_gpu::device::Gpu;
+use regatta_scene::camera::{Bounds, Camera};
+use regatta_scene::palette::Colouring;
+use regatta_scene::{Item, Scene};
 use regatta_viewer::picture::FORMAT;
-use regatta_viewer::scene::Scene;
 
 use crate::Test;
 use crate::fleet::{Robot, SIZE, TestRenderer, bounds, camera, graph, robots, top};
@@ -39,7 +38,7 @@ fn robots_are_picked(gpu: &Gpu) {
         renderer.render(&camera, &Scene::default(), 1.0);
         for (id, robot) in robots().iter().enumerate() {
             let at = pixel(&camera, Vec3::new(robot.x, robot.y, 0.2));
-            assert_eq!(renderer.inner.pick(at), Some(Picked::Robot(id as u32)), "{at}");
+            assert_eq!(renderer.inner.pick(at), Some(Item::Robot(id as u32)), "{at}");
         }
         let beside = pixel(&camera, Vec3::new(4.0, 2.0, 0.0));
         assert_eq!(renderer.inner.pick(beside), None);
@@ -63,7 +62,7 @@ fn marks_are_picked(gpu: &Gpu) {
     renderer.render(&camera, &Scene::default(), 1.0);
     for id in [0, 7, 33, 58, 99] {
         let at = pixel(&camera, Vec3::new(fleet[id].x, fleet[id].y, 0.1));
-        assert_eq!(renderer.inner.pick(at), Some(Picked::Robot(id as u32)), "{at}");
+        assert_eq!(renderer.inner.pick(at), Some(Item::Robot(id as u32)), "{at}");
     }
 }
 
@@ -75,14 +74,14 @@ fn nodes_and_edges(gpu: &Gpu) {
     renderer.render(&camera, &Scene::default(), 1.0);
     for (index, node) in graph().nodes.iter().enumerate() {
         let picked = renderer.inner.pick(pixel(&camera, Vec3::new(node.x, node.y, 0.0)));
-        assert_eq!(picked, Some(Picked::Node(index as u32)));
+        assert_eq!(picked, Some(Item::Node(index as u32)));
     }
     // The middles of the curves.
     for (index, middle) in
         [[4.0, 0.0], [10.25, 2.0], [4.0, 4.0], [-2.25, 2.0]].into_iter().enumerate()
     {
         let picked = renderer.inner.pick(pixel(&camera, Vec3::new(middle[0], middle[1], 0.0)));
-        assert_eq!(picked, Some(Picked::Edge(index as u32)));
+        assert_eq!(picked, Some(Item::Edge(index as u32)));
     }
 }
 
@@ -94,7 +93,7 @@ fn the_nearer(gpu: &Gpu) {
     renderer.render(&camera, &Scene::default(), 1.0);
     assert_eq!(
         renderer.inner.pick(pixel(&camera, Vec3::new(1.2, 0.0, 0.15))),
-        Some(Picked::Robot(1))
+        Some(Item::Robot(1))
     );
 }
 
@@ -103,10 +102,7 @@ fn with_an_offset(gpu: &Gpu) {
     renderer.push(&[Robot { x: 3.0, y: 1.0, ..Robot::default() }]);
     let scene = Scene { offset: Vec2::new(2.0, 1.5), ..Scene::default() };
     renderer.render(&top(), &scene, 1.0);
-    assert_eq!(
-        renderer.inner.pick(pixel(&top(), Vec3::new(5.0, 2.5, 0.2))),
-        Some(Picked::Robot(0))
-    );
+    assert_eq!(renderer.inner.pick(pixel(&top(), Vec3::new(5.0, 2.5, 0.2))), Some(Item::Robot(0)));
     assert_eq!(renderer.inner.pick(pixel(&top(), Vec3::new(3.0, 1.0, 0.2))), None);
 }
 
@@ -135,7 +131,7 @@ fn overlapping_marks(gpu: &Gpu) {
             // floor.
             let is_robot = colour[..3].iter().any(|part| *part > 120);
             let picked = renderer.inner.pick(Vec2::new(x as f32, y as f32) + 0.5);
-            if let Some(Picked::Robot(id)) = picked.filter(|_| is_robot) {
+            if let Some(Item::Robot(id)) = picked.filter(|_| is_robot) {
                 types.entry(colour).or_insert_with(Vec::new).push(id % 2);
             }
         }
@@ -160,7 +156,7 @@ fn triangles_after_splats(gpu: &Gpu) {
         renderer.render(&camera, &Scene::default(), 1.0);
         for id in [1, 7, 12] {
             let at = pixel(&camera, Vec3::new(id as f32 * 20.0, 0.0, 0.1));
-            assert_eq!(renderer.inner.pick(at), Some(Picked::Robot(id)), "a fleet of {robots}");
+            assert_eq!(renderer.inner.pick(at), Some(Item::Robot(id)), "a fleet of {robots}");
         }
     }
 }

@@ -4,19 +4,19 @@ use std::path::{Path, PathBuf};
 
 use glam::{Vec2, Vec3};
 use image::{DynamicImage, Rgb, RgbImage, RgbaImage};
+use regatta_gpu::TargetConfig;
+use regatta_gpu::device::Gpu;
+use regatta_gpu::floor::FloorPicture;
+use regatta_interface::settings::MeshPlacement;
 use regatta_plugin::world::NodeRole;
-use regatta_viewer::camera::{Bounds, Camera, Window};
-use regatta_viewer::floor_picture::FloorPicture;
-use regatta_viewer::gpu::TargetConfig;
-use regatta_viewer::gpu::device::Gpu;
-use regatta_viewer::mesh_file::{self, Placement};
-use regatta_viewer::palette::{Colouring, Theme};
+use regatta_scene::camera::{Bounds, Camera, Window};
+use regatta_scene::palette::{Colouring, Theme};
+use regatta_scene::plans::{GoalMark, PlanReport};
+use regatta_scene::route::RouteSegment;
+use regatta_scene::{Light, Marked, Scene, Trails};
+use regatta_viewer::mesh_file;
 use regatta_viewer::picture::FORMAT;
-use regatta_viewer::plans::PlanReport;
-use regatta_viewer::plans::goals::GoalMark;
 use regatta_viewer::plans::waits::arrows;
-use regatta_viewer::route::RouteSegment;
-use regatta_viewer::scene::{Light, Marked, Scene, Trails};
 
 use crate::Test;
 use crate::fleet::{Robot, SIZE, TestRenderer, bounds, camera, graph, robots, top};
@@ -350,7 +350,7 @@ fn meshes_of_files(gpu: &Gpu) {
     let faces = "mtllib cart.mtl\nusemtl red\nf 1 2 3 4\nusemtl white\nf 2 5 6 3\n";
     std::fs::write(folder.join("cart.obj"), [corners, faces].concat()).expect("written");
     let loaded =
-        mesh_file::load(&folder.join("cart.obj"), Placement { scale: 1.0, z: 0.0, yaw: 0.0 });
+        mesh_file::load(&folder.join("cart.obj"), MeshPlacement { scale: 1.0, z: 0.0, yaw: 0.0 });
     std::fs::remove_dir_all(&folder).expect("removed");
     let mut renderer = TestRenderer::new(gpu);
     assert!(renderer.inner.set_mesh(None, Some(&loaded.expect("a mesh"))));

@@ -2,15 +2,14 @@
 
 use std::sync::Arc;
 
+use regatta_layout::{NodeIndex, Role, RouteGraph};
+use regatta_plugin::command::{CommandKind, CommandRecord};
 use regatta_plugin::event::{BreakdownCause, EventKind};
 use regatta_plugin::frame::RobotState;
-use regatta_plugin::order::{OrderKind, OrderRecord};
+use regatta_scenario::{Battery, Repeat, RobotType};
 
 use super::support::*;
-use crate::fleet::{
-    Battery, EventBuffer, Fleet, FleetConfig, Placement, Repeat, RobotType, RouteSource,
-};
-use crate::graph::{NodeIndex, Role, RouteGraph};
+use crate::fleet::{EventBuffer, Fleet, FleetConfig, Placement, RouteSource};
 
 /// 1 Wh: 3600 J last a minute of driving.
 const BATTERY: Battery = Battery {
@@ -124,7 +123,7 @@ fn a_flat_robot_is_broken_until_it_is_repaired() {
         (place, 1),
         "it stands, and that is told once"
     );
-    let repair = OrderRecord { kind: OrderKind::Repair as u32, ..OrderRecord::default() };
+    let repair = CommandRecord { kind: CommandKind::Repair as u32, ..CommandRecord::default() };
     fleet.apply(&[repair], &mut events);
     assert_eq!(fleet.battery_charges(), Some(vec![100.0]));
     assert_eq!(state(&fleet), RobotState::Driving);

@@ -1,33 +1,34 @@
 //! Closed edges: nobody enters them, everybody else drives on.
 
+use regatta_layout::{EdgeIndex, NodeIndex};
+use regatta_plugin::command::{CommandKind, CommandRecord};
 use regatta_plugin::event::{EventKind, Refusal};
 use regatta_plugin::frame::RobotState;
-use regatta_plugin::order::{OrderKind, OrderRecord};
-use regatta_plugin::task::NO_ROBOT;
+use regatta_plugin::order::NO_ROBOT;
 
 use super::support::*;
 use crate::fleet::{Fleet, Placement, RouteSource};
-use crate::graph::{EdgeIndex, NodeIndex};
 
-/// Applies an order about an edge, by its index, and returns its events: kind, robot and id.
-fn order(fleet: &mut Fleet, kind: OrderKind, edge: u32) -> Vec<(u32, u32, u32)> {
+/// Applies a command about an edge, by its index, and returns its events: kind, robot and id.
+fn command(fleet: &mut Fleet, kind: CommandKind, edge: u32) -> Vec<(u32, u32, u32)> {
     let mut events = events();
-    let record = OrderRecord {
+    let record = CommandRecord {
         kind: kind as u32,
         robot: NO_ROBOT,
         id: 1000 + edge,
-        ..OrderRecord::default()
+        ..CommandRecord::default()
     };
     fleet.apply(&[record], &mut events);
     events.records().iter().map(|event| (event.kind, event.robot, event.id)).collect()
 }
 
 fn assign(fleet: &mut Fleet, edges: &[u32]) -> (u32, u32) {
-    let leg = |edge: &u32| OrderRecord { id: 1000 + edge, released: 1, ..OrderRecord::default() };
-    let head = OrderRecord {
-        kind: OrderKind::Assign as u32,
+    let leg =
+        |edge: &u32| CommandRecord { id: 1000 + edge, released: 1, ..CommandRecord::default() };
+    let head = CommandRecord {
+        kind: CommandKind::Assign as u32,
         legs: edges.len() as u32,
-        ..OrderRecord::default()
+        ..CommandRecord::default()
     };
     let mut events = events();
     fleet.apply(
@@ -72,22 +73,26 @@ fn a_robot_waits_before_a_closed_edge_until_it_is_open() {
         let closed = [(EventKind::Accepted, NO_ROBOT, 0), (EventKind::EdgeClosed, NO_ROBOT, 1002)];
         let closed = closed.map(|(kind, robot, id)| (kind as u32, robot, id));
         after(&mut fleet, 20);
-        assert_eq!(order(&mut fleet, OrderKind::CloseEdge, 2), closed);
-        assert_eq!(order(&mut fleet, OrderKind::CloseEdge, 2), closed[..1], "it is closed already");
+        assert_eq!(command(&mut fleet, CommandKind::CloseEdge, 2), closed);
+        assert_eq!(
+            command(&mut fleet, CommandKind::CloseEdge, 2),
+            closed[..1],
+            "it is closed already"
+        );
         assert_eq!(
             fleet.closed_edges().iter().map(|closed| closed.edge).collect::<Vec<_>>(),
             [1002]
         );
         assert_eq!(after(&mut fleet, 600), (5.0, RobotState::Waiting, 1));
-        assert_eq!(order(&mut fleet, OrderKind::CloseEdge, 0).len(), 2);
+        assert_eq!(command(&mut fleet, CommandKind::CloseEdge, 0).len(), 2);
         assert_eq!(
-            order(&mut fleet, OrderKind::OpenEdge, 0).len(),
+            command(&mut fleet, CommandKind::OpenEdge, 0).len(),
             2,
             "another edge doesn't start it"
         );
         assert_eq!(after(&mut fleet, 10), (5.0, RobotState::Waiting, 0));
         assert_eq!(
-            order(&mut fleet, OrderKind::OpenEdge, 2)[1],
+            command(&mut fleet, CommandKind::OpenEdge, 2)[1],
             (EventKind::EdgeOpened as u32, NO_ROBOT, 1002)
         );
         assert_eq!(after(&mut fleet, 600), (9.0, RobotState::Idle, 0));
@@ -99,9 +104,9 @@ fn a_robot_waits_before_a_closed_edge_until_it_is_open() {
 fn a_robot_leaves_a_closed_edge_and_brakes_in_time_before_the_next() {
     let mut fleet = on_chain(0.8);
     assign(&mut fleet, &[1, 2]);
-    order(&mut fleet, OrderKind::CloseEdge, 0);
+    command(&mut fleet, CommandKind::CloseEdge, 0);
     assert_eq!(after(&mut fleet, 100).1, RobotState::Driving, "it leaves the closed edge");
-    order(&mut fleet, OrderKind::CloseEdge, 2);
+    command(&mut fleet, CommandKind::CloseEdge, 2);
     let mut last = 1.0_f32;
     for _ in 0..400 {
         let frame = step(&mut fleet, &mut events());
@@ -118,16 +123,16 @@ fn a_robot_leaves_a_closed_edge_and_brakes_in_time_before_the_next() {
 #[test]
 fn no_new_route_leads_along_a_closed_edge() {
     let mut fleet = on_chain(f32::INFINITY);
-    order(&mut fleet, OrderKind::CloseEdge, 1);
+    command(&mut fleet, CommandKind::CloseEdge, 1);
     assert_eq!(
         assign(&mut fleet, &[1, 2]),
         (EventKind::Refused as u32, Refusal::EdgeClosed as u32)
     );
     assert_eq!(
-        order(&mut fleet, OrderKind::OpenEdge, 7),
+        command(&mut fleet, CommandKind::OpenEdge, 7),
         [(EventKind::Refused as u32, NO_ROBOT, 1007)]
     );
-    order(&mut fleet, OrderKind::OpenEdge, 1);
+    command(&mut fleet, CommandKind::OpenEdge, 1);
     assert_eq!(assign(&mut fleet, &[1, 2]).0, EventKind::Accepted as u32);
 }
 
@@ -147,7 +152,7 @@ fn random_walks_go_round_closed_edges() {
         .collect();
     closed
         .iter()
-        .for_each(|edge| assert_eq!(order(&mut fleet, OrderKind::CloseEdge, *edge).len(), 2));
+        .for_each(|edge| assert_eq!(command(&mut fleet, CommandKind::CloseEdge, *edge).len(), 2));
     let mut before: Vec<u32> = poses(&mut fleet).columns().edge.to_vec();
     let mut most_waiting = 0;
     for _ in 0..2000 {
@@ -165,7 +170,7 @@ fn random_walks_go_round_closed_edges() {
     }
     assert!(most_waiting > 0, "nobody came to the node without an exit");
     closed.iter().for_each(|edge| {
-        assert_eq!(order(&mut fleet, OrderKind::OpenEdge, *edge)[1].2, 1000 + edge)
+        assert_eq!(command(&mut fleet, CommandKind::OpenEdge, *edge)[1].2, 1000 + edge)
     });
     let frame = step(&mut fleet, &mut events());
     assert!(

@@ -3,13 +3,13 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use regatta_layout::{EdgeIndex, Leg, NodeIndex};
 use regatta_plugin::event::EventKind;
 use regatta_plugin::frame::{NO_EDGE, RobotState};
+use regatta_scenario::Repeat;
 
 use super::support::*;
-use crate::fleet::{EventBuffer, Fleet, FleetConfig, Placement, Repeat, RouteSource};
-use crate::graph::arc_length::Tracks;
-use crate::graph::{EdgeIndex, Leg, NodeIndex};
+use crate::fleet::{EventBuffer, Fleet, FleetConfig, Placement, RouteSource};
 
 fn without_limits() -> FleetConfig {
     config(vec![robot_type(f32::INFINITY, f32::INFINITY)])
@@ -209,7 +209,7 @@ fn memory_per_robot_is_31_or_51_bytes() {
 #[test]
 fn invalid_fleets_are_refused() {
     let graph = chain(&[(1.0, 50.0)]);
-    let tracks = Arc::new(Tracks::compile(&graph));
+    let tracks = Arc::new(crate::arc_length::compile(&graph));
     let new = |config| {
         Fleet::new(graph.clone(), tracks.clone(), config).map(drop).unwrap_err().to_string()
     };

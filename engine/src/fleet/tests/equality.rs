@@ -2,17 +2,18 @@
 
 use std::sync::Arc;
 
+use regatta_layout::{EdgeIndex, Gear, NodeIndex, RouteGraph};
+use regatta_motion::Isa;
+use regatta_plugin::command::{CommandKind, CommandRecord};
 use regatta_plugin::event::{EventRecord, Refusal};
 use regatta_plugin::frame::{ColumnsMut, Line};
-use regatta_plugin::order::{OrderKind, OrderRecord};
+use regatta_scenario::Repeat;
 
 use super::support::*;
-use crate::fleet::{EventBuffer, Fleet, FleetConfig, Placement, Repeat, RouteSource};
-use crate::graph::{EdgeIndex, Gear, NodeIndex, RouteGraph};
-use crate::motion::Isa;
+use crate::fleet::{EventBuffer, Fleet, FleetConfig, Placement, RouteSource};
 
-/// Returns a fleet of robots with every kind of route: walks, loops in both gears, orders, limits,
-/// parked and removed robots.
+/// Returns a fleet of robots with every kind of route: walks, loops in both gears, commands,
+/// limits, parked and removed robots.
 fn mixed(graph: &Arc<RouteGraph>, robots: u32, limited: bool, isa: Isa, threads: usize) -> Fleet {
     let limit = if limited { 0.9 } else { f32::INFINITY };
     let types = vec![
@@ -22,7 +23,7 @@ fn mixed(graph: &Arc<RouteGraph>, robots: u32, limited: bool, isa: Isa, threads:
     ];
     let mut fleet = fleet(graph, FleetConfig { isa, threads, ..config(types) });
     let nodes = graph.nodes().len() as u32;
-    let back = (0..).zip(graph.edges()).find(|(_, edge)| edge.velocity_backwards.is_some());
+    let back = (0..).zip(graph.edges()).find(|(_, edge)| edge.reverse_speed.is_some());
     let (back, edge) = back.expect("an edge for both gears");
     for robot in 0..robots {
         let robot_type = (robot % 3) as u16;
@@ -53,26 +54,30 @@ fn mixed(graph: &Arc<RouteGraph>, robots: u32, limited: bool, isa: Isa, threads:
     fleet
 }
 
-/// Returns orders that depend on the tick and the fleet alone.
-fn orders(graph: &RouteGraph, fleet: &Fleet, robots: u32, tick: u32) -> Vec<OrderRecord> {
+/// Returns commands that depend on the tick and the fleet alone.
+fn commands(graph: &RouteGraph, fleet: &Fleet, robots: u32, tick: u32) -> Vec<CommandRecord> {
     let robot = tick.wrapping_mul(2_654_435_761) % robots;
-    let order =
-        |kind: OrderKind| OrderRecord { kind: kind as u32, robot, ..OrderRecord::default() };
+    let command =
+        |kind: CommandKind| CommandRecord { kind: kind as u32, robot, ..CommandRecord::default() };
     let leg = graph.departures(NodeIndex(tick % graph.nodes().len() as u32))[0];
     let reverse = u32::from(leg.gear == Gear::Reverse);
-    let record =
-        OrderRecord { id: graph.edge(leg.edge).id, reverse, released: 1, ..order(OrderKind::Leg) };
+    let record = CommandRecord {
+        id: graph.edge(leg.edge).id,
+        reverse,
+        released: 1,
+        ..command(CommandKind::Leg)
+    };
     match tick % 11 {
-        0 => vec![order(OrderKind::Hold)],
-        1 => vec![OrderRecord {
+        0 => vec![command(CommandKind::Hold)],
+        1 => vec![CommandRecord {
             robot: (tick - 1).wrapping_mul(2_654_435_761) % robots,
-            ..order(OrderKind::Resume)
+            ..command(CommandKind::Resume)
         }],
-        2 => vec![OrderRecord { legs: 1, ..order(OrderKind::Assign) }, record],
-        3 => vec![OrderRecord { legs: 1, ..order(OrderKind::Extend) }, record],
-        4 => vec![order(OrderKind::Cancel)],
-        5 => vec![order(OrderKind::Remove)],
-        6 => vec![OrderRecord { id: 100, ..order(OrderKind::SpawnAtNode) }],
+        2 => vec![CommandRecord { legs: 1, ..command(CommandKind::Assign) }, record],
+        3 => vec![CommandRecord { legs: 1, ..command(CommandKind::Extend) }, record],
+        4 => vec![command(CommandKind::Cancel)],
+        5 => vec![command(CommandKind::Remove)],
+        6 => vec![CommandRecord { id: 100, ..command(CommandKind::SpawnAtNode) }],
         7 => planned(graph, fleet, robot),
         8 => released(graph, fleet, (tick - 1).wrapping_mul(2_654_435_761) % robots, 0.37),
         10 => released(graph, fleet, (tick - 3).wrapping_mul(2_654_435_761) % robots, 2.3),
@@ -80,37 +85,37 @@ fn orders(graph: &RouteGraph, fleet: &Fleet, robots: u32, tick: u32) -> Vec<Orde
     }
 }
 
-/// Returns the order of a route that is all horizon.
-fn planned(graph: &RouteGraph, fleet: &Fleet, robot: u32) -> Vec<OrderRecord> {
+/// Returns the command of a route that is all horizon.
+fn planned(graph: &RouteGraph, fleet: &Fleet, robot: u32) -> Vec<CommandRecord> {
     if !fleet.contains(robot) {
         return vec![];
     }
     let leg = graph.departures(fleet.node_ahead(robot as usize))[0];
-    let record = |kind: OrderKind| OrderRecord {
+    let record = |kind: CommandKind| CommandRecord {
         kind: kind as u32,
         robot,
         legs: 1,
-        ..OrderRecord::default()
+        ..CommandRecord::default()
     };
     let reverse = u32::from(leg.gear == Gear::Reverse);
     vec![
-        record(OrderKind::Assign),
-        OrderRecord { id: graph.edge(leg.edge).id, reverse, ..record(OrderKind::Leg) },
+        record(CommandKind::Assign),
+        CommandRecord { id: graph.edge(leg.edge).id, reverse, ..record(CommandKind::Leg) },
     ]
 }
 
 /// Returns the release of some metres of the leg where a robot's base ends, or after it.
-fn released(graph: &RouteGraph, fleet: &Fleet, robot: u32, s: f32) -> Vec<OrderRecord> {
+fn released(graph: &RouteGraph, fleet: &Fleet, robot: u32, s: f32) -> Vec<CommandRecord> {
     let Some(ahead) = fleet.ahead(robot) else { return vec![] };
     let Some(leg) = ahead.horizon.first() else { return vec![] };
     let (id, reverse) = (graph.edge(leg.edge).id, u32::from(leg.gear == Gear::Reverse));
-    vec![OrderRecord {
-        kind: OrderKind::Release as u32,
+    vec![CommandRecord {
+        kind: CommandKind::Release as u32,
         robot,
         id,
         reverse,
         s,
-        ..OrderRecord::default()
+        ..CommandRecord::default()
     }]
 }
 
@@ -119,7 +124,7 @@ fn drive(graph: &RouteGraph, mut fleet: Fleet, ticks: u32) -> (Vec<Vec<Line>>, V
     let robots = fleet.robots() as u32;
     let mut all = EventBuffer::new(1 << 20);
     let frames = (0..ticks).map(|tick| {
-        fleet.apply(&orders(graph, &fleet, robots, tick), &mut all);
+        fleet.apply(&commands(graph, &fleet, robots, tick), &mut all);
         step(&mut fleet, &mut all).lines
     });
     (frames.collect(), all.records().to_vec())

@@ -1,12 +1,13 @@
 //! Robots that stall and break down.
 
+use regatta_layout::NodeIndex;
+use regatta_plugin::command::{CommandKind, CommandRecord};
 use regatta_plugin::event::EventKind;
 use regatta_plugin::frame::RobotState;
-use regatta_plugin::order::{OrderKind, OrderRecord};
+use regatta_scenario::Repeat;
 
 use super::support::*;
-use crate::fleet::{Fleet, Placement, Repeat, RouteSource};
-use crate::graph::NodeIndex;
+use crate::fleet::{Fleet, Placement, RouteSource};
 
 /// Returns a fleet of one robot that drives 50 m at 1 m/s.
 fn driving(acceleration: f32) -> Fleet {
@@ -20,10 +21,10 @@ fn driving(acceleration: f32) -> Fleet {
     fleet
 }
 
-/// Applies an order and returns the kinds of its events.
-fn apply(fleet: &mut Fleet, kind: OrderKind) -> Vec<u32> {
+/// Applies a command and returns the kinds of its events.
+fn apply(fleet: &mut Fleet, kind: CommandKind) -> Vec<u32> {
     let mut events = events();
-    fleet.apply(&[OrderRecord { kind: kind as u32, ..OrderRecord::default() }], &mut events);
+    fleet.apply(&[CommandRecord { kind: kind as u32, ..CommandRecord::default() }], &mut events);
     events.records().iter().map(|event| event.kind).collect()
 }
 
@@ -41,26 +42,26 @@ fn a_broken_robot_brakes_stands_and_goes_on_when_it_is_repaired() {
         let mut fleet = driving(acceleration);
         let before = after(&mut fleet, 0).0;
         let (accepted, broken) = (EventKind::Accepted as u32, EventKind::BrokenDown as u32);
-        assert_eq!(apply(&mut fleet, OrderKind::Break), [accepted, broken]);
-        assert_eq!(apply(&mut fleet, OrderKind::Break), [accepted], "it is broken already");
+        assert_eq!(apply(&mut fleet, CommandKind::Break), [accepted, broken]);
+        assert_eq!(apply(&mut fleet, CommandKind::Break), [accepted], "it is broken already");
         let (x, speed, state) = after(&mut fleet, 200);
         assert_eq!((speed, state), (0.0, RobotState::Broken));
         // Braking from 1 m/s takes 1 m.
         let metres = if acceleration.is_finite() { 1.0 } else { 0.0 };
         assert!((x - before - metres).abs() < 0.05, "{before} to {x}");
-        assert_eq!(apply(&mut fleet, OrderKind::Repair), [accepted, EventKind::Repaired as u32]);
-        assert_eq!(apply(&mut fleet, OrderKind::Repair), [accepted]);
+        assert_eq!(apply(&mut fleet, CommandKind::Repair), [accepted, EventKind::Repaired as u32]);
+        assert_eq!(apply(&mut fleet, CommandKind::Repair), [accepted]);
         assert_eq!(after(&mut fleet, 4000).0, 50.0);
         assert_eq!(after(&mut fleet, 0).2, RobotState::Idle);
     }
 }
 
 #[test]
-fn orders_for_an_impaired_robot_take_effect_afterwards() {
+fn commands_for_an_impaired_robot_take_effect_afterwards() {
     let mut fleet = driving(0.5);
     fleet.stall(0, &mut events());
     assert_eq!(after(&mut fleet, 200).2, RobotState::Stalled);
-    apply(&mut fleet, OrderKind::Hold);
+    apply(&mut fleet, CommandKind::Hold);
     assert_eq!(after(&mut fleet, 10).2, RobotState::Stalled);
     let mut restored = events();
     fleet.recover(0, &mut restored);
@@ -69,13 +70,14 @@ fn orders_for_an_impaired_robot_take_effect_afterwards() {
     assert_eq!(after(&mut fleet, 10).1, 0.0);
     fleet.stall(0, &mut events());
     assert_eq!(
-        apply(&mut fleet, OrderKind::Resume),
+        apply(&mut fleet, CommandKind::Resume),
         [EventKind::Accepted as u32, EventKind::Resumed as u32]
     );
     assert_eq!(after(&mut fleet, 10), (after(&mut fleet, 0).0, 0.0, RobotState::Stalled));
-    apply(&mut fleet, OrderKind::Cancel);
-    let legs = OrderRecord { kind: OrderKind::Assign as u32, legs: 1, ..OrderRecord::default() };
-    let leg = OrderRecord { id: 1001, released: 1, ..OrderRecord::default() };
+    apply(&mut fleet, CommandKind::Cancel);
+    let legs =
+        CommandRecord { kind: CommandKind::Assign as u32, legs: 1, ..CommandRecord::default() };
+    let leg = CommandRecord { id: 1001, released: 1, ..CommandRecord::default() };
     fleet.apply(&[legs, leg], &mut events());
     assert_eq!(after(&mut fleet, 10).2, RobotState::Stalled);
     fleet.recover(0, &mut events());
@@ -122,7 +124,7 @@ fn speeds_vary_by_robot_and_edge_within_the_limit() {
     let frame = step(&mut fleet, &mut events());
     let columns = frame.columns();
     let share = |robot: usize| {
-        columns.speed[robot] / graph.edges()[columns.edge[robot] as usize].velocity_forward as f32
+        columns.speed[robot] / graph.edges()[columns.edge[robot] as usize].speed as f32
     };
     let shares: Vec<_> = (0..40).map(share).collect();
     assert!(shares.iter().all(|share| (0.9..=1.0).contains(share)), "{shares:?}");

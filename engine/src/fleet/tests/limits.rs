@@ -1,15 +1,16 @@
-//! Acceleration limits: the speed at every tick, on random graphs and with orders.
+//! Acceleration limits: the speed at every tick, on random graphs and with commands.
 
 use std::time::Duration;
 
 use proptest::prelude::*;
+use regatta_layout::NodeIndex;
+use regatta_plugin::command::{CommandKind, CommandRecord};
 use regatta_plugin::event::EventKind;
 use regatta_plugin::frame::RobotState;
-use regatta_plugin::order::{OrderKind, OrderRecord};
+use regatta_scenario::Repeat;
 
 use super::support::*;
-use crate::fleet::{Fleet, FleetConfig, Placement, Repeat, RouteSource};
-use crate::graph::NodeIndex;
+use crate::fleet::{Fleet, FleetConfig, Placement, RouteSource};
 
 /// The first robot after a tick.
 #[derive(Clone, Copy, Debug)]
@@ -43,19 +44,20 @@ fn drive(fleet: &mut Fleet, edges: std::ops::Range<u32>) {
     fleet.spawn(Placement::Node(NodeIndex(0)), 0, route, 0, &mut events()).expect("a route");
 }
 
-fn extend(edge: u32) -> [OrderRecord; 2] {
-    let order = OrderRecord { kind: OrderKind::Extend as u32, legs: 1, ..OrderRecord::default() };
-    let leg = OrderRecord {
-        kind: OrderKind::Leg as u32,
+fn extend(edge: u32) -> [CommandRecord; 2] {
+    let command =
+        CommandRecord { kind: CommandKind::Extend as u32, legs: 1, ..CommandRecord::default() };
+    let leg = CommandRecord {
+        kind: CommandKind::Leg as u32,
         id: 1000 + edge,
         released: 1,
-        ..OrderRecord::default()
+        ..CommandRecord::default()
     };
-    [order, leg]
+    [command, leg]
 }
 
-fn order(fleet: &mut Fleet, kind: OrderKind) {
-    fleet.apply(&[OrderRecord { kind: kind as u32, ..OrderRecord::default() }], &mut events());
+fn command(fleet: &mut Fleet, kind: CommandKind) {
+    fleet.apply(&[CommandRecord { kind: kind as u32, ..CommandRecord::default() }], &mut events());
 }
 
 /// Steps until the robot stands and checks every change of speed until then. Over two units of
@@ -179,12 +181,12 @@ fn a_hold_brakes_and_a_resume_accelerates() {
     drive(&mut fleet, 0..1);
     while tick(&mut fleet).speed < 2.0 {}
     let start = tick(&mut fleet).x;
-    order(&mut fleet, OrderKind::Hold);
+    command(&mut fleet, CommandKind::Hold);
     let ticks = step_until_held(&mut fleet);
     let end = ticks.last().expect("ticks");
     assert!((end.x - start - 4.0).abs() < 0.05, "braking takes v²/2a: {}", end.x - start);
     (0..10).for_each(|_| assert_eq!(tick(&mut fleet).x, end.x));
-    order(&mut fleet, OrderKind::Resume);
+    command(&mut fleet, CommandKind::Resume);
     assert!((tick(&mut fleet).speed - 0.01).abs() < 1e-6);
     assert_eq!(
         step_until_it_stands(&mut fleet, &parts, f32::INFINITY, 0.01).last().expect("ticks").x,
@@ -217,9 +219,9 @@ fn a_robot_held_near_the_end_of_its_base_stops_at_the_end() {
     let mut fleet = on_chain(&parts, f32::INFINITY, 0.5, 50);
     drive(&mut fleet, 0..1);
     while tick(&mut fleet).x < 4.5 {}
-    order(&mut fleet, OrderKind::Hold);
+    command(&mut fleet, CommandKind::Hold);
     assert_eq!(step_until_held(&mut fleet).last().expect("ticks").x, 5.0);
-    order(&mut fleet, OrderKind::Resume);
+    command(&mut fleet, CommandKind::Resume);
     assert_eq!(tick(&mut fleet).state, RobotState::Idle as u8);
 }
 
@@ -229,7 +231,7 @@ fn a_cancelled_leg_is_not_entered_even_if_braking_is_too_late() {
     let mut fleet = on_chain(&parts, f32::INFINITY, 0.5, 50);
     drive(&mut fleet, 0..2);
     while tick(&mut fleet).x < 4.9 {}
-    order(&mut fleet, OrderKind::Cancel);
+    command(&mut fleet, CommandKind::Cancel);
     let furthest = (0..200).map(|_| tick(&mut fleet)).last().expect("ticks");
     assert_eq!((furthest.x, furthest.state, furthest.edge), (5.0, RobotState::Idle as u8, 0));
 }
@@ -274,7 +276,7 @@ fn random_walks_never_stop_and_respect_limits() {
         let now = step(&mut fleet, &mut events());
         for robot in 0..32 {
             let (speed, edge) = (now.columns().speed[robot], now.columns().edge[robot]);
-            let limit = graph.edges()[edge as usize].velocity_forward as f32;
+            let limit = graph.edges()[edge as usize].speed as f32;
             assert!(speed > 0.0 && speed <= limit);
             if robot % 2 == 0 {
                 let change = (speed - before.columns().speed[robot]).abs();

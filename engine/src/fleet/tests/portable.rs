@@ -1,9 +1,10 @@
 //! The lanes of machines without SSE2, on every machine. Small enough for Miri.
 
+use regatta_layout::NodeIndex;
+use regatta_motion::{Isa, SupportedIsa};
+
 use super::support::*;
 use crate::fleet::{Fleet, Placement, RouteSource};
-use crate::graph::NodeIndex;
-use crate::motion::{Isa, SupportedIsa};
 
 #[test]
 fn portable_lanes_give_the_bits_of_the_reference() {

@@ -1,37 +1,37 @@
 //! Releases by distance: bases that end within a leg.
 
 use proptest::prelude::*;
+use regatta_layout::{EdgeIndex, Gear, Leg, NodeIndex, RouteGraph};
+use regatta_plugin::command::{CommandKind, CommandRecord};
 use regatta_plugin::event::{EventKind, Refusal};
 use regatta_plugin::frame::RobotState;
-use regatta_plugin::order::{OrderKind, OrderRecord};
 
 use super::support::*;
 use crate::fleet::{Fleet, Placement, RouteSource};
-use crate::graph::{EdgeIndex, Gear, Leg, NodeIndex, RouteGraph};
 
-fn order(kind: OrderKind) -> OrderRecord {
-    OrderRecord { kind: kind as u32, ..OrderRecord::default() }
+fn command(kind: CommandKind) -> CommandRecord {
+    CommandRecord { kind: kind as u32, ..CommandRecord::default() }
 }
 
-fn release(edge: u32, s: f32) -> [OrderRecord; 1] {
-    [OrderRecord { id: 1000 + edge, s, ..order(OrderKind::Release) }]
+fn release(edge: u32, s: f32) -> [CommandRecord; 1] {
+    [CommandRecord { id: 1000 + edge, s, ..command(CommandKind::Release) }]
 }
 
-/// Returns an order with legs along these edges: index, and whether it is released.
-fn route(kind: OrderKind, legs: &[(u32, bool)]) -> Vec<OrderRecord> {
-    let leg = |&(edge, released): &(u32, bool)| OrderRecord {
+/// Returns a command with legs along these edges: index, and whether it is released.
+fn route(kind: CommandKind, legs: &[(u32, bool)]) -> Vec<CommandRecord> {
+    let leg = |&(edge, released): &(u32, bool)| CommandRecord {
         id: 1000 + edge,
         released: released.into(),
-        ..order(OrderKind::Leg)
+        ..command(CommandKind::Leg)
     };
-    let head = OrderRecord { legs: legs.len() as u32, ..order(kind) };
+    let head = CommandRecord { legs: legs.len() as u32, ..command(kind) };
     std::iter::once(head).chain(legs.iter().map(leg)).collect()
 }
 
-/// Applies orders and returns the kinds and details of their events.
-fn apply(fleet: &mut Fleet, orders: &[OrderRecord]) -> Vec<(u32, u32)> {
+/// Applies commands and returns the kinds and details of their events.
+fn apply(fleet: &mut Fleet, commands: &[CommandRecord]) -> Vec<(u32, u32)> {
     let mut events = events();
-    fleet.apply(orders, &mut events);
+    fleet.apply(commands, &mut events);
     events.records().iter().map(|event| (event.kind, event.detail)).collect()
 }
 
@@ -79,7 +79,7 @@ fn a_robot_stops_where_its_base_ends_and_goes_on_when_it_grows() {
     for acceleration in ACCELERATIONS {
         let mut fleet = on_chain(acceleration);
         assert_eq!(
-            apply(&mut fleet, &route(OrderKind::Assign, &[(1, true), (2, false), (3, false)])),
+            apply(&mut fleet, &route(CommandKind::Assign, &[(1, true), (2, false), (3, false)])),
             [ACCEPTED]
         );
         // Beyond a piece of 8 m.
@@ -107,16 +107,16 @@ fn a_robot_stops_where_its_base_ends_and_goes_on_when_it_grows() {
 fn what_is_not_ahead_is_refused() {
     let mut fleet = on_chain(f32::INFINITY);
     assert_eq!(apply(&mut fleet, &release(1, 1.0)), refused(Refusal::NotAhead), "without a route");
-    apply(&mut fleet, &route(OrderKind::Assign, &[(1, true), (2, false)]));
+    apply(&mut fleet, &route(CommandKind::Assign, &[(1, true), (2, false)]));
     assert_eq!(apply(&mut fleet, &release(1, 1.0)), refused(Refusal::NotAhead), "released already");
     assert_eq!(apply(&mut fleet, &release(3, 1.0)), refused(Refusal::NotAhead), "not on the route");
     assert_eq!(apply(&mut fleet, &release(9, 1.0)), refused(Refusal::UnknownEdge));
     for s in [-1.0, f32::NAN] {
         assert_eq!(apply(&mut fleet, &release(2, s)), refused(Refusal::DistanceOutOfRange));
     }
-    let reverse = OrderRecord { reverse: 1, ..release(2, 1.0)[0] };
+    let reverse = CommandRecord { reverse: 1, ..release(2, 1.0)[0] };
     assert_eq!(apply(&mut fleet, &[reverse]), refused(Refusal::NotAhead), "in the other gear");
-    let other = OrderRecord { robot: 1, ..release(2, 1.0)[0] };
+    let other = CommandRecord { robot: 1, ..release(2, 1.0)[0] };
     assert_eq!(apply(&mut fleet, &[other]), refused(Refusal::UnknownRobot));
 }
 
@@ -125,7 +125,7 @@ fn the_base_of_an_idle_robot_within_an_edge_ends_where_it_stands() {
     for acceleration in ACCELERATIONS {
         let mut fleet = on_chain(acceleration);
         assert_eq!(
-            apply(&mut fleet, &route(OrderKind::Assign, &[(1, false)])),
+            apply(&mut fleet, &route(CommandKind::Assign, &[(1, false)])),
             [ACCEPTED, WAITING]
         );
         after(&mut fleet, 100);
@@ -133,21 +133,21 @@ fn the_base_of_an_idle_robot_within_an_edge_ends_where_it_stands() {
         apply(&mut fleet, &release(0, 1.5));
         after(&mut fleet, 1000);
         assert_stands(&mut fleet, 1.5, RobotState::Waiting);
-        assert_eq!(apply(&mut fleet, &[order(OrderKind::Cancel)]), [ACCEPTED, DONE]);
+        assert_eq!(apply(&mut fleet, &[command(CommandKind::Cancel)]), [ACCEPTED, DONE]);
         assert!(fleet.ahead(0).expect("a robot").is_empty());
         apply(&mut fleet, &release(0, 1.75));
         after(&mut fleet, 1000);
         assert_stands(&mut fleet, 1.75, RobotState::Idle);
-        apply(&mut fleet, &route(OrderKind::Assign, &[(1, true)]));
+        apply(&mut fleet, &route(CommandKind::Assign, &[(1, true)]));
         after(&mut fleet, 1000);
         assert_stands(&mut fleet, 5.0, RobotState::Idle);
     }
 }
 
 #[test]
-fn orders_keep_the_limit_unless_they_release_a_leg() {
+fn commands_keep_the_limit_unless_they_release_a_leg() {
     for acceleration in ACCELERATIONS {
-        let planned = route(OrderKind::Assign, &[(1, false), (2, false)]);
+        let planned = route(CommandKind::Assign, &[(1, false), (2, false)]);
         let on_second = || {
             let mut fleet = on_chain(acceleration);
             apply(&mut fleet, &planned);
@@ -155,16 +155,16 @@ fn orders_keep_the_limit_unless_they_release_a_leg() {
             after(&mut fleet, 120);
             fleet
         };
-        for (orders, x, state) in [
+        for (commands, x, state) in [
             (vec![], 3.5, RobotState::Waiting),
-            (vec![order(OrderKind::Cancel)], 3.5, RobotState::Idle),
-            (route(OrderKind::Extend, &[(2, false)]), 3.5, RobotState::Waiting),
-            (route(OrderKind::Assign, &[(2, false)]), 3.5, RobotState::Waiting),
-            (route(OrderKind::Extend, &[(2, true)]), 25.0, RobotState::Idle),
-            (route(OrderKind::Assign, &[(2, true)]), 25.0, RobotState::Idle),
+            (vec![command(CommandKind::Cancel)], 3.5, RobotState::Idle),
+            (route(CommandKind::Extend, &[(2, false)]), 3.5, RobotState::Waiting),
+            (route(CommandKind::Assign, &[(2, false)]), 3.5, RobotState::Waiting),
+            (route(CommandKind::Extend, &[(2, true)]), 25.0, RobotState::Idle),
+            (route(CommandKind::Assign, &[(2, true)]), 25.0, RobotState::Idle),
         ] {
             let mut fleet = on_second();
-            assert!(apply(&mut fleet, &orders).iter().all(|answer| *answer == ACCEPTED));
+            assert!(apply(&mut fleet, &commands).iter().all(|answer| *answer == ACCEPTED));
             after(&mut fleet, 3000);
             assert_stands(&mut fleet, x, state);
         }
@@ -175,25 +175,28 @@ fn orders_keep_the_limit_unless_they_release_a_leg() {
 fn a_held_robot_keeps_its_limit() {
     for acceleration in ACCELERATIONS {
         let mut fleet = on_chain(acceleration);
-        apply(&mut fleet, &route(OrderKind::Assign, &[(1, false)]));
+        apply(&mut fleet, &route(CommandKind::Assign, &[(1, false)]));
         apply(&mut fleet, &release(1, 0.5));
-        apply(&mut fleet, &[order(OrderKind::Hold)]);
+        apply(&mut fleet, &[command(CommandKind::Hold)]);
         apply(&mut fleet, &release(1, 2.0));
         after(&mut fleet, 50);
         assert_stands(&mut fleet, 1.0, RobotState::Held);
-        apply(&mut fleet, &[order(OrderKind::Resume)]);
+        apply(&mut fleet, &[command(CommandKind::Resume)]);
         after(&mut fleet, 1000);
         assert_stands(&mut fleet, 4.0, RobotState::Waiting);
-        apply(&mut fleet, &[order(OrderKind::Hold)]);
+        apply(&mut fleet, &[command(CommandKind::Hold)]);
         let resumed = (EventKind::Resumed as u32, 0);
-        assert_eq!(apply(&mut fleet, &[order(OrderKind::Resume)]), [ACCEPTED, resumed, WAITING]);
+        assert_eq!(
+            apply(&mut fleet, &[command(CommandKind::Resume)]),
+            [ACCEPTED, resumed, WAITING]
+        );
     }
 }
 
 #[test]
 fn a_limit_that_grows_in_time_doesnt_slow_the_robot() {
     let mut fleet = on_chain(0.5);
-    apply(&mut fleet, &route(OrderKind::Assign, &[(1, true), (2, false)]));
+    apply(&mut fleet, &route(CommandKind::Assign, &[(1, true), (2, false)]));
     let mut speed = 0.0;
     for tick in 0..600 {
         // Braking from 1 m/s takes 1 m.
@@ -214,13 +217,13 @@ fn a_leg_in_reverse_gear_is_released_from_the_edges_destination() {
         fleet
             .spawn(Placement::Node(NodeIndex(2)), 0, RouteSource::None, 0, &mut events())
             .expect("a node");
-        let mut assign = route(OrderKind::Assign, &[(1, false), (0, false)]);
+        let mut assign = route(CommandKind::Assign, &[(1, false), (0, false)]);
         assign[1..].iter_mut().for_each(|leg| leg.reverse = 1);
         apply(&mut fleet, &assign);
-        apply(&mut fleet, &[OrderRecord { reverse: 1, ..release(1, 13.5)[0] }]);
+        apply(&mut fleet, &[CommandRecord { reverse: 1, ..release(1, 13.5)[0] }]);
         after(&mut fleet, 3000);
         assert_stands(&mut fleet, 8.5, RobotState::Waiting);
-        apply(&mut fleet, &[OrderRecord { reverse: 1, ..release(0, 0.5)[0] }]);
+        apply(&mut fleet, &[CommandRecord { reverse: 1, ..release(0, 0.5)[0] }]);
         after(&mut fleet, 3000);
         assert_stands(&mut fleet, 1.5, RobotState::Waiting);
     }
@@ -233,7 +236,7 @@ fn ahead_tells_how_much_of_the_last_released_leg_is_released() {
         let ahead = fleet.ahead(0).expect("a robot");
         (ahead.released(), ahead.released_metres, ahead.len())
     };
-    apply(&mut fleet, &route(OrderKind::Assign, &[(1, false), (2, false)]));
+    apply(&mut fleet, &route(CommandKind::Assign, &[(1, false), (2, false)]));
     assert_eq!(ahead(&fleet), (1, 1.0, 3));
     apply(&mut fleet, &release(1, 1.5));
     assert_eq!(ahead(&fleet), (2, 1.5, 3));
@@ -243,7 +246,7 @@ fn ahead_tells_how_much_of_the_last_released_leg_is_released() {
     assert_eq!(ahead(&fleet), (1, f32::INFINITY, 2));
 }
 
-/// A random order for a robot.
+/// A random command for a robot.
 #[derive(Clone, Copy, Debug)]
 enum Act {
     Assign { legs: usize, released: usize },
@@ -267,31 +270,31 @@ fn act() -> impl Strategy<Value = Act> {
 }
 
 /// Returns the records of an act that fits where the robot is.
-fn records(fleet: &Fleet, graph: &RouteGraph, act: Act) -> Vec<OrderRecord> {
+fn records(fleet: &Fleet, graph: &RouteGraph, act: Act) -> Vec<CommandRecord> {
     let ahead = fleet.ahead(0).expect("a robot");
-    let record = |leg: Leg| OrderRecord {
+    let record = |leg: Leg| CommandRecord {
         id: graph.edge(leg.edge).id,
         reverse: u32::from(leg.gear == Gear::Reverse),
-        ..order(OrderKind::Leg)
+        ..command(CommandKind::Leg)
     };
     let drive = |kind, mut node, legs: usize, released: usize| {
-        let mut all = vec![OrderRecord { legs: legs as u32, ..order(kind) }];
+        let mut all = vec![CommandRecord { legs: legs as u32, ..command(kind) }];
         for number in 0..legs {
             let exits = graph.departures(node);
             let leg = exits[(number * 7 + released * 3 + node.0 as usize) % exits.len()];
             node = graph.leg_end(leg);
-            all.push(OrderRecord { released: u32::from(number < released), ..record(leg) });
+            all.push(CommandRecord { released: u32::from(number < released), ..record(leg) });
         }
         all
     };
     match act {
         Act::Assign { legs, released } => {
-            drive(OrderKind::Assign, fleet.node_ahead(0), legs, released)
+            drive(CommandKind::Assign, fleet.node_ahead(0), legs, released)
         }
         Act::Extend { legs, released } => {
             let end =
                 ahead.base.last().map_or_else(|| fleet.node_ahead(0), |leg| graph.leg_end(*leg));
-            drive(OrderKind::Extend, end, legs, released)
+            drive(CommandKind::Extend, end, legs, released)
         }
         Act::Release { leg, part } => {
             let last =
@@ -300,11 +303,11 @@ fn records(fleet: &Fleet, graph: &RouteGraph, act: Act) -> Vec<OrderRecord> {
                 return vec![];
             };
             let s = part * graph.edge(leg.edge).path.polyline_length(64) as f32;
-            vec![OrderRecord { kind: OrderKind::Release as u32, s, ..record(leg) }]
+            vec![CommandRecord { kind: CommandKind::Release as u32, s, ..record(leg) }]
         }
-        Act::Cancel => vec![order(OrderKind::Cancel)],
-        Act::Hold => vec![order(OrderKind::Hold)],
-        Act::Resume => vec![order(OrderKind::Resume)],
+        Act::Cancel => vec![command(CommandKind::Cancel)],
+        Act::Hold => vec![command(CommandKind::Hold)],
+        Act::Resume => vec![command(CommandKind::Resume)],
     }
 }
 
@@ -341,7 +344,7 @@ proptest! {
         spacing in 1.0f64..20.0,
     ) {
         let graph = town(3, spacing);
-        let tracks = crate::graph::arc_length::Tracks::compile(&graph);
+        let tracks = crate::arc_length::compile(&graph);
         let edges = 0..graph.edges().len() as u32;
         let lengths: Vec<_> = edges.map(|edge| tracks.edge_length(EdgeIndex(edge)) as f32).collect();
         let other = robot_type(f32::INFINITY, if other_is_limited { 1.0 } else { f32::INFINITY });
@@ -352,8 +355,8 @@ proptest! {
         let change = acceleration * 0.02 * 1.001 + 1e-5 + (2.0 * acceleration / (1u32 << 26) as f32).sqrt();
         let mut speed = 0.0;
         for (act, ticks) in acts {
-            let orders = records(&fleet, &graph, act);
-            let answers = apply(&mut fleet, &orders);
+            let commands = records(&fleet, &graph, act);
+            let answers = apply(&mut fleet, &commands);
             prop_assert!(answers.iter().all(|answer| answer.0 != EventKind::Refused as u32), "{answers:?} to {act:?}");
             // These may take away road that the robot needs to brake on.
             let may_brake_hard = matches!(act, Act::Assign { .. } | Act::Extend { .. } | Act::Cancel);

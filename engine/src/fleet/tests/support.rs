@@ -4,13 +4,12 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use glam::DVec2;
+use regatta_layout::{CubicBezier, Edge, EdgeIndex, Gear, Leg, Node, NodeIndex, RouteGraph};
+use regatta_motion::Isa;
 use regatta_plugin::frame::{Columns, ColumnsMut, Line, frame_lines};
-use regatta_plugin::world::Shape;
+use regatta_scenario::{RobotType, Shape};
 
-use crate::fleet::{EventBuffer, Fleet, FleetConfig, RobotType};
-use crate::graph::arc_length::Tracks;
-use crate::graph::{CubicBezier, Edge, EdgeIndex, Gear, Leg, Node, NodeIndex, RouteGraph};
-use crate::motion::Isa;
+use crate::fleet::{EventBuffer, Fleet, FleetConfig};
 
 /// Returns a grid of `side` × `side` nodes, `spacing` metres apart, with bent edges between
 /// neighbours both ways. Every third edge may be driven backwards. Ids are indices plus 100 for
@@ -97,7 +96,8 @@ pub fn config(types: Vec<RobotType>) -> FleetConfig {
 }
 
 pub fn fleet(graph: &Arc<RouteGraph>, config: FleetConfig) -> Fleet {
-    Fleet::new(graph.clone(), Arc::new(Tracks::compile(graph)), config).expect("a valid fleet")
+    Fleet::new(graph.clone(), Arc::new(crate::arc_length::compile(graph)), config)
+        .expect("a valid fleet")
 }
 
 pub fn events() -> EventBuffer {

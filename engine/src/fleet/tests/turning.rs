@@ -6,16 +6,17 @@ use std::time::Duration;
 
 use glam::DVec2;
 use proptest::prelude::*;
-use regatta_plugin::event::EventKind;
-use regatta_plugin::frame::RobotState;
-use regatta_plugin::order::{OrderKind, OrderRecord};
-
-use super::support::*;
-use crate::fleet::{Fleet, FleetConfig, Placement, Repeat, RobotType, RouteSource};
-use crate::graph::{
+use regatta_layout::{
     CubicBezier, Edge, Leg, Node, NodeIndex, Orientation, ReadOptions, Rotation, RouteGraph, parse,
 };
-use crate::motion::Isa;
+use regatta_motion::Isa;
+use regatta_plugin::command::{CommandKind, CommandRecord};
+use regatta_plugin::event::EventKind;
+use regatta_plugin::frame::RobotState;
+use regatta_scenario::{Repeat, RobotType};
+
+use super::support::*;
+use crate::fleet::{Fleet, FleetConfig, Placement, RouteSource};
 
 /// Returns straight edges between corners, each driven both ways, in the order of the corners.
 fn polyline(corners: &[(f64, f64)], orientation: Orientation) -> Arc<RouteGraph> {
@@ -223,34 +224,35 @@ fn a_turn_is_held_resumed_and_cancelled() {
     let graph = polyline(&CORNER, Orientation::Tangential);
     let mut fleet = fleet_on(&graph, turning_type(f32::INFINITY, 1.0, f32::INFINITY));
     spawn(&mut fleet, &[forward(0), forward(1)]);
-    let order = |fleet: &mut Fleet, kind: OrderKind| {
+    let command = |fleet: &mut Fleet, kind: CommandKind| {
         let mut events = events();
-        fleet.apply(&[OrderRecord { kind: kind as u32, ..OrderRecord::default() }], &mut events);
+        fleet
+            .apply(&[CommandRecord { kind: kind as u32, ..CommandRecord::default() }], &mut events);
         events.records().iter().map(|event| event.kind).collect::<Vec<_>>()
     };
     let before = *ticks(&mut fleet, 280).last().expect("ticks");
     assert_eq!(before.state, RobotState::Turning as u8);
-    assert!(order(&mut fleet, OrderKind::Hold).contains(&(EventKind::Held as u32)));
+    assert!(command(&mut fleet, CommandKind::Hold).contains(&(EventKind::Held as u32)));
     let held = ticks(&mut fleet, 50);
     assert!(
         held.iter().all(|tick| tick.theta == before.theta && tick.state == RobotState::Held as u8)
     );
-    order(&mut fleet, OrderKind::Resume);
+    command(&mut fleet, CommandKind::Resume);
     let resumed = ticks(&mut fleet, 10);
     assert!(resumed[9].theta > before.theta && resumed[9].state == RobotState::Turning as u8);
-    order(&mut fleet, OrderKind::Cancel);
+    command(&mut fleet, CommandKind::Cancel);
     let cancelled = ticks(&mut fleet, 10);
     assert_eq!(
         (cancelled[9].state, cancelled[9].theta),
         (RobotState::Idle as u8, resumed[9].theta)
     );
     let legs = [
-        OrderRecord { kind: OrderKind::Assign as u32, legs: 1, ..OrderRecord::default() },
-        OrderRecord {
-            kind: OrderKind::Leg as u32,
+        CommandRecord { kind: CommandKind::Assign as u32, legs: 1, ..CommandRecord::default() },
+        CommandRecord {
+            kind: CommandKind::Leg as u32,
             id: 1001,
             released: 1,
-            ..OrderRecord::default()
+            ..CommandRecord::default()
         },
     ];
     fleet.apply(&legs, &mut events());

@@ -1,12 +1,27 @@
 //! The reader's side of closed edges.
 
 use super::error::{OpenError, ReadError};
-use super::newest::Newest;
+use super::receive::Newest;
 use super::services;
 use crate::process::join::Participant;
 use crate::records::closure::{ClosedEdge, ClosureHeader};
 
-/// Reads which edges of a fleet are closed. Nothing arrives before the first one is.
+/// Reads the closed edges of a fleet. Nothing arrives before the first one is closed.
+///
+/// ```
+/// use regatta_plugin::closure::ClosedEdge;
+/// use regatta_plugin::{ClosureReader, ProducerPorts, Result};
+///
+/// # fn main() -> Result {
+/// # let fleet = format!("doc-closures-{}", std::process::id()).parse()?;
+/// let mut producer = ProducerPorts::create(&fleet, 1)?;
+/// let mut reader = ClosureReader::open_on(producer.participant())?;
+/// producer.publish_closures(5, &[ClosedEdge { edge: 7 }])?;
+/// assert!(reader.take()?);
+/// assert_eq!(reader.closed(producer.run_id()), [ClosedEdge { edge: 7 }]);
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct ClosureReader {
     closures: Newest<ClosedEdge, ClosureHeader>,
@@ -18,8 +33,7 @@ impl ClosureReader {
     /// # Errors
     /// As [`Subscriber::open`](crate::Subscriber::open).
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        let service = services::closures(participant.node(), participant.fleet())?;
-        Ok(Self { closures: Newest::open(&service, "closures", 1)? })
+        Ok(Self { closures: Newest::open(&services::CLOSURES, participant)? })
     }
 
     /// Takes the newest sample, and returns whether there was one that this hasn't taken yet.

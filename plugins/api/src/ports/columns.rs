@@ -5,7 +5,7 @@ use std::time::Duration;
 use iceoryx2::prelude::*;
 
 use super::error::{OpenError, PublishError, ReadError};
-use super::newest::Newest;
+use super::receive::Newest;
 use super::services::{self, Ipc};
 use super::slices::{SliceSender, send};
 use crate::process::domain::config;
@@ -30,25 +30,21 @@ impl ColumnPublisher {
     /// [`OpenError::SharedMemory`].
     pub fn open_on(participant: &Participant, name: &str) -> Result<Self, OpenError> {
         let name: ColumnName = name.parse()?;
-        let (node, fleet) = (participant.node(), participant.fleet());
-        let service = services::column(node, fleet, &name)?;
-        let taken =
-            |owner| OpenError::ColumnTaken { fleet: fleet.clone(), column: name.clone(), owner };
-        Ok(Self {
-            sender: SliceSender::open_only(service, "a column", 1, node, taken)?,
-            cost_micros: 0,
-        })
+        let service = services::COLUMNS.open_named(participant, &name)?;
+        let fleet = participant.fleet().clone();
+        let subject = services::COLUMNS.subject;
+        let sender = SliceSender::only(service, subject, 1, participant, |owner| {
+            OpenError::ColumnTaken { fleet, column: name, owner }
+        })?;
+        Ok(Self { sender, cost_micros: 0 })
     }
 
-    /// Sets what the next samples tell of the time that their publisher spent on a frame.
+    /// Sets the time that the publisher spent on a frame, for the headers of the next samples.
     pub fn set_cost(&mut self, cost: Duration) {
         self.cost_micros = cost.as_micros().min(u32::MAX.into()) as u32;
     }
 
     /// Publishes `values`, one per robot of the frame.
-    ///
-    /// # Errors
-    /// [`PublishError`].
     pub fn publish(&mut self, frame: &Frame<'_>, values: &[f32]) -> Result<(), PublishError> {
         if values.len() != frame.len() {
             return Err(PublishError::ColumnLength { values: values.len(), robots: frame.len() });
@@ -60,9 +56,6 @@ impl ColumnPublisher {
 
     /// Publishes the values that `fill` writes straight into shared memory. They are left over from
     /// an older column before that.
-    ///
-    /// # Errors
-    /// [`PublishError`].
     pub fn write(
         &mut self,
         run_id: u64,
@@ -97,10 +90,24 @@ pub struct ColumnValues<'sample> {
 }
 
 /// Reads a column: the newest values, or [all of them](Self::take_next).
+///
+/// ```
+/// use regatta_plugin::{ColumnReader, ProducerPorts, Result};
+///
+/// # fn main() -> Result {
+/// # let fleet = format!("doc-column-{}", std::process::id()).parse()?;
+/// let mut producer = ProducerPorts::create(&fleet, 2)?;
+/// producer.publish_column("battery", 1, &[99.5, 42.0])?;
+/// let mut batteries = ColumnReader::open_on(producer.participant(), "battery")?;
+/// # producer.update();
+/// let column = batteries.latest()?.expect("a column");
+/// assert_eq!((column.header.tick, column.values), (1, &[99.5, 42.0][..]));
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct ColumnReader {
     columns: Newest<Line, ColumnHeader>,
-    service: services::Column,
 }
 
 impl ColumnReader {
@@ -122,8 +129,8 @@ impl ColumnReader {
     }
 
     fn open(participant: &Participant, name: &str, buffer: usize) -> Result<Self, OpenError> {
-        let service = services::column(participant.node(), participant.fleet(), &name.parse()?)?;
-        Ok(Self { columns: Newest::open(&service, "a column", buffer)?, service })
+        let columns = Newest::of_column(&services::COLUMNS, participant, &name.parse()?, buffer)?;
+        Ok(Self { columns })
     }
 
     /// Returns the oldest values that this hasn't returned yet.
@@ -158,12 +165,20 @@ impl ColumnReader {
     /// Whether a process publishes it. One that was killed counts until another process joins the
     /// fleet.
     pub fn has_publisher(&self) -> bool {
-        self.service.dynamic_config().number_of_publishers() > 0
+        self.columns.has_publisher()
     }
 }
 
 /// Returns the columns of a fleet that a process publishes or reads, sorted. Lists all services of
 /// the machine, which is too slow to do for every frame.
+///
+/// ```
+/// use regatta_plugin::{FleetName, column_names};
+///
+/// for name in column_names(&FleetName::default()) {
+///     println!("{name}");
+/// }
+/// ```
 pub fn column_names(fleet: &FleetName) -> Vec<ColumnName> {
     let prefix = services::service_name(fleet, "columns/");
     let mut names = Vec::new();

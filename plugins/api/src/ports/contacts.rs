@@ -1,16 +1,32 @@
 //! Both sides of contacts: a collision checker publishes them, any process reads them.
 
-use iceoryx2::service::port_factory::PortFactory as _;
-
 use super::error::{OpenError, PublishError, ReadError};
-use super::every_tick::{TickReader, TickRecords};
-use super::newest::Newest;
+use super::receive::{Newest, TickReader, TickRecords};
 use super::services;
 use super::slices::SliceSender;
 use crate::process::join::Participant;
-use crate::records::contact::{ContactEvent, ContactEventHeader, ContactHeader, ContactRecord};
+use crate::records::contact::{
+    ContactEvent, ContactEventHeader, ContactHeader, ContactRecord, Contacts,
+};
 
 /// Publishes a fleet's contacts. A fleet has one such publisher at a time.
+///
+/// ```
+/// use regatta_plugin::contact::{ContactHeader, ContactLevel, ContactRecord};
+/// use regatta_plugin::{ContactPublisher, ContactReader, Participant, Result};
+///
+/// # fn main() -> Result {
+/// # let fleet = format!("doc-contacts-{}", std::process::id()).parse()?;
+/// let participant = Participant::join(&fleet, "checker")?;
+/// let mut publisher = ContactPublisher::open_on(&participant)?;
+/// let mut reader = ContactReader::open_on(&participant)?;
+/// let level = ContactLevel::Touching as u32;
+/// let pair = ContactRecord { robots: [3, 8], level, ..ContactRecord::default() };
+/// publisher.publish(&ContactHeader { tick: 9, touching: 1, ..ContactHeader::default() }, &[pair])?;
+/// assert_eq!(reader.latest()?.expect("contacts").pairs, [pair]);
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct ContactPublisher {
     contacts: SliceSender<ContactRecord, ContactHeader>,
@@ -21,22 +37,13 @@ impl ContactPublisher {
     /// Opens a fleet's contacts for writing.
     ///
     /// # Errors
-    /// [`OpenError::ContactsTaken`] if a live process publishes them, [`OpenError::OtherVersion`]
+    /// [`OpenError::Taken`] if a live process publishes them, [`OpenError::OtherVersion`]
     /// if the fleet uses another contract, else [`OpenError::SharedMemory`].
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        let (node, fleet) = (participant.node(), participant.fleet());
-        let contacts = services::contacts(node, fleet)?;
-        let events = services::contact_events(node, fleet)?;
-        let taken = |owner| OpenError::ContactsTaken { fleet: fleet.clone(), owner };
+        let few = services::FIRST_RECORDS;
         Ok(Self {
-            contacts: SliceSender::open_only(
-                contacts,
-                "contacts",
-                services::FIRST_RECORDS,
-                node,
-                taken,
-            )?,
-            events: SliceSender::open(events, "contact events", services::FIRST_RECORDS, 1)?,
+            contacts: SliceSender::open_only(&services::CONTACTS, participant)?,
+            events: SliceSender::open(&services::CONTACT_EVENTS, participant, few, 1)?,
         })
     }
 
@@ -49,8 +56,7 @@ impl ContactPublisher {
         header: &ContactHeader,
         pairs: &[ContactRecord],
     ) -> Result<(), PublishError> {
-        let sequence = self.contacts.sequence().next(header.run_id);
-        self.contacts.send(ContactHeader { sequence, ..*header }, pairs).map(drop)
+        self.contacts.publish(*header, pairs)
     }
 
     /// Publishes the changes of one tick.
@@ -63,8 +69,7 @@ impl ContactPublisher {
         tick: u64,
         events: &[ContactEvent],
     ) -> Result<(), PublishError> {
-        let sequence = self.events.sequence().next(run_id);
-        self.events.send(ContactEventHeader { run_id, tick, sequence }, events).map(drop)
+        self.events.publish(ContactEventHeader { run_id, tick, sequence: 0 }, events)
     }
 
     /// Gives the newest contacts to readers that have joined since. Publishing does so as well.
@@ -74,23 +79,10 @@ impl ContactPublisher {
     }
 }
 
-/// All pairs of one frame, borrowed from shared memory.
-#[derive(Clone, Copy, Debug)]
-pub struct Contacts<'sample> {
-    /// The frame, and totals.
-    pub header: &'sample ContactHeader,
-    /// The pairs: those that touch first, then the others, each sorted by the robots' ids.
-    pub pairs: &'sample [ContactRecord],
-    /// The number of samples that were published between the one that this reader returned before
-    /// and this one.
-    pub missed: u64,
-}
-
 /// Reads a fleet's contacts: the newest, or [all of them](Self::take_next).
 #[derive(Debug)]
 pub struct ContactReader {
     contacts: Newest<ContactRecord, ContactHeader>,
-    service: services::Contacts,
 }
 
 impl ContactReader {
@@ -99,7 +91,7 @@ impl ContactReader {
     /// # Errors
     /// As [`Subscriber::open`](crate::Subscriber::open).
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        Self::open(participant, 1)
+        Ok(Self { contacts: Newest::open(&services::CONTACTS, participant)? })
     }
 
     /// Opens a fleet's contacts for a reader that wants all of them: the last
@@ -108,12 +100,8 @@ impl ContactReader {
     /// # Errors
     /// As [`Subscriber::open`](crate::Subscriber::open).
     pub fn open_for_all_on(participant: &Participant) -> Result<Self, OpenError> {
-        Self::open(participant, services::COLUMN_BUFFER)
-    }
-
-    fn open(participant: &Participant, buffer: usize) -> Result<Self, OpenError> {
-        let service = services::contacts(participant.node(), participant.fleet())?;
-        Ok(Self { contacts: Newest::open(&service, "contacts", buffer)?, service })
+        let buffer = services::COLUMN_BUFFER;
+        Ok(Self { contacts: Newest::with_buffer(&services::CONTACTS, participant, buffer)? })
     }
 
     /// Returns the oldest contacts that this hasn't returned yet.
@@ -141,7 +129,7 @@ impl ContactReader {
     /// Whether a process publishes them. One that was killed counts until another process joins the
     /// fleet.
     pub fn has_publisher(&self) -> bool {
-        self.service.dynamic_config().number_of_publishers() > 0
+        self.contacts.has_publisher()
     }
 }
 
@@ -157,9 +145,6 @@ impl ContactEventReader {
     /// # Errors
     /// As [`Subscriber::open`](crate::Subscriber::open).
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        Self::of(
-            &services::contact_events(participant.node(), participant.fleet())?,
-            "contact events",
-        )
+        Self::of(&services::CONTACT_EVENTS, participant)
     }
 }

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::ask::{Asker, NoAnswer};
-use super::error::OpenError;
+use super::error::{OpenError, RequestError};
 use super::services;
 use crate::process::join::Participant;
 use crate::records::control::{ControlKind, ControlRequest, ControlResponse};
@@ -14,25 +14,12 @@ use crate::records::name::FleetName;
 pub enum ControlError {
     /// The fleet has no engine.
     #[error(
-        "fleet '{fleet}' has no engine; start one with `regatta run`, or name another fleet with --fleet"
+        "fleet '{fleet}' has no engine; start one with `regatta run`, or name another fleet with \
+         --fleet"
     )]
     NoEngine {
         /// The fleet.
         fleet: FleetName,
-    },
-    /// The engine ended before it answered.
-    #[error("the engine of fleet '{fleet}' ended before it answered")]
-    Gone {
-        /// The fleet.
-        fleet: FleetName,
-    },
-    /// The engine has not answered in time.
-    #[error("the engine of fleet '{fleet}' has not answered within {:.1} s; is it stopped or overloaded?", timeout.as_secs_f32())]
-    Timeout {
-        /// The fleet.
-        fleet: FleetName,
-        /// How long the client waited.
-        timeout: Duration,
     },
     /// The engine refused the request.
     #[error("the engine of fleet '{fleet}' refused: {reason}")]
@@ -42,26 +29,30 @@ pub enum ControlError {
         /// The engine's reason.
         reason: String,
     },
-    /// iceoryx2 can't deliver the request.
-    #[error(
-        "can't reach the engine of fleet '{fleet}' ({reason}); `regatta doctor` reports what is wrong"
-    )]
-    Connection {
-        /// The fleet.
-        fleet: FleetName,
-        /// iceoryx2's reason.
-        reason: String,
-    },
+    /// The engine hasn't answered.
+    #[error(transparent)]
+    Request(#[from] RequestError),
 }
 
-/// How long requests wait for an answer, except those that take time of their own.
+/// The time that requests wait for an answer, except steps, which take time of their own.
 pub const TIMEOUT: Duration = Duration::from_secs(5);
 
-/// Controls a fleet's engine.
+/// Controls a fleet's engine. Each request waits for its answer, and returns the status after it.
+///
+/// ```no_run
+/// use regatta_plugin::{Control, FleetName, Result};
+///
+/// # fn main() -> Result {
+/// let mut control = Control::open(&FleetName::default())?;
+/// control.pause()?;
+/// let status = control.step(100)?;
+/// println!("{} robots at tick {}", status.robots, status.tick);
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct Control {
     asker: Asker<ControlRequest, ControlResponse>,
-    fleet: FleetName,
 }
 
 impl Control {
@@ -80,11 +71,7 @@ impl Control {
     /// # Errors
     /// As [`open`](Self::open).
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        let service = services::control(participant.node(), participant.fleet())?;
-        Ok(Self {
-            asker: Asker::open(service, services::MAX_CONTROL_CLIENTS)?,
-            fleet: participant.fleet().clone(),
-        })
+        Ok(Self { asker: Asker::open(&services::CONTROL, participant)? })
     }
 
     /// Whether the fleet has an engine. One that was killed counts until another process joins the
@@ -94,34 +81,22 @@ impl Control {
     }
 
     /// Requests the status.
-    ///
-    /// # Errors
-    /// [`ControlError`].
     pub fn status(&mut self) -> Result<ControlResponse, ControlError> {
         self.request(ControlRequest::new(ControlKind::Status), TIMEOUT)
     }
 
     /// Stops the clock.
-    ///
-    /// # Errors
-    /// [`ControlError`].
     pub fn pause(&mut self) -> Result<ControlResponse, ControlError> {
         self.request(ControlRequest::new(ControlKind::Pause), TIMEOUT)
     }
 
     /// Starts the clock again.
-    ///
-    /// # Errors
-    /// [`ControlError`].
     pub fn resume(&mut self) -> Result<ControlResponse, ControlError> {
         self.request(ControlRequest::new(ControlKind::Resume), TIMEOUT)
     }
 
     /// Pauses the clock and advances by `ticks`, at the requested speed. Returns when they are
     /// done, however long that takes. Refused if a pause, a resume or a seek ends the steps before.
-    ///
-    /// # Errors
-    /// [`ControlError`].
     pub fn step(&mut self, ticks: u64) -> Result<ControlResponse, ControlError> {
         self.request(
             ControlRequest { count: ticks, ..ControlRequest::new(ControlKind::Step) },
@@ -131,17 +106,11 @@ impl Control {
 
     /// Changes the requested speed, in simulated seconds per wall second; `f32::INFINITY` for as
     /// fast as possible.
-    ///
-    /// # Errors
-    /// [`ControlError`].
     pub fn speed(&mut self, speed: f32) -> Result<ControlResponse, ControlError> {
         self.request(ControlRequest { speed, ..ControlRequest::new(ControlKind::Speed) }, TIMEOUT)
     }
 
     /// Changes the number of robots.
-    ///
-    /// # Errors
-    /// [`ControlError`].
     pub fn robots(&mut self, count: u32) -> Result<ControlResponse, ControlError> {
         self.request(
             ControlRequest { count: count.into(), ..ControlRequest::new(ControlKind::Robots) },
@@ -150,36 +119,27 @@ impl Control {
     }
 
     /// Goes to a simulated time. A replay can do that; an engine refuses.
-    ///
-    /// # Errors
-    /// [`ControlError`].
     pub fn seek(&mut self, sim_time: Duration) -> Result<ControlResponse, ControlError> {
         let count = u64::try_from(sim_time.as_nanos()).unwrap_or(u64::MAX);
         self.request(ControlRequest { count, ..ControlRequest::new(ControlKind::Seek) }, TIMEOUT)
     }
 
     /// Sends a request and waits for its answer.
-    ///
-    /// # Errors
-    /// [`ControlError`].
     pub fn request(
         &mut self,
         request: ControlRequest,
         timeout: Duration,
     ) -> Result<ControlResponse, ControlError> {
-        let answer = self.asker.send(request).and_then(|asked| self.asker.wait(&asked, timeout));
-        let fleet = || self.fleet.clone();
-        match answer {
-            Ok(response) if response.accepted == 0 => {
-                Err(ControlError::Refused { fleet: fleet(), reason: response.reason().to_owned() })
-            }
+        match self.asker.ask(request, timeout) {
+            Ok(response) if response.accepted == 0 => Err(ControlError::Refused {
+                fleet: self.asker.fleet().clone(),
+                reason: response.reason().to_owned(),
+            }),
             Ok(response) => Ok(response),
-            Err(NoAnswer::NoServer) => Err(ControlError::NoEngine { fleet: fleet() }),
-            Err(NoAnswer::Gone) => Err(ControlError::Gone { fleet: fleet() }),
-            Err(NoAnswer::Timeout) => Err(ControlError::Timeout { fleet: fleet(), timeout }),
-            Err(NoAnswer::Connection(reason)) => {
-                Err(ControlError::Connection { fleet: fleet(), reason })
+            Err(NoAnswer::NoServer) => {
+                Err(ControlError::NoEngine { fleet: self.asker.fleet().clone() })
             }
+            Err(NoAnswer::Failed(error)) => Err(error.into()),
         }
     }
 }

@@ -1,5 +1,7 @@
 //! The errors of ports: one closed enum per operation.
 
+use core::time::Duration;
+
 use super::full_memory::FULL;
 use crate::process::domain::DomainError;
 use crate::records::frame::CONTRACT_VERSION;
@@ -26,7 +28,8 @@ pub enum OpenError {
     Name(#[from] NameError),
     /// Another producer of the fleet is alive.
     #[error(
-        "fleet '{fleet}' is already running: {owner} publishes it; stop that one, or choose another name with --fleet"
+        "fleet '{fleet}' is already running: {owner} publishes it; stop that one, or choose \
+         another name with --fleet"
     )]
     AlreadyRunning {
         /// The fleet.
@@ -36,7 +39,8 @@ pub enum OpenError {
     },
     /// Another plugin publishes a column of that name.
     #[error(
-        "column '{column}' of fleet '{fleet}' is already published by {owner}; stop that one, or choose another name"
+        "column '{column}' of fleet '{fleet}' is already published by {owner}; stop that one, or \
+         choose another name"
     )]
     ColumnTaken {
         /// The fleet.
@@ -46,36 +50,14 @@ pub enum OpenError {
         /// Its publisher: executable and process id.
         owner: String,
     },
-    /// Another plugin publishes the fleet's contacts.
-    #[error("contacts of fleet '{fleet}' are already published by {owner}; stop that one first")]
-    ContactsTaken {
+    /// Another process publishes a service that has one publisher.
+    #[error("{subject} of fleet '{fleet}': already published by {owner}; stop that one first")]
+    Taken {
+        /// The content of the service, such as `contacts`.
+        subject: &'static str,
         /// The fleet.
         fleet: FleetName,
-        /// Their publisher: executable and process id.
-        owner: String,
-    },
-    /// Another fleet manager writes the fleet's task log.
-    #[error("the task log of fleet '{fleet}' is already written by {owner}; stop that one first")]
-    TasksTaken {
-        /// The fleet.
-        fleet: FleetName,
-        /// Its writer: executable and process id.
-        owner: String,
-    },
-    /// Another plugin publishes the traffic on the fleet's edges.
-    #[error("the traffic of fleet '{fleet}' is already published by {owner}; stop that one first")]
-    TrafficTaken {
-        /// The fleet.
-        fleet: FleetName,
-        /// Its publisher: executable and process id.
-        owner: String,
-    },
-    /// Another process publishes the history of the fleet's run.
-    #[error("the history of fleet '{fleet}' is already published by {owner}; stop that one first")]
-    HistoryTaken {
-        /// The fleet.
-        fleet: FleetName,
-        /// Its publisher: executable and process id.
+        /// The publisher: executable and process id.
         owner: String,
     },
     /// A service has no free place.
@@ -155,7 +137,8 @@ pub enum PublishError {
     Name(#[from] NameError),
     /// The values of the column are not one per robot.
     #[error(
-        "a column of {values} values doesn't fit a frame of {robots} robots; it needs one value per robot"
+        "a column of {values} values doesn't fit a frame of {robots} robots; it needs one value \
+         per robot"
     )]
     ColumnLength {
         /// The number of values given.
@@ -178,13 +161,53 @@ pub enum ReadError {
     },
     /// The producer sent something that contradicts its own header.
     #[error(
-        "{what} is malformed: it has {lines} lines, fewer than its header requires; the fault is its producer's"
+        "{what} is malformed: it has {lines} lines, fewer than its header requires; the fault is \
+         its producer's"
     )]
     Malformed {
         /// The sample.
         what: &'static str,
         /// Its length in [`Line`](crate::frame::Line)s.
         lines: usize,
+    },
+}
+
+/// The error of a request to a server of a fleet that got no answer.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RequestError {
+    /// The server ended before it answered.
+    #[error("{server} of fleet '{fleet}' ended before it answered")]
+    Gone {
+        /// The server, such as `the engine`.
+        server: &'static str,
+        /// The fleet.
+        fleet: FleetName,
+    },
+    /// The server has not answered in time.
+    #[error(
+        "{server} of fleet '{fleet}' has not answered within {:.1} s; is it stopped or \
+         overloaded?",
+        timeout.as_secs_f32()
+    )]
+    Timeout {
+        /// The server, such as `the engine`.
+        server: &'static str,
+        /// The fleet.
+        fleet: FleetName,
+        /// The time that the client waited.
+        timeout: Duration,
+    },
+    /// iceoryx2 can't deliver the request or the answer.
+    #[error(
+        "can't reach {server} of fleet '{fleet}' ({reason}); `regatta doctor` reports what is wrong"
+    )]
+    Connection {
+        /// The server, such as `the engine`.
+        server: &'static str,
+        /// The fleet.
+        fleet: FleetName,
+        /// iceoryx2's reason.
+        reason: String,
     },
 }
 

@@ -1,7 +1,7 @@
 //! The reader's side of events.
 
 use super::error::OpenError;
-use super::every_tick::{TickReader, TickRecords};
+use super::receive::{TickReader, TickRecords};
 use super::services;
 use crate::process::join::Participant;
 use crate::records::event::{EventHeader, EventRecord};
@@ -11,6 +11,21 @@ use crate::records::name::FleetName;
 pub type Events<'sample> = TickRecords<'sample, EventHeader, EventRecord>;
 
 /// Reads a fleet's events.
+///
+/// ```no_run
+/// use regatta_plugin::{EventReader, FleetName, Result};
+///
+/// # fn main() -> Result {
+/// let mut events = EventReader::open(&FleetName::default())?;
+/// events.take(|tick| -> Result {
+///     for event in tick.records {
+///         println!("tick {}: robot {}: {:?}", tick.header.tick, event.robot, event.kind());
+///     }
+///     Ok(())
+/// })?;
+/// # Ok(())
+/// # }
+/// ```
 pub type EventReader = TickReader<EventHeader, EventRecord>;
 
 impl EventReader {
@@ -27,6 +42,6 @@ impl EventReader {
     /// # Errors
     /// As [`Subscriber::open`](crate::Subscriber::open).
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        Self::of(&services::events(participant.node(), participant.fleet())?, "events")
+        Self::of(&services::EVENTS, participant)
     }
 }

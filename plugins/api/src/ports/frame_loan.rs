@@ -45,8 +45,8 @@ impl FrameLoan {
     }
 
     /// Publishes the frame, with its sequence number and the time of day in its header. From here
-    /// on readers have it: whatever belongs to its tick (events, the order log, columns) must be
-    /// published before.
+    /// on readers have it: everything that belongs to its tick (events, the command log, columns)
+    /// must have been published before.
     ///
     /// # Errors
     /// [`PublishError::Send`] if a connection is broken; the readers on the others have it.

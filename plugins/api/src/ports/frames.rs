@@ -2,10 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use iceoryx2::service::port_factory::PortFactory as _;
-
 use super::error::{OpenError, ReadError};
-use super::newest::Newest;
+use super::receive::Newest;
 use super::services;
 use super::wake::Wake;
 use crate::process::join::Participant;
@@ -16,11 +14,24 @@ use crate::records::name::FleetName;
 ///
 /// It outlives producers: without one it has nothing new, and it continues with the frames of the
 /// next.
+///
+/// ```no_run
+/// use std::time::Duration;
+///
+/// use regatta_plugin::{FleetName, Result, Subscriber};
+///
+/// # fn main() -> Result {
+/// let mut frames = Subscriber::open(&FleetName::default())?;
+/// while let Some(frame) = frames.wait(Duration::from_secs(10))? {
+///     println!("tick {}: {} robots", frame.tick(), frame.len());
+/// }
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct Subscriber {
     frames: Newest<Line, FrameHeader>,
     wake: Wake,
-    service: services::Frames,
     participant: Participant,
 }
 
@@ -39,11 +50,9 @@ impl Subscriber {
     /// # Errors
     /// As [`open`](Self::open).
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        let service = services::frames(participant.node(), participant.fleet())?;
         Ok(Self {
-            frames: Newest::open(&service, "a frame", 1)?,
+            frames: Newest::open(&services::FRAMES, participant)?,
             wake: Wake::open(participant, "wake")?,
-            service,
             participant: participant.clone(),
         })
     }
@@ -116,13 +125,13 @@ impl Subscriber {
     /// Whether the fleet has a producer. One that was killed counts until another process joins the
     /// fleet.
     pub fn has_producer(&self) -> bool {
-        self.service.dynamic_config().number_of_publishers() > 0
+        self.frames.has_publisher()
     }
 
-    /// Removes what dead processes left at this service, so that
+    /// Removes the resources of dead processes at this service, so that
     /// [`has_producer`](Self::has_producer) is exact. Takes a millisecond or so.
     pub fn forget_dead(&self) {
-        self.service.try_cleanup_dead_nodes();
+        self.frames.forget_dead();
     }
 
     /// The fleet that this reads, and the name of this process in it.

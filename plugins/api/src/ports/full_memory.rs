@@ -1,15 +1,15 @@
 //! Shared memory that is full, as an error rather than the end of the process.
 //!
 //! The kernel takes a page of shared memory from the file system at the first write to it, and
-//! raises `SIGBUS` if there is none left: by default that ends the process, whoever filled the
-//! memory. Two measures turn it into an error:
+//! raises `SIGBUS` if there is none left: by default that ends the process, even if another one
+//! filled the memory. Two measures turn it into an error:
 //!
 //! - [`reserve`] takes the pages of a chunk before it is written, by
 //!   `madvise(MADV_POPULATE_WRITE)`, which fails where a write would raise `SIGBUS`.
 //! - iceoryx2 writes on its own (headers of chunks, connections to new readers) in [`guarded`]
 //!   calls: a handler of `SIGBUS` puts a page of private memory where one is missing, as libwayland
-//!   does for the memory of its clients, and the caller learns of it. What is written there reaches
-//!   no other process.
+//!   does for the memory of its clients, and the caller gets the page. Writes to it
+//!   reach no other process.
 //!
 //! Only Linux is guarded in this way.
 
@@ -47,8 +47,8 @@ impl Missing {
 /// The reason that errors give.
 pub(crate) const FULL: &str = "shared memory is full: make /dev/shm larger (`mount -o remount,size=…`, `docker run --shm-size=…`), or free some";
 
-/// Receives by `receive`, which connects new senders first. One that there is no memory to connect
-/// is left out: that sender has an error, and the others are served.
+/// Receives by `receive`, which connects new senders first. A sender for whose connection there is
+/// no memory is left out: it has an error, and the others are served.
 pub(super) fn received<T: Default, E: core::fmt::Display>(
     what: &'static str,
     receive: impl FnOnce() -> Result<T, E>,
@@ -61,8 +61,8 @@ pub(super) fn received<T: Default, E: core::fmt::Display>(
     received.map_err(|error| receive_error(what, error))
 }
 
-/// Calls an operation of iceoryx2's, of which full memory is an error. What it wrote to is shared
-/// again afterwards, so that a later attempt can succeed.
+/// Calls an operation of iceoryx2, with full memory as an error. Missing pages are shared again
+/// afterwards, so that a later attempt can succeed.
 pub(super) fn unless_full<T, E: core::fmt::Display>(
     operation: impl FnOnce() -> Result<T, E>,
 ) -> Result<T, String> {
@@ -160,7 +160,7 @@ mod linux {
         // SAFETY: with an old size of zero, `mremap` maps the pages of a shared mapping a second
         // time, at a new address: those from the page before on, which the segment's management
         // data or another chunk lies on. The first of them is unmapped again, and the second moves
-        // to where the private page is, which nobody but the guarded call has written to.
+        // to the place of the private page, to which only the guarded call has written.
         unsafe {
             let copy = libc::mremap((page - size) as *mut _, 0, 2 * size, libc::MREMAP_MAYMOVE);
             if copy == libc::MAP_FAILED {

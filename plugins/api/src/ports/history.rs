@@ -1,9 +1,7 @@
 //! Both sides of the history of a run: a plugin or a replay publishes it, any process reads it.
 
-use iceoryx2::service::port_factory::PortFactory as _;
-
 use super::error::{OpenError, PublishError, ReadError};
-use super::newest::Newest;
+use super::receive::Newest;
 use super::services;
 use super::slices::SliceSender;
 use crate::process::join::Participant;
@@ -20,21 +18,12 @@ impl HistoryPublisher {
     /// Opens a fleet's history for writing.
     ///
     /// # Errors
-    /// [`OpenError::HistoryTaken`] if a live process publishes it, [`OpenError::OtherVersion`] if
+    /// [`OpenError::Taken`] if a live process publishes it, [`OpenError::OtherVersion`] if
     /// the fleet uses another contract, else [`OpenError::SharedMemory`].
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        let (node, fleet) = (participant.node(), participant.fleet());
-        let (samples, spots) = (services::history(node, fleet)?, services::spots(node, fleet)?);
-        let taken = |owner| OpenError::HistoryTaken { fleet: fleet.clone(), owner };
         Ok(Self {
-            samples: SliceSender::open_only(
-                samples,
-                "history",
-                services::FIRST_RECORDS,
-                node,
-                taken,
-            )?,
-            spots: SliceSender::open_only(spots, "spots", services::FIRST_RECORDS, node, taken)?,
+            samples: SliceSender::open_only(&services::HISTORY, participant)?,
+            spots: SliceSender::open_only(&services::SPOTS, participant)?,
         })
     }
 
@@ -48,10 +37,8 @@ impl HistoryPublisher {
         samples: &[FleetSample],
         spots: &[HotSpot],
     ) -> Result<(), PublishError> {
-        let sequence = self.samples.sequence().next(header.run_id);
-        self.samples.send(HistoryHeader { sequence, ..*header }, samples)?;
-        let sequence = self.spots.sequence().next(header.run_id);
-        self.spots.send(HistoryHeader { sequence, ..*header }, spots).map(drop)
+        self.samples.publish(*header, samples)?;
+        self.spots.publish(*header, spots)
     }
 
     /// Gives the newest history to readers that have joined since. Publishing does so as well.
@@ -62,11 +49,28 @@ impl HistoryPublisher {
 }
 
 /// Reads the newest history of a fleet's run.
+///
+/// ```
+/// use regatta_plugin::history::{FleetSample, HistoryHeader};
+/// use regatta_plugin::{HistoryPublisher, HistoryReader, Participant, Result};
+///
+/// # fn main() -> Result {
+/// # let fleet = format!("doc-history-{}", std::process::id()).parse()?;
+/// let participant = Participant::join(&fleet, "traffic")?;
+/// let mut publisher = HistoryPublisher::open_on(&participant)?;
+/// let mut reader = HistoryReader::open_on(&participant)?;
+/// let sample = FleetSample { secs: 60.0, mean_speed: 0.8, ..FleetSample::default() };
+/// publisher.publish(&HistoryHeader::default(), &[sample], &[])?;
+/// assert!(reader.update()?);
+/// let (_, samples) = reader.samples().expect("samples");
+/// assert_eq!(samples[0].mean_speed, 0.8);
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct HistoryReader {
     samples: Newest<FleetSample, HistoryHeader>,
     spots: Newest<HotSpot, HistoryHeader>,
-    service: services::History,
 }
 
 impl HistoryReader {
@@ -75,13 +79,13 @@ impl HistoryReader {
     /// # Errors
     /// As [`Subscriber::open`](crate::Subscriber::open).
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        let (node, fleet) = (participant.node(), participant.fleet());
-        let (service, spots) = (services::history(node, fleet)?, services::spots(node, fleet)?);
-        let samples = Newest::open(&service, "history", 1)?;
-        Ok(Self { samples, spots: Newest::open(&spots, "spots", 1)?, service })
+        Ok(Self {
+            samples: Newest::open(&services::HISTORY, participant)?,
+            spots: Newest::open(&services::SPOTS, participant)?,
+        })
     }
 
-    /// Takes what was published last. Returns whether there was something new.
+    /// Takes the newest history, and returns whether there was one that this hasn't taken yet.
     ///
     /// # Errors
     /// [`ReadError`] if a connection is broken.
@@ -103,7 +107,7 @@ impl HistoryReader {
     /// Whether a process publishes it. One that was killed counts until another process joins the
     /// fleet.
     pub fn has_publisher(&self) -> bool {
-        self.service.dynamic_config().number_of_publishers() > 0
+        self.samples.has_publisher()
     }
 }
 
@@ -119,7 +123,7 @@ mod tests {
         let participant = Participant::join(&name, "test").expect("joined");
         let mut publisher = HistoryPublisher::open_on(&participant).expect("a publisher");
         let second = HistoryPublisher::open_on(&participant).expect_err("one at a time");
-        assert!(matches!(second, OpenError::HistoryTaken { .. }), "{second}");
+        assert!(matches!(second, OpenError::Taken { .. }), "{second}");
         let samples: Vec<_> = (0..300)
             .map(|n| FleetSample { secs: f64::from(n), ..FleetSample::default() })
             .collect();

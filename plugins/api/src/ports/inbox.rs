@@ -1,42 +1,36 @@
-//! The producer's side of orders and of the control service.
+//! The producer's side of commands and of the control service.
 
-use core::fmt::Debug;
-
-use iceoryx2::active_request::ActiveRequest;
-use iceoryx2::port::server::Server;
 use iceoryx2::port::subscriber::Subscriber;
-use iceoryx2::prelude::ZeroCopySend;
 
+use super::ask::{Request, Responder};
 use super::error::{OpenError, ReadError};
-use super::full_memory::{loan_record, received, unless_full};
+use super::full_memory::received;
 use super::places::place;
 use super::services::{self, Ipc};
 use crate::process::join::Participant;
+use crate::records::command::{CommandHeader, CommandRecord};
 use crate::records::control::{ControlRequest, ControlResponse};
-use crate::records::order::{OrderHeader, OrderRecord};
 
-type Request = ActiveRequest<Ipc, ControlRequest, (), ControlResponse, ()>;
-
-/// Takes the orders of all senders.
+/// Takes the commands of all senders.
 #[derive(Debug)]
-pub(super) struct OrderInbox {
-    samples: Subscriber<Ipc, [OrderRecord], OrderHeader>,
+pub(super) struct CommandInbox {
+    samples: Subscriber<Ipc, [CommandRecord], CommandHeader>,
 }
 
-impl OrderInbox {
+impl CommandInbox {
     pub(super) fn open(participant: &Participant) -> Result<Self, OpenError> {
-        let service = services::orders(participant.node(), participant.fleet())?;
+        let service = services::COMMANDS.open(participant)?;
         Ok(Self { samples: place(&service, 1, || service.subscriber_builder().create())? })
     }
 
-    /// Passes all orders that have arrived to `each`, sample by sample.
+    /// Passes all commands that have arrived to `each`, sample by sample.
     pub(super) fn take(
         &mut self,
-        mut each: impl FnMut(&OrderHeader, &[OrderRecord]),
+        mut each: impl FnMut(&CommandHeader, &[CommandRecord]),
     ) -> Result<(), ReadError> {
         // Bounded, so that a sender that never stops can't keep a tick from ending.
-        for _ in 0..services::ORDER_BUFFER * services::MAX_ORDER_SENDERS {
-            let Some(sample) = received("orders", || self.samples.receive())? else { break };
+        for _ in 0..services::COMMAND_BUFFER * services::MAX_COMMAND_SENDERS {
+            let Some(sample) = received("commands", || self.samples.receive())? else { break };
             each(sample.user_header(), sample.payload());
         }
         Ok(())
@@ -46,16 +40,15 @@ impl OrderInbox {
 /// Takes control requests, and keeps them until they are answered.
 #[derive(Debug)]
 pub(super) struct RequestInbox {
-    server: Server<Ipc, ControlRequest, (), ControlResponse, ()>,
+    server: Responder<ControlRequest, ControlResponse>,
     /// Unanswered requests by their tickets.
-    waiting: Vec<(u64, Request)>,
+    waiting: Vec<(u64, Request<ControlRequest, ControlResponse>)>,
     last_ticket: u64,
 }
 
 impl RequestInbox {
     pub(super) fn open(participant: &Participant) -> Result<Self, OpenError> {
-        let service = services::control(participant.node(), participant.fleet())?;
-        let server = services::only_server(&service)?;
+        let server = Responder::open(&services::CONTROL, participant)?;
         Ok(Self { server, waiting: Vec::new(), last_ticket: 0 })
     }
 
@@ -63,35 +56,17 @@ impl RequestInbox {
     pub(super) fn take(&mut self) -> Result<Option<(u64, ControlRequest)>, ReadError> {
         // A client that has gone away needs no answer.
         self.waiting.retain(|(_, request)| request.is_connected());
-        let Some(request) = received("control requests", || self.server.receive())? else {
-            return Ok(None);
-        };
+        let Some(request) = self.server.take()? else { return Ok(None) };
         self.last_ticket += 1;
         let payload = *request.payload();
         self.waiting.push((self.last_ticket, request));
         Ok(Some((self.last_ticket, payload)))
     }
 
-    /// Answers a request. A client that has gone away, or is stopped, misses its answer; the
-    /// producer doesn't wait.
+    /// Answers a request, if it still waits.
     pub(super) fn answer(&mut self, ticket: u64, response: ControlResponse) {
         for (_, request) in self.waiting.extract_if(.., |(waiting, _)| *waiting == ticket) {
-            if let Err(error) = reply(&request, response) {
-                tracing::debug!(%error, "answering a control request");
-            }
+            self.server.answer(&request, response);
         }
     }
-}
-
-/// Answers a request. It is an error if shared memory is full.
-pub(super) fn reply<Q, A>(
-    request: &ActiveRequest<Ipc, Q, (), A, ()>,
-    response: A,
-) -> Result<(), String>
-where
-    Q: Debug + ZeroCopySend,
-    A: Debug + ZeroCopySend,
-{
-    let loaned = loan_record(|| request.loan_uninit(), |loaned| loaned.payload_mut())?;
-    unless_full(|| loaned.write_payload(response).send())
 }

@@ -1,10 +1,10 @@
 //! Lockstep: the one case in which a producer waits for readers, because it was asked to by name.
 //!
 //! While a frame's `lockstep` is nonzero, each reader reports on `regatta/F/done` which tick it has
-//! finished, after it has sent its orders and columns for it. [`run`](crate::run) does so for every
-//! plugin. The producer waits for the reports of the readers that it was told to wait for. A reader
-//! that comes *after* others waits for their reports, too, before it handles the frame: then it
-//! finds their columns of the same tick.
+//! finished, after it has sent its commands and columns for it. [`run`](crate::run) does so for
+//! every plugin. The producer waits for the reports of the readers that it was told to wait for. A
+//! reader that comes *after* others waits for their reports, too, before it handles the frame: then
+//! it finds their columns of the same tick.
 
 use core::time::Duration;
 
@@ -27,11 +27,15 @@ use crate::records::{padded, text};
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum LockstepError {
     /// Not all readers have finished the tick in time.
-    #[error("tick {tick}: no report within {:.1} s from {}; are they running under these names, or waiting for each other (--after)?", timeout.as_secs_f32(), missing.join(", "))]
+    #[error(
+        "tick {tick}: no report within {:.1} s from {}; are they running under these names, or \
+         waiting for each other (--after)?",
+        timeout.as_secs_f32(), missing.join(", ")
+    )]
     Timeout {
         /// The tick.
         tick: u64,
-        /// How long the producer waited.
+        /// The time that the producer waited.
         timeout: Duration,
         /// The names of the readers that haven't reported the tick.
         missing: Vec<String>,
@@ -61,11 +65,11 @@ impl DoneReports {
     /// Opens the reports of a fleet. Readers that have reported before report their last tick
     /// again.
     pub(crate) fn open(participant: &Participant) -> Result<Self, OpenError> {
-        let service = services::done(participant.node(), participant.fleet())?;
+        let service = services::done(participant)?;
+        let reports =
+            place(&service, services::MAX_READERS, || service.subscriber_builder().create())?;
         Ok(Self {
-            reports: place(&service, services::MAX_READERS, || {
-                service.subscriber_builder().create()
-            })?,
+            reports,
             wake: Wake::open(participant, "done")?,
             finished: Vec::new(),
             left: Vec::new(),
@@ -93,15 +97,15 @@ impl DoneReports {
                 None => self.finished.push(*done),
             }
         }
-        let has_finished = move |name: &str| {
-            let is_of = |done: &&Done| text(&done.name) == name && done.run_id == run_id;
-            self.finished.iter().find(is_of).is_some_and(|done| done.tick >= tick)
-        };
-        Ok(names.iter().filter(move |name| !has_finished(name)))
+        Ok(names.iter().filter(move |name| {
+            !self.finished.iter().any(|done| {
+                text(&done.name) == **name && done.run_id == run_id && done.tick >= tick
+            })
+        }))
     }
 
-    /// Forgets the wake-ups so far. Must be followed by a check of what is
-    /// [missing](Self::missing).
+    /// Forgets the wake-ups so far. Must be followed by a check for [missing](Self::missing)
+    /// readers.
     pub(crate) fn forget_wake_ups(&self) -> Result<(), ReadError> {
         self.wake.forget()
     }
@@ -113,7 +117,25 @@ impl DoneReports {
     }
 }
 
-/// A reader's sending end: reports ticks under the reader's name.
+/// A reader's sending end: reports ticks under the reader's name. [`run`](crate::run) has one for
+/// each plugin.
+///
+/// ```no_run
+/// use std::time::Duration;
+///
+/// use regatta_plugin::{FleetName, Participant, Reporter, Result, Subscriber};
+///
+/// # fn main() -> Result {
+/// let participant = Participant::join(&FleetName::default(), "planner")?;
+/// let reporter = Reporter::open_on(&participant)?;
+/// let mut frames = Subscriber::open_on(&participant)?;
+/// while let Some(frame) = frames.wait(Duration::from_secs(10))? {
+///     // Send commands and columns for the tick here.
+///     reporter.done(frame.run_id(), frame.tick())?;
+/// }
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct Reporter {
     reports: Publisher<Ipc, Done, ()>,
@@ -128,23 +150,19 @@ impl Reporter {
     /// [`OpenError::OtherVersion`] if the fleet uses another contract, [`OpenError::Full`] if it
     /// has [`MAX_READERS`](services::MAX_READERS) reporters, else [`OpenError::SharedMemory`].
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        let service = services::done(participant.node(), participant.fleet())?;
-        let create = || {
+        let service = services::done(participant)?;
+        let reports = place(&service, services::MAX_READERS, || {
             let builder = service.publisher_builder().max_loaned_samples(1);
             builder.backpressure_strategy(BackpressureStrategy::DiscardData).create()
-        };
+        })?;
         Ok(Self {
-            reports: place(&service, services::MAX_READERS, create)?,
-            wake: services::notifier(&services::event(
-                participant.node(),
-                participant.fleet(),
-                "done",
-            )?)?,
+            reports,
+            wake: services::notifier(participant, "done")?,
             name: padded(participant.name()),
         })
     }
 
-    /// Reports that a tick is finished. All orders and columns for it must have been sent before.
+    /// Reports that a tick is finished. All commands and columns for it must have been sent before.
     ///
     /// # Errors
     /// [`PublishError`] if the report can't be delivered.
@@ -159,9 +177,9 @@ impl Reporter {
         Ok(())
     }
 
-    /// Reports that this reader leaves the lockstep of a run: nobody is to wait for it any more. To
-    /// be called before a reader ends; a run whose reader ends without it, or dies, ends by
-    /// [`LockstepError::Timeout`].
+    /// Reports that this reader leaves the lockstep of a run, so that no process waits for it any
+    /// more. To be called before a reader ends; a run whose reader ends without it, or dies, ends
+    /// by [`LockstepError::Timeout`].
     ///
     /// # Errors
     /// [`PublishError`] if the report can't be delivered.

@@ -2,13 +2,9 @@
 
 use std::time::Duration;
 
-use iceoryx2::port::server::Server;
-
-use super::ask::{Asker, NoAnswer};
-use super::error::{OpenError, ReadError};
-use super::full_memory::received;
-use super::inbox::reply;
-use super::services::{self, Ipc};
+use super::ask::{Asker, NoAnswer, Responder};
+use super::error::{OpenError, ReadError, RequestError};
+use super::services;
 use crate::process::join::Participant;
 use crate::records::manager::{ManagerAnswer, ManagerRequest, ManagerResponse};
 use crate::records::name::FleetName;
@@ -16,42 +12,22 @@ use crate::records::name::FleetName;
 /// The error of a request to the fleet manager.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ManagerError {
-    /// Nobody answers.
+    /// The fleet has no manager that takes requests.
     #[error(
-        "fleet '{fleet}' has no fleet manager that takes requests; `regatta order assign` sends a robot without one"
+        "fleet '{fleet}' has no fleet manager that takes requests; `regatta command assign` sends a \
+         robot without one"
     )]
     NoManager {
         /// The fleet.
         fleet: FleetName,
     },
-    /// The manager has ended meanwhile.
-    #[error("the fleet manager of fleet '{fleet}' ended before it answered")]
-    Gone {
-        /// The fleet.
-        fleet: FleetName,
-    },
-    /// The manager has not answered in time.
-    #[error("the fleet manager of fleet '{fleet}' has not answered within {:.1} s; is it stopped or overloaded?", timeout.as_secs_f32())]
-    Timeout {
-        /// The fleet.
-        fleet: FleetName,
-        /// How long it was waited for.
-        timeout: Duration,
-    },
-    /// iceoryx2 can't deliver it.
-    #[error(
-        "can't reach the fleet manager of fleet '{fleet}' ({reason}); `regatta doctor` reports what is wrong"
-    )]
-    Connection {
-        /// The fleet.
-        fleet: FleetName,
-        /// iceoryx2's reason.
-        reason: String,
-    },
-    /// The manager doesn't do so, and has changed nothing.
+    /// The manager hasn't answered.
+    #[error(transparent)]
+    Request(#[from] RequestError),
+    /// The manager refused the request, and has changed nothing.
     #[error("refused: {}", refusal(.request, *.answer))]
     Refused {
-        /// What it was asked for.
+        /// The request.
         request: ManagerRequest,
         /// Its answer; `None` for one that this version doesn't know.
         answer: Option<ManagerAnswer>,
@@ -85,13 +61,11 @@ fn refusal(request: &ManagerRequest, answer: Option<ManagerAnswer>) -> String {
 #[derive(Debug)]
 pub struct ManagerClient {
     asker: Asker<ManagerRequest, ManagerResponse>,
-    fleet: FleetName,
-    timeout: Duration,
 }
 
 impl ManagerClient {
-    /// How long an answer is waited for: managers answer between two cycles, also while the clock
-    /// is paused.
+    /// The time that a client waits for an answer: managers answer between two cycles, also while
+    /// the clock is paused.
     pub const TIMEOUT: Duration = Duration::from_secs(5);
 
     /// Opens the requests of a fleet, whether or not it has a manager yet.
@@ -109,60 +83,62 @@ impl ManagerClient {
     /// # Errors
     /// As [`open`](Self::open).
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        let service = services::manager(participant.node(), participant.fleet())?;
-        let asker = Asker::open(service, services::MAX_CONTROL_CLIENTS)?;
-        Ok(Self { asker, fleet: participant.fleet().clone(), timeout: Self::TIMEOUT })
+        Ok(Self { asker: Asker::open(&services::MANAGER, participant)? })
     }
 
-    /// Whether somebody answers. A manager that was killed counts until another process joins the
-    /// fleet.
+    /// Whether the fleet has a manager that takes requests. A manager that was killed counts until
+    /// another process joins the fleet.
     pub fn has_manager(&self) -> bool {
         self.asker.has_server()
     }
 
-    /// Asks to send a robot to a node, by its id. The answer says whether it drives now or when its
-    /// order is finished.
+    /// Sends a robot to a node, by its id: now, or when its order is finished, as the answer says.
     ///
     /// # Errors
-    /// [`ManagerError`]; among them that it was refused.
+    /// [`ManagerError`], also if the manager refuses.
     pub fn send(&self, robot: u32, node: u32) -> Result<ManagerResponse, ManagerError> {
         self.ask(ManagerRequest::send(robot, node))
     }
 
-    /// Asks to take back what a robot was sent for.
+    /// Calls a robot back, so that it is managed as before.
     ///
     /// # Errors
-    /// [`ManagerError`]; among them that it was refused.
+    /// [`ManagerError`], also if the manager refuses.
     pub fn recall(&self, robot: u32) -> Result<ManagerResponse, ManagerError> {
         self.ask(ManagerRequest::recall(robot))
     }
 
     fn ask(&self, request: ManagerRequest) -> Result<ManagerResponse, ManagerError> {
-        let asked = self.asker.send(request);
-        let response = asked
-            .and_then(|asked| self.asker.wait(&asked, self.timeout))
-            .map_err(|reason| self.failed(reason))?;
+        let response = match self.asker.ask(request, Self::TIMEOUT) {
+            Ok(response) => response,
+            Err(NoAnswer::NoServer) => {
+                return Err(ManagerError::NoManager { fleet: self.asker.fleet().clone() });
+            }
+            Err(NoAnswer::Failed(error)) => return Err(error.into()),
+        };
         match response.answer() {
             Some(answer) if answer.is_granted() => Ok(response),
             answer => Err(ManagerError::Refused { request, answer }),
         }
     }
-
-    fn failed(&self, reason: NoAnswer) -> ManagerError {
-        let fleet = self.fleet.clone();
-        match reason {
-            NoAnswer::NoServer => ManagerError::NoManager { fleet },
-            NoAnswer::Gone => ManagerError::Gone { fleet },
-            NoAnswer::Timeout => ManagerError::Timeout { fleet, timeout: self.timeout },
-            NoAnswer::Connection(reason) => ManagerError::Connection { fleet, reason },
-        }
-    }
 }
 
 /// Answers for a fleet manager.
+///
+/// ```
+/// use regatta_plugin::manager::{ManagerAnswer, ManagerResponse};
+/// use regatta_plugin::{ManagerServer, Participant, Result};
+///
+/// # fn main() -> Result {
+/// # let fleet = format!("doc-manager-{}", std::process::id()).parse()?;
+/// let mut server = ManagerServer::open_on(&Participant::join(&fleet, "manager")?)?;
+/// server.answer(|request| ManagerResponse::new(request, ManagerAnswer::NotReady, 0))?;
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct ManagerServer {
-    server: Server<Ipc, ManagerRequest, (), ManagerResponse, ()>,
+    server: Responder<ManagerRequest, ManagerResponse>,
 }
 
 impl ManagerServer {
@@ -172,26 +148,18 @@ impl ManagerServer {
     /// [`OpenError::Full`] if another process answers for this fleet, [`OpenError::OtherVersion`]
     /// if it uses another contract, else [`OpenError::SharedMemory`].
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        let service = services::manager(participant.node(), participant.fleet())?;
-        Ok(Self { server: services::only_server(&service)? })
+        Ok(Self { server: Responder::open(&services::MANAGER, participant)? })
     }
 
-    /// Answers what was asked since the last call.
+    /// Answers the requests that have come since the last call.
     ///
     /// # Errors
     /// [`ReadError::Receive`] if a connection is broken.
     pub fn answer(
         &mut self,
-        mut answer: impl FnMut(&ManagerRequest) -> ManagerResponse,
+        answer: impl FnMut(&ManagerRequest) -> ManagerResponse,
     ) -> Result<(), ReadError> {
-        while let Some(request) = received("requests to the manager", || self.server.receive())? {
-            // A client that has gone away, or is stopped, misses its answer; nobody waits for it.
-            let response = answer(request.payload());
-            if let Err(error) = reply(&request, response) {
-                tracing::debug!(%error, "answering a request to the manager");
-            }
-        }
-        Ok(())
+        self.server.answer_all(usize::MAX, answer)
     }
 }
 
@@ -227,7 +195,7 @@ mod tests {
         let (sent, recalled) = client.join().expect("no panic");
         assert_eq!(requests, [ManagerRequest::send(3, 40), ManagerRequest::recall(3)]);
         assert_eq!(
-            sent.map(|response| (response.task, response.answer())),
+            sent.map(|response| (response.order, response.answer())),
             Ok((9, Some(ManagerAnswer::Later)))
         );
         assert_eq!(

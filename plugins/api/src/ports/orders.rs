@@ -1,253 +1,85 @@
-//! The sender's side of orders.
+//! Both sides of the order log: a fleet manager writes it, any process reads it.
 
 use super::error::{OpenError, PublishError};
+use super::receive::{TickReader, TickRecords};
 use super::services;
 use super::slices::SliceSender;
 use crate::process::join::Participant;
-use crate::records::name::FleetName;
-use crate::records::order::{OrderHeader, OrderKind, OrderRecord, RouteLeg};
-use crate::records::task::NO_ROBOT;
+use crate::records::order::{OrderHeader, OrderRecord};
 
-/// The error of sending orders. They are kept, to be sent again.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum OrderError {
-    /// The fleet has no engine.
-    #[error(
-        "fleet '{fleet}' has no engine to take orders; start one, or name another fleet with --fleet"
-    )]
-    NoEngine {
-        /// The fleet.
-        fleet: FleetName,
-    },
-    /// [`ORDER_BUFFER`](services::ORDER_BUFFER) samples wait already.
-    #[error(
-        "fleet '{fleet}' has not taken the last {} samples of orders (is it paused?); send fewer, or wait",
-        services::ORDER_BUFFER
-    )]
-    Full {
-        /// The fleet.
-        fleet: FleetName,
-    },
-    /// iceoryx2 can't deliver the orders.
-    #[error("can't send orders ({reason}); `regatta doctor` reports what is wrong")]
-    Send {
-        /// iceoryx2's reason.
-        reason: String,
-    },
-}
-
-/// Sends orders: collects them, then sends them as one sample, so that all take effect in the same
-/// tick.
+/// Publishes a fleet's order log. A fleet has one such publisher at a time.
 ///
-/// Each order gets a token, which the events that answer it carry: a hash of the sender's name (32
-/// bits) and a count (32 bits). So a sender's tokens are the same in every run, and those of two
-/// senders differ unless they have the same name, or one chance in four billion makes their hashes
-/// equal.
-///
-/// ```no_run
-/// use regatta_plugin::order::RouteLeg;
-/// use regatta_plugin::{FleetName, Orders, Result};
+/// ```
+/// use regatta_plugin::order::{OrderKind, OrderRecord};
+/// use regatta_plugin::{Participant, Result, OrderPublisher, OrderReader};
 ///
 /// # fn main() -> Result {
-/// let mut orders = Orders::open(&FleetName::default())?;
-/// orders.hold(4);
-/// orders.assign(7, &[RouteLeg::forward(12), RouteLeg::forward(13).horizon()]);
-/// orders.send()?;
+/// # let fleet = format!("doc-orders-{}", std::process::id()).parse()?;
+/// let participant = Participant::join(&fleet, "manager")?;
+/// let mut log = OrderPublisher::open_on(&participant)?;
+/// let mut reader = OrderReader::open_on(&participant)?;
+/// log.publish(1, 7, 0, &[OrderRecord::new(3, OrderKind::Assigned).of_robot(5)])?;
+/// reader.take(|tick| -> Result {
+///     assert_eq!((tick.header.tick, tick.records[0].robot), (7, 5));
+///     Ok(())
+/// })?;
 /// # Ok(())
 /// # }
 /// ```
 #[derive(Debug)]
-pub struct Orders {
-    sender: SliceSender<OrderRecord, OrderHeader>,
-    fleet: FleetName,
-    sender_hash: u64,
-    last_token: u64,
-    records: Vec<OrderRecord>,
+pub struct OrderPublisher {
+    orders: SliceSender<OrderRecord, OrderHeader>,
 }
 
-impl Orders {
-    /// Opens the orders of a fleet, whether or not it has an engine yet.
+impl OrderPublisher {
+    /// Opens a fleet's order log for writing.
     ///
     /// # Errors
-    /// [`OpenError::OtherVersion`] if the fleet uses another contract, [`OpenError::Full`] if it
-    /// has [`MAX_ORDER_SENDERS`](services::MAX_ORDER_SENDERS) senders, else
-    /// [`OpenError::SharedMemory`].
-    pub fn open(fleet: &FleetName) -> Result<Self, OpenError> {
-        Self::open_on(&Participant::join(fleet, &format!("orders-{}", std::process::id()))?)
-    }
-
-    /// Opens the orders for a process that has joined the fleet. The participant's name is the
-    /// sender's.
-    ///
-    /// # Errors
-    /// As [`open`](Self::open).
+    /// [`OpenError::Taken`] if a live process publishes it, [`OpenError::OtherVersion`] if the
+    /// fleet uses another contract, else [`OpenError::SharedMemory`].
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        let service = services::orders(participant.node(), participant.fleet())?;
-        let sender_hash = fnv1a(participant.name().as_bytes());
-        Ok(Self {
-            sender: SliceSender::open(
-                service,
-                "orders",
-                services::FIRST_RECORDS,
-                services::MAX_ORDER_SENDERS,
-            )?,
-            fleet: participant.fleet().clone(),
-            sender_hash,
-            last_token: sender_hash << 32,
-            records: Vec::new(),
-        })
+        Ok(Self { orders: SliceSender::open_only(&services::ORDERS, participant)? })
     }
 
-    /// Gives a robot a new route. Returns the order's token.
-    pub fn assign(&mut self, robot: u32, legs: &[RouteLeg]) -> u64 {
-        self.route(OrderKind::Assign, robot, legs)
-    }
-
-    /// Drops a robot's horizon and appends legs to its released base. Returns the order's token.
-    pub fn extend(&mut self, robot: u32, legs: &[RouteLeg]) -> u64 {
-        self.route(OrderKind::Extend, robot, legs)
-    }
-
-    /// Releases a robot's horizon up to `metres` along a leg, from where the leg is entered;
-    /// infinity for all of it. The leg is the first one with this edge and gear at or after the end
-    /// of the base. Whether the leg is [released](RouteLeg::released) or not doesn't matter.
-    /// Returns the order's token.
-    pub fn release(&mut self, robot: u32, leg: RouteLeg, metres: f32) -> u64 {
-        let record = OrderRecord {
-            robot,
-            id: leg.edge,
-            reverse: leg.reverse.into(),
-            s: metres,
-            ..OrderRecord::default()
-        };
-        self.push(OrderKind::Release, record)
-    }
-
-    /// Drops a robot's route beyond its current edge. Returns the order's token.
-    pub fn cancel(&mut self, robot: u32) -> u64 {
-        self.push(OrderKind::Cancel, OrderRecord { robot, ..OrderRecord::default() })
-    }
-
-    /// Makes a robot brake and stop. Returns the order's token.
-    pub fn hold(&mut self, robot: u32) -> u64 {
-        self.push(OrderKind::Hold, OrderRecord { robot, ..OrderRecord::default() })
-    }
-
-    /// Ends a hold. Returns the order's token.
-    pub fn resume(&mut self, robot: u32) -> u64 {
-        self.push(OrderKind::Resume, OrderRecord { robot, ..OrderRecord::default() })
-    }
-
-    /// Makes a robot break down. Returns the order's token.
-    pub fn break_down(&mut self, robot: u32) -> u64 {
-        self.push(OrderKind::Break, OrderRecord { robot, ..OrderRecord::default() })
-    }
-
-    /// Repairs a robot that is broken. Returns the order's token.
-    pub fn repair(&mut self, robot: u32) -> u64 {
-        self.push(OrderKind::Repair, OrderRecord { robot, ..OrderRecord::default() })
-    }
-
-    /// Closes an edge, by its id: no robot enters it any more. Returns the order's token.
-    pub fn close_edge(&mut self, edge: u32) -> u64 {
-        self.push(
-            OrderKind::CloseEdge,
-            OrderRecord { robot: NO_ROBOT, id: edge, ..OrderRecord::default() },
-        )
-    }
-
-    /// Opens a closed edge again, by its id. Returns the order's token.
-    pub fn open_edge(&mut self, edge: u32) -> u64 {
-        self.push(
-            OrderKind::OpenEdge,
-            OrderRecord { robot: NO_ROBOT, id: edge, ..OrderRecord::default() },
-        )
-    }
-
-    /// Adds a robot on a node, by the node's id. Returns the order's token; the `Spawned` event has
-    /// the robot's id.
-    pub fn spawn_at_node(&mut self, robot_type: u32, node: u32) -> u64 {
-        self.push(
-            OrderKind::SpawnAtNode,
-            OrderRecord { robot_type, id: node, ..OrderRecord::default() },
-        )
-    }
-
-    /// Adds a robot on an edge, by the edge's id, `s` metres from its origin. Returns the order's
-    /// token.
-    pub fn spawn_on_edge(&mut self, robot_type: u32, edge: u32, s: f32) -> u64 {
-        self.push(
-            OrderKind::SpawnOnEdge,
-            OrderRecord { robot_type, id: edge, s, ..OrderRecord::default() },
-        )
-    }
-
-    /// Removes a robot from the fleet. Returns the order's token.
-    pub fn remove(&mut self, robot: u32) -> u64 {
-        self.push(OrderKind::Remove, OrderRecord { robot, ..OrderRecord::default() })
-    }
-
-    /// The records collected so far.
-    pub fn pending(&self) -> &[OrderRecord] {
-        &self.records
-    }
-
-    /// Discards the collected records.
-    pub fn clear(&mut self) {
-        self.records.clear();
-    }
-
-    /// Sends the collected records, for the next tick. Does nothing if there are none.
+    /// Publishes the records of one tick, `dropped` of which were left out because there were too
+    /// many.
     ///
     /// # Errors
-    /// [`OrderError`]; the orders are kept, to be sent again or [cleared](Self::clear).
-    pub fn send(&mut self) -> Result<(), OrderError> {
-        if self.records.is_empty() {
-            return Ok(());
-        }
-        let header = OrderHeader { sender: self.sender_hash };
-        let receivers =
-            self.sender.send(header, &self.records).map_err(|error| OrderError::Send {
-                reason: match error {
-                    PublishError::Loan { reason, .. } | PublishError::Send { reason, .. } => reason,
-                    other => other.to_string(),
-                },
-            })?;
-        if receivers == 0 {
-            let fleet = self.fleet.clone();
-            return Err(match self.sender.readers() {
-                0 => OrderError::NoEngine { fleet },
-                _ => OrderError::Full { fleet },
-            });
-        }
-        self.records.clear();
-        Ok(())
+    /// [`PublishError`] when shared memory is full.
+    pub fn publish(
+        &mut self,
+        run_id: u64,
+        tick: u64,
+        dropped: u64,
+        records: &[OrderRecord],
+    ) -> Result<(), PublishError> {
+        self.orders.publish(OrderHeader { run_id, tick, dropped, sequence: 0 }, records)
     }
 
-    fn route(&mut self, kind: OrderKind, robot: u32, legs: &[RouteLeg]) -> u64 {
-        let token = self
-            .push(kind, OrderRecord { robot, legs: legs.len() as u32, ..OrderRecord::default() });
-        self.records.extend(legs.iter().map(|leg| OrderRecord {
-            token,
-            kind: OrderKind::Leg as u32,
-            id: leg.edge,
-            reverse: leg.reverse.into(),
-            released: leg.released.into(),
-            ..OrderRecord::default()
-        }));
-        token
+    /// Connects readers that have joined since. Publishing does so as well.
+    pub fn update(&self) {
+        self.orders.update();
     }
 
-    fn push(&mut self, kind: OrderKind, record: OrderRecord) -> u64 {
-        self.last_token += 1;
-        self.records.push(OrderRecord { token: self.last_token, kind: kind as u32, ..record });
-        self.last_token
+    /// Whether a process reads the order log.
+    pub fn has_readers(&self) -> bool {
+        self.orders.readers() > 0
     }
 }
 
-/// The FNV-1a hash, 64 bits: the same name gives the same tokens in every run.
-fn fnv1a(bytes: &[u8]) -> u64 {
-    bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, &byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
-    })
+/// The records of orders of one tick, borrowed from shared memory, in the order in which they
+/// happened.
+pub type Orders<'sample> = TickRecords<'sample, OrderHeader, OrderRecord>;
+
+/// Reads a fleet's order log.
+pub type OrderReader = TickReader<OrderHeader, OrderRecord>;
+
+impl OrderReader {
+    /// Opens the order log of a fleet, whether or not a process writes it yet.
+    ///
+    /// # Errors
+    /// As [`Subscriber::open`](crate::Subscriber::open).
+    pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
+        Self::of(&services::ORDERS, participant)
+    }
 }

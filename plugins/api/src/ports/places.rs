@@ -1,5 +1,5 @@
-//! The places at a service: a service has room for a fixed number of each kind of port. Where none
-//! is free, the error says who holds them.
+//! The places at a service: a service has room for a fixed number of each kind of port. If none is
+//! free, the error names the processes that hold them.
 
 use iceoryx2::node::NodeView;
 use iceoryx2::port::listener::ListenerCreateError;
@@ -78,7 +78,7 @@ pub(super) fn place<S: PortFactory<Service = Ipc>, P, E: MayBeFull>(
 /// Returns the processes at a service, by name and number: `3 × hello, viewer`.
 fn holders<S: PortFactory<Service = Ipc>>(service: &S) -> String {
     let mut names = Vec::new();
-    // Those that can't be listed stay unnamed.
+    // Processes that can't be listed stay unnamed.
     let _ = service.nodes(|node| {
         names.push(participant_name(&node));
         CallbackProgression::Continue
@@ -90,7 +90,7 @@ fn holders<S: PortFactory<Service = Ipc>>(service: &S) -> String {
 pub(super) fn participants(node: &Node<Ipc>, fleet: &FleetName) -> String {
     let prefix = service_name(fleet, "");
     let mut names = Vec::new();
-    // Those that can't be listed stay unnamed.
+    // Processes that can't be listed stay unnamed.
     let _ = Node::<Ipc>::list(node.config(), |node| {
         let details = match &node {
             NodeState::Alive(view) => view.details().as_ref(),
@@ -116,7 +116,7 @@ fn participant_name(node: &NodeState<Ipc>) -> String {
     name.unwrap_or("a process without a name").to_owned()
 }
 
-/// Returns names and how often each occurs, most frequent first.
+/// Returns names with their numbers of occurrences, most frequent first.
 fn counted(names: Vec<String>) -> String {
     let mut counts: Vec<(String, usize)> = Vec::new();
     for name in names {

@@ -1,5 +1,5 @@
-//! The producer's side of all services: frames, the world, events, columns and the order log go
-//! out; orders and requests come in.
+//! The producer's side of all services: frames, the world, events, columns and the command log go
+//! out; commands and requests come in.
 
 use std::cell::Cell;
 use std::collections::BTreeMap;
@@ -13,7 +13,7 @@ use super::columns::ColumnPublisher;
 use super::error::{OpenError, PublishError, ReadError};
 pub use super::frame_loan::FrameLoan;
 use super::frame_loan::{LastTick, wall_time_nanos};
-use super::inbox::{OrderInbox, RequestInbox};
+use super::inbox::{CommandInbox, RequestInbox};
 use super::lockstep::{DoneReports, LockstepError};
 use super::services::{self, Ipc};
 use super::slices::{SliceSender, send};
@@ -21,18 +21,18 @@ use crate::process::health;
 use crate::process::join::Participant;
 use crate::process::termination::Termination;
 use crate::records::closure::{ClosedEdge, ClosureHeader};
+use crate::records::command::{CommandHeader, CommandRecord};
+use crate::records::command_log::CommandLogHeader;
 use crate::records::control::{ControlRequest, ControlResponse};
 use crate::records::event::{EventHeader, EventRecord};
 use crate::records::frame::{BYTES_PER_LINE, FrameHeader, Line, frame_lines, stride_lines};
 use crate::records::name::{ColumnName, FleetName};
-use crate::records::order::{OrderHeader, OrderRecord};
-use crate::records::order_log::OrderLogHeader;
 use crate::records::world::{WorldData, WorldHeader};
 
 /// All ports of a producer. A fleet has one live producer at a time.
 ///
 /// Everything that belongs to a tick is published before its frame: first
-/// [events](Self::publish_events), the [order log](Self::publish_order_log) and
+/// [events](Self::publish_events), the [command log](Self::publish_command_log) and
 /// [columns](Self::publish_column), then the frame. So a reader that has the frame has all of it. A
 /// [`Session`](crate::producer::Session) adds a clock, figures and the control service.
 ///
@@ -64,10 +64,10 @@ pub struct ProducerPorts {
     wake: Notifier<Ipc>,
     world: SliceSender<Line, WorldHeader>,
     events: SliceSender<EventRecord, EventHeader>,
-    order_log: SliceSender<OrderRecord, OrderLogHeader>,
+    command_log: SliceSender<CommandRecord, CommandLogHeader>,
     closures: SliceSender<ClosedEdge, ClosureHeader>,
     columns: BTreeMap<ColumnName, ColumnPublisher>,
-    orders: OrderInbox,
+    commands: CommandInbox,
     requests: RequestInbox,
     reports: DoneReports,
     participant: Participant,
@@ -92,29 +92,24 @@ impl ProducerPorts {
     /// # Errors
     /// As [`create`](Self::create).
     pub fn create_on(participant: Participant, robots: usize) -> Result<Self, OpenError> {
-        let (node, fleet) = (participant.node(), participant.fleet());
-        let taken = |owner| OpenError::AlreadyRunning { fleet: fleet.clone(), owner };
         let lines = frame_lines(robots.max(1));
         // First, because this publisher is the lock against a second producer.
-        let frames =
-            SliceSender::open_only(services::frames(node, fleet)?, "a frame", lines, node, taken)?;
+        let (service, subject) = (services::FRAMES.open(&participant)?, services::FRAMES.subject);
+        let frames = SliceSender::only(service, subject, lines, &participant, |owner| {
+            OpenError::AlreadyRunning { fleet: participant.fleet().clone(), owner }
+        })?;
         let few = services::FIRST_RECORDS;
         Ok(Self {
             run_id: new_run_id(),
             revision: 0,
             frames,
-            wake: services::notifier(&services::event(node, fleet, "wake")?)?,
-            world: SliceSender::open(services::world(node, fleet)?, "the world", 1, 1)?,
-            events: SliceSender::open(services::events(node, fleet)?, "events", few, 1)?,
-            order_log: SliceSender::open(
-                services::order_log(node, fleet)?,
-                "the order log",
-                few,
-                1,
-            )?,
-            closures: SliceSender::open(services::closures(node, fleet)?, "closures", few, 1)?,
+            wake: services::notifier(&participant, "wake")?,
+            world: SliceSender::open(&services::WORLD, &participant, 1, 1)?,
+            events: SliceSender::open(&services::EVENTS, &participant, few, 1)?,
+            command_log: SliceSender::open(&services::COMMAND_LOG, &participant, few, 1)?,
+            closures: SliceSender::open(&services::CLOSURES, &participant, few, 1)?,
             columns: BTreeMap::new(),
-            orders: OrderInbox::open(&participant)?,
+            commands: CommandInbox::open(&participant)?,
             requests: RequestInbox::open(&participant)?,
             reports: DoneReports::open(&participant)?,
             participant,
@@ -129,7 +124,7 @@ impl ProducerPorts {
         self.run_id
     }
 
-    /// Begins another run: what is sent from here on carries a new [run id](Self::run_id). A replay
+    /// Begins another run: samples from here on carry a new [run id](Self::run_id). A replay
     /// that goes back in time does this, for example: readers then start afresh. The world must be
     /// published again.
     pub fn begin_run(&mut self) {
@@ -175,7 +170,7 @@ impl ProducerPorts {
     /// check before the first frame of a size.
     ///
     /// # Errors
-    /// [`PublishError::NoRoom`] says how much is missing.
+    /// [`PublishError::NoRoom`], with the missing amount.
     pub fn check_room(&self, robots: usize) -> Result<(), PublishError> {
         let lines = frame_lines(robots);
         if lines <= self.roomy_lines.get() {
@@ -258,25 +253,21 @@ impl ProducerPorts {
         dropped: u64,
         events: &[EventRecord],
     ) -> Result<(), PublishError> {
-        let sequence = self.events.sequence().next(self.run_id);
-        self.events
-            .send(EventHeader { run_id: self.run_id, tick, dropped, sequence }, events)
-            .map(drop)
+        let header = EventHeader { run_id: self.run_id, tick, dropped, sequence: 0 };
+        self.events.publish(header, events)
     }
 
-    /// Publishes the orders that took effect in a tick, for readers of the order log.
+    /// Publishes the commands that took effect in a tick, for readers of the command log.
     ///
     /// # Errors
     /// [`PublishError`] when shared memory is full.
-    pub fn publish_order_log(
+    pub fn publish_command_log(
         &mut self,
         tick: u64,
-        orders: &[OrderRecord],
+        commands: &[CommandRecord],
     ) -> Result<(), PublishError> {
-        let sequence = self.order_log.sequence().next(self.run_id);
-        self.order_log
-            .send(OrderLogHeader { run_id: self.run_id, tick, sequence }, orders)
-            .map(drop)
+        let header = CommandLogHeader { run_id: self.run_id, tick, sequence: 0 };
+        self.command_log.publish(header, commands)
     }
 
     /// Publishes the edges that are closed from a tick on, sorted by id, in place of those before.
@@ -288,8 +279,7 @@ impl ProducerPorts {
         tick: u64,
         edges: &[ClosedEdge],
     ) -> Result<(), PublishError> {
-        let sequence = self.closures.sequence().next(self.run_id);
-        self.closures.send(ClosureHeader { run_id: self.run_id, tick, sequence }, edges).map(drop)
+        self.closures.publish(ClosureHeader { run_id: self.run_id, tick, sequence: 0 }, edges)
     }
 
     /// Connects readers that have joined since, and gives them the newest frame, world, columns and
@@ -297,7 +287,7 @@ impl ProducerPorts {
     /// if no reader has joined.
     pub fn update(&self) {
         self.columns.values().for_each(ColumnPublisher::update);
-        self.order_log.update();
+        self.command_log.update();
         self.closures.update();
         self.world.update();
         self.frames.update();
@@ -309,9 +299,9 @@ impl ProducerPorts {
         self.events.readers() > 0
     }
 
-    /// Whether a process reads the order log; if not, there is no need to keep one.
-    pub fn has_order_log_readers(&self) -> bool {
-        self.order_log.readers() > 0
+    /// Whether a process reads the command log; if not, there is no need to keep one.
+    pub fn has_command_log_readers(&self) -> bool {
+        self.command_log.readers() > 0
     }
 
     /// The number of processes that read frames.
@@ -319,17 +309,17 @@ impl ProducerPorts {
         self.frames.readers()
     }
 
-    /// Passes all orders that have arrived to `each`, sample by sample; those of one sender in the
-    /// order in which it sent them. At most [`ORDER_BUFFER`](services::ORDER_BUFFER) samples per
-    /// sender and call.
+    /// Passes all commands that have arrived to `each`, sample by sample; those of one sender in
+    /// the order in which it sent them. At most [`COMMAND_BUFFER`](services::COMMAND_BUFFER)
+    /// samples per sender and call.
     ///
     /// # Errors
     /// [`ReadError::Receive`] if a connection is broken.
-    pub fn take_orders(
+    pub fn take_commands(
         &mut self,
-        each: impl FnMut(&OrderHeader, &[OrderRecord]),
+        each: impl FnMut(&CommandHeader, &[CommandRecord]),
     ) -> Result<(), ReadError> {
-        self.orders.take(each)
+        self.commands.take(each)
     }
 
     /// Takes the oldest control request that has arrived, with the ticket by which to
@@ -357,7 +347,7 @@ impl ProducerPorts {
         tick: u64,
         timeout: Duration,
     ) -> Result<(), LockstepError> {
-        /// How long to spin before sleeping: a reader that is nearly done then costs no wake-up.
+        /// The time to spin before sleeping: a reader that is nearly done then costs no wake-up.
         const SPIN: Duration = Duration::from_micros(20);
         let start = Instant::now();
         loop {
@@ -396,13 +386,14 @@ impl ProducerPorts {
 }
 
 impl ProducerPorts {
-    /// Tells the user, once, which of the readers in lockstep have left it.
+    /// Tells the user, once, that readers have left the lockstep.
     fn tell_who_left(&mut self, names: &[String]) {
         for name in self.reports.take_left() {
             if names.contains(&name) && !Termination::was_requested() {
                 let fleet = self.participant.fleet();
                 crate::tell!(
-                    "fleet '{fleet}': {name} has left the lockstep; the run goes on without waiting for it"
+                    "fleet '{fleet}': {name} has left the lockstep; the run goes on without \
+                     waiting for it"
                 );
             }
         }

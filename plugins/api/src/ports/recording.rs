@@ -1,15 +1,26 @@
-//! Both sides of what a replay tells about its recording: the replay publishes it, any process
-//! reads it.
+//! Both sides of the description of a recording: its replay publishes it, any process reads it.
 
 use super::error::{OpenError, PublishError, ReadError};
-use super::newest::Newest;
+use super::receive::Newest;
 use super::services;
 use super::slices::SliceSender;
 use crate::process::join::Participant;
 use crate::records::recording::{RecordingHeader, RecordingMark};
 
-/// Publishes what a recording is and what happens in it. Only the fleet's producer does, and only
-/// if it is a replay.
+/// Publishes the description of a recording and its marks. Only a replay does, as the fleet's
+/// producer.
+///
+/// ```
+/// use regatta_plugin::recording::RecordingHeader;
+/// use regatta_plugin::{Participant, RecordingPublisher, Result};
+///
+/// # fn main() -> Result {
+/// # let fleet = format!("doc-recording-{}", std::process::id()).parse()?;
+/// let mut publisher = RecordingPublisher::open_on(&Participant::join(&fleet, "replay")?)?;
+/// publisher.publish(&RecordingHeader::new("night shift.mcap"), &[])?;
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct RecordingPublisher {
     sender: SliceSender<RecordingMark, RecordingHeader>,
@@ -19,21 +30,10 @@ impl RecordingPublisher {
     /// Opens a fleet's recording for writing.
     ///
     /// # Errors
-    /// [`OpenError::AlreadyRunning`] if a live process publishes it, [`OpenError::OtherVersion`] if
+    /// [`OpenError::Taken`] if a live process publishes it, [`OpenError::OtherVersion`] if
     /// the fleet uses another contract, else [`OpenError::SharedMemory`].
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        let (node, fleet) = (participant.node(), participant.fleet());
-        let service = services::recording(node, fleet)?;
-        let taken = |owner| OpenError::AlreadyRunning { fleet: fleet.clone(), owner };
-        Ok(Self {
-            sender: SliceSender::open_only(
-                service,
-                "recording",
-                services::FIRST_RECORDS,
-                node,
-                taken,
-            )?,
-        })
+        Ok(Self { sender: SliceSender::open_only(&services::RECORDING, participant)? })
     }
 
     /// Publishes the header and all marks. Fills in the header's `sequence`.
@@ -45,8 +45,7 @@ impl RecordingPublisher {
         header: &RecordingHeader,
         marks: &[RecordingMark],
     ) -> Result<(), PublishError> {
-        let sequence = self.sender.sequence().next(header.run_id);
-        self.sender.send(RecordingHeader { sequence, ..*header }, marks).map(drop)
+        self.sender.publish(*header, marks)
     }
 
     /// Gives the newest sample to readers that have joined since. Publishing does so as well.
@@ -60,11 +59,25 @@ impl RecordingPublisher {
 pub struct ReplayedRecording<'sample> {
     /// Its name and its time.
     pub header: &'sample RecordingHeader,
-    /// Where something happened, sorted by time.
+    /// The marks, sorted by time.
     pub marks: &'sample [RecordingMark],
 }
 
-/// Reads what a fleet's producer tells about its recording. Nothing arrives unless it is a replay.
+/// Reads the description of the recording that a fleet's producer replays. Nothing arrives unless
+/// it is a replay.
+///
+/// ```no_run
+/// use regatta_plugin::{FleetName, Participant, RecordingReader, Result};
+///
+/// # fn main() -> Result {
+/// let participant = Participant::join(&FleetName::default(), "reader")?;
+/// let mut reader = RecordingReader::open_on(&participant)?;
+/// if reader.take()? && let Some(recording) = reader.current() {
+///     println!("{} has {} marks", recording.header.file(), recording.marks.len());
+/// }
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct RecordingReader {
     recording: Newest<RecordingMark, RecordingHeader>,
@@ -76,8 +89,7 @@ impl RecordingReader {
     /// # Errors
     /// As [`Subscriber::open`](crate::Subscriber::open).
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        let service = services::recording(participant.node(), participant.fleet())?;
-        Ok(Self { recording: Newest::open(&service, "recording", 1)? })
+        Ok(Self { recording: Newest::open(&services::RECORDING, participant)? })
     }
 
     /// Takes the newest sample, and returns whether there was one that this hasn't taken yet.
@@ -112,7 +124,7 @@ mod tests {
         let participant = Participant::join(&name, "test").expect("joined");
         let mut publisher = RecordingPublisher::open_on(&participant).expect("a publisher");
         let second = RecordingPublisher::open_on(&participant).expect_err("one at a time");
-        assert!(matches!(second, OpenError::AlreadyRunning { .. }), "{second}");
+        assert!(matches!(second, OpenError::Taken { .. }), "{second}");
         let marks = [RecordingMark {
             time_nanos: 5,
             kind: MarkKind::Fault as u32,

@@ -2,13 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use iceoryx2::port::server::Server;
-
-use super::ask::{Asked, Asker, NoAnswer};
-use super::error::{OpenError, ReadError};
-use super::full_memory::received;
-use super::inbox::reply;
-use super::services::{self, Ipc};
+use super::ask::{Asked, Asker, NoAnswer, Responder};
+use super::error::{OpenError, ReadError, RequestError};
+use super::services;
 use crate::process::join::Participant;
 use crate::records::name::FleetName;
 use crate::records::route::{RouteRequest, RouteResponse};
@@ -16,36 +12,15 @@ use crate::records::route::{RouteRequest, RouteResponse};
 /// The error of a request for routes.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RouteError {
-    /// Nobody answers: there is no producer, or one that knows no routes.
+    /// The fleet has no producer, or one that knows no routes.
     #[error("no process of fleet '{fleet}' serves routes; only an engine does")]
     NoRoutes {
         /// The fleet.
         fleet: FleetName,
     },
-    /// The producer has ended meanwhile.
-    #[error("the engine of fleet '{fleet}' ended before it answered")]
-    Gone {
-        /// The fleet.
-        fleet: FleetName,
-    },
-    /// The producer has not answered in time.
-    #[error("the engine of fleet '{fleet}' has not answered within {:.1} s; is it stopped or overloaded?", timeout.as_secs_f32())]
-    Timeout {
-        /// The fleet.
-        fleet: FleetName,
-        /// How long it was waited for.
-        timeout: Duration,
-    },
-    /// iceoryx2 can't deliver it.
-    #[error(
-        "can't reach the engine of fleet '{fleet}' ({reason}); `regatta doctor` reports what is wrong"
-    )]
-    Connection {
-        /// The fleet.
-        fleet: FleetName,
-        /// iceoryx2's reason.
-        reason: String,
-    },
+    /// The engine hasn't answered.
+    #[error(transparent)]
+    Request(#[from] RequestError),
 }
 
 /// Asks a fleet's engine for robots' routes.
@@ -66,11 +41,10 @@ pub enum RouteError {
 #[derive(Debug)]
 pub struct RouteClient {
     asker: Asker<RouteRequest, RouteResponse>,
-    fleet: FleetName,
 }
 
 impl RouteClient {
-    /// How long [`route`](Self::route) waits for an answer.
+    /// The time that [`route`](Self::route) waits for an answer.
     pub const TIMEOUT: Duration = Duration::from_secs(5);
 
     /// Opens the routes of a fleet, whether or not it has an engine yet.
@@ -88,48 +62,35 @@ impl RouteClient {
     /// # Errors
     /// As [`open`](Self::open).
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        let service = services::routes(participant.node(), participant.fleet())?;
-        Ok(Self {
-            asker: Asker::open(service, services::MAX_ROUTE_CLIENTS)?,
-            fleet: participant.fleet().clone(),
-        })
+        Ok(Self { asker: Asker::open(&services::ROUTES, participant)? })
     }
 
-    /// Whether somebody answers: an engine does. One that was killed counts until another process
-    /// joins the fleet.
+    /// Whether the fleet has a server of routes, which an engine is. One that was killed counts
+    /// until another process joins the fleet.
     pub fn has_routes(&self) -> bool {
         self.asker.has_server()
     }
 
     /// Asks for a robot's route. An unknown robot is no error: see [`RouteResponse::is_found`].
-    ///
-    /// # Errors
-    /// [`RouteError`].
     pub fn route(&mut self, robot: u32) -> Result<RouteResponse, RouteError> {
-        self.routes(&[robot], Self::TIMEOUT)?
-            .pop()
-            .ok_or(RouteError::Gone { fleet: self.fleet.clone() })
+        let answer = self.asker.ask(RouteRequest::new(robot), Self::TIMEOUT);
+        answer.map_err(|reason| self.failed(reason))
     }
 
     /// Asks for several robots' routes at once, and waits for all of them, `timeout` in all. The
     /// answers come in the order of the robots, [`MAX_OPEN_ROUTES`](services::MAX_OPEN_ROUTES) or
     /// so of the same tick.
-    ///
-    /// # Errors
-    /// [`RouteError`].
     pub fn routes(
         &mut self,
         robots: &[u32],
         timeout: Duration,
     ) -> Result<Vec<RouteResponse>, RouteError> {
-        let failed = |reason| self.failed(reason, timeout);
         let start = Instant::now();
         let mut routes = Vec::with_capacity(robots.len());
         for robots in robots.chunks(services::MAX_OPEN_ROUTES) {
-            let asked = robots.iter().map(|robot| self.asker.send(RouteRequest::new(*robot)));
-            for asked in asked.collect::<Result<Vec<_>, _>>().map_err(failed)? {
-                let rest = timeout.saturating_sub(start.elapsed());
-                routes.push(self.asker.wait(&asked, rest).map_err(failed)?);
+            let asked: Result<Vec<_>, _> = robots.iter().map(|robot| self.ask(*robot)).collect();
+            for asked in asked? {
+                routes.push(self.asker.wait(&asked.0, start, timeout)?);
             }
         }
         Ok(routes)
@@ -137,14 +98,9 @@ impl RouteClient {
 
     /// Asks for a robot's route without waiting for the answer. At most
     /// [`MAX_OPEN_ROUTES`](services::MAX_OPEN_ROUTES) answers may be pending at a time.
-    ///
-    /// # Errors
-    /// [`RouteError`].
     pub fn ask(&self, robot: u32) -> Result<PendingRoute, RouteError> {
-        self.asker
-            .send(RouteRequest::new(robot))
-            .map(PendingRoute)
-            .map_err(|reason| self.failed(reason, Duration::ZERO))
+        let asked = self.asker.send(RouteRequest::new(robot));
+        asked.map(PendingRoute).map_err(|reason| self.failed(reason))
     }
 
     /// Returns the answer to [`ask`](Self::ask), once it has come. The producer answers between two
@@ -153,20 +109,17 @@ impl RouteClient {
     /// # Errors
     /// [`RouteError`]: it will never come.
     pub fn answer(&self, pending: &PendingRoute) -> Result<Option<RouteResponse>, RouteError> {
-        match self.asker.wait(&pending.0, Duration::ZERO) {
+        match self.asker.wait(&pending.0, Instant::now(), Duration::ZERO) {
             Ok(answer) => Ok(Some(answer)),
-            Err(NoAnswer::Timeout) => Ok(None),
-            Err(reason) => Err(self.failed(reason, Duration::ZERO)),
+            Err(RequestError::Timeout { .. }) => Ok(None),
+            Err(error) => Err(error.into()),
         }
     }
 
-    fn failed(&self, reason: NoAnswer, timeout: Duration) -> RouteError {
-        let fleet = self.fleet.clone();
+    fn failed(&self, reason: NoAnswer) -> RouteError {
         match reason {
-            NoAnswer::NoServer => RouteError::NoRoutes { fleet },
-            NoAnswer::Gone => RouteError::Gone { fleet },
-            NoAnswer::Timeout => RouteError::Timeout { fleet, timeout },
-            NoAnswer::Connection(reason) => RouteError::Connection { fleet, reason },
+            NoAnswer::NoServer => RouteError::NoRoutes { fleet: self.asker.fleet().clone() },
+            NoAnswer::Failed(error) => error.into(),
         }
     }
 }
@@ -181,9 +134,25 @@ impl core::fmt::Debug for PendingRoute {
 }
 
 /// Answers for a producer that knows routes.
+///
+/// ```
+/// use regatta_plugin::route::RouteResponse;
+/// use regatta_plugin::{Participant, Result, RouteServer};
+///
+/// # fn main() -> Result {
+/// # let fleet = format!("doc-routes-{}", std::process::id()).parse()?;
+/// let mut server = RouteServer::open_on(&Participant::join(&fleet, "producer")?)?;
+/// // Between two ticks: robots have two legs left, along the edges 4 and 5, the first one released.
+/// server.answer(100, |request| {
+///     let edges = [(4, false), (5, false)];
+///     RouteResponse::unknown(1, 7, request.robot).with_legs(1, 2, edges.into_iter())
+/// })?;
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct RouteServer {
-    server: Server<Ipc, RouteRequest, (), RouteResponse, ()>,
+    server: Responder<RouteRequest, RouteResponse>,
 }
 
 impl RouteServer {
@@ -193,30 +162,19 @@ impl RouteServer {
     /// [`OpenError::Full`] if another process answers for this fleet, [`OpenError::OtherVersion`]
     /// if it uses another contract, else [`OpenError::SharedMemory`].
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        let service = services::routes(participant.node(), participant.fleet())?;
-        Ok(Self { server: services::only_server(&service)? })
+        Ok(Self { server: Responder::open(&services::ROUTES, participant)? })
     }
 
-    /// Answers what was asked since the last call, at most `most` requests; the rest waits for the
-    /// next call. Allocates nothing of its own.
+    /// Answers the requests that have come since the last call, at most `most` requests; the rest
+    /// waits for the next call. Allocates nothing of its own.
     ///
     /// # Errors
     /// [`ReadError::Receive`] if a connection is broken.
     pub fn answer(
         &mut self,
         most: usize,
-        mut answer: impl FnMut(&RouteRequest) -> RouteResponse,
+        answer: impl FnMut(&RouteRequest) -> RouteResponse,
     ) -> Result<(), ReadError> {
-        for _ in 0..most {
-            let Some(request) = received("route requests", || self.server.receive())? else {
-                break;
-            };
-            // A client that has gone away, or is stopped, misses its answer; nobody waits for it.
-            let response = answer(request.payload());
-            if let Err(error) = reply(&request, response) {
-                tracing::debug!(%error, "answering a route request");
-            }
-        }
-        Ok(())
+        self.server.answer_all(most, answer)
     }
 }

@@ -11,14 +11,14 @@
 //! | frames | 64 | 1 | 2 | 1 | 1 | 194 | 25.0 MB: 4.9 GB of address space, 6.5 GB if the fleet has grown |
 //! | world | 64 | 1 | 2 | 1 | 1 | 194 | 9.6 MB at 100 k edges of one curve |
 //! | events | 64 | 64 | 1 | 0 | 1 | 4161 | 24 B an event, 64 events to begin with: 6.4 MB |
-//! | orders, per sender | 1 | 256 | 1 | 0 | 1 | 258 | 40 B a record, 64 to begin with: 0.7 MB |
+//! | commands, per sender | 1 | 256 | 1 | 0 | 1 | 258 | 40 B a record, 64 to begin with: 0.7 MB |
 //! | columns, each | 64 | 1 or 8 | 2 | 1 | 1 | 642 | 4.0 MB |
 //! | contacts | 64 | 1 or 8 | 2 | 1 | 1 | 642 | 48 B a pair, 64 pairs to begin with: 2.0 MB |
 //! | traffic | 64 | 1 | 2 | 1 | 1 | 194 | 28 B an edge and period: 8.4 MB at 100 k edges |
 //! | history, spots | 64 | 1 | 2 | 1 | 1 | 194 | 56 and 64 B each, 1,200 and 200 at most: 67 and 13 kB |
 //! | closures | 64 | 1 | 2 | 1 | 1 | 194 | 4 B an edge, 64 edges to begin with: 50 kB |
 //! | recording | 64 | 1 | 2 | 1 | 1 | 194 | 24 B a mark, 64 marks to begin with, 65,536 at most: 1.6 MB |
-//! | contact events, order log, tasks | 64 | 64 | 1 | 0 | 1 | 4161 | 56, 40 and 40 B each, 64 to begin with: 15, 11 and 11 MB |
+//! | contact events, command log, orders | 64 | 64 | 1 | 0 | 1 | 4161 | 56, 40 and 40 B each, 64 to begin with: 15, 11 and 11 MB |
 //! | done, per reader | 64 | 1 | 1 | 1 | 1 | 130 | 80 B |
 //! | routes, the server's answers | 16 | 1 | 1 | 0 | 1 | 8 per client and open request | 1056 B: 0.3 MB |
 //!
@@ -31,9 +31,11 @@
 //! wants all of them (a recorder) has a buffer of 8: while it is stopped, up to 8 old samples of
 //! each stay resident for it.
 
+use core::fmt::Debug;
+use core::marker::PhantomData;
+
 use iceoryx2::port::listener::Listener;
 use iceoryx2::port::notifier::Notifier;
-use iceoryx2::port::server::Server;
 use iceoryx2::prelude::*;
 use iceoryx2::service::attribute::{AttributeKey, AttributeValue};
 use iceoryx2::service::port_factory::{event, publish_subscribe, request_response};
@@ -41,8 +43,11 @@ use iceoryx2::service::port_factory::{event, publish_subscribe, request_response
 use super::error::OpenError;
 use super::full_memory::{FULL, guarded};
 use super::places::{MayBeFull, participants, place};
+use crate::process::join::Participant;
 use crate::records::closure::{ClosedEdge, ClosureHeader};
 use crate::records::column::ColumnHeader;
+use crate::records::command::{CommandHeader, CommandRecord};
+use crate::records::command_log::CommandLogHeader;
 use crate::records::contact::{ContactEvent, ContactEventHeader, ContactHeader, ContactRecord};
 use crate::records::control::{ControlRequest, ControlResponse};
 use crate::records::event::{EventHeader, EventRecord};
@@ -52,10 +57,8 @@ use crate::records::lockstep::Done;
 use crate::records::manager::{ManagerRequest, ManagerResponse};
 use crate::records::name::{ColumnName, FleetName};
 use crate::records::order::{OrderHeader, OrderRecord};
-use crate::records::order_log::OrderLogHeader;
 use crate::records::recording::{RecordingHeader, RecordingMark};
 use crate::records::route::{RouteRequest, RouteResponse};
-use crate::records::task::{TaskHeader, TaskRecord};
 use crate::records::traffic::{EdgeTraffic, TrafficHeader};
 use crate::records::world::WorldHeader;
 
@@ -69,17 +72,17 @@ pub const MAX_READERS: usize = 64;
 /// at the same time. Readers in Rust hold one. In a loop over frames in Python, the variable still
 /// refers to the last frame when the next is asked for.
 pub const MAX_HELD: usize = 2;
-/// The largest number of processes at one service: the producer, readers, senders of orders,
+/// The largest number of processes at one service: the producer, readers, senders of commands,
 /// control clients.
 pub const MAX_PARTICIPANTS: usize = 128;
-/// The largest number of senders of orders at the same time.
-pub const MAX_ORDER_SENDERS: usize = 16;
+/// The largest number of senders of commands at the same time.
+pub const MAX_COMMAND_SENDERS: usize = 16;
 /// The number of samples of a column, or of contacts, that a reader of all samples may lag behind
 /// before it loses the oldest.
 pub const COLUMN_BUFFER: usize = 8;
-/// The largest number of samples of orders that wait for the next tick, per sender. More are
+/// The largest number of samples of commands that wait for the next tick, per sender. More are
 /// refused.
-pub const ORDER_BUFFER: usize = 256;
+pub const COMMAND_BUFFER: usize = 256;
 /// The number of ticks with events that a reader may lag behind before it loses the oldest.
 pub const EVENT_BUFFER: usize = 64;
 /// The largest number of control clients at the same time.
@@ -91,10 +94,10 @@ pub const MAX_ROUTE_CLIENTS: usize = 16;
 /// The largest number of routes that one client may ask for at once.
 pub const MAX_OPEN_ROUTES: usize = 8;
 
-/// The number of records in the first segment of events and of orders; more records make it grow.
+/// The number of records in the first segment of events and of commands; more records make it grow.
 pub(crate) const FIRST_RECORDS: usize = 64;
 
-/// How segments grow. Readers map a new segment with the first chunk that they get from it.
+/// The growth of segments. Readers map a new segment with the first chunk that they get from it.
 pub(crate) const GROWTH: AllocationStrategy = AllocationStrategy::PowerOfTwo;
 
 /// The service attribute that carries [`CONTRACT_VERSION`].
@@ -102,177 +105,226 @@ pub const VERSION_ATTRIBUTE: &str = "regatta-contract";
 
 /// Within a process no port is shared between threads, so no operation takes a lock.
 pub(crate) type Ipc = ipc::Service;
-pub(crate) type Frames = publish_subscribe::PortFactory<Ipc, [Line], FrameHeader>;
-pub(crate) type World = publish_subscribe::PortFactory<Ipc, [Line], WorldHeader>;
-pub(crate) type Events = publish_subscribe::PortFactory<Ipc, [EventRecord], EventHeader>;
-pub(crate) type Orders = publish_subscribe::PortFactory<Ipc, [OrderRecord], OrderHeader>;
-pub(crate) type Column = publish_subscribe::PortFactory<Ipc, [Line], ColumnHeader>;
-pub(crate) type Contacts = publish_subscribe::PortFactory<Ipc, [ContactRecord], ContactHeader>;
-pub(crate) type ContactEvents =
-    publish_subscribe::PortFactory<Ipc, [ContactEvent], ContactEventHeader>;
-pub(crate) type OrderLogs = publish_subscribe::PortFactory<Ipc, [OrderRecord], OrderLogHeader>;
-pub(crate) type Tasks = publish_subscribe::PortFactory<Ipc, [TaskRecord], TaskHeader>;
-pub(crate) type Traffic = publish_subscribe::PortFactory<Ipc, [EdgeTraffic], TrafficHeader>;
-pub(crate) type History = publish_subscribe::PortFactory<Ipc, [FleetSample], HistoryHeader>;
-pub(crate) type Spots = publish_subscribe::PortFactory<Ipc, [HotSpot], HistoryHeader>;
-pub(crate) type Closures = publish_subscribe::PortFactory<Ipc, [ClosedEdge], ClosureHeader>;
-pub(crate) type Recording = publish_subscribe::PortFactory<Ipc, [RecordingMark], RecordingHeader>;
-pub(crate) type Dones = publish_subscribe::PortFactory<Ipc, Done, ()>;
-pub(crate) type Control =
-    request_response::PortFactory<Ipc, ControlRequest, (), ControlResponse, ()>;
-pub(crate) type Manager =
-    request_response::PortFactory<Ipc, ManagerRequest, (), ManagerResponse, ()>;
-pub(crate) type Routes = request_response::PortFactory<Ipc, RouteRequest, (), RouteResponse, ()>;
+/// An open service of slices of records.
+pub(crate) type Slices<T, H> = publish_subscribe::PortFactory<Ipc, [T], H>;
+/// An open service of requests with an answer each.
+pub(crate) type Requests<Q, A> = request_response::PortFactory<Ipc, Q, (), A, ()>;
+
+/// A publish-subscribe service whose samples are slices of records `T` under headers `H`.
+pub(crate) struct SliceService<T, H> {
+    /// The last part of its name.
+    name: &'static str,
+    /// The subject of error messages.
+    pub(crate) subject: &'static str,
+    quality: Quality,
+    sample: PhantomData<(T, H)>,
+}
+
+/// The quality of a publish-subscribe service.
+#[derive(Clone, Copy)]
+struct Quality {
+    /// Whether the publisher overwrites the oldest sample of a slow reader. If not, the publisher
+    /// gets an error.
+    overflows: bool,
+    history: usize,
+    buffer: usize,
+    borrowed: usize,
+    publishers: usize,
+    subscribers: usize,
+}
+
+/// One publisher. Readers, late ones too, get the newest sample, or up to the last `buffer`
+/// samples. The publisher never waits for them.
+const fn newest(buffer: usize) -> Quality {
+    Quality {
+        overflows: true,
+        history: 1,
+        buffer,
+        borrowed: MAX_HELD,
+        publishers: 1,
+        subscribers: MAX_READERS,
+    }
+}
+
+/// One publisher. Readers get the last [`EVENT_BUFFER`] samples since they joined. The publisher
+/// never waits for them.
+const RECENT: Quality = Quality {
+    overflows: true,
+    history: 0,
+    buffer: EVENT_BUFFER,
+    borrowed: 1,
+    publishers: 1,
+    subscribers: MAX_READERS,
+};
+
+/// No overflow: a command is delivered, or its sender gets an error.
+const DELIVERED: Quality = Quality {
+    overflows: false,
+    history: 0,
+    buffer: COMMAND_BUFFER,
+    borrowed: 1,
+    publishers: MAX_COMMAND_SENDERS,
+    subscribers: 1,
+};
+
+/// The frames. Their publisher is also the lock against a second producer of the fleet.
+pub(crate) const FRAMES: SliceService<Line, FrameHeader> =
+    SliceService::new("frames", "a frame", newest(1));
+/// The world: the route graph and the robot types.
+pub(crate) const WORLD: SliceService<Line, WorldHeader> =
+    SliceService::new("world", "the world", newest(1));
+/// The columns: one value per robot each, from a plugin.
+pub(crate) const COLUMNS: SliceService<Line, ColumnHeader> =
+    SliceService::new("columns", "a column", newest(COLUMN_BUFFER));
+/// The events of robots.
+pub(crate) const EVENTS: SliceService<EventRecord, EventHeader> =
+    SliceService::new("events", "events", RECENT);
+/// The contacts: pairs of robots that touch, or may.
+pub(crate) const CONTACTS: SliceService<ContactRecord, ContactHeader> =
+    SliceService::new("contacts", "contacts", newest(COLUMN_BUFFER));
+/// The changes of contacts.
+pub(crate) const CONTACT_EVENTS: SliceService<ContactEvent, ContactEventHeader> =
+    SliceService::new("contact_events", "contact events", RECENT);
+/// The command log: the commands that the producer applied.
+pub(crate) const COMMAND_LOG: SliceService<CommandRecord, CommandLogHeader> =
+    SliceService::new("command_log", "the command log", RECENT);
+/// The order log of transport orders, from the fleet manager.
+pub(crate) const ORDERS: SliceService<OrderRecord, OrderHeader> =
+    SliceService::new("orders", "the order log", RECENT);
+/// The traffic on edges, from a plugin.
+pub(crate) const TRAFFIC: SliceService<EdgeTraffic, TrafficHeader> =
+    SliceService::new("traffic", "traffic", newest(1));
+/// The figures of the run over time, from a plugin.
+pub(crate) const HISTORY: SliceService<FleetSample, HistoryHeader> =
+    SliceService::new("history", "history", newest(1));
+/// The places where robots lose time, from a plugin.
+pub(crate) const SPOTS: SliceService<HotSpot, HistoryHeader> =
+    SliceService::new("spots", "spots", newest(1));
+/// The closed edges. They aren't part of the world, because a new world makes every reader begin
+/// anew.
+pub(crate) const CLOSURES: SliceService<ClosedEdge, ClosureHeader> =
+    SliceService::new("closures", "closures", newest(1));
+/// The recording that a replay plays.
+pub(crate) const RECORDING: SliceService<RecordingMark, RecordingHeader> =
+    SliceService::new("recording", "recording", newest(1));
+/// The commands to robots.
+pub(crate) const COMMANDS: SliceService<CommandRecord, CommandHeader> =
+    SliceService::new("commands", "commands", DELIVERED);
+
+impl<T, H> SliceService<T, H> {
+    const fn new(name: &'static str, subject: &'static str, quality: Quality) -> Self {
+        Self { name, subject, quality, sample: PhantomData }
+    }
+}
+
+impl<T: Debug + ZeroCopySend, H: Debug + ZeroCopySend> SliceService<T, H> {
+    /// Opens the service in a fleet.
+    pub(crate) fn open(&self, participant: &Participant) -> Result<Slices<T, H>, OpenError> {
+        self.open_as(participant, self.name)
+    }
+
+    /// Opens one of several services of this kind: that of a column.
+    pub(crate) fn open_named(
+        &self,
+        participant: &Participant,
+        name: &ColumnName,
+    ) -> Result<Slices<T, H>, OpenError> {
+        self.open_as(participant, &format!("{}/{name}", self.name))
+    }
+
+    fn open_as(&self, participant: &Participant, name: &str) -> Result<Slices<T, H>, OpenError> {
+        let quality = self.quality;
+        open(participant, name, MessagingPattern::PublishSubscribe, |builder, version| {
+            builder
+                .publish_subscribe::<[T]>()
+                .user_header::<H>()
+                .enable_safe_overflow(quality.overflows)
+                .history_size(quality.history)
+                .subscriber_max_buffer_size(quality.buffer)
+                .subscriber_max_borrowed_samples(quality.borrowed)
+                .max_publishers(quality.publishers)
+                .max_subscribers(quality.subscribers)
+                .max_nodes(MAX_PARTICIPANTS)
+                .open_or_create_with_attributes(version)
+        })
+    }
+}
+
+/// A request-response service with one server, which gives each request `Q` one answer `A`.
+pub(crate) struct RequestService<Q, A> {
+    /// The last part of its name.
+    name: &'static str,
+    /// The subject of error messages.
+    pub(crate) subject: &'static str,
+    /// The server in error messages.
+    pub(crate) server: &'static str,
+    /// The largest number of clients.
+    pub(crate) clients: usize,
+    /// The largest number of unanswered requests of a client.
+    open_requests: usize,
+    exchange: PhantomData<(Q, A)>,
+}
+
+/// The control service: pause, resume, step, speed, number of robots, status.
+pub(crate) const CONTROL: RequestService<ControlRequest, ControlResponse> =
+    RequestService::new("control", "control requests", "the engine", MAX_CONTROL_CLIENTS);
+/// The routes: the remaining legs of robots.
+pub(crate) const ROUTES: RequestService<RouteRequest, RouteResponse> = RequestService {
+    open_requests: MAX_OPEN_ROUTES,
+    ..RequestService::new("routes", "route requests", "the engine", MAX_ROUTE_CLIENTS)
+};
+/// The requests to the fleet manager.
+pub(crate) const MANAGER: RequestService<ManagerRequest, ManagerResponse> = RequestService::new(
+    "manager",
+    "requests to the manager",
+    "the fleet manager",
+    MAX_CONTROL_CLIENTS,
+);
+
+impl<Q, A> RequestService<Q, A> {
+    const fn new(
+        name: &'static str,
+        subject: &'static str,
+        server: &'static str,
+        clients: usize,
+    ) -> Self {
+        let open_requests = MAX_OPEN_REQUESTS;
+        Self { name, subject, server, clients, open_requests, exchange: PhantomData }
+    }
+}
+
+impl<Q: Debug + ZeroCopySend, A: Debug + ZeroCopySend> RequestService<Q, A> {
+    /// Opens the service in a fleet. No overflow: a request arrives, or its sender gets an error.
+    pub(crate) fn open(&self, participant: &Participant) -> Result<Requests<Q, A>, OpenError> {
+        open(participant, self.name, MessagingPattern::RequestResponse, |builder, version| {
+            builder
+                .request_response::<Q, A>()
+                .enable_safe_overflow_for_requests(false)
+                .enable_safe_overflow_for_responses(true)
+                .enable_fire_and_forget_requests(false)
+                .max_loaned_requests(1)
+                .max_response_buffer_size(1)
+                .max_borrowed_responses_per_pending_response(1)
+                .max_active_requests_per_client(self.open_requests)
+                .max_clients(self.clients)
+                .max_servers(1)
+                .max_nodes(MAX_PARTICIPANTS)
+                .open_or_create_with_attributes(version)
+        })
+    }
+}
 
 /// Returns the name of one of a fleet's services, for example `regatta/F/frames`.
 pub fn service_name(fleet: &FleetName, service: &str) -> String {
     format!("regatta/{fleet}/{service}")
 }
 
-/// Opens the frames. A fleet has one producer at a time: its publisher is also the lock against a
-/// second one.
-pub(crate) fn frames(node: &Node<Ipc>, fleet: &FleetName) -> Result<Frames, OpenError> {
-    open(node, fleet, "frames", MessagingPattern::PublishSubscribe, |builder, version| {
-        newest_only(builder.publish_subscribe::<[Line]>().user_header::<FrameHeader>(), 1)
-            .open_or_create_with_attributes(version)
-    })
-}
-
-/// Opens the world: the route graph and the robot types.
-pub(crate) fn world(node: &Node<Ipc>, fleet: &FleetName) -> Result<World, OpenError> {
-    open(node, fleet, "world", MessagingPattern::PublishSubscribe, |builder, version| {
-        newest_only(builder.publish_subscribe::<[Line]>().user_header::<WorldHeader>(), 1)
-            .open_or_create_with_attributes(version)
-    })
-}
-
-/// Opens a column: one value per robot, from a plugin.
-pub(crate) fn column(
-    node: &Node<Ipc>,
-    fleet: &FleetName,
-    column: &ColumnName,
-) -> Result<Column, OpenError> {
-    let service = format!("columns/{column}");
-    open(node, fleet, &service, MessagingPattern::PublishSubscribe, |builder, version| {
-        newest_only(
-            builder.publish_subscribe::<[Line]>().user_header::<ColumnHeader>(),
-            COLUMN_BUFFER,
-        )
-        .open_or_create_with_attributes(version)
-    })
-}
-
-/// Opens the events.
-pub(crate) fn events(node: &Node<Ipc>, fleet: &FleetName) -> Result<Events, OpenError> {
-    open(node, fleet, "events", MessagingPattern::PublishSubscribe, |builder, version| {
-        recent(builder.publish_subscribe::<[EventRecord]>().user_header::<EventHeader>())
-            .open_or_create_with_attributes(version)
-    })
-}
-
-/// Opens the contacts: pairs of robots that touch, or may.
-pub(crate) fn contacts(node: &Node<Ipc>, fleet: &FleetName) -> Result<Contacts, OpenError> {
-    open(node, fleet, "contacts", MessagingPattern::PublishSubscribe, |builder, version| {
-        newest_only(
-            builder.publish_subscribe::<[ContactRecord]>().user_header::<ContactHeader>(),
-            COLUMN_BUFFER,
-        )
-        .open_or_create_with_attributes(version)
-    })
-}
-
-/// Opens the changes of contacts.
-pub(crate) fn contact_events(
-    node: &Node<Ipc>,
-    fleet: &FleetName,
-) -> Result<ContactEvents, OpenError> {
-    open(node, fleet, "contact_events", MessagingPattern::PublishSubscribe, |builder, version| {
-        recent(builder.publish_subscribe::<[ContactEvent]>().user_header::<ContactEventHeader>())
-            .open_or_create_with_attributes(version)
-    })
-}
-
-/// Opens the order log: the orders that the producer applied.
-pub(crate) fn order_log(node: &Node<Ipc>, fleet: &FleetName) -> Result<OrderLogs, OpenError> {
-    open(node, fleet, "order_log", MessagingPattern::PublishSubscribe, |builder, version| {
-        recent(builder.publish_subscribe::<[OrderRecord]>().user_header::<OrderLogHeader>())
-            .open_or_create_with_attributes(version)
-    })
-}
-
-/// Opens the task log: what became of transport tasks, from the fleet manager.
-pub(crate) fn tasks(node: &Node<Ipc>, fleet: &FleetName) -> Result<Tasks, OpenError> {
-    open(node, fleet, "tasks", MessagingPattern::PublishSubscribe, |builder, version| {
-        recent(builder.publish_subscribe::<[TaskRecord]>().user_header::<TaskHeader>())
-            .open_or_create_with_attributes(version)
-    })
-}
-
-/// Opens the traffic on edges, from a plugin.
-pub(crate) fn traffic(node: &Node<Ipc>, fleet: &FleetName) -> Result<Traffic, OpenError> {
-    open(node, fleet, "traffic", MessagingPattern::PublishSubscribe, |builder, version| {
-        newest_only(builder.publish_subscribe::<[EdgeTraffic]>().user_header::<TrafficHeader>(), 1)
-            .open_or_create_with_attributes(version)
-    })
-}
-
-/// Opens the figures of the run over time, from a plugin.
-pub(crate) fn history(node: &Node<Ipc>, fleet: &FleetName) -> Result<History, OpenError> {
-    open(node, fleet, "history", MessagingPattern::PublishSubscribe, |builder, version| {
-        newest_only(builder.publish_subscribe::<[FleetSample]>().user_header::<HistoryHeader>(), 1)
-            .open_or_create_with_attributes(version)
-    })
-}
-
-/// Opens the places where robots lose time, from a plugin.
-pub(crate) fn spots(node: &Node<Ipc>, fleet: &FleetName) -> Result<Spots, OpenError> {
-    open(node, fleet, "spots", MessagingPattern::PublishSubscribe, |builder, version| {
-        newest_only(builder.publish_subscribe::<[HotSpot]>().user_header::<HistoryHeader>(), 1)
-            .open_or_create_with_attributes(version)
-    })
-}
-
-/// Opens the closed edges. They aren't part of the world, because a new world makes every reader
-/// begin anew.
-pub(crate) fn closures(node: &Node<Ipc>, fleet: &FleetName) -> Result<Closures, OpenError> {
-    open(node, fleet, "closures", MessagingPattern::PublishSubscribe, |builder, version| {
-        newest_only(builder.publish_subscribe::<[ClosedEdge]>().user_header::<ClosureHeader>(), 1)
-            .open_or_create_with_attributes(version)
-    })
-}
-
-/// Opens what a replay tells about its recording.
-pub(crate) fn recording(node: &Node<Ipc>, fleet: &FleetName) -> Result<Recording, OpenError> {
-    open(node, fleet, "recording", MessagingPattern::PublishSubscribe, |builder, version| {
-        newest_only(
-            builder.publish_subscribe::<[RecordingMark]>().user_header::<RecordingHeader>(),
-            1,
-        )
-        .open_or_create_with_attributes(version)
-    })
-}
-
-/// Opens the orders. No overflow: an order is delivered, or its sender gets an error.
-pub(crate) fn orders(node: &Node<Ipc>, fleet: &FleetName) -> Result<Orders, OpenError> {
-    open(node, fleet, "orders", MessagingPattern::PublishSubscribe, |builder, version| {
-        builder
-            .publish_subscribe::<[OrderRecord]>()
-            .user_header::<OrderHeader>()
-            .enable_safe_overflow(false)
-            .history_size(0)
-            .subscriber_max_buffer_size(ORDER_BUFFER)
-            .subscriber_max_borrowed_samples(1)
-            .max_publishers(MAX_ORDER_SENDERS)
-            .max_subscribers(1)
-            .max_nodes(MAX_PARTICIPANTS)
-            .open_or_create_with_attributes(version)
-    })
-}
-
-/// Opens the lockstep reports: which tick each reader has finished. The producer reads them, and so
-/// do plugins that come after others; one that joins late gets the last report of each.
-pub(crate) fn done(node: &Node<Ipc>, fleet: &FleetName) -> Result<Dones, OpenError> {
-    open(node, fleet, "done", MessagingPattern::PublishSubscribe, |builder, version| {
+/// Opens the lockstep reports: the tick that each reader has finished. The producer reads them, and
+/// so do plugins that come after others; one that joins late gets the last report of each.
+pub(crate) fn done(
+    participant: &Participant,
+) -> Result<publish_subscribe::PortFactory<Ipc, Done, ()>, OpenError> {
+    open(participant, "done", MessagingPattern::PublishSubscribe, |builder, version| {
         builder
             .publish_subscribe::<Done>()
             .enable_safe_overflow(true)
@@ -286,48 +338,14 @@ pub(crate) fn done(node: &Node<Ipc>, fleet: &FleetName) -> Result<Dones, OpenErr
     })
 }
 
-/// Opens the control service: pause, resume, step, speed, number of robots, status.
-pub(crate) fn control(node: &Node<Ipc>, fleet: &FleetName) -> Result<Control, OpenError> {
-    open(node, fleet, "control", MessagingPattern::RequestResponse, |builder, version| {
-        one_server(builder.request_response::<ControlRequest, ControlResponse>())
-            .max_active_requests_per_client(MAX_OPEN_REQUESTS)
-            .max_clients(MAX_CONTROL_CLIENTS)
-            .open_or_create_with_attributes(version)
-    })
-}
-
-/// Opens the routes: the remaining legs of robots.
-pub(crate) fn routes(node: &Node<Ipc>, fleet: &FleetName) -> Result<Routes, OpenError> {
-    open(node, fleet, "routes", MessagingPattern::RequestResponse, |builder, version| {
-        one_server(builder.request_response::<RouteRequest, RouteResponse>())
-            .max_active_requests_per_client(MAX_OPEN_ROUTES)
-            .max_clients(MAX_ROUTE_CLIENTS)
-            .open_or_create_with_attributes(version)
-    })
-}
-
-/// Opens the requests to the fleet manager.
-pub(crate) fn manager(node: &Node<Ipc>, fleet: &FleetName) -> Result<Manager, OpenError> {
-    open(node, fleet, "manager", MessagingPattern::RequestResponse, |builder, version| {
-        one_server(builder.request_response::<ManagerRequest, ManagerResponse>())
-            .max_active_requests_per_client(MAX_OPEN_REQUESTS)
-            .max_clients(MAX_CONTROL_CLIENTS)
-            .open_or_create_with_attributes(version)
-    })
-}
-
 /// Opens an event service, which carries no data: `wake` wakes readers after a frame, `done` wakes
 /// those that wait for lockstep reports.
 ///
 /// Notifying can't block: a listener has a flag in shared memory and a datagram socket. Only the
 /// notifier that sets the flag writes to the socket, it does so without blocking, and a full buffer
 /// counts as success. A stopped reader thus costs one datagram, and nothing from then on.
-pub(crate) fn event(
-    node: &Node<Ipc>,
-    fleet: &FleetName,
-    service: &str,
-) -> Result<event::PortFactory<Ipc>, OpenError> {
-    open(node, fleet, service, MessagingPattern::Event, |builder, version| {
+fn event(participant: &Participant, service: &str) -> Result<event::PortFactory<Ipc>, OpenError> {
+    open(participant, service, MessagingPattern::Event, |builder, version| {
         builder
             .event()
             .event_id_max_value(0)
@@ -338,83 +356,22 @@ pub(crate) fn event(
     })
 }
 
-pub(crate) fn notifier(service: &event::PortFactory<Ipc>) -> Result<Notifier<Ipc>, OpenError> {
-    place(service, MAX_READERS, || service.notifier_builder().create())
+/// Opens the sending end of an event service.
+pub(crate) fn notifier(
+    participant: &Participant,
+    service: &str,
+) -> Result<Notifier<Ipc>, OpenError> {
+    let service = event(participant, service)?;
+    place(&service, MAX_READERS, || service.notifier_builder().create())
 }
 
-pub(crate) fn listener(service: &event::PortFactory<Ipc>) -> Result<Listener<Ipc>, OpenError> {
-    place(service, MAX_READERS, || service.listener_builder().create())
-}
-
-type Builder<P, H> = iceoryx2::service::builder::publish_subscribe::Builder<[P], H, Ipc>;
-
-/// One publisher. Readers, late ones too, get the newest sample, or up to the last `buffer`
-/// samples. The publisher never waits for them.
-fn newest_only<P, H>(builder: Builder<P, H>, buffer: usize) -> Builder<P, H>
-where
-    P: core::fmt::Debug + ZeroCopySend,
-    H: core::fmt::Debug + ZeroCopySend,
-{
-    builder
-        .enable_safe_overflow(true)
-        .history_size(1)
-        .subscriber_max_buffer_size(buffer)
-        .subscriber_max_borrowed_samples(MAX_HELD)
-        .max_publishers(1)
-        .max_subscribers(MAX_READERS)
-        .max_nodes(MAX_PARTICIPANTS)
-}
-
-/// One publisher. Readers get the last [`EVENT_BUFFER`] samples since they joined. The publisher
-/// never waits for them.
-fn recent<P, H>(builder: Builder<P, H>) -> Builder<P, H>
-where
-    P: core::fmt::Debug + ZeroCopySend,
-    H: core::fmt::Debug + ZeroCopySend,
-{
-    builder
-        .enable_safe_overflow(true)
-        .history_size(0)
-        .subscriber_max_buffer_size(EVENT_BUFFER)
-        .subscriber_max_borrowed_samples(1)
-        .max_publishers(1)
-        .max_subscribers(MAX_READERS)
-        .max_nodes(MAX_PARTICIPANTS)
-}
-
-type AskBuilder<Q, A> = iceoryx2::service::builder::request_response::Builder<Q, (), A, (), Ipc>;
-
-/// One server, which gives each request one answer. No overflow: a request arrives, or its sender
-/// gets an error.
-fn one_server<Q, A>(builder: AskBuilder<Q, A>) -> AskBuilder<Q, A>
-where
-    Q: core::fmt::Debug + ZeroCopySend,
-    A: core::fmt::Debug + ZeroCopySend,
-{
-    builder
-        .enable_safe_overflow_for_requests(false)
-        .enable_safe_overflow_for_responses(true)
-        .enable_fire_and_forget_requests(false)
-        .max_loaned_requests(1)
-        .max_response_buffer_size(1)
-        .max_borrowed_responses_per_pending_response(1)
-        .max_servers(1)
-        .max_nodes(MAX_PARTICIPANTS)
-}
-
-/// Opens the one server of a service.
-pub(super) fn only_server<Q, A>(
-    service: &request_response::PortFactory<Ipc, Q, (), A, ()>,
-) -> Result<Server<Ipc, Q, (), A, ()>, OpenError>
-where
-    Q: core::fmt::Debug + ZeroCopySend,
-    A: core::fmt::Debug + ZeroCopySend,
-{
-    place(service, 1, || {
-        let builder =
-            service.server_builder().backpressure_strategy(BackpressureStrategy::DiscardData);
-        builder.max_loaned_responses_per_request(1).create()
-    })
+/// Opens the receiving end of an event service.
+pub(crate) fn listener(
+    participant: &Participant,
+    service: &str,
+) -> Result<Listener<Ipc>, OpenError> {
+    let service = event(participant, service)?;
+    place(&service, MAX_READERS, || service.listener_builder().create())
 }
 
 /// The number of attempts to open a service, 50 ms apart: services come and go while other
@@ -422,16 +379,16 @@ where
 const ATTEMPTS: usize = 10;
 
 fn open<S, E: MayBeFull>(
-    node: &Node<Ipc>,
-    fleet: &FleetName,
+    participant: &Participant,
     service: &str,
     pattern: MessagingPattern,
     attempt: impl Fn(iceoryx2::service::builder::Builder<Ipc>, &AttributeVerifier) -> Result<S, E>,
 ) -> Result<S, OpenError> {
+    let (node, fleet) = (participant.node(), participant.fleet());
     let what = service_name(fleet, service);
     let failed = |reason: String| OpenError::SharedMemory { what: what.clone(), reason };
     let name = ServiceName::new(&what).map_err(|e| failed(format!("{e:?}")))?;
-    let version = version_attribute(CONTRACT_VERSION).map_err(|e| failed(e.to_string()))?;
+    let version = version_attribute(CONTRACT_VERSION).map_err(failed)?;
     let mut attempts = 0;
     loop {
         let (outcome, missing) = guarded(|| attempt(node.service_builder(&name), &version));
@@ -449,28 +406,22 @@ fn open<S, E: MayBeFull>(
         }
         attempts += 1;
         if attempts == ATTEMPTS {
-            return Err(match error.is_full() {
-                true => OpenError::Full {
-                    service: what,
-                    limit: MAX_PARTICIPANTS,
-                    holders: participants(node, fleet),
-                },
-                false => failed(error.to_string()),
-            });
+            if !error.is_full() {
+                return Err(failed(error.to_string()));
+            }
+            let holders = participants(node, fleet);
+            return Err(OpenError::Full { service: what, limit: MAX_PARTICIPANTS, holders });
         }
         std::thread::sleep(core::time::Duration::from_millis(50));
     }
 }
 
 /// Requires the contract version of an existing service, and defines that of a new one.
-fn version_attribute(version: u32) -> Result<AttributeVerifier, OpenError> {
-    let failed = |e: &dyn core::fmt::Debug| OpenError::SharedMemory {
-        what: VERSION_ATTRIBUTE.to_owned(),
-        reason: format!("{e:?}"),
-    };
-    let key = AttributeKey::new(VERSION_ATTRIBUTE.as_bytes()).map_err(|e| failed(&e))?;
-    let value = AttributeValue::new(version.to_string().as_bytes()).map_err(|e| failed(&e))?;
-    AttributeVerifier::new().require(&key, &value).map_err(|e| failed(&e))
+fn version_attribute(version: u32) -> Result<AttributeVerifier, String> {
+    let key = AttributeKey::new(VERSION_ATTRIBUTE.as_bytes()).map_err(|e| format!("{e:?}"))?;
+    let value =
+        AttributeValue::new(version.to_string().as_bytes()).map_err(|e| format!("{e:?}"))?;
+    AttributeVerifier::new().require(&key, &value).map_err(|e| format!("{e:?}"))
 }
 
 /// Returns the contract version of an existing service if it isn't ours.

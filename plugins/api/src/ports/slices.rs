@@ -1,4 +1,4 @@
-//! Slices out: the sending end of a publish-subscribe service whose samples are slices of records.
+//! The sending end of a publish-subscribe service whose samples are slices of records.
 
 use core::cell::{Cell, RefCell};
 use core::fmt::Debug;
@@ -12,18 +12,16 @@ use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::*;
 use iceoryx2::sample_mut::SampleMut;
 use iceoryx2::sample_mut_uninit::SampleMutUninit;
-use iceoryx2::service::port_factory::publish_subscribe;
 
 use super::error::{OpenError, PublishError};
 use super::full_memory::{self, FULL};
 use super::places::{place, publisher_owner};
-use super::services::{self, Ipc};
+use super::services::{self, Ipc, SliceService, Slices};
 use crate::process::health;
+use crate::process::join::Participant;
+use crate::records::sequence::Sequenced;
 
-type Service<T, H> = publish_subscribe::PortFactory<Ipc, [T], H>;
-
-/// The sequence numbers of what is sent in a run. A loan that is sent later takes its number when
-/// it is sent.
+/// The sequence numbers of the samples of a run. A loan takes its number when it is sent.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Sequence(Rc<Cell<(u64, u64)>>);
 
@@ -45,14 +43,14 @@ where
     H: Debug + ZeroCopySend,
 {
     publisher: Publisher<Ipc, [T], H>,
-    service: Service<T, H>,
+    service: Slices<T, H>,
     sequence: Sequence,
     reserved: RefCell<Reserved>,
     /// The subject of error messages.
     what: &'static str,
 }
 
-/// The chunks whose memory is there: their addresses, and how many records of each.
+/// The chunks that have memory: their addresses, and the number of records of each.
 #[derive(Debug, Default)]
 struct Reserved {
     chunks: HashMap<usize, usize>,
@@ -90,22 +88,35 @@ where
     /// Opens the sending end of a service with room for `senders` of them. The first segment holds
     /// slices of `first_len` records; longer ones make it grow.
     pub(super) fn open(
-        service: Service<T, H>,
-        what: &'static str,
+        service: &SliceService<T, H>,
+        participant: &Participant,
         first_len: usize,
         senders: usize,
     ) -> Result<Self, OpenError> {
-        let publisher = place(&service, senders, || create(&service, first_len))?;
-        Ok(Self::of(publisher, service, what))
+        let opened = service.open(participant)?;
+        let publisher = place(&opened, senders, || create(&opened, first_len))?;
+        Ok(Self::of(publisher, opened, service.subject))
     }
 
-    /// Opens the one sending end of a service. `taken` makes the error if another process has it,
-    /// given its owner.
+    /// Opens the one sending end of a service. Other processes get [`OpenError::Taken`].
     pub(super) fn open_only(
-        service: Service<T, H>,
+        service: &SliceService<T, H>,
+        participant: &Participant,
+    ) -> Result<Self, OpenError> {
+        let (opened, subject) = (service.open(participant)?, service.subject);
+        let fleet = participant.fleet().clone();
+        Self::only(opened, subject, services::FIRST_RECORDS, participant, |owner| {
+            OpenError::Taken { subject, fleet, owner }
+        })
+    }
+
+    /// Makes the one sending end of a service. `taken` makes the error if another process has it,
+    /// given its owner.
+    pub(super) fn only(
+        service: Slices<T, H>,
         what: &'static str,
         first_len: usize,
-        node: &Node<Ipc>,
+        participant: &Participant,
         taken: impl FnOnce(String) -> OpenError,
     ) -> Result<Self, OpenError> {
         let mut created = place(&service, 1, || create(&service, first_len));
@@ -116,12 +127,14 @@ where
         }
         match created {
             Ok(publisher) => Ok(Self::of(publisher, service, what)),
-            Err(OpenError::Full { .. }) => Err(taken(publisher_owner(&service, node))),
+            Err(OpenError::Full { .. }) => {
+                Err(taken(publisher_owner(&service, participant.node())))
+            }
             Err(error) => Err(error),
         }
     }
 
-    fn of(publisher: Publisher<Ipc, [T], H>, service: Service<T, H>, what: &'static str) -> Self {
+    fn of(publisher: Publisher<Ipc, [T], H>, service: Slices<T, H>, what: &'static str) -> Self {
         Self {
             publisher,
             service,
@@ -131,11 +144,20 @@ where
         }
     }
 
-    /// Sends copies of `records`, and returns how many readers have them.
+    /// Sends copies of `records`, and returns the number of readers that have them.
     pub(super) fn send(&self, header: H, records: &[T]) -> Result<usize, PublishError> {
         let mut sample = self.loan_uninit(records.len())?.write_from_slice(records);
         *sample.user_header_mut() = header;
         send(sample, self.what)
+    }
+
+    /// Sends copies of `records` under the next sequence number of the header's run.
+    pub(super) fn publish(&self, mut header: H, records: &[T]) -> Result<(), PublishError>
+    where
+        H: Sequenced,
+    {
+        header.set_sequence(self.sequence.next(header.run_id()));
+        self.send(header, records).map(drop)
     }
 
     /// Loans the memory of `len` records, to be written in place. Their values are left over from
@@ -169,10 +191,7 @@ where
             };
         }
         let mut sample = loaned.map_err(|e| self.loan_error(e))?;
-        match self.reserved.borrow_mut().take(sample.payload_mut()) {
-            true => Ok(sample),
-            false => Err(full),
-        }
+        if self.reserved.borrow_mut().take(sample.payload_mut()) { Ok(sample) } else { Err(full) }
     }
 
     /// The sequence numbers of this sender.
@@ -180,8 +199,8 @@ where
         &self.sequence
     }
 
-    /// Connects readers that have joined since, and gives them what the service keeps for late
-    /// joiners.
+    /// Connects readers that have joined since, and gives them the samples that the service keeps
+    /// for late joiners.
     pub(super) fn update(&self) {
         let (updated, missing) = full_memory::guarded(|| self.publisher.update_connections());
         if missing.any() {
@@ -193,7 +212,7 @@ where
         }
     }
 
-    /// How many readers the service has.
+    /// The number of readers of the service.
     pub(super) fn readers(&self) -> usize {
         self.service.dynamic_config().number_of_subscribers()
     }
@@ -203,7 +222,7 @@ where
     }
 }
 
-/// The allowance in bytes for what a new segment takes beside its chunks: ten times the 24 KiB that
+/// The allowance in bytes for the management data of a new segment: ten times the 24 KiB that
 /// the one with the most chunks (4161, of events) was measured to take.
 const SEGMENT_MANAGEMENT: u64 = 256 << 10;
 
@@ -214,7 +233,7 @@ fn has_room(bytes: usize) -> bool {
     health::space().map_or(true, |space| space.available >= bytes as u64 + SEGMENT_MANAGEMENT)
 }
 
-/// Sends a sample, and returns how many readers have it.
+/// Sends a sample, and returns the number of readers that have it.
 pub(super) fn send<T, H>(
     sample: SampleMut<Ipc, [T], H>,
     what: &'static str,
@@ -234,7 +253,7 @@ where
 }
 
 fn create<T, H>(
-    service: &Service<T, H>,
+    service: &Slices<T, H>,
     first_len: usize,
 ) -> Result<Publisher<Ipc, [T], H>, PublisherCreateError>
 where

@@ -1,15 +1,27 @@
 //! Both sides of the traffic on edges: a plugin publishes it, any process reads it.
 
-use iceoryx2::service::port_factory::PortFactory as _;
-
 use super::error::{OpenError, PublishError, ReadError};
-use super::newest::Newest;
+use super::receive::Newest;
 use super::services;
 use super::slices::SliceSender;
 use crate::process::join::Participant;
-use crate::records::traffic::{EdgeTraffic, TRAFFIC_PERIODS, TrafficHeader};
+use crate::records::traffic::{EdgeTraffic, TRAFFIC_PERIODS, Traffic, TrafficHeader};
 
 /// Publishes the traffic on a fleet's edges. A fleet has one such publisher at a time.
+///
+/// ```
+/// use regatta_plugin::traffic::{EdgeTraffic, TRAFFIC_PERIODS, TrafficHeader};
+/// use regatta_plugin::{Participant, Result, TrafficPublisher};
+///
+/// # fn main() -> Result {
+/// # let fleet = format!("doc-traffic-{}", std::process::id()).parse()?;
+/// let mut publisher = TrafficPublisher::open_on(&Participant::join(&fleet, "traffic")?)?;
+/// // One edge: a figure for each period.
+/// let edge = EdgeTraffic { occupancy: 1.5, ..EdgeTraffic::default() };
+/// publisher.publish(&TrafficHeader::default(), &[edge; TRAFFIC_PERIODS])?;
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct TrafficPublisher {
     sender: SliceSender<EdgeTraffic, TrafficHeader>,
@@ -19,21 +31,10 @@ impl TrafficPublisher {
     /// Opens a fleet's traffic for writing.
     ///
     /// # Errors
-    /// [`OpenError::TrafficTaken`] if a live process publishes it, [`OpenError::OtherVersion`] if
+    /// [`OpenError::Taken`] if a live process publishes it, [`OpenError::OtherVersion`] if
     /// the fleet uses another contract, else [`OpenError::SharedMemory`].
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        let (node, fleet) = (participant.node(), participant.fleet());
-        let service = services::traffic(node, fleet)?;
-        let taken = |owner| OpenError::TrafficTaken { fleet: fleet.clone(), owner };
-        Ok(Self {
-            sender: SliceSender::open_only(
-                service,
-                "traffic",
-                services::FIRST_RECORDS,
-                node,
-                taken,
-            )?,
-        })
+        Ok(Self { sender: SliceSender::open_only(&services::TRAFFIC, participant)? })
     }
 
     /// Publishes the figures of all edges for each period. Fills in the header's `sequence` and
@@ -50,9 +51,8 @@ impl TrafficPublisher {
         figures: &[EdgeTraffic],
     ) -> Result<(), PublishError> {
         assert_eq!(figures.len() % TRAFFIC_PERIODS, 0, "a figure for each edge and period");
-        let sequence = self.sender.sequence().next(header.run_id);
         let edges = (figures.len() / TRAFFIC_PERIODS) as u32;
-        self.sender.send(TrafficHeader { sequence, edges, ..*header }, figures).map(drop)
+        self.sender.publish(TrafficHeader { edges, ..*header }, figures)
     }
 
     /// Gives the newest figures to readers that have joined since. Publishing does so as well.
@@ -61,23 +61,24 @@ impl TrafficPublisher {
     }
 }
 
-/// The traffic on all edges, borrowed from shared memory.
-#[derive(Clone, Copy, Debug)]
-pub struct Traffic<'sample> {
-    /// The frame that the figures belong to, and the periods.
-    pub header: &'sample TrafficHeader,
-    /// For each period: a figure for each edge of the world.
-    pub periods: [&'sample [EdgeTraffic]; TRAFFIC_PERIODS],
-    /// The number of samples that were published between the one that this reader returned before
-    /// and this one.
-    pub missed: u64,
-}
-
 /// Reads the newest traffic on a fleet's edges.
+///
+/// ```no_run
+/// use regatta_plugin::{FleetName, Participant, Result, TrafficReader};
+///
+/// # fn main() -> Result {
+/// let participant = Participant::join(&FleetName::default(), "reader")?;
+/// let mut reader = TrafficReader::open_on(&participant)?;
+/// if let Some(traffic) = reader.latest()? {
+///     let [minute, ..] = traffic.periods;
+///     println!("{} robots an hour entered the first edge", minute[0].entered_per_hour);
+/// }
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct TrafficReader {
     traffic: Newest<EdgeTraffic, TrafficHeader>,
-    service: services::Traffic,
 }
 
 impl TrafficReader {
@@ -86,8 +87,7 @@ impl TrafficReader {
     /// # Errors
     /// As [`Subscriber::open`](crate::Subscriber::open).
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        let service = services::traffic(participant.node(), participant.fleet())?;
-        Ok(Self { traffic: Newest::open(&service, "traffic", 1)?, service })
+        Ok(Self { traffic: Newest::open(&services::TRAFFIC, participant)? })
     }
 
     /// Returns the newest figures, if there are some that this hasn't returned yet.
@@ -115,7 +115,7 @@ impl TrafficReader {
     /// Whether a process publishes it. One that was killed counts until another process joins the
     /// fleet.
     pub fn has_publisher(&self) -> bool {
-        self.service.dynamic_config().number_of_publishers() > 0
+        self.traffic.has_publisher()
     }
 }
 
@@ -131,7 +131,7 @@ mod tests {
         let participant = Participant::join(&name, "test").expect("joined");
         let mut publisher = TrafficPublisher::open_on(&participant).expect("a publisher");
         let second = TrafficPublisher::open_on(&participant).expect_err("one at a time");
-        assert!(matches!(second, OpenError::TrafficTaken { .. }), "{second}");
+        assert!(matches!(second, OpenError::Taken { .. }), "{second}");
         let mut reader = TrafficReader::open_on(&participant).expect("a reader");
         assert!(reader.latest().expect("readable").is_none() && reader.has_publisher());
         let figures: Vec<_> =

@@ -24,12 +24,11 @@ pub(super) struct Wake {
 impl Wake {
     /// Opens the event service of a name.
     pub(super) fn open(participant: &Participant, service: &str) -> Result<Self, OpenError> {
-        let service = services::event(participant.node(), participant.fleet(), service)?;
-        Ok(Self { listener: services::listener(&service)? })
+        Ok(Self { listener: services::listener(participant, service)? })
     }
 
     /// Forgets the wake-ups so far. Must be followed by a check for the news that they announced:
-    /// what is sent after this check wakes again.
+    /// samples that are sent after this check wake again.
     pub(super) fn forget(&self) -> Result<(), ReadError> {
         match self.listener.try_wait(|_| ()) {
             Ok(_) | Err(ListenerWaitError::InterruptSignal) => Ok(()),

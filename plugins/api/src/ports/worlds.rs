@@ -1,7 +1,7 @@
 //! The reader's side of the world.
 
 use super::error::{OpenError, ReadError};
-use super::newest::Newest;
+use super::receive::Newest;
 use super::services;
 use crate::process::join::Participant;
 use crate::records::frame::Line;
@@ -9,6 +9,23 @@ use crate::records::name::FleetName;
 use crate::records::world::{World, WorldHeader};
 
 /// Reads a fleet's route graph and robot types.
+///
+/// ```
+/// use regatta_plugin::world::{RobotTypeRecord, WorldData};
+/// use regatta_plugin::{ProducerPorts, Result, WorldReader};
+///
+/// # fn main() -> Result {
+/// # let fleet = format!("doc-world-{}", std::process::id()).parse()?;
+/// let mut producer = ProducerPorts::create(&fleet, 2)?;
+/// let robot_types = vec![RobotTypeRecord::new("tug", 1.2, 0.8)];
+/// producer.publish_world(&WorldData { robot_types, ..WorldData::default() })?;
+/// let mut worlds = WorldReader::open(&fleet)?;
+/// # producer.update();
+/// let world = worlds.latest()?.expect("a world");
+/// assert_eq!(world.robot_types()[0].name(), "tug");
+/// # Ok(())
+/// # }
+/// ```
 #[derive(Debug)]
 pub struct WorldReader {
     worlds: Newest<Line, WorldHeader>,
@@ -28,8 +45,7 @@ impl WorldReader {
     /// # Errors
     /// As [`Subscriber::open`](crate::Subscriber::open).
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        let service = services::world(participant.node(), participant.fleet())?;
-        Ok(Self { worlds: Newest::open(&service, "the world", 1)? })
+        Ok(Self { worlds: Newest::open(&services::WORLD, participant)? })
     }
 
     /// Returns the newest world, if there is one that this hasn't returned yet.

@@ -1,4 +1,4 @@
-//! Where the shared memory of this user is: a directory and a file prefix of its own, so that users
+//! The place of this user's shared memory: a directory and a file prefix of its own, so that users
 //! of one machine, and containers that share `/dev/shm`, don't meet.
 
 #[cfg(unix)]
@@ -18,14 +18,22 @@ use super::log::quiet;
 /// Without it, the directory is `/tmp/regatta-UID`, which only this user can use.
 pub const RUNTIME_DIR_VARIABLE: &str = "REGATTA_RUNTIME_DIR";
 
-/// The directory of iceoryx2's files can't be used.
+/// The error of a directory of iceoryx2's files that can't be used.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "can't keep the files of shared memory in {path} ({reason}); set {RUNTIME_DIR_VARIABLE} to a directory of your own"
+    "can't keep the files of shared memory in {path} ({reason}); set {RUNTIME_DIR_VARIABLE} to a \
+     directory of your own"
 )]
 pub struct DomainError {
     path: String,
     reason: String,
+}
+
+#[cfg(unix)]
+impl DomainError {
+    fn new(directory: &Path, reason: impl ToString) -> Self {
+        Self { path: directory.display().to_string(), reason: reason.to_string() }
+    }
 }
 
 /// Returns the configuration of iceoryx2, for programs that open Regatta's services by iceoryx2
@@ -57,15 +65,15 @@ fn configure() -> Result<Config, DomainError> {
     use std::os::unix::fs::MetadataExt;
 
     let directory = directory()?;
-    let failed = |reason: String| DomainError { path: directory.display().to_string(), reason };
-    let metadata = directory.metadata().map_err(|e| failed(e.to_string()))?;
+    let metadata = directory.metadata().map_err(|e| DomainError::new(&directory, e))?;
     let prefix = format!("{SEGMENT_PREFIX}{:x}-{:x}_", metadata.dev(), metadata.ino());
     let mut config = Config::default();
-    config.global.prefix =
-        FileName::new(prefix.as_bytes()).map_err(|e| failed(format!("{e:?}")))?;
-    let path = iceoryx2::prelude::Path::new(directory.as_os_str().as_encoded_bytes());
-    config.global.set_root_path(&path.map_err(|e| failed(format!("{e:?}")))?);
-    make_global(&directory, &prefix).map_err(|e| failed(e.to_string()))?;
+    config.global.prefix = FileName::new(prefix.as_bytes())
+        .map_err(|e| DomainError::new(&directory, format_args!("{e:?}")))?;
+    let path = iceoryx2::prelude::Path::new(directory.as_os_str().as_encoded_bytes())
+        .map_err(|e| DomainError::new(&directory, format_args!("{e:?}")))?;
+    config.global.set_root_path(&path);
+    make_global(&directory, &prefix).map_err(|e| DomainError::new(&directory, e))?;
     if LOOK_ONLY.load(Ordering::Relaxed) {
         config.global.node.cleanup_dead_nodes_on_creation = false;
         config.global.node.cleanup_dead_nodes_on_destruction = false;
@@ -125,13 +133,14 @@ fn directory() -> Result<PathBuf, DomainError> {
 /// processes of others, even of root, could join its fleets only halfway, and would hold them up.
 #[cfg(unix)]
 fn owned(directory: &Path, uid: u32) -> Result<PathBuf, DomainError> {
-    let failed = |reason: String| DomainError { path: directory.display().to_string(), reason };
-    std::fs::create_dir_all(directory).map_err(|e| failed(e.to_string()))?;
-    let directory = directory.canonicalize().map_err(|e| failed(e.to_string()))?;
-    let owner = std::os::unix::fs::MetadataExt::uid(
-        &directory.metadata().map_err(|e| failed(e.to_string()))?,
-    );
-    if owner == uid { Ok(directory) } else { Err(failed(format!("it belongs to user {owner}"))) }
+    let resolved = std::fs::create_dir_all(directory)
+        .and_then(|()| directory.canonicalize())
+        .and_then(|resolved| Ok((resolved.metadata()?, resolved)));
+    let (metadata, resolved) = resolved.map_err(|e| DomainError::new(directory, e))?;
+    match std::os::unix::fs::MetadataExt::uid(&metadata) {
+        owner if owner == uid => Ok(resolved),
+        owner => Err(DomainError::new(&resolved, format_args!("it belongs to user {owner}"))),
+    }
 }
 
 /// Creates a directory that only this user may use, or checks that it is one: in `/tmp`, another
@@ -140,23 +149,23 @@ fn owned(directory: &Path, uid: u32) -> Result<PathBuf, DomainError> {
 fn private(directory: &Path, uid: u32) -> Result<(), DomainError> {
     use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 
-    let failed = |reason: String| DomainError { path: directory.display().to_string(), reason };
     match std::fs::DirBuilder::new().mode(0o700).create(directory) {
         Err(error) if error.kind() != std::io::ErrorKind::AlreadyExists => {
-            return Err(failed(error.to_string()));
+            return Err(DomainError::new(directory, error));
         }
         _ => {}
     }
     // Not followed if it is a link.
-    let metadata = directory.symlink_metadata().map_err(|e| failed(e.to_string()))?;
+    let metadata = directory.symlink_metadata().map_err(|e| DomainError::new(directory, e))?;
     if !metadata.is_dir() {
-        return Err(failed("it is not a directory".to_owned()));
+        return Err(DomainError::new(directory, "it is not a directory"));
     }
     if metadata.uid() != uid {
-        return Err(failed(format!("it belongs to user {}", metadata.uid())));
+        let owner = metadata.uid();
+        return Err(DomainError::new(directory, format_args!("it belongs to user {owner}")));
     }
     if metadata.mode() & 0o022 != 0 {
-        return Err(failed("other users may write to it".to_owned()));
+        return Err(DomainError::new(directory, "other users may write to it"));
     }
     Ok(())
 }

@@ -111,7 +111,7 @@ pub fn location() -> Result<(String, String), HealthError> {
 /// Returns the damage of iceoryx2's management segment, if there is any: no process can join a
 /// fleet then.
 pub fn damage() -> Option<String> {
-    management::damage().map(|damage| damage.to_string())
+    management::damage()
 }
 
 /// Returns the size, in bytes, of this user's segments that belong to another directory than the
@@ -123,7 +123,7 @@ pub fn bytes_elsewhere() -> Result<u64, HealthError> {
     segments::bytes_elsewhere()
 }
 
-/// Returns how much shared memory there is.
+/// Returns the amount of shared memory.
 ///
 /// # Errors
 /// [`HealthError::Io`] if there is none.
@@ -134,7 +134,7 @@ pub fn space() -> Result<Space, HealthError> {
     Ok(Space { total: stat.f_blocks * stat.f_frsize, available: stat.f_bavail * stat.f_frsize })
 }
 
-/// Returns how much shared memory there is.
+/// Returns the amount of shared memory.
 ///
 /// # Errors
 /// [`HealthError::Io`]: this system doesn't say.
@@ -156,6 +156,15 @@ pub fn check_rights() -> Result<(), HealthError> {
 }
 
 /// Returns all processes that use shared memory, dead ones included, sorted by name.
+///
+/// ```
+/// # fn main() -> regatta_plugin::Result {
+/// for occupant in regatta_plugin::health::occupants()? {
+///     println!("{} (process {}): {} bytes", occupant.name, occupant.pid, occupant.bytes);
+/// }
+/// # Ok(())
+/// # }
+/// ```
 ///
 /// # Errors
 /// [`HealthError`] if they can't be listed.
@@ -184,20 +193,17 @@ pub fn orphans() -> Result<Vec<Orphan>, HealthError> {
     let mut owned = service_ids()?;
     each_node(|node| owned.extend(port_ids(node.node_id().value())))?;
     let mapped = mapped_files();
-    let orphaned = |s: &Segment| {
-        s.settled
-            && !s.ids.is_empty()
-            && !s.ids.iter().any(|id| owned.contains(id))
-            && !mapped.contains(&s.path)
-    };
-    Ok(segments()?
-        .into_iter()
-        .filter(orphaned)
-        .map(|s| Orphan { path: s.path, bytes: s.bytes })
-        .collect())
+    let mut orphans = Vec::new();
+    for Segment { path, ids, bytes, settled } in segments()? {
+        let is_owned = ids.is_empty() || ids.iter().any(|id| owned.contains(id));
+        if settled && !is_owned && !mapped.contains(&path) {
+            orphans.push(Orphan { path, bytes });
+        }
+    }
+    Ok(orphans)
 }
 
-/// Removes what a process that is joining would wait for in vain.
+/// Removes unfinished segments, for which a process that is joining would wait for ever.
 pub(super) fn remove_unfinished() {
     remnants::remove_unfinished();
 }
@@ -245,8 +251,8 @@ pub fn services_of(fleet: &FleetName) -> Result<Vec<String>, HealthError> {
     Ok(names)
 }
 
-/// Returns the contract versions of open services, and how many services have each: `unknown` for a
-/// service of Regatta's without one.
+/// Returns the number of open services by contract version, which is `unknown` for a service of
+/// Regatta's without one.
 ///
 /// # Errors
 /// [`HealthError::List`] if services can't be listed.

@@ -15,6 +15,19 @@ use crate::records::name::FleetName;
 
 /// A process that has joined a fleet, under a name that `regatta doctor` shows.
 ///
+/// ```
+/// use regatta_plugin::{Participant, Result, Subscriber, WorldReader};
+///
+/// # fn main() -> Result {
+/// # let fleet = format!("doc-join-{}", std::process::id()).parse()?;
+/// let participant = Participant::join(&fleet, "watcher")?;
+/// let frames = Subscriber::open_on(&participant)?;
+/// let worlds = WorldReader::open_on(&participant)?;
+/// assert!(!frames.has_producer());
+/// # Ok(())
+/// # }
+/// ```
+///
 /// Cheap to clone. It and all ports that are opened on it stay on the thread that created them,
 /// which spares them locks. iceoryx2's own handling of signals is switched off (it intercepts every
 /// signal that a process can get, and forgets one when the next arrives); [`run`](crate::run) and
@@ -27,8 +40,8 @@ pub struct Participant {
 }
 
 impl Participant {
-    /// Joins a fleet, whether or not it has a producer yet. Cleans up what dead processes left
-    /// behind.
+    /// Joins a fleet, whether or not it has a producer yet. Removes the resources of dead
+    /// processes.
     ///
     /// `name` is cut to 64 bytes.
     ///
@@ -42,7 +55,7 @@ impl Participant {
         let config = config()?;
         // Checked first: iceoryx2 would wait for ever for a segment without contents.
         if let Some(damage) = management::damage() {
-            return Err(failed(damage.to_string()));
+            return Err(failed(damage));
         }
         let node_name = format!("regatta/{fleet}/{name}");
         let builder = NodeBuilder::new()

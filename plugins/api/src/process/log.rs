@@ -6,8 +6,8 @@ use iceoryx2::prelude::{LogLevel, set_log_level, set_log_level_from_env_or};
 
 static QUIET: Once = Once::new();
 
-/// Sets how much of its own log iceoryx2 writes to stderr: 0 nothing (unless `IOX2_LOG_LEVEL` says
-/// otherwise), 1 warnings, 2 everything.
+/// Sets the level of the log that iceoryx2 writes to stderr: 0 nothing (unless `IOX2_LOG_LEVEL`
+/// says otherwise), 1 warnings, 2 everything.
 pub fn set_verbosity(level: u8) {
     QUIET.call_once(|| ());
     match level {

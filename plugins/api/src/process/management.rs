@@ -10,19 +10,7 @@ use std::path::{Path, PathBuf};
 
 use super::domain::{SHARED_MEMORY, config};
 
-/// A management segment that no process can open.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Damage {
-    pub(super) path: PathBuf,
-}
-
-impl core::fmt::Display for Damage {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(f, "{} is damaged; `regatta doctor --clean` repairs it", self.path.display())
-    }
-}
-
-/// Its length in bytes: iceoryx2's version, and a counter.
+/// The length of the segment in bytes: iceoryx2's version, and a counter.
 const LENGTH: usize = 16;
 
 /// Returns this user's management segment, if there is one, and iceoryx2's version as its name has
@@ -64,14 +52,20 @@ pub(super) fn close_to_others() {
 #[cfg(not(unix))]
 pub(super) fn close_to_others() {}
 
-/// Returns the damage, if the segment exists and isn't what iceoryx2 expects.
-pub(super) fn damage() -> Option<Damage> {
-    let (path, version) = segment()?;
-    let (is_ready, bytes) = (is_ready(&path), fs::read(&path).ok()?);
-    (is_ready && !is_intact(&bytes, version)).then_some(Damage { path })
+/// Returns a message if the segment is damaged, so that no process can open it.
+pub(super) fn damage() -> Option<String> {
+    let path = damaged()?;
+    Some(format!("{} is damaged; `regatta doctor --clean` repairs it", path.display()))
 }
 
-/// Whether its creator has finished it. Until then, iceoryx2 gives nobody the right to read it.
+/// Returns the segment, if it exists and iceoryx2 can't use it.
+fn damaged() -> Option<PathBuf> {
+    let (path, version) = segment()?;
+    let (is_ready, bytes) = (is_ready(&path), fs::read(&path).ok()?);
+    (is_ready && !is_intact(&bytes, version)).then_some(path)
+}
+
+/// Whether its creator has finished it. Until then, iceoryx2 gives no process the right to read it.
 #[cfg(unix)]
 fn is_ready(path: &Path) -> bool {
     use std::os::unix::fs::MetadataExt;
@@ -95,7 +89,7 @@ fn is_intact(bytes: &[u8], [major, minor, patch]: [u16; 3]) -> bool {
 /// The counter in it makes the ids of nodes differ that are created within the same clock tick of
 /// one process; so it is harmless that it starts anew.
 pub(super) fn repair() -> bool {
-    damage().is_some_and(|damage| fs::remove_file(damage.path).is_ok())
+    damaged().is_some_and(|path| fs::remove_file(path).is_ok())
 }
 
 #[cfg(test)]

@@ -37,11 +37,8 @@ use crate::records::world::World;
 /// }
 /// ```
 pub trait Plugin {
-    /// Called once, before anything else, with the joined fleet: to open columns, orders or
+    /// Called once, before anything else, with the joined fleet: to open columns, commands or
     /// control.
-    ///
-    /// # Errors
-    /// Any error that prevents the plugin from starting.
     fn on_start(&mut self, fleet: &Participant) -> Result {
         let _ = fleet;
         Ok(())
@@ -49,42 +46,30 @@ pub trait Plugin {
 
     /// Called with the route graph and the robot types before the first frame, and again whenever
     /// they have changed (when the engine has restarted, for example).
-    ///
-    /// # Errors
-    /// Any error that prevents the plugin from continuing.
     fn on_world(&mut self, world: &World<'_>) -> Result {
         let _ = world;
         Ok(())
     }
 
     /// Called with the newest frame, at the plugin's [rate](Self::rate). Frames in between are
-    /// skipped if this takes longer than a tick; [`Frame::missed`] is how many. A frame is
+    /// skipped if this takes longer than a tick; [`Frame::missed`] is their number. A frame is
     /// delivered again, with the same tick, if the clock or the number of robots has changed
     /// between two ticks (not in lockstep, where each tick comes once).
-    ///
-    /// # Errors
-    /// Any error that prevents the plugin from continuing.
     fn on_frame(&mut self, frame: &Frame<'_>) -> Result;
 
     /// Called about ten times a second while no new frame comes: to give a column to readers that
     /// have joined since ([`ColumnPublisher::update`](crate::ColumnPublisher::update)), for
-    /// example, or to read what other plugins publish after the last frame. `has_producer` is
-    /// whether the fleet has a producer that could publish the next one.
-    ///
-    /// # Errors
-    /// Any error that prevents the plugin from continuing.
+    /// example, or to read samples that other plugins publish after the last frame. `has_producer`
+    /// is whether the fleet has a producer that could publish the next one.
     fn on_idle(&mut self, has_producer: bool) -> Result {
         let _ = has_producer;
         Ok(())
     }
 
     /// Called with the events of each tick, if the plugin [wants](Self::wants_events) them: before
-    /// the frame of that tick, and as soon as they arrive, whatever the plugin's rate of frames is.
-    /// [`Events::missed`](crate::Events) is how many ticks with events were lost;
+    /// the frame of that tick, and as soon as they arrive, independent of the plugin's rate of
+    /// frames. [`Events::missed`](crate::Events) is the number of ticks with events that were lost;
     /// [`run`](crate::run) reports them on stderr, too.
-    ///
-    /// # Errors
-    /// Any error that prevents the plugin from continuing.
     fn on_events(&mut self, events: &Events<'_>) -> Result {
         let _ = events;
         Ok(())
@@ -111,7 +96,7 @@ pub trait Plugin {
         Ok(())
     }
 
-    /// How often to call [`on_frame`](Self::on_frame), unless `--rate` says otherwise.
+    /// The rate at which [`on_frame`](Self::on_frame) is called, unless `--rate` gives another.
     fn rate(&self) -> Rate {
         Rate::EveryFrame
     }

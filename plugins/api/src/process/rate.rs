@@ -1,11 +1,18 @@
-//! How often a plugin wants a frame.
+//! The rate at which a plugin gets frames.
 
 use core::str::FromStr;
 use std::time::{Duration, Instant};
 
 use crate::records::frame::Frame;
 
-/// How often a plugin wants a frame.
+/// The rate at which a plugin gets frames.
+///
+/// ```
+/// use regatta_plugin::Rate;
+///
+/// assert_eq!("2.5".parse(), Ok(Rate::PerSecond(2.5)));
+/// assert_eq!("all".parse(), Ok(Rate::EveryFrame));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Rate {
     /// Every frame, as soon as it is there.
@@ -56,12 +63,12 @@ impl FromStr for Rate {
     }
 }
 
-/// Limits how often a plugin gets a frame: by the wall clock, or in lockstep by simulated time so
-/// that runs repeat.
+/// Limits the rate at which a plugin gets frames: by the wall clock, or in lockstep by simulated
+/// time so that runs repeat.
 #[derive(Debug)]
 pub(super) struct RateLimiter {
     period: Duration,
-    /// When the next frame is due, unless in lockstep.
+    /// The time when the next frame is due, unless in lockstep.
     wall: Instant,
     lockstep: bool,
     run_id: u64,
@@ -75,7 +82,7 @@ impl RateLimiter {
         Self { period: rate.period(), wall, lockstep: false, run_id: 0, simulated }
     }
 
-    /// How long until a frame is due; zero in lockstep, where each frame must be received.
+    /// The time until a frame is due; zero in lockstep, where each frame must be received.
     pub(super) fn left(&self) -> Duration {
         if self.lockstep {
             Duration::ZERO

@@ -24,6 +24,35 @@ use crate::records::name::{FleetName, NameError};
 
 /// The command-line options of every plugin. A plugin with options of its own flattens these into
 /// them (`#[command(flatten)]`) and calls [`run`](Self::run).
+///
+/// ```no_run
+/// use clap::Parser;
+/// use regatta_plugin::{Frame, Options, Plugin, Result};
+///
+/// #[derive(Parser)]
+/// struct Cli {
+///     /// The speed above which a robot is reported, in metres per second
+///     #[arg(long, default_value_t = 1.0)]
+///     limit: f32,
+///     #[command(flatten)]
+///     options: Options,
+/// }
+///
+/// struct Watch(f32);
+///
+/// impl Plugin for Watch {
+///     fn on_frame(&mut self, frame: &Frame) -> Result {
+///         let fast = frame.speed().iter().filter(|speed| **speed > self.0).count();
+///         println!("tick {}: {fast} robots are fast", frame.tick());
+///         Ok(())
+///     }
+/// }
+///
+/// fn main() -> Result {
+///     let cli = Cli::parse();
+///     cli.options.run(Watch(cli.limit), "watch")
+/// }
+/// ```
 #[derive(Args, Clone, Debug)]
 pub struct Options {
     /// The fleet to read
@@ -48,15 +77,26 @@ fn parse_plugin_name(text: &str) -> Result<String, NameError> {
     text.parse::<FleetName>().map(|name| name.to_string())
 }
 
-#[derive(Parser)]
-struct Cli {
-    #[command(flatten)]
-    options: Options,
-}
-
 /// Runs a plugin until Ctrl-C or `SIGTERM`, with the options on this process's command line.
 ///
 /// Waits for an engine if there is none yet, and continues when the engine is replaced.
+///
+/// ```no_run
+/// use regatta_plugin::{Frame, Plugin, Result};
+///
+/// struct Counter;
+///
+/// impl Plugin for Counter {
+///     fn on_frame(&mut self, frame: &Frame) -> Result {
+///         println!("tick {}: {} robots", frame.tick(), frame.len());
+///         Ok(())
+///     }
+/// }
+///
+/// fn main() -> Result {
+///     regatta_plugin::run(Counter)
+/// }
+/// ```
 ///
 /// # Errors
 /// If an option is invalid, shared memory can't be used, the fleet uses another version of the
@@ -68,32 +108,61 @@ pub fn run(plugin: impl Plugin) -> Result {
 /// Runs a plugin with a given command line. Its first argument is the program (`regatta plugin
 /// hello`, for example), whose last word is the plugin's name unless `--name` gives one.
 ///
+/// ```
+/// # use regatta_plugin::{Frame, Plugin, Result};
+/// # struct Quiet;
+/// # impl Plugin for Quiet { fn on_frame(&mut self, _: &Frame) -> Result { Ok(()) } }
+/// regatta_plugin::run_from(Quiet, ["my-plugin", "--help"])?;
+/// # Ok::<(), regatta_plugin::Error>(())
+/// ```
+///
 /// # Errors
 /// As [`run`].
 pub fn run_from<A: Into<OsString> + Clone>(
     plugin: impl Plugin,
     args: impl IntoIterator<Item = A>,
 ) -> Result {
+    let about = "A Regatta plugin: reads the frames of a fleet";
+    let Some((options, program)) = parse::<Options, A>(args, "plugin", about)? else {
+        return Ok(());
+    };
+    options.run(plugin, program.rsplit(' ').next().unwrap_or(&program))
+}
+
+/// A command line that has these options and no others.
+#[derive(Parser)]
+struct Cli<T: Args> {
+    #[command(flatten)]
+    options: T,
+}
+
+/// Parses a command line. Returns its options and the name of the program, or `None` if the help
+/// was printed.
+pub(crate) fn parse<T: Args, A: Into<OsString>>(
+    args: impl IntoIterator<Item = A>,
+    default_program: &str,
+    about: &'static str,
+) -> Result<Option<(T, String)>> {
     let args: Vec<OsString> = args.into_iter().map(Into::into).collect();
-    let program = args
-        .first()
-        .and_then(|path| Path::new(path).file_stem()?.to_str())
-        .unwrap_or("plugin")
-        .to_owned();
-    let command =
-        Cli::command().bin_name(&program).about("A Regatta plugin: reads the frames of a fleet");
-    let parsed =
-        command.try_get_matches_from(args).and_then(|matches| Cli::from_arg_matches(&matches));
-    match parsed {
-        Ok(cli) => cli.options.run(plugin, program.rsplit(' ').next().unwrap_or(&program)),
-        Err(error) if error.kind() == ErrorKind::DisplayHelp => Ok(error.print()?),
-        Err(error) => Err(one_line(&error)),
+    let program = args.first().and_then(|path| Path::new(path).file_stem()?.to_str());
+    let program = program.unwrap_or(default_program).to_owned();
+    let parsed = Cli::<T>::command().bin_name(&program).about(about).try_get_matches_from(args);
+    match parsed.and_then(|matches| Cli::from_arg_matches(&matches)) {
+        Ok(cli) => Ok(Some((cli.options, program))),
+        Err(error) if error.kind() == ErrorKind::DisplayHelp => {
+            error.print()?;
+            Ok(None)
+        }
+        Err(error) => {
+            Err(Error::new(format_args!("{}; --help lists the options", usage_line(&error))))
+        }
     }
 }
 
-/// An error of clap's in one line.
-pub(crate) fn one_line(error: &clap::Error) -> Error {
-    Error::new(format_args!("{}; --help lists the options", usage_line(error)))
+/// Joins a fleet under a given name, or else that of the environment, or else the program's.
+pub(crate) fn join(fleet: &FleetName, name: Option<&str>, program: &str) -> Result<Participant> {
+    let of_environment = std::env::var(NAME_VARIABLE).ok();
+    Ok(Participant::join(fleet, name.or(of_environment.as_deref()).unwrap_or(program))?)
 }
 
 impl Options {
@@ -104,9 +173,7 @@ impl Options {
     pub fn run(&self, mut plugin: impl Plugin, program: &str) -> Result {
         set_verbosity(self.verbose);
         let termination = Termination::watch()?;
-        let given = std::env::var(NAME_VARIABLE).ok();
-        let name = self.name.as_deref().or(given.as_deref()).unwrap_or(program);
-        let participant = Participant::join(&self.fleet, name)?;
+        let participant = join(&self.fleet, self.name.as_deref(), program)?;
         let result =
             Runner::open(&participant, &plugin, self, &termination).and_then(|mut runner| {
                 plugin.on_start(&participant)?;
@@ -139,10 +206,10 @@ pub const LOAD_VARIABLE: &str = "REGATTA_LOAD";
 
 /// The longest sleep between two checks of the termination flag.
 const SLICE: Duration = Duration::from_millis(100);
-/// How long to wait for the world that a frame refers to.
+/// The time to wait for the world that a frame refers to.
 const WORLD_WAIT: Duration = Duration::from_millis(500);
 
-/// Receives what a plugin wants, and calls it.
+/// Receives worlds, events and frames for a plugin, and calls it.
 struct Runner<'a> {
     termination: &'a Termination,
     worlds: WorldReader,
@@ -151,7 +218,7 @@ struct Runner<'a> {
     lockstep: LockstepTurn,
     limiter: RateLimiter,
     silence: Silence,
-    /// When the last frame came, or the plugin was last told that none does.
+    /// The time when the last frame came, or the plugin was last told that none does.
     quiet_since: Instant,
     /// Ticks with events that were lost, as last reported.
     reported_lost: u64,
@@ -191,7 +258,8 @@ impl<'a> Runner<'a> {
         })
     }
 
-    /// Hands over what has come, or else sleeps until the next wake-up, for a [`SLICE`] at most.
+    /// Hands over the events and the frame that have come, or else sleeps until the next wake-up,
+    /// for a [`SLICE`] at most.
     fn turn(&mut self, plugin: &mut impl Plugin) -> Result {
         if self.take(plugin)? {
             return Ok(());
@@ -217,7 +285,7 @@ impl<'a> Runner<'a> {
         {
             self.quiet_since = Instant::now();
             self.silence.check(&self.frames);
-            // First its columns, then its report: whoever has the report finds the columns.
+            // First its columns, then its report: a reader of the report finds the columns.
             plugin.on_idle(self.frames.has_producer())?;
             self.lockstep.update();
         }
@@ -305,16 +373,16 @@ struct LockstepTurn {
 }
 
 impl LockstepTurn {
-    /// Records a frame. In lockstep each tick counts once: whether a frame that is published again
-    /// is seen would depend on who is faster.
+    /// Records a frame. In lockstep each tick counts once: the speed of processes would decide
+    /// whether a frame that is published again is seen.
     fn is_new(&mut self, frame: &Frame<'_>) -> bool {
         let this = (frame.run_id(), frame.tick());
         std::mem::replace(&mut self.last, this) != this || frame.header().lockstep == 0
     }
 
-    /// Adjusts what a frame says it missed. In lockstep no tick is lost, but a frame that is
-    /// published again may be: only the frames that the plugin's rate has skipped count, so that
-    /// runs repeat.
+    /// Adjusts the number of frames that were missed before a frame. In lockstep no tick is lost,
+    /// but a frame that is published again may be: only the frames that the plugin's rate has
+    /// skipped count, so that runs repeat.
     fn count_missed<'frame>(&mut self, frame: Frame<'frame>) -> Frame<'frame> {
         let skipped = std::mem::take(&mut self.skipped);
         if frame.header().lockstep == 0 { frame } else { frame.after_missing(skipped) }

@@ -31,7 +31,14 @@ impl SchedulingOptions {
     }
 }
 
-/// How the operating system is to prefer this process over others.
+/// The priority of this process over others.
+///
+/// ```
+/// use regatta_plugin::Priority;
+///
+/// assert_eq!("-5".parse::<Priority>().unwrap(), Priority::Nice(-5));
+/// assert_eq!("fifo:80".parse::<Priority>().unwrap(), Priority::Fifo(80));
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Priority {
     /// A nice value, -20 (preferred) to 19. Below 0, the system may require a right to it
@@ -54,12 +61,14 @@ pub struct ParsePriorityError(String);
 pub enum SchedulingError {
     /// The priority can't be changed.
     #[error(
-        "can't set the priority ({0}); the right to it comes with CAP_SYS_NICE, `ulimit -e` or `ulimit -r`"
+        "can't set the priority ({0}); the right to it comes with CAP_SYS_NICE, `ulimit -e` or \
+         `ulimit -r`"
     )]
     Priority(io::Error),
     /// The process can't be kept on these processors.
     #[error(
-        "can't keep the process on processors {cores:?} ({error}); the system has processors 0 to {last}"
+        "can't keep the process on processors {cores:?} ({error}); the system has processors 0 to \
+         {last}"
     )]
     Pin {
         /// The processors that were asked for.
@@ -149,18 +158,21 @@ fn set_fifo(_priority: i32) -> io::Result<()> {
 #[cfg(target_os = "linux")]
 pub fn pin(cores: &[usize]) -> Result<(), SchedulingError> {
     use rustix::thread::{CpuSet, sched_setaffinity};
-    let last = std::fs::read_to_string("/sys/devices/system/cpu/present").ok();
-    let last =
-        last.and_then(|text| text.trim().rsplit(['-', ',']).next()?.parse().ok()).unwrap_or(0);
-    let failed = |error: io::Error| SchedulingError::Pin { cores: cores.to_vec(), last, error };
     let mut set = CpuSet::new();
     for core in cores {
         if *core >= CpuSet::MAX_CPU {
-            return Err(failed(io::ErrorKind::InvalidInput.into()));
+            return Err(pin_error(cores, io::ErrorKind::InvalidInput.into()));
         }
         set.set(*core);
     }
-    sched_setaffinity(None, &set).map_err(|e| failed(e.into()))
+    sched_setaffinity(None, &set).map_err(|error| pin_error(cores, error.into()))
+}
+
+#[cfg(target_os = "linux")]
+fn pin_error(cores: &[usize], error: io::Error) -> SchedulingError {
+    let present = std::fs::read_to_string("/sys/devices/system/cpu/present").unwrap_or_default();
+    let last = present.trim().rsplit(['-', ',']).next().and_then(|last| last.parse().ok());
+    SchedulingError::Pin { cores: cores.to_vec(), last: last.unwrap_or(0), error }
 }
 
 /// Keeps this process on some processors.

@@ -1,10 +1,10 @@
-//! Telling the user, once, that a plugin waits for something.
+//! A message to the user, once, that a plugin waits for something.
 
 use std::time::{Duration, Instant};
 
 use crate::ports::frames::Subscriber;
 
-/// How long nothing may come before the user is told.
+/// The time without a frame after which the user is told.
 pub(super) const SILENCE: Duration = Duration::from_secs(1);
 
 /// Reports once, on stderr, that the fleet has no engine.

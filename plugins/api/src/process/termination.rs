@@ -26,7 +26,7 @@ static HUNG_UP: OnceLock<Arc<AtomicBool>> = OnceLock::new();
 /// The shortest time in milliseconds between two requests of a person.
 const SECOND_REQUEST_MILLIS: u64 = 200;
 
-/// Ends the process at the second Ctrl-C, whatever it is doing.
+/// Ends the process at the second Ctrl-C, even if it hangs.
 #[expect(unsafe_code, reason = "only a handler knows when a signal came while the process hangs")]
 fn end_at_second_interrupt() -> Result {
     let start = Instant::now();
@@ -49,8 +49,11 @@ fn end_at_second_interrupt() -> Result {
 /// Makes `SIGHUP` set a flag rather than ask this process to end, as a service does that reopens
 /// its logs then. To be called before [`Termination::watch`]. `None` if the process has a terminal:
 /// there, `SIGHUP` says that it was closed.
+///
+/// # Errors
+/// If the signal can't be watched.
 #[cfg(unix)]
-pub(super) fn reopen_on_hangup() -> io::Result<Option<Arc<AtomicBool>>> {
+pub fn reopen_on_hangup() -> io::Result<Option<Arc<AtomicBool>>> {
     if io::stdin().is_terminal() || io::stdout().is_terminal() || io::stderr().is_terminal() {
         return Ok(None);
     }
@@ -63,12 +66,25 @@ pub(super) fn reopen_on_hangup() -> io::Result<Option<Arc<AtomicBool>>> {
 }
 
 /// Other systems have no such signal.
+///
+/// # Errors
+/// None.
 #[cfg(not(unix))]
-pub(super) fn reopen_on_hangup() -> io::Result<Option<Arc<AtomicBool>>> {
+pub fn reopen_on_hangup() -> io::Result<Option<Arc<AtomicBool>>> {
     Ok(None)
 }
 
 /// Whether this process was asked to end: by Ctrl-C, `SIGTERM`, or its terminal being closed.
+///
+/// ```no_run
+/// # fn main() -> regatta_plugin::Result {
+/// let termination = regatta_plugin::Termination::watch()?;
+/// while !termination.requested() {
+///     // Work for some milliseconds.
+/// }
+/// # Ok(())
+/// # }
+/// ```
 ///
 /// Only these count: a process that is stopped and continued goes on. A second Ctrl-C, 200 ms or
 /// more after the first, ends the process at once, in case it hangs; the next process to join a

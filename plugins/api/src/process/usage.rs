@@ -1,14 +1,14 @@
-//! What is wrong with a command line, in one line.
+//! Errors of command lines, in one line.
 
 use core::num::{ParseFloatError, ParseIntError};
 use std::error::Error;
 
-/// Returns clap's error as one line: what is wrong, and what was probably meant. The usage that
-/// clap appends is left out; `--help` shows it.
+/// Returns clap's error as one line: the fault, and clap's suggestion. The usage that clap appends
+/// is left out; `--help` shows it.
 pub fn usage_line(error: &clap::Error) -> String {
     let text = error.to_string();
-    // The first paragraph says what is wrong, in several lines if arguments are missing or values
-    // are listed.
+    // The first paragraph has the fault, in several lines if arguments are missing or values are
+    // listed.
     let paragraph: Vec<_> =
         text.lines().take_while(|line| !line.is_empty()).map(str::trim).collect();
     let mut line = paragraph.join(" ").trim_start_matches("error: ").to_owned();

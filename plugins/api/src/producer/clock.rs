@@ -13,13 +13,23 @@ use std::time::{Duration, Instant};
 use super::speed::Speed;
 use crate::records::frame::ClockState;
 
-/// How far behind its schedule a clock may fall before it gives up catching up.
+/// The largest backlog that a clock catches up with. Beyond it, the schedule moves.
 pub const MAX_BACKLOG: Duration = Duration::from_millis(100);
 
 /// The farthest moment that can be scheduled: 136 years ahead.
 const FARTHEST: Duration = Duration::from_secs(1 << 32);
 
 /// Decides when moments are due, counts the late ones, and pauses and steps.
+///
+/// ```
+/// use std::time::{Duration, Instant};
+///
+/// use regatta_plugin::producer::{Clock, Speed};
+///
+/// let start = Instant::now();
+/// let clock = Clock::new(Speed::Factor(2.0), 0, start);
+/// assert_eq!(clock.due(1_000_000_000), start + Duration::from_millis(500));
+/// ```
 #[derive(Debug)]
 pub struct Clock {
     speed: Speed,
@@ -62,7 +72,7 @@ impl Clock {
         self.steps_left
     }
 
-    /// Returns when a moment is due.
+    /// Returns the time when a moment is due.
     pub fn due(&self, sim_nanos: u64) -> Instant {
         let (at, anchor) = self.anchor;
         let simulated = Duration::from_nanos(sim_nanos.saturating_sub(anchor));
@@ -72,7 +82,7 @@ impl Clock {
         }
     }
 
-    /// Schedules `sim_nanos` for `now`, and what comes after it accordingly.
+    /// Schedules `sim_nanos` for `now`, and the moments after it accordingly.
     pub fn restart(&mut self, sim_nanos: u64, now: Instant) {
         self.anchor = (now, sim_nanos);
     }

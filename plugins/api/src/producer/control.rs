@@ -3,8 +3,7 @@
 use std::time::{Duration, Instant};
 
 use super::figures::resident_bytes;
-use super::pending::Pending;
-use super::session::Session;
+use super::session::{Pending, Session};
 use super::speed::Speed;
 use super::{Producer, RefusalReason};
 use crate::records::control::{ControlKind, ControlRequest, ControlResponse};

@@ -1,4 +1,4 @@
-//! The figures of a producer: the cost of ticks, and how fast simulated time passes.
+//! The figures of a producer: the cost of ticks, and the real-time factor.
 
 use std::time::{Duration, Instant};
 
@@ -73,22 +73,23 @@ impl Figures {
     pub fn percentiles(&self) -> (Duration, Duration) {
         let mut sorted = self.costs.clone();
         sorted.sort_unstable();
-        let at = |part: f64| {
-            let index = (sorted.len() as f64 * part) as usize;
-            sorted.get(index.min(sorted.len().saturating_sub(1))).copied().unwrap_or_default()
-        };
-        (at(0.5), at(0.99))
+        (percentile(&sorted, 0.5), percentile(&sorted, 0.99))
     }
+}
+
+/// Returns the value that a part of sorted values is below; zero if there are none.
+fn percentile(sorted: &[Duration], part: f64) -> Duration {
+    let index = (sorted.len() as f64 * part) as usize;
+    sorted.get(index.min(sorted.len().saturating_sub(1))).copied().unwrap_or_default()
 }
 
 /// The resident memory of this process in bytes, shared memory included; 0 if the system doesn't
 /// report it.
 pub fn resident_bytes() -> u64 {
-    let kibibytes = |text: String| -> Option<u64> {
-        let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
-        line.trim().trim_end_matches(" kB").parse().ok()
-    };
-    std::fs::read_to_string("/proc/self/status").ok().and_then(kibibytes).unwrap_or(0) * 1024
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
+    let kibibytes = line.and_then(|line| line.trim().trim_end_matches(" kB").parse::<u64>().ok());
+    kibibytes.unwrap_or(0) * 1024
 }
 
 #[cfg(test)]

@@ -4,15 +4,13 @@ use std::ffi::OsString;
 use std::path::Path;
 use std::time::Duration;
 
-use clap::error::ErrorKind;
-use clap::{Args, CommandFactory, FromArgMatches, Parser};
+use clap::Args;
 
 use super::{Producer, Session, Speed};
 use crate::error::{Error, Result};
 use crate::ports::producer::ProducerPorts;
-use crate::process::join::Participant;
 use crate::process::log::set_verbosity;
-use crate::process::run::{NAME_VARIABLE, one_line};
+use crate::process::run::{join, parse};
 use crate::process::scheduling::SchedulingOptions;
 use crate::process::termination::Termination;
 use crate::records::name::FleetName;
@@ -63,12 +61,6 @@ impl Default for LockstepOptions {
     }
 }
 
-#[derive(Parser)]
-struct Cli {
-    #[command(flatten)]
-    options: ProducerOptions,
-}
-
 fn parse_plugin(text: &str) -> Result<String, String> {
     match Path::new(text).extension() {
         Some(_) => Err("that looks like a file: give it before --lockstep".to_owned()),
@@ -111,21 +103,10 @@ where
     Error: From<P::Error>,
     A: Into<OsString> + Clone,
 {
-    let args: Vec<OsString> = args.into_iter().map(Into::into).collect();
-    let program = args
-        .first()
-        .and_then(|path| Path::new(path).file_stem()?.to_str())
-        .unwrap_or("producer")
-        .to_owned();
-    let command = Cli::command()
-        .bin_name(&program)
-        .about("A Regatta producer: publishes the frames of a fleet");
-    let parsed =
-        command.try_get_matches_from(args).and_then(|matches| Cli::from_arg_matches(&matches));
-    match parsed {
-        Ok(cli) => cli.options.run(producer, &program),
-        Err(error) if error.kind() == ErrorKind::DisplayHelp => Ok(error.print()?),
-        Err(error) => Err(one_line(&error)),
+    let about = "A Regatta producer: publishes the frames of a fleet";
+    match parse::<ProducerOptions, A>(args, "producer", about)? {
+        Some((options, program)) => options.run(producer, &program),
+        None => Ok(()),
     }
 }
 
@@ -141,9 +122,7 @@ impl ProducerOptions {
         set_verbosity(self.verbose);
         let termination = Termination::watch()?;
         self.scheduling.apply()?;
-        let given = std::env::var(NAME_VARIABLE).ok();
-        let name = self.name.as_deref().or(given.as_deref()).unwrap_or(program);
-        let ports = ProducerPorts::create_on(Participant::join(&self.fleet, name)?, 0)?;
+        let ports = ProducerPorts::create_on(join(&self.fleet, self.name.as_deref(), program)?, 0)?;
         let tick_period = Duration::from_secs_f64(1.0 / self.rate);
         let mut session = Session::new(ports, tick_period, self.speed, self.lockstep.clone());
         Ok(session.run(&mut producer, &termination)?)

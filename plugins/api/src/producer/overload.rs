@@ -1,4 +1,4 @@
-//! Telling the user while ticks are late, and who takes the processor.
+//! Messages to the user while ticks are late, with the processes that use the processor.
 
 use std::collections::HashMap;
 use std::fs;
@@ -17,7 +17,7 @@ const TOLERATED: f64 = 0.05;
 /// The part of the time that the producer waits for a processor from which on others are the
 /// reason.
 const CROWDED: f64 = 0.05;
-/// How long the processor times of other processes are compared over.
+/// The time over which the processor times of other processes are compared.
 const SAMPLE: Duration = Duration::from_millis(500);
 /// The largest number of processes that a message names.
 const NAMED: usize = 3;
@@ -30,7 +30,7 @@ pub(super) struct Overload {
     silence: Duration,
     ticks: u64,
     late_before: u64,
-    /// How long this thread had waited for a processor at the last check.
+    /// The time that this thread had waited for a processor at the last check.
     waited_before: Option<Duration>,
 }
 
@@ -73,28 +73,29 @@ impl Overload {
     }
 }
 
-/// Tells the user of late ticks. A thread of its own finds out who takes the processor, because
-/// that takes a while.
+/// Tells the user of late ticks. A thread of its own finds the processes that use the processor,
+/// because that takes a while.
 fn tell(begin: String, share: f64) {
     if share < CROWDED {
         crate::tell!(
-            "{begin}: a tick takes longer than its period; try fewer robots, a lower --rate or more --threads"
+            "{begin}: a tick takes longer than its period; try fewer robots, a lower --rate or \
+             more --threads"
         );
         return;
     }
-    let tell = move || {
+    // Without a thread there is no message.
+    let _ = std::thread::Builder::new().name("overload".to_owned()).spawn(move || {
         let others = others().join(", ");
         let others = if others.is_empty() { String::new() } else { format!(": {others}") };
         crate::tell!(
-            "{begin}: {:.0} % of the time it waited for a processor that others used{others}; --priority and --pin may help",
+            "{begin}: {:.0} % of the time it waited for a processor that others used{others}; \
+             --priority and --pin may help",
             share * 100.0
         );
-    };
-    // Without a thread there is no message.
-    let _ = std::thread::Builder::new().name("overload".to_owned()).spawn(tell);
+    });
 }
 
-/// Returns how long this thread has waited for a processor while it could run.
+/// Returns the time that this thread has waited for a processor while it could run.
 fn waited_for_processor() -> Option<Duration> {
     let text = fs::read_to_string("/proc/thread-self/schedstat").ok()?;
     text.split_whitespace().nth(1)?.parse().ok().map(Duration::from_nanos)
@@ -112,12 +113,12 @@ fn others() -> Vec<String> {
         })
         .collect();
     used.sort_by(|a, b| b.cmp(a));
-    let percent =
-        |ticks: u64| ticks as f64 / clock_ticks_per_second() as f64 / SAMPLE.as_secs_f64() * 100.0;
-    used.into_iter()
+    let all = clock_ticks_per_second() as f64 * SAMPLE.as_secs_f64();
+    let worst = used
+        .into_iter()
         .take(NAMED)
-        .map(|(ticks, name, pid)| format!("{name} {pid} ({:.0} %)", percent(ticks)))
-        .collect()
+        .map(|(ticks, name, pid)| format!("{name} {pid} ({:.0} %)", ticks as f64 / all * 100.0));
+    worst.collect()
 }
 
 #[cfg(unix)]
@@ -134,12 +135,11 @@ fn clock_ticks_per_second() -> u64 {
 /// Returns the name of each process, and the processor time that it has used, in clock ticks.
 fn processor_times() -> HashMap<u32, (String, u64)> {
     let Ok(processes) = fs::read_dir("/proc") else { return HashMap::new() };
-    let of = |entry: fs::DirEntry| {
+    let times = processes.flatten().filter_map(|entry| {
         let pid = entry.file_name().to_str()?.parse().ok()?;
-        let (name, ticks) = parse_stat(&fs::read_to_string(entry.path().join("stat")).ok()?)?;
-        Some((pid, (name, ticks)))
-    };
-    processes.flatten().filter_map(of).collect()
+        Some((pid, parse_stat(&fs::read_to_string(entry.path().join("stat")).ok()?)?))
+    });
+    times.collect()
 }
 
 /// Parses `/proc/PID/stat`: the name, in parentheses, and the sum of the fields `utime` and `stime`

@@ -5,16 +5,15 @@ use std::time::{Duration, Instant};
 use super::clock::Clock;
 use super::figures::Figures;
 use super::overload::Overload;
-use super::pending::Pending;
 use super::speed::Speed;
-use super::{LockstepOptions, Producer};
+use super::{LockstepOptions, Producer, RefusalReason};
 use crate::ports::error::{PublishError, ReadError};
 use crate::ports::lockstep::LockstepError;
 use crate::ports::producer::{FrameLoan, ProducerPorts};
 use crate::process::termination::Termination;
+use crate::records::command::CommandKind;
 use crate::records::event::{EventKind, EventRecord, Refusal};
 use crate::records::frame::{ClockState, ColumnsMut, FrameHeader};
-use crate::records::order::OrderKind;
 
 /// The longest sleep between two checks for control requests.
 const CONTROL_POLL: Duration = Duration::from_millis(5);
@@ -28,7 +27,32 @@ pub struct Moment {
     pub sim_nanos: u64,
 }
 
-/// Runs a [`Producer`], and gives it its ports and its time.
+/// A control request that was carried out or refused, and waits for its answer.
+#[derive(Debug)]
+pub(super) struct Pending {
+    /// The ticket by which to answer it.
+    pub(super) ticket: u64,
+    /// The number of steps in all after which it is answered.
+    pub(super) due: u64,
+    /// The reason if it is refused.
+    pub(super) refusal: Option<RefusalReason>,
+}
+
+/// Runs a [`Producer`], and gives it its ports and its time. [`produce`](crate::produce) makes one
+/// from a command line; a larger program makes its own:
+///
+/// ```no_run
+/// use std::time::Duration;
+///
+/// use regatta_plugin::producer::{LockstepOptions, Producer, Session, Speed};
+/// use regatta_plugin::{Error, FleetName, ProducerPorts, Result, Termination};
+///
+/// fn serve(producer: &mut impl Producer<Error = Error>) -> Result {
+///     let ports = ProducerPorts::create(&FleetName::default(), 100)?;
+///     let (tick, lockstep) = (Duration::from_millis(20), LockstepOptions::default());
+///     Session::new(ports, tick, Speed::default(), lockstep).run(producer, &Termination::watch()?)
+/// }
+/// ```
 #[derive(Debug)]
 pub struct Session {
     ports: ProducerPorts,
@@ -48,12 +72,12 @@ pub struct Session {
     pub(super) pending: Vec<Pending>,
     /// Ticks that were made while stepping, in all.
     pub(super) steps_made: u64,
-    orders_refused: u64,
-    /// Answers to refused orders, which belong to the next frame.
+    commands_refused: u64,
+    /// Answers to refused commands, which belong to the next frame.
     refused: Vec<EventRecord>,
     /// Whether the first frame has been published.
     has_begun: bool,
-    /// Since when shared memory has been full.
+    /// The time since when shared memory has been full.
     full_since: Option<Instant>,
     frames_left_out: u64,
 }
@@ -82,7 +106,7 @@ impl Session {
             frame_sent: false,
             pending: Vec::new(),
             steps_made: 0,
-            orders_refused: 0,
+            commands_refused: 0,
             refused: Vec::new(),
             has_begun: false,
             full_since: None,
@@ -102,7 +126,7 @@ impl Session {
     ) -> Result<(), P::Error> {
         producer.start(self)?;
         self.has_begun = true;
-        // The first frame too: or else it would depend on who is faster whether a reader sees it.
+        // The first frame too: else the speed of processes would decide whether a reader sees it.
         self.wait_for_lockstep()?;
         self.started = Instant::now();
         let first = producer.next_moment(self)?.unwrap_or(self.now);
@@ -328,8 +352,8 @@ impl Session {
         self.frames_left_out
     }
 
-    /// Publishes a loaned frame and wakes the readers. Whatever belongs to its tick was published
-    /// before.
+    /// Publishes a loaned frame and wakes the readers. Everything that belongs to its tick must
+    /// have been published before.
     ///
     /// # Errors
     /// As [`FrameLoan::send`].
@@ -362,32 +386,32 @@ impl Session {
         self.send(frame)
     }
 
-    /// Refuses all orders that have arrived, by an event for each, which is published before the
+    /// Refuses all commands that have arrived, by an event for each, which is published before the
     /// next frame.
     ///
     /// # Errors
     /// [`ReadError::Receive`] if a connection is broken.
-    pub fn refuse_orders(&mut self) -> Result<(), ReadError> {
+    pub fn refuse_commands(&mut self) -> Result<(), ReadError> {
         let mut refused = Vec::new();
-        self.ports.take_orders(|_, records| {
-            let orders = records.iter().filter(|record| record.kind != OrderKind::Leg as u32);
-            refused.extend(orders.map(|order| EventRecord {
-                token: order.token,
+        self.ports.take_commands(|_, records| {
+            let commands = records.iter().filter(|record| record.kind != CommandKind::Leg as u32);
+            refused.extend(commands.map(|command| EventRecord {
+                token: command.token,
                 kind: EventKind::Refused as u32,
-                robot: order.robot,
-                id: order.id,
+                robot: command.robot,
+                id: command.id,
                 detail: Refusal::NotSteerable as u32,
             }));
         })?;
-        self.orders_refused += refused.len() as u64;
+        self.commands_refused += refused.len() as u64;
         if self.ports.has_event_readers() {
             self.refused.append(&mut refused);
         }
         Ok(())
     }
 
-    /// The number of orders that were [refused](Self::refuse_orders).
-    pub fn orders_refused(&self) -> u64 {
-        self.orders_refused
+    /// The number of commands that were [refused](Self::refuse_commands).
+    pub fn commands_refused(&self) -> u64 {
+        self.commands_refused
     }
 }

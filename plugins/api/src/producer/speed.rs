@@ -4,6 +4,13 @@ use core::fmt;
 use core::str::FromStr;
 
 /// Requested simulated seconds per wall second.
+///
+/// ```
+/// use regatta_plugin::producer::Speed;
+///
+/// assert_eq!("max".parse::<Speed>().unwrap(), Speed::Max);
+/// assert_eq!("0.5".parse::<Speed>().unwrap().as_f32(), 0.5);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Speed {
     /// A factor from 0.001 to 1000.

@@ -1,44 +1,31 @@
-//! What robots are about, as a fleet manager sees it: the values of the column `activity`.
-//!
-//! Beside it, a manager publishes the column `waits-for`: the id of the robot that each robot waits
-//! for, or NaN; and the column `goal`: the id of the node to which each robot was sent, or NaN.
+//! Activities of robots, as a fleet manager sees them: the values of the column
+//! [`ACTIVITY`](super::column::ACTIVITY).
 
-/// What a robot is about: a value of the column `activity`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-#[repr(u8)]
-pub enum Activity {
-    /// Nothing.
-    #[default]
-    Idle = 0,
-    /// It drives to the first stop of a task.
-    ToPick = 1,
-    /// It has begun a task, and drives to its next stop.
-    Carrying = 2,
-    /// It stands at a stop, and loads or unloads.
-    Handling = 3,
-    /// It waits for another robot.
-    Waiting = 4,
-    /// It waits until there is room on the roads.
-    Parked = 5,
-    /// It charges, or drives to a charger.
-    Charging = 6,
-    /// It is held, broken or faulted.
-    OutOfService = 7,
+numbered! {
+    /// The activity of a robot.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+    pub enum Activity: u8 {
+        /// None.
+        #[default]
+        Idle = 0,
+        /// It drives to the first stop of an order.
+        ToPick = 1,
+        /// It has begun an order, and drives to its next stop.
+        Carrying = 2,
+        /// It stands at a stop, and loads or unloads.
+        Handling = 3,
+        /// It waits for another robot.
+        Waiting = 4,
+        /// It waits until there is room on the roads.
+        Parked = 5,
+        /// It charges, or drives to a charger.
+        Charging = 6,
+        /// It is held, broken or faulted.
+        OutOfService = 7,
+    }
 }
 
 impl Activity {
-    /// All values, by their numbers.
-    pub const ALL: [Self; 8] = [
-        Self::Idle,
-        Self::ToPick,
-        Self::Carrying,
-        Self::Handling,
-        Self::Waiting,
-        Self::Parked,
-        Self::Charging,
-        Self::OutOfService,
-    ];
-
     /// The name, for people.
     pub const fn name(self) -> &'static str {
         match self {
@@ -53,15 +40,16 @@ impl Activity {
         }
     }
 
-    /// Whether a robot of this activity has a task. (One that is out of service may have one, too.)
-    pub const fn has_task(self) -> bool {
+    /// Whether a robot of this activity has an order. (One that is out of service may have one,
+    /// too.)
+    pub const fn has_order(self) -> bool {
         matches!(self, Self::ToPick | Self::Carrying | Self::Handling | Self::Waiting)
     }
 
     /// Returns the activity of a column's value; `None` if it is none.
     pub fn from_value(value: f32) -> Option<Self> {
         // The conversion truncates and saturates, which the comparison finds out.
-        let activity = *Self::ALL.get(usize::from(value as u8))?;
+        let activity = Self::from_number(value as u8)?;
         (f32::from(activity as u8) == value).then_some(activity)
     }
 }

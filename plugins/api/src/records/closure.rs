@@ -2,15 +2,17 @@
 //! `regatta/F/closures` with every change, so that a process that joins later knows them, too.
 
 use bytemuck::{Pod, Zeroable};
+#[cfg(feature = "shared-memory")]
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::sequence::Sequenced;
 
 /// The iceoryx2 user header of `regatta/F/closures`. The payload is a [`ClosedEdge`] for each of
 /// them, sorted by id.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_ClosureHeader")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_ClosureHeader"))]
 pub struct ClosureHeader {
     /// The run that the tick belongs to. Edges that were closed in another run are open.
     pub run_id: u64,
@@ -21,22 +23,13 @@ pub struct ClosureHeader {
 }
 
 /// An edge that no robot may enter.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Pod, Zeroable, ZeroCopySend,
-)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_ClosedEdge")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_ClosedEdge"))]
 pub struct ClosedEdge {
     /// Id of the edge in the route graph. It is closed in both gears.
     pub edge: u32,
 }
 
-impl Sequenced for ClosureHeader {
-    fn run_id(&self) -> u64 {
-        self.run_id
-    }
-
-    fn sequence(&self) -> u64 {
-        self.sequence
-    }
-}
+super::sequence::sequenced!(ClosureHeader: sequence);

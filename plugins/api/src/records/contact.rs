@@ -2,14 +2,16 @@
 //! pairs on `regatta/F/contacts`, and the changes of a tick on `regatta/F/contact_events`.
 
 use bytemuck::{Pod, Zeroable};
+#[cfg(feature = "shared-memory")]
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::sequence::Sequenced;
 
 /// The iceoryx2 user header of `regatta/F/contacts`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_ContactHeader")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_ContactHeader"))]
 pub struct ContactHeader {
     /// The run of the frame that was checked.
     pub run_id: u64,
@@ -36,9 +38,10 @@ pub struct ContactHeader {
 }
 
 /// A pair of robots that touch, or may.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_ContactRecord")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_ContactRecord"))]
 pub struct ContactRecord {
     /// The tick in which the pair reached this level.
     pub since_tick: u64,
@@ -61,9 +64,10 @@ pub struct ContactRecord {
 }
 
 /// A pair that reached a level, or left it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_ContactEvent")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_ContactEvent"))]
 pub struct ContactEvent {
     /// The tick of the change.
     pub tick: u64,
@@ -86,9 +90,10 @@ pub struct ContactEvent {
 }
 
 /// The iceoryx2 user header of `regatta/F/contact_events`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_ContactEventHeader")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_ContactEventHeader"))]
 pub struct ContactEventHeader {
     /// The run that the tick belongs to.
     pub run_id: u64,
@@ -98,57 +103,42 @@ pub struct ContactEventHeader {
     pub sequence: u64,
 }
 
-/// How close two robots are to a collision: the values of the column `collision`, where 0 is clear.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[repr(u32)]
-pub enum ContactLevel {
-    /// They are within the safety margin, or will touch within the horizon if both continue as they
-    /// do.
-    Possible = 1,
-    /// Their footprints overlap.
-    Touching = 2,
-}
-
-/// The change that a [`ContactEvent`] reports.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[repr(u32)]
-pub enum ContactChange {
-    /// The pair reached the level.
-    Began = 1,
-    /// The pair left the level.
-    Ended = 2,
-}
-
-impl ContactLevel {
-    /// Returns the level with a number, if there is one.
-    pub fn from_number(number: u32) -> Option<Self> {
-        [Self::Possible, Self::Touching].into_iter().find(|level| *level as u32 == number)
+numbered! {
+    /// The distance of two robots from a collision: the values of the column
+    /// [`COLLISION`](super::column::COLLISION), where 0 is
+    /// clear.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub enum ContactLevel: u32 {
+        /// They are within the safety margin, or will touch within the horizon if both continue as
+        /// they do.
+        Possible = 1,
+        /// Their footprints overlap.
+        Touching = 2,
     }
 }
 
-impl ContactChange {
-    /// Returns the change with a number, if there is one.
-    pub fn from_number(number: u32) -> Option<Self> {
-        [Self::Began, Self::Ended].into_iter().find(|change| *change as u32 == number)
+numbered! {
+    /// The change that a [`ContactEvent`] reports.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+    pub enum ContactChange: u32 {
+        /// The pair reached the level.
+        Began = 1,
+        /// The pair left the level.
+        Ended = 2,
     }
 }
 
-impl Sequenced for ContactHeader {
-    fn run_id(&self) -> u64 {
-        self.run_id
-    }
+super::sequence::sequenced!(ContactHeader: sequence);
+super::sequence::sequenced!(ContactEventHeader: sequence);
 
-    fn sequence(&self) -> u64 {
-        self.sequence
-    }
-}
-
-impl Sequenced for ContactEventHeader {
-    fn run_id(&self) -> u64 {
-        self.run_id
-    }
-
-    fn sequence(&self) -> u64 {
-        self.sequence
-    }
+/// All pairs of one frame, borrowed from shared memory.
+#[derive(Clone, Copy, Debug)]
+pub struct Contacts<'sample> {
+    /// The frame, and totals.
+    pub header: &'sample ContactHeader,
+    /// The pairs: those that touch first, then the others, each sorted by the robots' ids.
+    pub pairs: &'sample [ContactRecord],
+    /// The number of samples that were published between the one that this reader returned before
+    /// and this one.
+    pub missed: u64,
 }

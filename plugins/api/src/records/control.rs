@@ -2,15 +2,17 @@
 //! `regatta/F/control`.
 
 use bytemuck::{Pod, Zeroable};
+#[cfg(feature = "shared-memory")]
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::frame::RobotState;
 use super::{padded, text};
 
 /// A request. `kind` decides which of `count` and `speed` has a meaning.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_ControlRequest")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_ControlRequest"))]
 pub struct ControlRequest {
     /// `Step`: ticks. `Robots`: the requested number. `Seek`: simulated time in nanoseconds.
     pub count: u64,
@@ -20,32 +22,34 @@ pub struct ControlRequest {
     pub speed: f32,
 }
 
-/// Kinds of [`ControlRequest`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
-pub enum ControlKind {
-    /// Answer, and do nothing else.
-    Status = 0,
-    /// Stop ticking.
-    Pause = 1,
-    /// Tick again.
-    Resume = 2,
-    /// Pause and advance by `count` ticks; the answer comes when they are done. A pause, a resume
-    /// or a seek in between ends the steps, and their request is then refused.
-    Step = 3,
-    /// Change the requested speed.
-    Speed = 4,
-    /// Change the number of robots: new ones are spawned as the scenario defines, surplus ones
-    /// removed (highest ids first).
-    Robots = 5,
-    /// Go to a simulated time. Replays can.
-    Seek = 6,
+numbered! {
+    /// Kinds of [`ControlRequest`].
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum ControlKind: u32 {
+        /// Answer, and do nothing else.
+        Status = 0,
+        /// Stop ticking.
+        Pause = 1,
+        /// Tick again.
+        Resume = 2,
+        /// Pause and advance by `count` ticks; the answer comes when they are done. A pause, a
+        /// resume or a seek in between ends the steps, and their request is then refused.
+        Step = 3,
+        /// Change the requested speed.
+        Speed = 4,
+        /// Change the number of robots: new ones are spawned as the scenario defines, surplus ones
+        /// removed (highest ids first).
+        Robots = 5,
+        /// Go to a simulated time. Replays can.
+        Seek = 6,
+    }
 }
 
 /// The answer: whether the request was carried out, and the status after it.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_ControlResponse")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_ControlResponse"))]
 pub struct ControlResponse {
     /// The run.
     pub run_id: u64,
@@ -89,10 +93,7 @@ impl ControlRequest {
 
     /// The kind of the request; `None` if this contract doesn't know it.
     pub fn kind(&self) -> Option<ControlKind> {
-        use ControlKind::{Pause, Resume, Robots, Seek, Speed, Status, Step};
-        [Status, Pause, Resume, Step, Speed, Robots, Seek]
-            .into_iter()
-            .find(|kind| *kind as u32 == self.kind)
+        ControlKind::from_number(self.kind)
     }
 }
 

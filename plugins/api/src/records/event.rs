@@ -1,14 +1,16 @@
 //! Events of robots. One sample of `regatta/F/events` holds all events of one tick.
 
 use bytemuck::{Pod, Zeroable};
+#[cfg(feature = "shared-memory")]
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::sequence::Sequenced;
 
 /// The iceoryx2 user header of `regatta/F/events`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_EventHeader")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_EventHeader"))]
 pub struct EventHeader {
     /// The run that the tick belongs to.
     pub run_id: u64,
@@ -21,140 +23,116 @@ pub struct EventHeader {
 }
 
 /// One event.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_EventRecord")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_EventRecord"))]
 pub struct EventRecord {
-    /// The token of the order that this event answers, or zero.
+    /// The token of the command that this event answers, or zero.
     pub token: u64,
     /// An [`EventKind`].
     pub kind: u32,
-    /// The robot, by id; [`NO_ROBOT`](super::task::NO_ROBOT) for events of edges and the answers to
-    /// their orders.
+    /// The robot, by id; [`NO_ROBOT`](super::order::NO_ROBOT) for events of edges and the answers
+    /// to their commands.
     pub robot: u32,
     /// `ReachedNode`: the node's id. `EdgeClosed`, `EdgeOpened`: the edge's. `Refused`: the id that
-    /// the order named.
+    /// the command named.
     pub id: u32,
     /// `Refused`: a [`Refusal`]. `BrokenDown`: a [`BreakdownCause`].
     pub detail: u32,
 }
 
-/// Kinds of [`EventRecord`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
-pub enum EventKind {
-    /// A robot reached a node of its route.
-    ReachedNode = 1,
-    /// A robot reached the end of its route.
-    RouteDone = 2,
-    /// A robot reached the end of its released base and waits for a release, or comes to a closed
-    /// edge and waits for it.
-    WaitingForRelease = 3,
-    /// A held robot has come to a stop.
-    Held = 4,
-    /// A held robot continues.
-    Resumed = 5,
-    /// An order was carried out.
-    Accepted = 6,
-    /// An order was refused and changed nothing; `detail` is the reason.
-    Refused = 7,
-    /// A robot joined the fleet after the first frame.
-    Spawned = 8,
-    /// A robot left the fleet.
-    Removed = 9,
-    /// A robot can't continue (a random walk at a dead end, for example).
-    Faulted = 10,
-    /// A robot stalls: it stops for a while.
-    Stalled = 11,
-    /// A robot no longer stalls.
-    Recovered = 12,
-    /// A robot is broken; `detail` is the cause.
-    BrokenDown = 13,
-    /// A robot is no longer broken.
-    Repaired = 14,
-    /// An edge is closed: no robot enters it.
-    EdgeClosed = 15,
-    /// An edge is open again.
-    EdgeOpened = 16,
-}
-
-/// The cause of a breakdown.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[repr(u32)]
-pub enum BreakdownCause {
-    /// Not known.
-    #[default]
-    Unknown = 0,
-    /// Its battery is flat. It stays broken until it is repaired, which brings a full battery, or
-    /// until it has been charged.
-    FlatBattery = 1,
-}
-
-/// The reason why an order was refused.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-#[repr(u32)]
-pub enum Refusal {
-    /// No robot has that id.
-    UnknownRobot = 1,
-    /// No edge has that id.
-    UnknownEdge = 2,
-    /// No node has that id.
-    UnknownNode = 3,
-    /// The world has no such robot type.
-    UnknownRobotType = 4,
-    /// A leg doesn't start where the leg before it or the base ends, or where the robot is.
-    NotConnected = 5,
-    /// The edge can't be driven in reverse gear.
-    NoReverse = 6,
-    /// The route has no legs, or a released leg follows one that is not.
-    MalformedRoute = 7,
-    /// The distance is not on the edge, or not a number.
-    DistanceOutOfRange = 8,
-    /// The fleet has reached its maximum size.
-    FleetFull = 9,
-    /// The record's kind is unknown, or legs are missing.
-    MalformedOrder = 10,
-    /// The producer takes no orders: a replay, a UDP source.
-    NotSteerable = 11,
-    /// The leg to release is not at or after the end of the robot's base.
-    NotAhead = 12,
-    /// A leg of the route is along a closed edge.
-    EdgeClosed = 13,
-}
-
-impl Sequenced for EventHeader {
-    fn run_id(&self) -> u64 {
-        self.run_id
-    }
-
-    fn sequence(&self) -> u64 {
-        self.sequence
+numbered! {
+    /// Kinds of [`EventRecord`].
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum EventKind: u32 {
+        /// A robot reached a node of its route.
+        ReachedNode = 1,
+        /// A robot reached the end of its route.
+        RouteDone = 2,
+        /// A robot reached the end of its released base and waits for a release, or comes to a
+        /// closed edge and waits for it.
+        WaitingForRelease = 3,
+        /// A held robot has come to a stop.
+        Held = 4,
+        /// A held robot continues.
+        Resumed = 5,
+        /// A command was carried out.
+        Accepted = 6,
+        /// A command was refused and changed nothing; `detail` is the reason.
+        Refused = 7,
+        /// A robot joined the fleet after the first frame.
+        Spawned = 8,
+        /// A robot left the fleet.
+        Removed = 9,
+        /// A robot can't continue (a random walk at a dead end, for example).
+        Faulted = 10,
+        /// A robot stalls: it stops for a while.
+        Stalled = 11,
+        /// A robot no longer stalls.
+        Recovered = 12,
+        /// A robot is broken; `detail` is the cause.
+        BrokenDown = 13,
+        /// A robot is no longer broken.
+        Repaired = 14,
+        /// An edge is closed: no robot enters it.
+        EdgeClosed = 15,
+        /// An edge is open again.
+        EdgeOpened = 16,
     }
 }
+
+numbered! {
+    /// The cause of a breakdown.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+    pub enum BreakdownCause: u32 {
+        /// Not known.
+        #[default]
+        Unknown = 0,
+        /// Its battery is flat. It stays broken until it is repaired, which brings a full battery,
+        /// or until it has been charged.
+        FlatBattery = 1,
+    }
+}
+
+numbered! {
+    /// The reason why a command was refused.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+    pub enum Refusal: u32 {
+        /// No robot has that id.
+        UnknownRobot = 1,
+        /// No edge has that id.
+        UnknownEdge = 2,
+        /// No node has that id.
+        UnknownNode = 3,
+        /// The world has no such robot type.
+        UnknownRobotType = 4,
+        /// A leg doesn't start where the leg before it or the base ends, or where the robot is.
+        NotConnected = 5,
+        /// The edge can't be driven in reverse gear.
+        NoReverse = 6,
+        /// The route has no legs, or a released leg follows one that is not.
+        MalformedRoute = 7,
+        /// The distance is not on the edge, or not a number.
+        DistanceOutOfRange = 8,
+        /// The fleet has reached its maximum size.
+        FleetFull = 9,
+        /// The record's kind is unknown, or legs are missing.
+        MalformedCommand = 10,
+        /// The producer takes no commands: a replay, a UDP source.
+        NotSteerable = 11,
+        /// The leg to release is not at or after the end of the robot's base.
+        NotAhead = 12,
+        /// A leg of the route is along a closed edge.
+        EdgeClosed = 13,
+    }
+}
+
+super::sequence::sequenced!(EventHeader: sequence);
 
 impl EventRecord {
     /// The kind of the event; `None` if this contract doesn't know it.
     pub fn kind(&self) -> Option<EventKind> {
-        use EventKind::*;
-        [
-            ReachedNode,
-            RouteDone,
-            WaitingForRelease,
-            Held,
-            Resumed,
-            Accepted,
-            Refused,
-            Spawned,
-            Removed,
-            Faulted,
-            Stalled,
-            Recovered,
-            BrokenDown,
-            Repaired,
-            EdgeClosed,
-            EdgeOpened,
-        ]
-        .into_iter()
-        .find(|kind| *kind as u32 == self.kind)
+        EventKind::from_number(self.kind)
     }
 }

@@ -1,6 +1,7 @@
 //! A frame: the poses of all robots at one tick, as columns in one block of 64-byte lines.
 
 use bytemuck::{Pod, Zeroable};
+#[cfg(feature = "shared-memory")]
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::sequence::Sequenced;
@@ -10,7 +11,7 @@ mod view;
 
 /// The version of everything in this crate that crosses a process boundary. Two processes
 /// communicate only if their versions are equal.
-pub const CONTRACT_VERSION: u32 = 10;
+pub const CONTRACT_VERSION: u32 = 11;
 
 /// The value of the `edge` column for a robot that is on no edge.
 pub const NO_EDGE: u32 = u32::MAX;
@@ -19,10 +20,11 @@ pub const NO_EDGE: u32 = u32::MAX;
 ///
 /// Frames are slices of lines, rather than of `f32` with a raised alignment, because iceoryx2 pads
 /// every element of a slice to the alignment.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
 #[repr(align(64))]
-#[type_name("regatta_Line")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_Line"))]
 pub struct Line(pub [f32; 16]);
 
 /// Values of four bytes in one [`Line`].
@@ -31,9 +33,10 @@ pub const WORDS_PER_LINE: usize = 16;
 pub const BYTES_PER_LINE: usize = 64;
 
 /// The iceoryx2 user header of `regatta/F/frames`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_FrameHeader")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_FrameHeader"))]
 pub struct FrameHeader {
     /// Differs between any two starts of a producer.
     pub run_id: u64,
@@ -70,8 +73,8 @@ pub struct FrameHeader {
     /// Nonzero if an earlier frame of the run has the same tick.
     pub repeated: u32,
     /// Counts the jumps of the producer's clock in its run: a replay that is sent to another time
-    /// jumps. Between two frames with different counts no simulated time has passed, whatever their
-    /// times are.
+    /// jumps. Between two frames with different counts no simulated time has passed, even if their
+    /// times differ.
     pub jumps: u64,
 }
 
@@ -98,7 +101,7 @@ pub enum RobotState {
     /// The robot stands at the end of its released base, at a node or within an edge, and has a
     /// horizon: it waits for a release.
     Waiting = 2,
-    /// The robot was ordered to hold; it is stopped, or braking to a stop.
+    /// The robot was commanded to hold; it is stopped, or braking to a stop.
     Held = 3,
     /// The robot can't continue; an event gave the reason.
     Faulted = 4,
@@ -198,29 +201,19 @@ impl<'frame> Columns<'frame> {
             return None;
         }
         let stride = stride_lines(robots);
-        let column = |i: usize| &lines[i * stride..(i + 1) * stride];
-        let metres = |i: usize| -> &'frame [f32] { &bytemuck::cast_slice(column(i))[..robots] };
         Some(Self {
-            x: metres(0),
-            y: metres(1),
-            theta: metres(2),
-            speed: metres(3),
-            s: metres(4),
-            edge: &bytemuck::cast_slice(column(5))[..robots],
+            x: &bytemuck::cast_slice(lines)[..robots],
+            y: &bytemuck::cast_slice(&lines[stride..])[..robots],
+            theta: &bytemuck::cast_slice(&lines[2 * stride..])[..robots],
+            speed: &bytemuck::cast_slice(&lines[3 * stride..])[..robots],
+            s: &bytemuck::cast_slice(&lines[4 * stride..])[..robots],
+            edge: &bytemuck::cast_slice(&lines[5 * stride..])[..robots],
             state: &bytemuck::cast_slice(&lines[6 * stride..])[..robots],
         })
     }
 }
 
-impl Sequenced for FrameHeader {
-    fn run_id(&self) -> u64 {
-        self.run_id
-    }
-
-    fn sequence(&self) -> u64 {
-        self.sequence
-    }
-}
+super::sequence::sequenced!(FrameHeader: sequence);
 
 impl RobotState {
     /// The name, for people.
@@ -242,8 +235,8 @@ impl RobotState {
     /// are below it.
     pub const COUNT: usize = 8;
 
-    /// Whether the robot may not drive, whatever its route: it is held, stalled or broken, and
-    /// stands or brakes to a stop.
+    /// Whether the robot may not drive along its route: it is held, stalled or broken, and stands
+    /// or brakes to a stop.
     pub const fn is_stopped(self) -> bool {
         matches!(self, Self::Held | Self::Stalled | Self::Broken)
     }

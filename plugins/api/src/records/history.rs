@@ -3,9 +3,10 @@
 //! that joins late has all of it.
 
 use bytemuck::{Pod, Zeroable};
+#[cfg(feature = "shared-memory")]
 use iceoryx2::prelude::ZeroCopySend;
 
-use super::frame::NO_EDGE;
+use super::frame::{Frame, NO_EDGE};
 use super::sequence::Sequenced;
 
 /// The number of states in [`FleetSample::states`]: all but
@@ -13,14 +14,15 @@ use super::sequence::Sequenced;
 pub const FLEET_STATES: usize = 8;
 /// The most edges of a [`HotSpot`].
 pub const SPOT_EDGES: usize = 4;
-/// The value of [`FleetSample::touching`] if nobody checks for contacts.
+/// The value of [`FleetSample::touching`] if no process checks for contacts.
 const UNKNOWN: u32 = u32::MAX;
 
 /// The iceoryx2 user header of `regatta/F/history`, with a payload of [`FleetSample`]s, and of
 /// `regatta/F/spots`, with one of [`HotSpot`]s.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_HistoryHeader")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_HistoryHeader"))]
 pub struct HistoryHeader {
     /// The run.
     pub run_id: u64,
@@ -28,7 +30,7 @@ pub struct HistoryHeader {
     pub tick: u64,
     /// Its simulated time, in nanoseconds.
     pub sim_time_nanos: u64,
-    /// The simulated time of the first frame that is counted, in nanoseconds: what was before isn't
+    /// The simulated time of the first frame that is counted, in nanoseconds; the time before isn't
     /// known.
     pub began_nanos: u64,
     /// Counts the samples of the run, from 1. The publisher fills it in.
@@ -36,9 +38,10 @@ pub struct HistoryHeader {
 }
 
 /// The figures of a fleet at a time.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_FleetSample")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_FleetSample"))]
 pub struct FleetSample {
     /// Simulated seconds.
     pub secs: f64,
@@ -55,13 +58,28 @@ pub struct FleetSample {
 }
 
 impl FleetSample {
-    /// Adds the pairs that touch; `None` if nobody checks.
+    /// Takes the figures of a frame: the states and the speeds of its robots.
+    pub fn of(frame: &Frame<'_>) -> Self {
+        let mut states = [0; FLEET_STATES];
+        let (mut sum, mut robots) = (0.0_f64, 0_u32);
+        for (state, speed) in frame.state().iter().zip(frame.speed()) {
+            // A row without a robot has a state beyond the list.
+            if let Some(count) = states.get_mut(usize::from(*state)) {
+                *count += 1;
+                (sum, robots) = (sum + f64::from(speed.abs()), robots + 1);
+            }
+        }
+        let mean_speed = (sum / f64::from(robots.max(1))) as f32;
+        Self { secs: frame.sim_time().as_secs_f64(), states, mean_speed, ..Self::default() }
+    }
+
+    /// Adds the pairs that touch; `None` if no process checks.
     #[must_use]
     pub fn with_touching(self, pairs: Option<u32>) -> Self {
         Self { touching: pairs.unwrap_or(UNKNOWN), ..self }
     }
 
-    /// Pairs of robots that touch; `None` if nobody checks.
+    /// Pairs of robots that touch; `None` if no process checks.
     pub fn touching(&self) -> Option<u32> {
         (self.touching != UNKNOWN).then_some(self.touching)
     }
@@ -86,18 +104,19 @@ impl Default for FleetSample {
     }
 }
 
-/// Whether a [`HotSpot`] gets worse.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
-pub enum Trend {
-    /// It costs more time than it used to.
-    Growing = 1,
-    /// It costs about as much as before.
-    Steady = 2,
-    /// It costs less.
-    Easing = 3,
-    /// Nobody loses time there any more.
-    Over = 4,
+numbered! {
+    /// The development of a [`HotSpot`].
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum Trend: u32 {
+        /// It costs more time than it used to.
+        Growing = 1,
+        /// It costs about as much as before.
+        Steady = 2,
+        /// It costs less.
+        Easing = 3,
+        /// No robot loses time there any more.
+        Over = 4,
+    }
 }
 
 impl Trend {
@@ -113,9 +132,10 @@ impl Trend {
 }
 
 /// A place where robots lose time.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_HotSpot")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_HotSpot"))]
 pub struct HotSpot {
     /// The time that robots have touched others there, added up over robots, in simulated seconds.
     pub contact_secs: f64,
@@ -153,19 +173,10 @@ impl HotSpot {
         self.edges.into_iter().filter(|edge| *edge != NO_EDGE)
     }
 
-    /// Whether it gets worse. A number that this version doesn't know is [`Steady`](Trend::Steady).
+    /// Its development. A number that this version doesn't know is [`Steady`](Trend::Steady).
     pub fn trend(&self) -> Trend {
-        let all = [Trend::Growing, Trend::Easing, Trend::Over];
-        all.into_iter().find(|trend| *trend as u32 == self.trend).unwrap_or(Trend::Steady)
+        Trend::from_number(self.trend).unwrap_or(Trend::Steady)
     }
 }
 
-impl Sequenced for HistoryHeader {
-    fn run_id(&self) -> u64 {
-        self.run_id
-    }
-
-    fn sequence(&self) -> u64 {
-        self.sequence
-    }
-}
+super::sequence::sequenced!(HistoryHeader: sequence);

@@ -1,12 +1,14 @@
 //! Lockstep reports: `regatta/F/done`.
 
 use bytemuck::{Pod, Zeroable};
+#[cfg(feature = "shared-memory")]
 use iceoryx2::prelude::ZeroCopySend;
 
 /// A reader's report that it has finished a tick, or that it has left.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_Done")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_Done"))]
 pub struct Done {
     /// The run.
     pub run_id: u64,
@@ -17,7 +19,7 @@ pub struct Done {
 }
 
 impl Done {
-    /// Stands for all ticks to come: the reader has ended as it was asked to, and isn't to be
-    /// waited for.
+    /// All ticks from now on: the reader has ended on request, and the producer doesn't wait for
+    /// it.
     pub const LEFT: u64 = u64::MAX;
 }

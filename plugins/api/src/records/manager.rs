@@ -1,56 +1,46 @@
 //! Requests to a fleet manager: to send a robot somewhere, and to call it back. Request-response on
-//! `regatta/F/manager`. A fleet without a manager has no server there, and neither has one whose
-//! manager takes no requests.
+//! `regatta/F/manager`, which has no server if the fleet has no manager that takes requests.
 
 use bytemuck::{Pod, Zeroable};
+#[cfg(feature = "shared-memory")]
 use iceoryx2::prelude::ZeroCopySend;
 
-/// What a fleet manager is asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
-pub enum ManagerRequestKind {
-    /// Send a robot to a node: at once, or if it carries a load, as soon as its order is finished.
-    /// It takes the place of an earlier request for the same robot.
-    Send = 1,
-    /// Take back what a robot was sent for, and manage it as before.
-    Recall = 2,
+numbered! {
+    /// Kinds of [`ManagerRequest`].
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum ManagerRequestKind: u32 {
+        /// Send a robot to a node: at once, or if it carries a load, as soon as its order is
+        /// finished. It takes the place of an earlier request for the same robot.
+        Send = 1,
+        /// Call a robot back, and manage it as before.
+        Recall = 2,
+    }
 }
 
-/// What a fleet manager answers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
-pub enum ManagerAnswer {
-    /// It does so now.
-    Now = 1,
-    /// It does so as soon as the robot's order is finished.
-    Later = 2,
-    /// There is no such robot.
-    UnknownRobot = 3,
-    /// There is no such node.
-    UnknownNode = 4,
-    /// No way leads there, for example because edges are closed.
-    NoWay = 5,
-    /// The robot was not sent anywhere.
-    NotSent = 6,
-    /// The manager has seen no frame yet.
-    NotReady = 7,
-    /// The manager doesn't know this kind of request.
-    UnknownKind = 8,
+numbered! {
+    /// Answers of a fleet manager.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub enum ManagerAnswer: u32 {
+        /// It does so now.
+        Now = 1,
+        /// It does so as soon as the robot's order is finished.
+        Later = 2,
+        /// There is no such robot.
+        UnknownRobot = 3,
+        /// There is no such node.
+        UnknownNode = 4,
+        /// No way leads there, for example because edges are closed.
+        NoWay = 5,
+        /// The robot was not sent anywhere.
+        NotSent = 6,
+        /// The manager has seen no frame yet.
+        NotReady = 7,
+        /// The manager doesn't know this kind of request.
+        UnknownKind = 8,
+    }
 }
 
 impl ManagerAnswer {
-    /// All answers.
-    pub const ALL: [Self; 8] = [
-        Self::Now,
-        Self::Later,
-        Self::UnknownRobot,
-        Self::UnknownNode,
-        Self::NoWay,
-        Self::NotSent,
-        Self::NotReady,
-        Self::UnknownKind,
-    ];
-
     /// Whether the request is carried out, now or later.
     pub fn is_granted(self) -> bool {
         matches!(self, Self::Now | Self::Later)
@@ -58,9 +48,10 @@ impl ManagerAnswer {
 }
 
 /// A request to the fleet manager.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_ManagerRequest")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_ManagerRequest"))]
 pub struct ManagerRequest {
     /// A [`ManagerRequestKind`].
     pub kind: u32,
@@ -73,13 +64,14 @@ pub struct ManagerRequest {
 }
 
 /// The fleet manager's answer.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_ManagerResponse")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_ManagerResponse"))]
 pub struct ManagerResponse {
-    /// The number of the transport task by which the robot is sent, as in the task log; 0 if there
-    /// is none.
-    pub task: u64,
+    /// The number of the transport order by which the robot is sent, as in the order log; 0 if
+    /// there is none.
+    pub order: u64,
     /// A [`ManagerAnswer`].
     pub answer: u32,
     /// The robot of the request.
@@ -97,22 +89,20 @@ impl ManagerRequest {
         Self { kind: ManagerRequestKind::Recall as u32, robot, node: 0, reserved: 0 }
     }
 
-    /// Returns what is asked for; `None` for a kind that this version doesn't know.
+    /// Returns the kind of the request; `None` for one that this version doesn't know.
     pub fn kind(&self) -> Option<ManagerRequestKind> {
-        [ManagerRequestKind::Send, ManagerRequestKind::Recall]
-            .into_iter()
-            .find(|kind| *kind as u32 == self.kind)
+        ManagerRequestKind::from_number(self.kind)
     }
 }
 
 impl ManagerResponse {
     /// Creates an answer to a request.
-    pub const fn new(request: &ManagerRequest, answer: ManagerAnswer, task: u64) -> Self {
-        Self { task, answer: answer as u32, robot: request.robot }
+    pub const fn new(request: &ManagerRequest, answer: ManagerAnswer, order: u64) -> Self {
+        Self { order, answer: answer as u32, robot: request.robot }
     }
 
     /// Returns the answer; `None` for one that this version doesn't know.
     pub fn answer(&self) -> Option<ManagerAnswer> {
-        ManagerAnswer::ALL.into_iter().find(|answer| *answer as u32 == self.answer)
+        ManagerAnswer::from_number(self.answer)
     }
 }

@@ -40,7 +40,8 @@ pub enum NameError {
     },
     /// The text has a character that a service name can't have.
     #[error(
-        "{character:?} in the name {name:?} is not allowed; use letters (a-z, A-Z), digits, '-', '_' and '.'"
+        "{character:?} in the name {name:?} is not allowed; use letters (a-z, A-Z), digits, '-', \
+         '_' and '.'"
     )]
     Character {
         /// The whole text.
@@ -64,51 +65,38 @@ fn check(text: &str) -> Result<(), NameError> {
     }
 }
 
-impl FleetName {
-    /// The name as text.
-    pub fn as_str(&self) -> &str {
-        &self.0
-    }
+/// Implements the methods and traits of a name.
+macro_rules! name {
+    ($name:ident) => {
+        impl $name {
+            /// The name as text.
+            pub fn as_str(&self) -> &str {
+                &self.0
+            }
+        }
+
+        impl FromStr for $name {
+            type Err = NameError;
+
+            fn from_str(text: &str) -> Result<Self, NameError> {
+                check(text).map(|()| Self(text.to_owned()))
+            }
+        }
+
+        impl fmt::Display for $name {
+            fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str(&self.0)
+            }
+        }
+    };
 }
+
+name!(FleetName);
+name!(ColumnName);
 
 impl Default for FleetName {
     fn default() -> Self {
         Self("default".to_owned())
-    }
-}
-
-impl FromStr for FleetName {
-    type Err = NameError;
-
-    fn from_str(text: &str) -> Result<Self, NameError> {
-        check(text).map(|()| Self(text.to_owned()))
-    }
-}
-
-impl fmt::Display for FleetName {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl ColumnName {
-    /// The name as text.
-    pub fn as_str(&self) -> &str {
-        &self.0
-    }
-}
-
-impl FromStr for ColumnName {
-    type Err = NameError;
-
-    fn from_str(text: &str) -> Result<Self, NameError> {
-        check(text).map(|()| Self(text.to_owned()))
-    }
-}
-
-impl fmt::Display for ColumnName {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
     }
 }
 

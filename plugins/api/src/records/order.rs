@@ -1,121 +1,169 @@
-//! Orders of a fleet manager to robots. One sample of `regatta/F/orders` is a slice of
-//! [`OrderRecord`]s, applied in order at the start of the next tick.
+//! The order log: the progress of each transport order, on `regatta/F/orders`. One sample holds all
+//! records of one tick of the fleet manager that writes it.
 
 use bytemuck::{Pod, Zeroable};
+#[cfg(feature = "shared-memory")]
 use iceoryx2::prelude::ZeroCopySend;
 
+use super::sequence::Sequenced;
+
+/// The value of [`OrderRecord::robot`] for a record of no robot.
+pub const NO_ROBOT: u32 = u32::MAX;
+
 /// The iceoryx2 user header of `regatta/F/orders`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_OrderHeader")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_OrderHeader"))]
 pub struct OrderHeader {
-    /// The hash of the sender's name. In lockstep, the samples of a tick are applied in the order
-    /// of this value.
-    pub sender: u64,
+    /// The run that the tick belongs to.
+    pub run_id: u64,
+    /// The tick of the frame that the fleet manager had when it wrote the records.
+    pub tick: u64,
+    /// Records of this tick that were left out because there were too many.
+    pub dropped: u64,
+    /// Counts the samples of the run, from 1. The publisher fills it in.
+    pub sequence: u64,
 }
 
-/// One order, or one leg of the route of the order before it. `kind` decides which fields have a
-/// meaning.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+/// Something that happened to an order. `kind` decides which fields have a meaning; the others are
+/// zero, and `robot` is [`NO_ROBOT`].
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_OrderRecord")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_OrderRecord"))]
 pub struct OrderRecord {
-    /// A number chosen by the sender; the events that answer this order carry it. Zero means none.
-    pub token: u64,
+    /// The number of the order, which no other order of the fleet manager's store has.
+    pub order: u64,
     /// An [`OrderKind`].
     pub kind: u32,
-    /// The robot, by id; [`NO_ROBOT`](super::task::NO_ROBOT) for `CloseEdge` and `OpenEdge`, no
-    /// meaning for spawns and `Leg`.
+    /// The robot, by id, or [`NO_ROBOT`].
     pub robot: u32,
-    /// `Assign`, `Extend`: the number of `Leg` records that follow this one.
-    pub legs: u32,
-    /// `Leg`, `Release`, `SpawnOnEdge`, `CloseEdge`, `OpenEdge`: id of the edge in the route graph.
-    /// `SpawnAtNode`: id of the node.
-    pub id: u32,
-    /// `Leg`, `Release`: 1 to drive the edge from destination to origin in reverse gear, else 0.
-    pub reverse: u32,
-    /// `Leg`: 1 if the robot may drive this edge now, 0 if it is horizon. Once 0, all later legs
-    /// are.
-    pub released: u32,
-    /// Spawns: index of the robot type in the world.
-    pub robot_type: u32,
-    /// `SpawnOnEdge`: metres from the edge's origin node. `Release`: metres from the node at which
-    /// the leg is entered.
-    pub s: f32,
+    /// `Stop`, `Arrived`, `Handled`: the index of the stop among those of the order.
+    pub stop: u32,
+    /// `Stop`, `Arrived`, `Handled`: id of the stop's node in the route graph.
+    pub node: u32,
+    /// `Stop`, `Arrived`, `Handled`: a [`StopAction`].
+    pub action: u32,
+    /// `Stop`: the shortest time that a robot stands at the stop, in seconds.
+    pub dwell_secs: f32,
+    /// `Created`: the number of stops. `Withdrawn`, `Failed`, `Cancelled`: the fleet manager's
+    /// number of the reason.
+    pub detail: u32,
+    /// Zero.
+    pub reserved: u32,
 }
 
-/// Kinds of [`OrderRecord`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u32)]
-pub enum OrderKind {
-    /// Part of the route of the `Assign` or `Extend` before it.
-    Leg = 0,
-    /// Give a robot a new route. The route starts where the robot is: at the end of its current
-    /// edge, which it finishes first, or at its node. If no leg is released, a base that ends
-    /// within the current edge still ends there; that of a robot that stands within an edge without
-    /// a route ends where it stands.
-    Assign = 1,
-    /// Drop the horizon and append legs at the end of the released base. If it ends within a leg
-    /// and an appended leg is released, the rest of that leg is, too.
-    Extend = 2,
-    /// Drop the whole route beyond the end of the robot's current edge, or of its base if that is
-    /// on the edge.
-    Cancel = 3,
-    /// Brake, stop and keep the route.
-    Hold = 4,
-    /// End a hold.
-    Resume = 5,
-    /// Add a robot on a node, in the node's pose.
-    SpawnAtNode = 6,
-    /// Add a robot on an edge at distance `s`.
-    SpawnOnEdge = 7,
-    /// Remove a robot from the fleet. A later spawn may reuse its id.
-    Remove = 8,
-    /// Release the horizon up to `s` metres along a leg: the first leg with this edge and gear at
-    /// or after the end of the base. All legs before it become wholly released. `s` at or beyond
-    /// the leg's length, or infinity, releases all of it; the end of the base may be within the leg
-    /// that the robot is on.
-    ///
-    /// Nothing is ever taken back: less than is released already changes nothing. So the order may
-    /// be sent again. It takes one record; the legs aren't sent again.
-    Release = 9,
-    /// Make a robot break down: it brakes, stops and keeps its route until it is repaired. Orders
-    /// for its route are accepted, and take effect afterwards.
-    Break = 10,
-    /// Repair a robot that is broken. It goes on with its route, unless it is held.
-    Repair = 11,
-    /// Close an edge in both gears: from now on no robot enters it, whatever its route, and no new
-    /// route may lead along it. Who is on it leaves it. Who comes to it waits at the node before
-    /// it, and brakes harder than usual if need be.
-    CloseEdge = 12,
-    /// Open a closed edge again. Who waits before it drives on.
-    OpenEdge = 13,
+numbered! {
+    /// Kinds of [`OrderRecord`].
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub enum OrderKind: u32 {
+        /// The order exists. One `Stop` for each of its stops follows in the same sample.
+        Created = 1,
+        /// A stop of the order: its node, action and dwell.
+        Stop = 2,
+        /// The order was given to a robot.
+        Assigned = 3,
+        /// The order was taken from its robot before the first pick.
+        Withdrawn = 4,
+        /// The robot stands at a stop, and its dwell begins.
+        Arrived = 5,
+        /// The dwell is over: the load is picked or dropped, for example.
+        Handled = 6,
+        /// All stops were handled.
+        Finished = 7,
+        /// The fleet manager has given the order up.
+        Failed = 8,
+        /// The order was cancelled on request.
+        Cancelled = 9,
+    }
 }
 
-/// One edge of a route in an order.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct RouteLeg {
-    /// Id of the edge in the route graph.
-    pub edge: u32,
-    /// Whether to drive it from destination to origin, in reverse gear.
-    pub reverse: bool,
-    /// Whether the robot may drive it now; if not, it is horizon, and so are all legs after it.
-    pub released: bool,
+numbered! {
+    /// The action of a robot at a stop of an order.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub enum StopAction: u32 {
+        /// Nothing but to stand there.
+        #[default]
+        None = 0,
+        /// Pick a load up.
+        Pick = 1,
+        /// Drop the load.
+        Drop = 2,
+        /// Charge.
+        Charge = 3,
+        /// Park.
+        Park = 4,
+    }
 }
 
-impl RouteLeg {
-    /// A released leg that is driven forward.
-    pub const fn forward(edge: u32) -> Self {
-        Self { edge, reverse: false, released: true }
+impl OrderRecord {
+    /// Returns a record of an order without a robot, whose other fields are zero.
+    pub const fn new(order: u64, kind: OrderKind) -> Self {
+        let kind = kind as u32;
+        Self {
+            order,
+            kind,
+            robot: NO_ROBOT,
+            stop: 0,
+            node: 0,
+            action: StopAction::None as u32,
+            dwell_secs: 0.0,
+            detail: 0,
+            reserved: 0,
+        }
     }
 
-    /// A released leg that is driven in reverse gear.
-    pub const fn reverse(edge: u32) -> Self {
-        Self { edge, reverse: true, released: true }
+    /// Returns the record with a robot, by id.
+    #[must_use]
+    pub const fn of_robot(self, robot: u32) -> Self {
+        Self { robot, ..self }
     }
 
-    /// The same leg as horizon: planned, not released.
-    pub const fn horizon(self) -> Self {
-        Self { released: false, ..self }
+    /// Returns the record with a stop: its index among those of the order, the id of its node, and
+    /// its action.
+    #[must_use]
+    pub const fn at_stop(self, stop: u32, node: u32, action: StopAction) -> Self {
+        Self { stop, node, action: action as u32, ..self }
+    }
+
+    /// The kind; `None` if this contract doesn't know it.
+    pub fn kind(&self) -> Option<OrderKind> {
+        OrderKind::from_number(self.kind)
+    }
+
+    /// The action. An unknown number counts as nothing.
+    pub fn action(&self) -> StopAction {
+        StopAction::from_number(self.action).unwrap_or_default()
+    }
+}
+
+impl Default for OrderRecord {
+    /// Returns a record of no kind and no robot.
+    fn default() -> Self {
+        Self { kind: 0, ..Self::new(0, OrderKind::Created) }
+    }
+}
+
+super::sequence::sequenced!(OrderHeader: sequence);
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn records_are_read_as_they_were_written() {
+        for kind in OrderKind::ALL {
+            assert_eq!(OrderRecord::new(7, kind).kind(), Some(kind));
+        }
+        for action in StopAction::ALL {
+            let record = OrderRecord::new(7, OrderKind::Arrived).of_robot(3).at_stop(1, 44, action);
+            assert_eq!(
+                (record.action(), record.robot, record.stop, record.node),
+                (action, 3, 1, 44)
+            );
+        }
+        assert_eq!((OrderRecord::default().kind(), OrderRecord::default().robot), (None, NO_ROBOT));
+        assert_eq!(OrderRecord { action: 99, ..OrderRecord::default() }.action(), StopAction::None);
     }
 }

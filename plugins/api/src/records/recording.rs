@@ -1,8 +1,8 @@
-//! What a replay tells about its recording: its name, its time, and where something happened in it.
-//! A replay publishes this on `regatta/F/recording`, so that any reader can show a bar with marks,
-//! whoever started the replay.
+//! The description of a recording: its name, its time, and marks at the times of incidents. A
+//! replay publishes it on `regatta/F/recording`, so that any reader can show a timeline with marks.
 
 use bytemuck::{Pod, Zeroable};
+#[cfg(feature = "shared-memory")]
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::sequence::Sequenced;
@@ -13,9 +13,10 @@ use super::{padded, text};
 ///
 /// Times are those of the recording's clock: the simulated time of its first run; further runs
 /// follow without a gap.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_RecordingHeader")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_RecordingHeader"))]
 pub struct RecordingHeader {
     /// The run of the frames that [`ahead_nanos`](Self::ahead_nanos) is about.
     pub run_id: u64,
@@ -39,12 +40,13 @@ pub struct RecordingHeader {
     pub note: [u8; 128],
 }
 
-/// Something that happened in a recording.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+/// An incident in a recording.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_RecordingMark")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_RecordingMark"))]
 pub struct RecordingMark {
-    /// When, on the recording's clock, in nanoseconds.
+    /// The time on the recording's clock, in nanoseconds.
     pub time_nanos: u64,
     /// A [`MarkKind`].
     pub kind: u32,
@@ -56,18 +58,19 @@ pub struct RecordingMark {
     pub reserved: u32,
 }
 
-/// Kinds of [`RecordingMark`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-#[repr(u32)]
-pub enum MarkKind {
-    /// Two robots began to touch.
-    Contact = 1,
-    /// A robot can't continue, or is broken.
-    Fault = 2,
-    /// A robot was held and has come to a stop, or stalls.
-    Stop = 3,
-    /// A note that somebody has written.
-    Note = 4,
+numbered! {
+    /// Kinds of [`RecordingMark`].
+    #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+    pub enum MarkKind: u32 {
+        /// Two robots began to touch.
+        Contact = 1,
+        /// A robot can't continue, or is broken.
+        Fault = 2,
+        /// A robot was held and has come to a stop, or stalls.
+        Stop = 3,
+        /// A note of a user.
+        Note = 4,
+    }
 }
 
 impl RecordingHeader {
@@ -106,17 +109,8 @@ impl Default for RecordingHeader {
 impl RecordingMark {
     /// The kind of the mark; `None` if this contract doesn't know it.
     pub fn kind(&self) -> Option<MarkKind> {
-        use MarkKind::{Contact, Fault, Note, Stop};
-        [Contact, Fault, Stop, Note].into_iter().find(|kind| *kind as u32 == self.kind)
+        MarkKind::from_number(self.kind)
     }
 }
 
-impl Sequenced for RecordingHeader {
-    fn run_id(&self) -> u64 {
-        self.run_id
-    }
-
-    fn sequence(&self) -> u64 {
-        self.sequence
-    }
-}
+super::sequence::sequenced!(RecordingHeader: sequence);

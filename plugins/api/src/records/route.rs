@@ -4,6 +4,7 @@
 use core::cmp::Ordering;
 
 use bytemuck::{Pod, Zeroable};
+#[cfg(feature = "shared-memory")]
 use iceoryx2::prelude::ZeroCopySend;
 
 /// The largest number of legs that one answer lists. A longer route is cut; its total length is
@@ -17,9 +18,10 @@ const DRIVES_ON: u32 = 2;
 const REVERSE: u32 = 1 << 31;
 
 /// A request for the route of a robot.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_RouteRequest")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_RouteRequest"))]
 pub struct RouteRequest {
     /// The robot, by id.
     pub robot: u32,
@@ -33,9 +35,10 @@ pub struct RouteRequest {
 /// loop, the response lists one lap from there; the part up to the end of the route's list is
 /// released. For a random walk, it lists the leg that the robot is on and the next ones, as far as
 /// they are drawn. A robot without a route has no legs.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_RouteResponse")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_RouteResponse"))]
 pub struct RouteResponse {
     /// The run. Edges are those of its world.
     pub run_id: u64,
@@ -44,7 +47,7 @@ pub struct RouteResponse {
     /// The requested robot.
     pub robot: u32,
     /// 0 if there is no such robot; 1 if there is; 2 if it also drives on beyond the listed legs,
-    /// without another order: on a loop or a random walk.
+    /// without another command: on a loop or a random walk.
     pub found: u32,
     /// The number of remaining legs.
     pub legs: u32,
@@ -111,7 +114,7 @@ impl RouteResponse {
         response
     }
 
-    /// Turns this into a response where only so many metres of the last released leg are released.
+    /// Turns this into a response with the released metres of the last released leg.
     #[must_use]
     pub fn up_to(self, released_metres: f32) -> Self {
         Self { released_metres, ..self }
@@ -123,8 +126,8 @@ impl RouteResponse {
         Self { found: DRIVES_ON, ..self }
     }
 
-    /// Whether the robot drives all listed legs and then on, without another order: on a loop or a
-    /// random walk.
+    /// Whether the robot drives all listed legs and then on, without another command: on a loop or
+    /// a random walk.
     pub fn drives_on(&self) -> bool {
         self.found == DRIVES_ON
     }

@@ -7,7 +7,31 @@ pub trait Sequenced {
 
     /// The number of the sample within its run, counted by the publisher from 1.
     fn sequence(&self) -> u64;
+
+    /// Sets the number of the sample.
+    fn set_sequence(&mut self, sequence: u64);
 }
+
+/// Implements [`Sequenced`] by the field `run_id` and the named field.
+macro_rules! sequenced {
+    ($header:ty: $sequence:ident) => {
+        impl Sequenced for $header {
+            fn run_id(&self) -> u64 {
+                self.run_id
+            }
+
+            fn sequence(&self) -> u64 {
+                self.$sequence
+            }
+
+            fn set_sequence(&mut self, sequence: u64) {
+                self.$sequence = sequence;
+            }
+        }
+    };
+}
+
+pub(super) use sequenced;
 
 /// Counts the samples of a service that a reader never got, exactly.
 ///
@@ -30,11 +54,11 @@ pub struct LostSamples {
 }
 
 impl LostSamples {
-    /// Records a received sample, and returns how many were lost between the one before and this
-    /// one.
+    /// Records a received sample, and returns the number of samples that were lost since the one
+    /// before.
     ///
     /// Samples that were published before the reader joined are not lost. When the run changes, the
-    /// samples of the new run before this one are; how many of the old run's last ones are missing
+    /// samples of the new run before this one are; the number of missing last ones of the old run
     /// is unknown, and counts as none. A lower number than before within a run means that the
     /// publisher was replaced; nothing counts as lost then.
     pub fn before(&mut self, header: &impl Sequenced) -> u64 {
@@ -50,7 +74,7 @@ impl LostSamples {
         lost
     }
 
-    /// How many samples were lost so far, in all runs.
+    /// The number of samples that were lost so far, in all runs.
     pub fn total(&self) -> u64 {
         self.total
     }

@@ -1,6 +1,7 @@
-//! Traffic: what happens on each edge, published by a plugin on `regatta/F/traffic`.
+//! Traffic: the figures of each edge, published by a plugin on `regatta/F/traffic`.
 
 use bytemuck::{Pod, Zeroable};
+#[cfg(feature = "shared-memory")]
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::sequence::Sequenced;
@@ -10,9 +11,10 @@ pub const TRAFFIC_PERIODS: usize = 3;
 
 /// The iceoryx2 user header of `regatta/F/traffic`. Its payload is an [`EdgeTraffic`] for each edge
 /// of the world and each period: first all edges for the first period, then all for the next.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_TrafficHeader")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_TrafficHeader"))]
 pub struct TrafficHeader {
     /// The run of the frames that the figures were computed from.
     pub run_id: u64,
@@ -24,22 +26,23 @@ pub struct TrafficHeader {
     pub world_revision: u64,
     /// Counts the samples of the run, from 1. The publisher fills it in.
     pub sequence: u64,
-    /// How long each period is so far, in simulated seconds: the last minute and the last ten
+    /// The length of each period so far, in simulated seconds: the last minute and the last ten
     /// minutes grow to their lengths first, and end up to a sixth and up to a tenth longer.
     pub period_secs: [f32; TRAFFIC_PERIODS],
     /// The number of edges.
     pub edges: u32,
     /// 1 if a collision checker publishes contacts; if not, contact times are 0.
     pub has_contacts: u32,
-    /// 1 if routes are known; if not, `released` and `planned` are 0. They aren't asked for in
-    /// lockstep, and replays know none.
+    /// 1 if routes are known; if not, `released` and `planned` are 0. Readers don't ask for routes
+    /// in lockstep, and replays know none.
     pub has_routes: u32,
 }
 
-/// What happened on an edge in a period. Times are simulated.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+/// The figures of an edge in a period. Times are simulated.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_EdgeTraffic")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_EdgeTraffic"))]
 pub struct EdgeTraffic {
     /// The mean number of robots on the edge.
     pub occupancy: f32,
@@ -60,12 +63,16 @@ pub struct EdgeTraffic {
     pub planned: f32,
 }
 
-impl Sequenced for TrafficHeader {
-    fn run_id(&self) -> u64 {
-        self.run_id
-    }
+super::sequence::sequenced!(TrafficHeader: sequence);
 
-    fn sequence(&self) -> u64 {
-        self.sequence
-    }
+/// The traffic on all edges, borrowed from shared memory.
+#[derive(Clone, Copy, Debug)]
+pub struct Traffic<'sample> {
+    /// The frame that the figures belong to, and the periods.
+    pub header: &'sample TrafficHeader,
+    /// For each period: a figure for each edge of the world.
+    pub periods: [&'sample [EdgeTraffic]; TRAFFIC_PERIODS],
+    /// The number of samples that were published between the one that this reader returned before
+    /// and this one.
+    pub missed: u64,
 }

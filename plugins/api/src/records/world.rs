@@ -5,6 +5,7 @@
 //! [`WorldData`].
 
 use bytemuck::{Pod, Zeroable};
+#[cfg(feature = "shared-memory")]
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::sequence::Sequenced;
@@ -18,9 +19,10 @@ mod texts;
 mod view;
 
 /// The iceoryx2 user header of `regatta/F/world`.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_WorldHeader")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_WorldHeader"))]
 pub struct WorldHeader {
     /// The run that this world belongs to.
     pub run_id: u64,
@@ -45,9 +47,10 @@ pub struct WorldHeader {
 }
 
 /// A node of the route graph.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_NodeRecord")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_NodeRecord"))]
 pub struct NodeRecord {
     /// Id in the route graph's file.
     pub id: u32,
@@ -67,27 +70,29 @@ pub struct NodeRecord {
     pub role: u32,
 }
 
-/// What robots do at a node.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[repr(u32)]
-pub enum NodeRole {
-    /// Nothing in particular.
-    #[default]
-    None = 0,
-    /// Pick a load up.
-    Pick = 1,
-    /// Drop a load.
-    Drop = 2,
-    /// Park.
-    Park = 3,
-    /// Charge.
-    Charge = 4,
+numbered! {
+    /// The purpose of a node.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+    pub enum NodeRole: u32 {
+        /// Nothing in particular.
+        #[default]
+        None = 0,
+        /// Pick a load up.
+        Pick = 1,
+        /// Drop a load.
+        Drop = 2,
+        /// Park.
+        Park = 3,
+        /// Charge.
+        Charge = 4,
+    }
 }
 
 /// An edge of the route graph: one or more cubic Bézier curves, end to end.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_EdgeRecord")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_EdgeRecord"))]
 pub struct EdgeRecord {
     /// Id in the route graph's file.
     pub id: u32,
@@ -102,9 +107,9 @@ pub struct EdgeRecord {
     /// Number of its curves; at least 1.
     pub curves: u32,
     /// Metres per second from origin to destination.
-    pub velocity_forward: f32,
+    pub speed: f32,
     /// Metres per second from destination to origin in reverse gear; 0 if that is not allowed.
-    pub velocity_backwards: f32,
+    pub reverse_speed: f32,
     /// Offset of the name in the [`Texts`]; 0 for none.
     pub name: u32,
     /// Offset of the name of its level (floor) in the [`Texts`]; 0 for none.
@@ -134,18 +139,20 @@ pub enum Orientation {
 
 /// A cubic Bézier curve: an edge or a part of one. It starts where the edge's curve before it ends.
 /// Straight lines are curves with evenly spaced control points.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_CurveRecord")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_CurveRecord"))]
 pub struct CurveRecord {
     /// Control points P0 to P3, each metres east and north of the world's origin.
     pub control_points: [[f32; 2]; 4],
 }
 
 /// A robot type.
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[cfg_attr(feature = "shared-memory", derive(ZeroCopySend))]
 #[repr(C)]
-#[type_name("regatta_RobotTypeRecord")]
+#[cfg_attr(feature = "shared-memory", type_name("regatta_RobotTypeRecord"))]
 pub struct RobotTypeRecord {
     /// Name in UTF-8, padded with zeros.
     pub name: [u8; MAX_TYPE_NAME_BYTES],
@@ -190,16 +197,13 @@ pub enum Shape {
 }
 
 impl NodeRecord {
-    /// What robots do here. An unknown number counts as nothing in particular.
+    /// The purpose of the node. An unknown number counts as nothing in particular.
     pub fn role(&self) -> NodeRole {
-        NodeRole::ALL.into_iter().find(|role| *role as u32 == self.role).unwrap_or_default()
+        NodeRole::from_number(self.role).unwrap_or_default()
     }
 }
 
 impl NodeRole {
-    /// All roles, by number.
-    pub const ALL: [Self; 5] = [Self::None, Self::Pick, Self::Drop, Self::Park, Self::Charge];
-
     /// The name, in lower case.
     pub fn name(self) -> &'static str {
         match self {
@@ -255,8 +259,9 @@ impl Orientation {
 impl CurveRecord {
     /// Returns a straight line between two points, each metres east and north.
     pub fn straight(from: [f32; 2], to: [f32; 2]) -> Self {
-        let at = |part: f32| [0, 1].map(|axis| from[axis] + part * (to[axis] - from[axis]));
-        Self { control_points: [from, at(1.0 / 3.0), at(2.0 / 3.0), to] }
+        let [second, third] = [1.0 / 3.0, 2.0 / 3.0]
+            .map(|part| [0, 1].map(|axis| from[axis] + part * (to[axis] - from[axis])));
+        Self { control_points: [from, second, third, to] }
     }
 }
 
@@ -297,15 +302,7 @@ impl RobotTypeRecord {
     }
 }
 
-impl Sequenced for WorldHeader {
-    fn run_id(&self) -> u64 {
-        self.run_id
-    }
-
-    fn sequence(&self) -> u64 {
-        self.revision
-    }
-}
+super::sequence::sequenced!(WorldHeader: revision);
 
 #[cfg(test)]
 mod tests {

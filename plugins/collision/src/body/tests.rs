@@ -24,7 +24,7 @@ proptest! {
 
     #[test]
     fn a_nearest_point_lies_between_the_positions(a in bodies(), b in bodies()) {
-        let [x, y] = nearest_point(&a, &b).map(f64::from);
+        let [x, y] = nearest_point(&a, &b).as_dvec2().to_array();
         let far = |body: &Body| (x - position(body)[0]).hypot(y - position(body)[1]);
         let [one, other] = [position(&a), position(&b)];
         let whole = (one[0] - other[0]).hypot(one[1] - other[1]);

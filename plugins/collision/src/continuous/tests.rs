@@ -2,6 +2,7 @@
 
 use std::f32::consts::FRAC_1_SQRT_2;
 
+use glam::Vec2;
 use proptest::prelude::*;
 
 use super::*;
@@ -85,14 +86,14 @@ fn nearest((a, segments_a): (&Body, &[Segment]), (b, segments_b): (&Body, &[Segm
 #[test]
 fn robots_that_graze_each_other_in_a_turn_are_near() {
     let a = Body {
-        position: [-0.55521053, 2.7036357],
-        heading: [-FRAC_1_SQRT_2, FRAC_1_SQRT_2],
+        position: Vec2::new(-0.55521053, 2.7036357),
+        heading: Vec2::new(-FRAC_1_SQRT_2, FRAC_1_SQRT_2),
         half_length: 0.030419556,
         half_width: 0.260784,
     };
     let b = Body {
-        position: [-2.8873036, -13.966499],
-        heading: [0.9883831, -0.15198308],
+        position: Vec2::new(-2.8873036, -13.966499),
+        heading: Vec2::new(0.9883831, -0.15198308),
         half_length: 0.05246069,
         half_width: 17.943045,
     };
@@ -109,14 +110,14 @@ fn robots_that_graze_each_other_in_a_turn_are_near() {
 #[test]
 fn a_robot_that_passes_the_end_of_a_turning_thin_one_does_not_overlap() {
     let a = Body {
-        position: [4.6396704, 0.23609333],
-        heading: [0.0, 1.0],
+        position: Vec2::new(4.6396704, 0.23609333),
+        heading: Vec2::Y,
         half_length: 0.0782725,
         half_width: 11.594244,
     };
     let b = Body {
-        position: [-6.0047026, -1.5025936],
-        heading: [1.0, 0.0],
+        position: Vec2::new(-6.0047026, -1.5025936),
+        heading: Vec2::X,
         half_length: 1.2120137,
         half_width: -1.0,
     };
@@ -138,7 +139,7 @@ fn legs() -> impl Strategy<Value = Legs> {
 
 fn trajectory(body: &Body, legs: &Legs) -> Vec<Segment> {
     let (mut now, mut position, mut theta) =
-        (0.0, body.position, body.heading[1].atan2(body.heading[0]));
+        (0.0, body.position, body.heading.y.atan2(body.heading.x));
     let mut segments = Vec::new();
     for (number, (part, velocity, turn)) in legs.iter().enumerate() {
         let until = if number + 1 == legs.len() { HORIZON } else { now + part * (HORIZON - now) };
@@ -146,12 +147,11 @@ fn trajectory(body: &Body, legs: &Legs) -> Vec<Segment> {
         segments.push(Segment {
             until,
             position,
-            velocity: *velocity,
+            velocity: Vec2::from(*velocity),
             heading,
             turn_rate: turn / HORIZON,
         });
-        position =
-            [position[0] + velocity[0] * (until - now), position[1] + velocity[1] * (until - now)];
+        position += Vec2::from(*velocity) * (until - now);
         (now, theta) = (until, theta + turn);
     }
     segments

@@ -12,15 +12,15 @@ const MAX_WAYS: usize = 8;
 const MAX_FORK: usize = 4;
 /// The largest number of legs of a path.
 const MAX_LEGS: usize = 64;
-/// How much faster than its braking curve a robot may be, as a factor: speeds change tick by tick.
+/// The factor by which a robot may exceed its braking curve: speeds change tick by tick.
 const SPEED_TOLERANCE: f32 = 1.05;
 
-/// What comes after the last leg of a path.
+/// The continuation after the last leg of a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum RouteEnd {
     /// The robot stops there.
     Stop,
-    /// That is not known.
+    /// It is not known.
     Open,
 }
 
@@ -44,8 +44,9 @@ impl PathLeg {
 /// A robot at the start of its path.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Start<'table> {
-    motion: Motion<'table>,
-    sign: f32,
+    pub motion: Motion<'table>,
+    /// 1, or -1 in reverse gear.
+    pub sign: f32,
     /// The leg that the robot is on.
     on: Option<LegInfo<'table>>,
 }
@@ -59,19 +60,6 @@ impl<'table> Start<'table> {
         // anywhere.
         let s = on.map_or(motion.s, |on| motion.s.min(on.length).max(0.0));
         Self { motion: Motion { s, ..*motion }, sign: if reverse { -1.0 } else { 1.0 }, on }
-    }
-
-    /// Returns 1, or -1 in reverse gear.
-    pub(super) fn sign(&self) -> f32 {
-        self.sign
-    }
-
-    pub(super) fn s(&self) -> f32 {
-        self.motion.s
-    }
-
-    pub(super) fn intent(&self) -> Intent {
-        self.motion.intent
     }
 
     pub(super) fn chords(&self) -> &'table [Chord] {
@@ -184,7 +172,9 @@ impl<'a, 'table> PathFinder<'a, 'table> {
         way.drive(rest);
         let Some(route) = self.start.motion.route else { return self.branch(way, &mut each) };
         for leg in route.legs {
-            let Some(next) = self.path_leg(*leg) else { return each(self.path, RouteEnd::Open) };
+            let Some(next) = path_leg(self.table, *leg) else {
+                return each(self.path, RouteEnd::Open);
+            };
             // Beyond the horizon, legs count only as far as the robot brakes for them within it.
             let is_far = way.metres >= way.top * horizon + self.start.braking_distance(way.top);
             if is_far || self.path.len() >= MAX_LEGS {
@@ -207,21 +197,17 @@ impl<'a, 'table> PathFinder<'a, 'table> {
 
     /// Continues along every way until the horizon.
     fn branch(&mut self, way: Way, each: &mut dyn FnMut(&[PathLeg], RouteEnd)) {
-        let from = self
-            .path
-            .last()
-            .map_or(Leg::new(self.start.motion.edge, self.start.sign < 0.0), |last| last.leg);
-        let start = self.start;
-        let exits = self.table.successors(from).take(MAX_FORK + 1);
+        let (start, table) = (self.start, self.table);
+        let first = Leg::new(start.motion.edge, start.sign < 0.0);
+        let from = self.path.last().map_or(first, |last| last.leg);
+        let exits = table.successors(from).take(MAX_FORK + 1);
         let all = exits.clone().count();
         let is_end =
             way.seconds <= 0.0 || self.path.len() >= MAX_LEGS || all == 0 || all > MAX_FORK;
-        let possible = |leg: &PathLeg| start.can_enter(way.metres, leg.speed);
-        let table = self.table;
         let legs = exits.filter_map(|leg| path_leg(table, leg));
-        let any = legs.clone().any(|leg| possible(&leg));
+        let any = legs.clone().any(|leg| start.can_enter(way.metres, leg.speed));
         let mut found = false;
-        for next in legs.filter(|leg| !is_end && (!any || possible(leg))) {
+        for next in legs.filter(|leg| !is_end && (!any || start.can_enter(way.metres, leg.speed))) {
             if self.ways_left == 0 {
                 break;
             }
@@ -237,17 +223,13 @@ impl<'a, 'table> PathFinder<'a, 'table> {
             each(self.path, RouteEnd::Open);
         }
     }
-
-    fn path_leg(&self, leg: Leg) -> Option<PathLeg> {
-        path_leg(self.table, leg)
-    }
 }
 
 fn path_leg(table: &LegTable, leg: Leg) -> Option<PathLeg> {
     table.get(leg).map(|info| PathLeg { leg, length: info.length, speed: info.speed })
 }
 
-/// How far a robot may have come.
+/// The distance that a robot may have driven.
 #[derive(Clone, Copy)]
 struct Way {
     /// At least the time that is left until the horizon, in seconds.

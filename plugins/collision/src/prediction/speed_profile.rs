@@ -46,7 +46,7 @@ impl SpeedProfile {
     ) {
         self.plan(start, rest, path, end);
         let mut speed = start.speed(self.0[0].cruise);
-        tracer.enter_at(start.chords(), start.s());
+        tracer.enter_at(start.chords(), start.motion.s);
         for (number, stretch) in self.0.iter().enumerate() {
             if let Some(next) = number.checked_sub(1).and_then(|before| path.get(before)) {
                 let Some(leg) = table.get(next.leg) else { break };
@@ -62,26 +62,23 @@ impl SpeedProfile {
     /// Computes the stretches of a path. The speed at the end of each is limited by all that comes
     /// after it.
     fn plan(&mut self, start: &Start, rest: f32, path: &[PathLeg], end: RouteEnd) {
-        let stretch = |length: f32, speed: f32| Stretch {
-            length,
-            cruise: start.cruise(speed),
-            exit: f32::INFINITY,
-        };
+        let legs = path.iter().map(|leg| (leg.length, leg.speed));
         self.0.clear();
-        self.0.push(stretch(rest, start.leg_speed()));
-        self.0.extend(path.iter().map(|leg| stretch(leg.length, leg.speed)));
-        let mut sign = path.last().map_or(start.sign(), |leg| leg.sign());
+        self.0.extend(std::iter::once((rest, start.leg_speed())).chain(legs).map(
+            |(length, speed)| Stretch { length, cruise: start.cruise(speed), exit: f32::INFINITY },
+        ));
+        let mut sign = path.last().map_or(start.sign, |leg| leg.sign());
         let mut exit = if end == RouteEnd::Stop { 0.0 } else { f32::INFINITY };
         if let Some(last) = self.0.last_mut().filter(|_| end == RouteEnd::Open) {
             last.length = f32::INFINITY;
         }
         for number in (0..self.0.len()).rev() {
             self.0[number].exit = exit;
-            let before = number.checked_sub(2).map_or(start.sign(), |before| path[before].sign());
+            let before = number.checked_sub(2).map_or(start.sign, |before| path[before].sign());
             let Stretch { length, cruise, .. } = self.0[number];
             let brake = (exit * exit + 2.0 * start.acceleration() * length).sqrt();
             // A held robot drives no leg faster than it comes in.
-            let entry = if start.intent() == Intent::Hold { f32::INFINITY } else { cruise };
+            let entry = if start.motion.intent == Intent::Hold { f32::INFINITY } else { cruise };
             exit = if before == sign { entry.min(brake) } else { 0.0 };
             sign = before;
         }
@@ -103,7 +100,7 @@ fn drive_stretch(tracer: &mut Tracer, stretch: Stretch, speed: f32, acceleration
         (length, speed) = (length - braking, slower);
     }
     if exit < speed && speed * speed - exit * exit > 2.0 * acceleration * length {
-        // Too late: it brakes harder, for it never leaves its base.
+        // Too late: it brakes harder, because it never leaves its base.
         drive_phase(tracer, length, speed, exit);
         return exit;
     }

@@ -72,14 +72,14 @@ proptest! {
         let s = part * length;
         let (start, theta) = on_polyline(&polyline, s);
         let heading = heading(theta as f32);
-        let body = Body { position: start.map(|x| x as f32), heading, half_length: 0.5, half_width: 0.3 };
+        let body = Body { position: Vec2::from(start.map(|x| x as f32)), heading, half_length: 0.5, half_width: 0.3 };
         let segments = trajectory(&body, &Motion { speed, s: s as f32, ..FREE }, &table);
         prop_assert_eq!(segments[segments.len() - 1].until, HORIZON);
         prop_assert!(!straight || segments.len() == 1);
         for instant in 0..=100 {
             let time = f64::from(instant) / 100.0 * f64::from(HORIZON);
             let (position, theta) = on_polyline(&polyline, s + f64::from(speed) * time);
-            let exact = outline(&body, position, [theta.cos() as f32, theta.sin() as f32]).0;
+            let exact = outline(&body, position, Vec2::new(theta.cos() as f32, theta.sin() as f32)).0;
             let found = corners_at(&body, &segments, time);
             let far = exact.iter().zip(&found).map(|(a, b)| (a[0] - b[0]).hypot(a[1] - b[1])).fold(0.0, f64::max);
             // Chords deviate by 2 cm, and turn evenly: in the tightest of these curves, corners are
@@ -100,14 +100,14 @@ proptest! {
         let table = LegTable::new(&world([(edge, control_points)]).view(1, 1));
         let (start, theta) = on_polyline(&polyline, 1.0);
         let trajectories = [(0.0, 0.0), (turned, aside)].map(|(turned, aside)| {
-            let position = [start[0] as f32 + aside, start[1] as f32 - aside];
+            let position = Vec2::new(start[0] as f32 + aside, start[1] as f32 - aside);
             let body = Body { position, heading: heading(theta as f32 + turned), half_length: 0.5, half_width: 0.3 };
             trajectory(&body, &Motion { speed: 2.0, s: 1.0, ..FREE }, &table)
         });
         for (on, beside) in trajectories[0].iter().zip(&trajectories[1]) {
-            let offset = [beside.position[0] - on.position[0], beside.position[1] - on.position[1]];
-            prop_assert!((offset[0] - aside).abs() < 1e-4 && (offset[1] + aside).abs() < 1e-4, "{offset:?}");
-            let angle = |segment: &Segment| segment.heading[1].atan2(segment.heading[0]);
+            let offset = beside.position - on.position;
+            prop_assert!((offset.x - aside).abs() < 1e-4 && (offset.y + aside).abs() < 1e-4, "{offset:?}");
+            let angle = |segment: &Segment| segment.heading.y.atan2(segment.heading.x);
             let off = (angle(beside) - angle(on) - turned + 7.0).rem_euclid(TAU) - 7.0_f32.rem_euclid(TAU);
             prop_assert!(off.abs() < 1e-4, "{off}");
         }
@@ -117,9 +117,9 @@ proptest! {
 #[test]
 fn robots_that_stay_put_or_have_no_edge_have_straight_trajectories() {
     let body =
-        Body { position: [1.0, 2.0], heading: [0.0, 1.0], half_length: 0.5, half_width: 0.3 };
+        Body { position: Vec2::new(1.0, 2.0), heading: Vec2::Y, half_length: 0.5, half_width: 0.3 };
     for (speed, s, expected) in
-        [(0.0, 0.0, [0.0, 0.0]), (2.0, 0.0, [0.0, 2.0]), (-1.0, f32::NAN, [0.0, -1.0])]
+        [(0.0, 0.0, Vec2::ZERO), (2.0, 0.0, 2.0 * Vec2::Y), (-1.0, f32::NAN, -Vec2::Y)]
     {
         let segments = trajectory(&body, &Motion { speed, s, ..FREE }, &LegTable::default());
         let (position, heading) = (body.position, body.heading);

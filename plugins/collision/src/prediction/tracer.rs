@@ -1,6 +1,8 @@
 //! Traces a robot along the chords of its legs, and writes down the segments.
 
-use super::{Segment, rotate};
+use glam::Vec2;
+
+use super::Segment;
 use crate::body::Body;
 use crate::edge_table::Chord;
 use crate::heading::heading;
@@ -13,10 +15,10 @@ pub(super) struct Tracer<'out, 'table> {
     /// Seconds from now.
     now: f32,
     horizon: f32,
-    position: [f32; 2],
-    heading: [f32; 2],
+    position: Vec2,
+    heading: Vec2,
     /// Angle from the heading that robots have on the edge to this robot's, as a unit vector.
-    offset: [f32; 2],
+    offset: Vec2,
     /// Chords of the edge; empty if the robot is on none, and drives straight on.
     chords: &'table [Chord],
     /// Index of the chord that the robot is on.
@@ -38,21 +40,18 @@ impl<'out, 'table> Tracer<'out, 'table> {
         horizon: f32,
         segments: &'out mut Vec<Segment>,
     ) -> Self {
-        let first = segments.len();
-        let (position, heading) = (body.position, body.heading);
-        let (now, offset) = (0.0, [1.0, 0.0]);
         Self {
-            now,
+            now: 0.0,
             horizon,
-            position,
-            heading,
-            offset,
+            position: body.position,
+            heading: body.heading,
+            offset: Vec2::X,
             chords: &[],
             at: 0,
             s: 0.0,
             sign,
+            first: segments.len(),
             segments,
-            first,
         }
     }
 
@@ -65,11 +64,12 @@ impl<'out, 'table> Tracer<'out, 'table> {
     pub(super) fn enter_at(&mut self, chords: &'table [Chord], s: f32) {
         (self.chords, self.s) = (chords, s);
         // In reverse gear, the chord behind a knot is the next one.
-        let is_behind =
-            |chord: &Chord| if self.sign > 0.0 { chord.end <= s } else { chord.end < s };
-        self.at = chords.partition_point(is_behind).min(chords.len().saturating_sub(1));
+        let is_forward = self.sign > 0.0;
+        let behind = chords.partition_point(|chord| chord.end < s || is_forward && chord.end == s);
+        self.at = behind.min(chords.len().saturating_sub(1));
         if let Some(edge_heading) = self.edge_heading() {
-            self.offset = angle_between(self.heading, edge_heading);
+            let Vec2 { x: cos, y: sin } = edge_heading;
+            self.offset = Vec2::new(cos, -sin).rotate(self.heading);
         }
     }
 
@@ -90,7 +90,7 @@ impl<'out, 'table> Tracer<'out, 'table> {
             let (step, turn, room) = self.chord();
             let part = left.min(room);
             if part > 0.0 {
-                self.push(step.map(|axis| axis * speed), turn * speed, seconds * (part / metres));
+                self.push(step * speed, turn * speed, seconds * (part / metres));
             }
             (self.s, left) = (self.s + self.sign * part, left - part);
             if left > 0.0 {
@@ -105,7 +105,7 @@ impl<'out, 'table> Tracer<'out, 'table> {
         let rest = self.rest();
         // The time that is left may be a rounding error of the phases.
         if self.segments.len() == self.first || rest > 1e-5 * self.horizon {
-            self.push([0.0; 2], 0.0, rest);
+            self.push(Vec2::ZERO, 0.0, rest);
         }
         if let Some(last) = self.segments.last_mut() {
             last.until = self.horizon;
@@ -113,7 +113,7 @@ impl<'out, 'table> Tracer<'out, 'table> {
     }
 
     /// Returns the chord that the robot is on: its step, its turn, and the metres to its end.
-    fn chord(&self) -> ([f32; 2], f32, f32) {
+    fn chord(&self) -> (Vec2, f32, f32) {
         match self.chords {
             [] => (self.heading, 0.0, f32::INFINITY),
             [only] => (only.step, 0.0, f32::INFINITY),
@@ -126,39 +126,37 @@ impl<'out, 'table> Tracer<'out, 'table> {
     }
 
     /// Appends a segment, or lengthens the last one.
-    fn push(&mut self, velocity: [f32; 2], turn_rate: f32, seconds: f32) {
+    fn push(&mut self, velocity: Vec2, turn_rate: f32, seconds: f32) {
         let until = self.now + seconds;
         let (position, heading) = (self.position, self.heading);
-        let differs =
-            |a: [f32; 2], b: [f32; 2]| (a[0] - b[0]).abs().max((a[1] - b[1]).abs()) > SAME;
         match self.segments[self.first..].last_mut() {
             Some(last)
                 if (last.turn_rate, turn_rate) == (0.0, 0.0)
-                    && !differs(last.velocity, velocity)
-                    && !differs(last.heading, heading) =>
+                    && is_same(last.velocity, velocity)
+                    && is_same(last.heading, heading) =>
             {
                 last.until = until;
             }
             _ => self.segments.push(Segment { until, position, velocity, heading, turn_rate }),
         }
-        self.position = [position[0] + velocity[0] * seconds, position[1] + velocity[1] * seconds];
+        self.position = position + velocity * seconds;
         self.now = until;
     }
 
     fn turn_to_edge(&mut self) {
         if let Some(edge_heading) = self.edge_heading() {
-            self.heading = rotate(self.offset, edge_heading);
+            self.heading = self.offset.rotate(edge_heading);
         }
     }
 
-    /// Returns the heading that robots have on the edge where this one is.
-    fn edge_heading(&self) -> Option<[f32; 2]> {
+    /// Returns the heading that robots have at this one's place on the edge.
+    fn edge_heading(&self) -> Option<Vec2> {
         let chord = self.chords.get(self.at)?;
         let start = before(self.chords, self.at);
         if chord.turn == 0.0 {
             return Some(chord.heading);
         }
-        Some(rotate(heading(chord.turn * (self.s - start)), chord.start_heading))
+        Some(heading(chord.turn * (self.s - start)).rotate(chord.start_heading))
     }
 }
 
@@ -167,7 +165,7 @@ fn before(chords: &[Chord], at: usize) -> f32 {
     at.checked_sub(1).map_or(f32::NEG_INFINITY, |at| chords[at].end)
 }
 
-/// Returns the angle from `base` to `heading`, as a unit vector.
-fn angle_between(heading: [f32; 2], base: [f32; 2]) -> [f32; 2] {
-    [heading[0] * base[0] + heading[1] * base[1], heading[1] * base[0] - heading[0] * base[1]]
+/// Whether two vectors count as equal.
+fn is_same(a: Vec2, b: Vec2) -> bool {
+    (a - b).abs().max_element() <= SAME
 }

@@ -67,14 +67,14 @@ fn only_the_released_base_counts_unless_the_robot_drives_on() {
 }
 
 #[test]
-fn after_an_order_the_route_counts_until_a_later_answer_comes_but_not_for_long() {
+fn after_a_command_the_route_counts_until_a_later_answer_comes_but_not_for_long() {
     let mut routes = Routes::default();
     ahead(&mut routes, 1, 5);
     routes.learn(&answer(1, &[5, 6]));
     ahead(&mut routes, 2, 5);
     routes.mark_stale(0, 3);
     routes.learn(&answer(2, &[5, 7]));
-    assert_eq!(ahead(&mut routes, 3, 5), Some(vec![6]), "an answer from before the order");
+    assert_eq!(ahead(&mut routes, 3, 5), Some(vec![6]), "an answer from before the command");
     assert!(routes.is_wanted(0));
     routes.learn(&answer(3, &[5, 8]));
     assert_eq!(ahead(&mut routes, 4, 5), Some(vec![8]));

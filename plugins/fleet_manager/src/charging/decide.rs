@@ -3,7 +3,7 @@
 use super::{Charging, Decision, Phase, Situation};
 use crate::roads::Roads;
 
-/// Where everybody is and goes, in ascending order: what is taken.
+/// The nodes that are taken, by robots that are there or go there, in ascending order.
 struct Taken {
     /// Nodes at the ends of bases, and the robots.
     ends: Vec<(u32, u32)>,

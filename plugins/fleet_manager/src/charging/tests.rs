@@ -40,14 +40,8 @@ fn ring(chargers: u32) -> WorldData {
         let ends = [origin, destination]
             .map(|node| [world.nodes[node as usize].x, world.nodes[node as usize].y]);
         let length = (ends[0][0] - ends[1][0]).hypot(ends[0][1] - ends[1][1]);
-        let edge = EdgeRecord {
-            id,
-            origin,
-            destination,
-            length,
-            velocity_forward: 1.0,
-            ..EdgeRecord::default()
-        };
+        let edge =
+            EdgeRecord { id, origin, destination, length, speed: 1.0, ..EdgeRecord::default() };
         world.add_edge(edge, [CurveRecord::straight(ends[0], ends[1])]);
     }
     let robot_type = RobotTypeRecord {
@@ -85,7 +79,7 @@ fn distances(roads: &Roads) -> Vec<Vec<f64>> {
 #[derive(Clone, Copy, Debug)]
 struct Body {
     node: u32,
-    /// Where it drives, and when it is there.
+    /// The node that it drives to, and the time of its arrival.
     way: Option<(u32, f64)>,
     /// The stops of its order that are left, the next one last.
     order: Option<[u32; 2]>,

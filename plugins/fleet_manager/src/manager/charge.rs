@@ -7,7 +7,7 @@ use regatta_plugin::frame::RobotState;
 use super::{Errand, Manager};
 use crate::charging::{Charging, Decision, Situation};
 
-/// What an order costs after its first stop: the most of all orders with that stop.
+/// The cost of an order after its first stop: the largest of all orders with that stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Rest {
     /// Seconds of driving on empty roads, from the first stop to the last.
@@ -51,8 +51,8 @@ impl Manager {
         Situation {
             robot,
             node: self.steering.base_end_node(robot),
-            stop: self.tasks.current_stop(robot).map(|stop| stop.node),
-            is_bound: self.tasks.is_bound(robot)
+            stop: self.orders.current_stop(robot).map(|stop| stop.node),
+            is_bound: self.orders.is_bound(robot)
                 || matches!(self.errands[robot as usize], Errand::Handling(_)),
             has_arrived: goal.is_some_and(|node| self.steering.has_arrived(robot, node)),
             is_unreachable: goal.is_some() && self.steering.is_unreachable(robot),
@@ -70,8 +70,8 @@ impl Manager {
             Decision::Stay { robot } => self.steering.stay(robot),
             Decision::Free { robot } => self.steering.halt(robot),
             Decision::Flat { robot } => {
-                if self.tasks.withdraw(robot, now_secs).is_err() {
-                    self.tasks.failed(robot, now_secs, "the robot's battery is flat");
+                if self.orders.withdraw(robot, now_secs).is_err() {
+                    self.orders.failed(robot, now_secs, "the robot's battery is flat");
                 }
                 self.halt(robot);
             }
@@ -81,7 +81,7 @@ impl Manager {
     /// Takes the order from a robot that hasn't begun it.
     fn take_order(&mut self, robot: u32, now_secs: f64) {
         // Without an order there is nothing to take.
-        let _ = self.tasks.withdraw(robot, now_secs);
+        let _ = self.orders.withdraw(robot, now_secs);
         self.halt(robot);
     }
 
@@ -93,11 +93,12 @@ impl Manager {
             return rests;
         }
         let roads = self.steering.roads();
-        for order in self.tasks.open_orders().filter(|order| !order.is_bound()) {
-            let stops = order.content().stops();
+        for order in self.orders.open_orders().filter(|order| !order.is_bound()) {
+            let stops = &order.content.stops;
             let (Some(first), Some(last)) = (stops.first(), stops.last()) else { continue };
-            let driving =
-                |pair: &[crate::tasks::Stop]| self.times.between(roads, pair[0].node, pair[1].node);
+            let driving = |pair: &[regatta_orders::Stop]| {
+                self.times.between(roads, pair[0].node, pair[1].node)
+            };
             let rest = Rest {
                 driving_secs: stops.windows(2).filter_map(driving).sum(),
                 standing_secs: stops.iter().map(|stop| stop.dwell_secs).sum(),

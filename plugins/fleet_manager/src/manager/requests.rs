@@ -7,21 +7,21 @@ use super::Manager;
 impl Manager {
     /// Answers a request, and carries it out from the next cycle on. `run_id` is that of the world.
     pub fn request(&mut self, request: &ManagerRequest, run_id: u64) -> ManagerResponse {
-        let (answer, task) = match request.kind() {
+        let (answer, id) = match request.kind() {
             Some(ManagerRequestKind::Send) => {
                 self.send_on_request(request.robot, request.node, run_id)
             }
             Some(ManagerRequestKind::Recall) => (self.recall(request.robot), 0),
             None => (ManagerAnswer::UnknownKind, 0),
         };
-        ManagerResponse::new(request, answer, task)
+        ManagerResponse::new(request, answer, id)
     }
 
     fn send_on_request(&mut self, robot: u32, node_id: u32, run_id: u64) -> (ManagerAnswer, u64) {
         if self.steering.robot(robot).is_none() {
             return (ManagerAnswer::UnknownRobot, 0);
         }
-        let Some(node) = self.tasks.places().with_id(node_id) else {
+        let Some(node) = self.orders.places().with_id(node_id) else {
             return (ManagerAnswer::UnknownNode, 0);
         };
         let roads = self.steering.roads().clone();
@@ -31,19 +31,19 @@ impl Manager {
         if from.is_some_and(has_no_way) || self.steering.is_out_of_reach(node) {
             return (ManagerAnswer::NoWay, 0);
         }
-        let (task, is_free) = self.tasks.send(robot, node, run_id, self.steering.now());
+        let (id, is_free) = self.orders.send(robot, node, run_id, self.steering.now());
         if is_free {
             self.halt(robot);
         }
-        (if is_free { ManagerAnswer::Now } else { ManagerAnswer::Later }, task.0)
+        (if is_free { ManagerAnswer::Now } else { ManagerAnswer::Later }, id.0)
     }
 
     fn recall(&mut self, robot: u32) -> ManagerAnswer {
-        let had = self.tasks.task_of(robot);
-        if !self.tasks.recall(robot, self.steering.now()) {
+        let had = self.orders.order_of(robot);
+        if !self.orders.recall(robot, self.steering.now()) {
             return ManagerAnswer::NotSent;
         }
-        if had != self.tasks.task_of(robot) {
+        if had != self.orders.order_of(robot) {
             self.halt(robot);
         }
         ManagerAnswer::Now

@@ -6,7 +6,7 @@ use regatta_plugin::world::EdgeRecord;
 
 use crate::model::managed::Managed;
 use crate::model::worlds;
-use crate::tasks::TaskId;
+use regatta_orders::OrderId;
 
 /// A block with one way in and one way out, and streets round it.
 const LOAD: &str = "load: {seed: 1, groups: {in: [0], out: [23]}, generators: [{name: a, from: in, to: out, per_hour: 90, dwell: 5}]}";
@@ -18,7 +18,7 @@ fn breakdowns_that_are_repaired_only_delay_orders() {
         let mut fleet = Managed::new(&world, 12, seed, LOAD);
         // Two breakdowns of each robot in an hour, of two minutes each.
         fleet.run(72_000, 56, 1_200);
-        let figures = fleet.manager.tasks().figures(7_200.0);
+        let figures = fleet.manager.orders().figures(7_200.0);
         assert_eq!(figures.orders.failed, 0, "{figures:?}");
         assert!(
             figures.orders.finished > 140 && figures.service.longest_secs < 1_800.0,
@@ -27,16 +27,16 @@ fn breakdowns_that_are_repaired_only_delay_orders() {
         // Once all are repaired, all orders are carried out.
         let created = figures.orders;
         fleet.run(12_000, 0, 0);
-        let open = fleet.manager.tasks().figures(8_400.0).orders;
+        let open = fleet.manager.orders().figures(8_400.0).orders;
         assert_eq!(open.unroutable, 0, "{created:?} {open:?}");
         assert!(open.waiting < 10, "{created:?} {open:?}");
     }
 }
 
-/// Closes an edge by order: the only one that leads to the goal of all orders, or one that can be
-/// driven round.
+/// Closes an edge by a command: the only one that leads to the goal of all orders, or one that can
+/// be driven round.
 #[test]
-fn nobody_enters_an_edge_that_is_closed_by_order() {
+fn nobody_enters_an_edge_that_is_closed_by_command() {
     let world = worlds::streets(6, 6.0, true);
     let leading_to = |node: u32| world.edges.iter().filter(move |edge| edge.destination == node);
     let leaving = |node: u32| world.edges.iter().filter(move |edge| edge.origin == node);
@@ -51,7 +51,7 @@ fn nobody_enters_an_edge_that_is_closed_by_order() {
         let mut fleet = Managed::new(&world, 12, 1, LOAD);
         fleet.run(6_000, 0, 0);
         let finished =
-            |fleet: &Managed, secs: f64| fleet.manager.tasks().figures(secs).orders.finished;
+            |fleet: &Managed, secs: f64| fleet.manager.orders().figures(secs).orders.finished;
         let before = finished(&fleet, 600.0);
         fleet.manager.close_edges(closed);
         // The robots of the model drive on to the end of their bases, where the engine's would stop
@@ -74,7 +74,7 @@ fn nobody_enters_an_edge_that_is_closed_by_order() {
         assert_eq!(during > 10, !is_only, "{during} orders, {closed:?} closed");
         fleet.manager.close_edges(&[]);
         fleet.run(24_000, 0, 0);
-        let figures = fleet.manager.tasks().figures(4_200.0).orders;
+        let figures = fleet.manager.orders().figures(4_200.0).orders;
         assert!(
             figures.unroutable == 0 && figures.failed == 0 && figures.waiting < 10,
             "{figures:?}"
@@ -105,7 +105,7 @@ fn robots_that_are_sent_somewhere_arrive_and_go_on_with_orders() {
         answers.push(response.answer().expect("an answer"));
         fleet.run(1, 0, 0);
         let is_sent =
-            |fleet: &Managed| fleet.manager.tasks().order(TaskId(response.task)).is_some();
+            |fleet: &Managed| fleet.manager.orders().order(OrderId(response.order)).is_some();
         assert!(is_sent(&fleet), "{response:?}");
         let arrived = (0..6_000).any(|_| {
             fleet.run(1, 0, 0);
@@ -129,6 +129,6 @@ fn robots_that_are_sent_somewhere_arrive_and_go_on_with_orders() {
     );
     assert_eq!(ask(&mut fleet, ManagerRequest::recall(3)), Some(ManagerAnswer::Now));
     fleet.run(12_000, 0, 0);
-    let figures = fleet.manager.tasks().figures(0.0).orders;
+    let figures = fleet.manager.orders().figures(0.0).orders;
     assert!(figures.failed == 0 && figures.waiting < 10, "{figures:?}");
 }

@@ -1,18 +1,19 @@
-//! What robots do, for the web API.
+//! The state of robots, for the web API.
 
 use std::time::{Duration, Instant};
 
 use regatta_plugin::frame::{Columns, NO_EDGE, RobotState};
 
 use super::Manager;
-use crate::tasks::Vehicle;
+use regatta_orders::Vehicle;
 
-/// How many cycles it takes to look at every robot once: a large fleet costs each of them little.
+/// The number of cycles in which every robot is looked at once, so that a large fleet costs each
+/// cycle little.
 const ROUND: usize = 10;
 /// The shortest wall-clock time between two of these cycles. The manager has ten a second in real
 /// time, and many more in lockstep.
 const PERIOD: Duration = Duration::from_millis(90);
-/// How near to the end of a leg a robot counts as being there, in metres.
+/// The distance from the end of a leg at which a robot counts as being there, in metres.
 const AT_END: f32 = 2e-3;
 
 impl Manager {
@@ -21,7 +22,7 @@ impl Manager {
     /// further cycle. What robots do doesn't depend on it.
     pub fn show_vehicles(&mut self, columns: &Columns<'_>, charges: &[f32]) {
         let is_soon = self.vehicles_shown.is_some_and(|shown| shown.elapsed() < PERIOD);
-        if is_soon || !self.tasks.is_served() {
+        if is_soon || !self.orders.is_served() {
             return;
         }
         self.vehicles_shown = Some(Instant::now());
@@ -32,7 +33,7 @@ impl Manager {
         self.vehicle_cycles += 1;
         for robot in (first..columns.state.len()).step_by(step) {
             let vehicle = self.vehicle(robot, columns, charges);
-            self.tasks.show_vehicle(vehicle);
+            self.orders.show_vehicle(vehicle);
         }
     }
 

@@ -11,7 +11,7 @@ use crate::manager::Manager;
 use crate::planner::{Backstop, BackstopSettings, Lanes, LanesSettings};
 use crate::roads::Roads;
 use crate::steering::Settings;
-use crate::tasks::{Load, Places, TaskBook};
+use regatta_orders::{Load, OrderPool, Places};
 
 /// A fleet under a manager.
 pub struct Managed {
@@ -31,14 +31,14 @@ impl Managed {
         let view = world.view(1, 1);
         let roads = Arc::new(Roads::new(&view));
         let known = Arc::new(Places::of(&view));
-        let mut tasks = TaskBook::new(known.clone());
-        tasks.add_load(&Load::parse(load, &known).expect("a load"));
+        let mut orders = OrderPool::new(known.clone());
+        orders.add_load(&Load::parse(load, &known).expect("a load"));
         let lanes = Box::new(Lanes::new(&roads, LanesSettings::default()));
         let planner = Box::new(Backstop::new(lanes, BackstopSettings::default()));
         let outlines = Outlines::new(&view);
         let starts = places(world, robots, seed);
         Self {
-            manager: Manager::new(roads.clone(), planner, Settings::default(), tasks),
+            manager: Manager::new(roads.clone(), planner, Settings::default(), orders),
             roads,
             bodies: starts
                 .into_iter()

@@ -23,14 +23,8 @@ pub fn straight(
     for (id, &[origin, destination]) in (0..).zip(edges) {
         let [from, to] = [origin, destination].map(|node| points[node as usize]);
         let length = (to[0] - from[0]).hypot(to[1] - from[1]);
-        let edge = EdgeRecord {
-            id,
-            origin,
-            destination,
-            length,
-            velocity_forward: 1.0,
-            ..EdgeRecord::default()
-        };
+        let edge =
+            EdgeRecord { id, origin, destination, length, speed: 1.0, ..EdgeRecord::default() };
         world.add_edge(edge.with_orientation(orientation), [CurveRecord::straight(from, to)]);
     }
     world
@@ -140,8 +134,8 @@ pub fn porto() -> WorldData {
             id: number(line, "Id") as u32,
             origin: origin as u32,
             destination: destination as u32,
-            velocity_forward: number(line, "VelocityForward"),
-            velocity_backwards: number(line, "VelocityBackwards"),
+            speed: number(line, "VelocityForward"),
+            reverse_speed: number(line, "VelocityBackwards"),
             ..EdgeRecord::default()
         };
         world.add_edge(edge, [curve]);

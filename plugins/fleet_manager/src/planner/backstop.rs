@@ -25,21 +25,22 @@ use super::{Planner, Plans};
 use crate::roads::Leg;
 use crate::traffic::Traffic;
 
-/// What can be set.
+/// The settings of the backstop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BackstopSettings {
-    /// How long robots stand before they are helped, in seconds: longer than planners take to sort
-    /// things out themselves, and than most stops last.
+    /// The time that robots stand before they are helped, in seconds: longer than planners take to
+    /// resolve a conflict themselves, and longer than most stops.
     pub stand_secs: f64,
-    /// How many ways from those that stand a region reaches; twice as many if there is no solution.
+    /// The number of ways that a region reaches from robots that stand; doubled if there is no
+    /// solution.
     pub ways: u32,
     /// The most stands of a region.
     pub stands: usize,
     /// The most robots of a region.
     pub members: usize,
-    /// How many choices of robots a search tries in a cycle.
+    /// The number of choices that a search tries in one cycle.
     pub work_per_cycle: u64,
-    /// How many choices a search tries before some robots go without a target.
+    /// The number of choices that a search tries before some robots lose their targets.
     pub work: u64,
 }
 
@@ -56,13 +57,13 @@ impl Default for BackstopSettings {
     }
 }
 
-/// How often to look for robots that stand, in seconds.
+/// The interval between searches for robots that stand, in seconds.
 const CHECK_SECS: f64 = 1.0;
 /// The legs ahead in which a robot is kept out of a region.
 const LEGS_AHEAD: usize = 24;
-/// How much longer than others the last search may take, the one with the target of a single robot.
+/// The factor by which the last search, with one robot's target only, may exceed the others.
 const LAST_ATTEMPT: u64 = 4;
-/// How many robots of a longer chain a region is made round.
+/// The largest number of robots of a chain around which a region is made.
 const MOST_SEEDS: usize = 12;
 
 /// A planner, and the backstop under it.
@@ -148,8 +149,11 @@ impl Backstop {
     fn lead(&mut self, traffic: &Traffic<'_>, plans: &mut Plans) {
         let led: BTreeSet<u32> = self.cases.iter().flat_map(Case::robots).collect();
         plans.routes.retain(|(robot, _)| !led.contains(robot));
-        plans.precedences.retain(|(robot, _)| !led.contains(robot));
-        plans.holds.retain(|(robot, _)| !led.contains(robot));
+        for &robot in &led {
+            let permit = plans.permit(robot);
+            permit.precedence = None;
+            permit.max_legs = usize::MAX;
+        }
         for _ in 0..self.cases.len() {
             let mut case = self.cases.remove(0);
             self.go_on(&mut case, traffic, plans);
@@ -165,14 +169,18 @@ impl Backstop {
             self.search(case, traffic);
         }
         match &mut case.phase {
-            Phase::Search(..) => plans.frozen.extend(&case.region.members),
+            Phase::Search(..) => {
+                for &robot in &case.region.members {
+                    plans.permit(robot).is_frozen = true;
+                }
+            }
             Phase::Drive(course) => {
                 let done = course.follow(traffic);
                 let is_stuck = traffic.now - course.moved() > self.settings.stand_secs;
                 match done.filter(|_| !is_stuck) {
                     Some(done) => {
                         plans.released.extend(done);
-                        course.order(traffic, plans);
+                        course.command(traffic, plans);
                     }
                     None => {
                         self.counts.broken_off += 1;
@@ -210,7 +218,7 @@ impl Backstop {
             }
             // The last attempt may take longer.
             Outcome::Open if fewer == 0 && search.work() < LAST_ATTEMPT * self.settings.work => {}
-            // Where all are at their targets, fewer targets lead nowhere either.
+            // If all robots are at their targets, fewer targets don't help.
             Outcome::Open | Outcome::None if fewer > 0 => {
                 case.phase =
                     Phase::Search(Box::new(Search::new(case.region.problem(fewer))), fewer);
@@ -224,7 +232,7 @@ impl Backstop {
         let size = Size { ways: 2 * ways, stands: 2 * stands, members: 2 * members };
         let larger =
             if case.is_enlarged { None } else { self.case(traffic, case.seeds.clone(), size) };
-        // Where all of the roads are in the region, it doesn't get any larger.
+        // A region that contains all roads can't grow.
         match larger.filter(|larger| larger.region.stands.len() > case.region.stands.len()) {
             Some(larger) => *case = Case { is_enlarged: true, ..larger },
             None => {
@@ -248,8 +256,8 @@ impl Backstop {
             };
             let Some(hold) = legs_outside(traffic, robot, &legs, &kept) else { continue };
             match hold {
-                None => plans.frozen.push(robot),
-                Some(legs) => plans.kept_out.push((robot, legs)),
+                None => plans.permit(robot).is_frozen = true,
+                Some(legs) => plans.permit(robot).max_legs_outside = legs,
             }
             if hold.is_none_or(|legs| legs == 0) {
                 self.standing.excuse(robot, traffic.now);
@@ -264,7 +272,9 @@ fn seeds(traffic: &Traffic<'_>, group: &[u32]) -> Vec<u32> {
     let sent = |robot: &&u32| traffic.robot(**robot).map_or(f64::INFINITY, |state| state.sent);
     let first = group.iter().min_by(|a, b| sent(a).total_cmp(&sent(b)));
     let mut chain: Vec<u32> = first.into_iter().copied().collect();
-    while let Some(next) = chain.last().and_then(|&robot| traffic.robot(robot)?.blocker) {
+    while let Some(next) =
+        chain.last().and_then(|&robot| Some(traffic.robot(robot)?.blocker?.robot))
+    {
         if !group.contains(&next) || chain.contains(&next) {
             break;
         }

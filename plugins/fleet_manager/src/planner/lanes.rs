@@ -17,16 +17,17 @@ use super::{Landmarks, Planner, Plans, Router, Search};
 use crate::roads::{Leg, Roads};
 use crate::traffic::Traffic;
 
-/// What can be set.
+/// The settings of the planner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LanesSettings {
-    /// How long a robot waits before its route is planned again, in seconds.
+    /// The time that a robot waits before its route is planned again, in seconds.
     pub reroute_secs: f64,
-    /// How many legs searches may look at in a cycle before further ones are put off to the next.
+    /// The number of legs that searches may expand in a cycle; later searches are put off to the
+    /// next cycle.
     pub legs_per_cycle: usize,
     /// Whether rings of waiters are taken apart.
     pub detours: bool,
-    /// How delays influence routes.
+    /// The influence of delays on routes.
     pub congestion: CongestionSettings,
 }
 
@@ -50,7 +51,7 @@ const TREES: [usize; 2] = [1, 4];
 /// By which share a route may take longer than the fastest one, on many edges; and while routes are
 /// put off. Expected delays are by far less exact than this.
 const SLACK: [f32; 2] = [0.1, 0.3];
-/// How often the robots on the way to each edge are counted, in seconds.
+/// The interval at which the robots on the way to each edge are counted, in seconds.
 const COUNT_SECS: f64 = 1.0;
 
 /// The planner.
@@ -109,8 +110,8 @@ impl Lanes {
         self.last = traffic.now;
         self.congestion.pass(passed);
         for (_, state) in traffic.robots() {
-            if let Some(edge) = state.blocked_on.filter(|_| state.waiting_since.is_finite()) {
-                self.congestion.lose(edge, passed as f32);
+            if let Some(blocker) = state.blocker.filter(|_| state.waiting_since.is_finite()) {
+                self.congestion.lose(blocker.edge, passed as f32);
             }
         }
         if traffic.now >= self.next_count {
@@ -138,8 +139,8 @@ impl Lanes {
                 self.set_route(*due, legs, traffic, plans);
             }
             looked_at += spent;
-            // Where searches are long, because goals can't be reached or delays change fast, not
-            // many begin at once.
+            // If searches are long, because goals can't be reached or delays change fast, few of
+            // them begin at once.
             self.batch =
                 (self.settings.legs_per_cycle * batch.len() / spent.max(1)).clamp(1, BATCH);
         }
@@ -169,8 +170,8 @@ impl Lanes {
             let waits = !state.is_held
                 && !state.horizon.is_empty()
                 && state.waiting_since.max(state.planned) < reroute;
-            if state.goal.is_some() && !state.is_adopted && (state.needs_route || waits) {
-                due.push((!state.needs_route, Due { planned: state.planned, robot }));
+            if state.is_under_way() && (state.needs_route() || waits) {
+                due.push((!state.needs_route(), Due { planned: state.planned, robot }));
             }
         }
         // The sort is stable: among equals, robots come in the order of their ids.
@@ -224,7 +225,7 @@ impl Planner for Lanes {
     }
 }
 
-/// What spares a part of the search.
+/// Bounds that shorten a search.
 #[derive(Clone, Copy)]
 struct Hints<'a> {
     landmarks: Option<&'a Landmarks>,
@@ -242,7 +243,7 @@ fn route(
     let (Some(state), Some((last, start))) = (traffic.robot(robot), traffic.base_end(robot)) else {
         return (None, 0);
     };
-    let Some(goal) = state.goal else { return (None, 0) };
+    let Some(goal) = state.goal() else { return (None, 0) };
     if start == goal {
         return (Some(Vec::new()), 0);
     }

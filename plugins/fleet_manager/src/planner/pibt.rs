@@ -8,8 +8,9 @@
 //! standing robot is only in the way of edges that meet there. Whoever is near the end of its base
 //! chooses the next place by driving time; who has been under way the longest chooses first. A
 //! robot that stands where another one wants to go inherits its priority and has to choose at once,
-//! among the places that are left; if it finds none, the other one chooses again. A hop is ordered
-//! only when nobody's base ends at its place any more: nothing is decided before it has to be.
+//! among the places that are left; if it finds none, the other one chooses again. A hop is
+//! commanded only when nobody's base ends at its place any more: nothing is decided before it has
+//! to be.
 
 mod admission;
 mod hops;
@@ -25,18 +26,18 @@ use self::push::Push;
 use super::{DrivingTimes, Planner, Plans};
 use crate::density::DensitySettings;
 use crate::roads::{Leg, Roads};
-use crate::traffic::{Robot, Traffic};
+use crate::traffic::{Errand, Robot, Traffic};
 
-/// What can be set.
+/// The settings of the planner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PibtSettings {
-    /// How many metres before the end of its base, beyond what it needs to brake, a robot chooses
-    /// its next place.
+    /// The distance from the end of its base, beyond the braking distance, at which a robot
+    /// chooses its next place, in metres.
     pub ahead_metres: f32,
-    /// The time from a frame to the moment at which an order that answers it takes effect, in
+    /// The time from a frame to the moment at which a command that answers it takes effect, in
     /// seconds.
     pub latency_secs: f32,
-    /// How many robots go for their goals at a time.
+    /// The limit on robots that drive to their goals at the same time.
     pub density: DensitySettings,
 }
 
@@ -50,12 +51,12 @@ impl Default for PibtSettings {
     }
 }
 
-/// How long the robot of the highest priority may stand before it loses that, in seconds.
+/// The time that the robot of the highest priority may stand before it loses it, in seconds.
 const PATIENCE_SECS: f64 = 5.0;
 /// For how long, in seconds.
 const DEMOTED_SECS: f64 = 20.0;
 
-/// Where a robot is about to be.
+/// The place that a robot takes next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Stand {
     /// At a place, or nearly: it may choose the next one.
@@ -77,11 +78,12 @@ pub struct Pibt {
     taken: Vec<Option<u32>>,
     /// By robot.
     stands: BTreeMap<u32, Stand>,
-    /// Who has the highest priority, its place, and since when both are so, in simulated seconds.
+    /// The robot of the highest priority, its place, and since when both hold, in simulated
+    /// seconds.
     top: Option<(u32, u32, f64)>,
     /// By robot: until when it has the lowest priority.
     demoted: BTreeMap<u32, f64>,
-    hops_ordered: u64,
+    hops_commanded: u64,
     pushes: u64,
     backtracks: u64,
     demotions: u64,
@@ -99,7 +101,7 @@ impl Pibt {
             stands: BTreeMap::new(),
             top: None,
             demoted: BTreeMap::new(),
-            hops_ordered: 0,
+            hops_commanded: 0,
             pushes: 0,
             backtracks: 0,
             demotions: 0,
@@ -113,7 +115,9 @@ impl Pibt {
         self.times.begin();
         let mut bases: Vec<(bool, Leg, f32, u32)> = Vec::new();
         for (robot, state) in traffic.robots() {
-            state.goal.iter().for_each(|&goal| self.times.prepare(traffic.roads, goal));
+            if let Some(goal) = state.goal() {
+                self.times.prepare(traffic.roads, goal);
+            }
             let (Some((leg, _)), Some(end)) = (traffic.base_end(robot), traffic.claims.end(robot))
             else {
                 continue;
@@ -121,7 +125,7 @@ impl Pibt {
             let is_short = end.to < traffic.roads.conflicts().length(end.track);
             bases.push((is_short, leg, end.to, robot));
         }
-        // Who is at a place has it; of those on the way to one, who is ahead.
+        // The robot at a place has it; otherwise, the first of those on the way there.
         bases.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.cmp(&b.1)).then(b.2.total_cmp(&a.2)));
         for (is_short, leg, _, robot) in bases {
             let Some(state) = traffic.robot(robot) else { continue };
@@ -150,7 +154,7 @@ impl Pibt {
 
     /// Robots with goals: those first that were sent the longest ago.
     fn ranks(&self, traffic: &Traffic<'_>) -> Vec<u32> {
-        let goals = traffic.robots().filter(|(_, state)| state.goal.is_some() && !state.is_adopted);
+        let goals = traffic.robots().filter(|(_, state)| state.is_under_way());
         let is_demoted = |robot: u32| self.demoted.contains_key(&robot);
         let mut ranks: Vec<(bool, f64, u32)> =
             goals.map(|(robot, state)| (is_demoted(robot), state.sent, robot)).collect();
@@ -170,7 +174,7 @@ impl Pibt {
         };
         match self.top {
             Some((top, at, since)) if (top, at) == (robot, place) => {
-                let is_there = traffic.robot(robot).is_none_or(|state| state.goal == Some(place));
+                let is_there = traffic.robot(robot).is_none_or(|state| state.goal() == Some(place));
                 if traffic.now - since > PATIENCE_SECS && !is_there {
                     self.demoted.insert(robot, traffic.now + DEMOTED_SECS);
                     self.demotions += 1;
@@ -180,8 +184,8 @@ impl Pibt {
         }
     }
 
-    /// Orders what was chosen.
-    fn order(
+    /// Commands what was chosen.
+    fn command(
         &mut self,
         traffic: &Traffic<'_>,
         ranks: &[u32],
@@ -193,7 +197,7 @@ impl Pibt {
             else {
                 continue;
             };
-            plans.precede(robot, rank as f64);
+            plans.permit(robot).precedence = Some(rank as f64);
             let has_place = match stand {
                 Stand::Bound(_) => true,
                 Stand::Behind(_) => false,
@@ -204,16 +208,16 @@ impl Pibt {
             // Whoever has left the place ahead has one to go on to, so that the way there becomes
             // free.
             if has_place {
-                plans.follow(robot);
+                plans.permit(robot).follows = true;
             }
             let legs: Vec<Leg> = match (stand, chosen.get(&robot)) {
                 (Stand::Bound(_) | Stand::Behind(_), _) => state.horizon.iter().copied().collect(),
-                // Who is there leaves first.
+                // The robot that is there leaves first.
                 (Stand::Ready(_), Some(hop)) if self.may_go(traffic, hop.place) => hop.legs.clone(),
                 (Stand::Ready(_), _) => Vec::new(),
             };
-            if state.needs_route || !state.horizon.iter().eq(&legs) {
-                self.hops_ordered += u64::from(!legs.is_empty());
+            if state.needs_route() || !state.horizon.iter().eq(&legs) {
+                self.hops_commanded += u64::from(!legs.is_empty());
                 plans.route(robot, legs);
             }
         }
@@ -222,7 +226,7 @@ impl Pibt {
     /// Whether nobody's base ends at a place; idle robots only leave if somebody waits for them.
     fn may_go(&self, traffic: &Traffic<'_>, place: u32) -> bool {
         let Some(other) = self.taken[place as usize] else { return true };
-        traffic.robot(other).is_some_and(|state| state.goal.is_none() && !state.is_pinned)
+        traffic.robot(other).is_some_and(|state| state.errand == Errand::None)
     }
 }
 
@@ -239,13 +243,13 @@ impl Planner for Pibt {
         self.pushes += push.pushes;
         self.backtracks += push.backtracks;
         let chosen = push.into_chosen();
-        self.order(traffic, &ranks, &chosen, plans);
+        self.command(traffic, &ranks, &chosen, plans);
         unreachable.into_iter().for_each(|robot| plans.unreachable(robot));
     }
 
     fn counts(&self) -> Vec<(&'static str, u64)> {
         vec![
-            ("hops", self.hops_ordered),
+            ("hops", self.hops_commanded),
             ("pushes", self.pushes),
             ("backtracks", self.backtracks),
             ("demotions", self.demotions),

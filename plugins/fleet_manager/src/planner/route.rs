@@ -16,7 +16,7 @@ const TURN_SECS: f32 = 4.0;
 /// Seconds that a corner costs which the robot can't drive: its heading jumps there.
 const JUMP_SECS: f32 = 60.0;
 
-/// What a search starts from and leads to.
+/// The start and the goal of a search.
 #[derive(Clone, Copy, Debug)]
 pub struct Search<'a> {
     /// The leg at whose end the route starts; none if the robot stands on a node.
@@ -27,8 +27,8 @@ pub struct Search<'a> {
     pub goal: u32,
     /// Whether it may lead along legs in reverse gear.
     pub reverse: bool,
-    /// What is known of the times in forward gear, delays included; without, or with reverse gear,
-    /// the estimate is made from the distance.
+    /// Landmarks that bound the times in forward gear, delays included; without them, or with
+    /// reverse gear, the estimate is made from the distance.
     pub landmarks: Option<&'a Landmarks>,
     /// By which share of its time the route may take longer than the fastest one, at least 0, if
     /// there are landmarks: that spares much of the search.
@@ -47,7 +47,7 @@ pub struct Router {
     looked_at: usize,
 }
 
-/// What a search knows of a leg.
+/// The state of a leg in a search.
 #[derive(Clone, Copy, Debug)]
 struct Mark {
     /// Twice the number of the search that this is about, and one more if the cost is final.

@@ -11,7 +11,7 @@
 //! next higher one, and both are planned again. The supervision plans all paths again when robots
 //! aren't where they should be.
 //!
-//! What isn't published: a robot that gets no path even so may come as near to others as the
+//! Unlike in the publication, a robot that gets no path even so may come as near to others as the
 //! conflicts of the roads allow, and counts on those being sent on that have reached their goals
 //! (*relaxed*); failing that, it takes the fastest route, wherever others drive. Robots pass roads
 //! in the planned order: a base isn't extended by a leg before all have passed that come earlier
@@ -35,12 +35,13 @@ use super::{Planner, Plans, Router, Search};
 use crate::roads::{Leg, Roads};
 use crate::traffic::Traffic;
 
-/// What can be set.
+/// The settings of the planner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TeaSettings {
     /// Number of time layers: the longest path.
     pub layers: u16,
-    /// How often a robot swaps its priority with the next higher one before it goes without a path.
+    /// The number of times that a robot swaps its priority with the next higher one before it gets
+    /// no path.
     pub most_swaps: u32,
     /// By how many layers the steps of two robots may differ before all paths are planned again.
     pub most_steps_apart: u16,
@@ -62,7 +63,7 @@ impl Default for TeaSettings {
     }
 }
 
-/// How long a robot may stand still before all paths are planned again, in seconds.
+/// The time that a robot may stand still before all paths are planned again, in seconds.
 const PATIENCE_SECS: f64 = 2.0;
 
 /// A place on a path: where a robot is from a layer on.
@@ -84,7 +85,7 @@ struct Path {
     is_planned: bool,
     /// Index of the step at which its base ends.
     done: usize,
-    /// Where it leads.
+    /// The node to which it leads.
     goal: Option<u32>,
 }
 
@@ -142,10 +143,10 @@ impl Tea {
         for (robot, state) in traffic.robots() {
             let path = self.paths.get_mut(&robot);
             let is_known = path.is_some_and(|path| {
-                path.goal == state.goal && (path.follow(traffic, robot) || !path.is_planned)
+                path.goal == state.goal() && (path.follow(traffic, robot) || !path.is_planned)
             });
             let waits = traffic.now - state.waiting_since.max(self.planned) >= PATIENCE_SECS;
-            deviates |= !is_known || state.needs_route || waits;
+            deviates |= !is_known || state.needs_route() || waits;
         }
         let is_gone = |robot: &u32| traffic.robot(*robot).is_none();
         let is_late = self.is_incomplete && traffic.now - self.planned >= PATIENCE_SECS;
@@ -170,23 +171,23 @@ impl Tea {
         let (paths, ranks) = round.run();
         self.is_incomplete = false;
         for (&robot, path) in &paths {
-            let Some(state) =
-                traffic.robot(robot).filter(|state| state.goal.is_some() && !state.is_adopted)
-            else {
+            let Some(state) = traffic.robot(robot).filter(|state| state.is_under_way()) else {
                 continue;
             };
-            let is_there = path.end(traffic.roads) == state.goal && !path.starts_inside;
+            let is_there = path.end(traffic.roads) == state.goal() && !path.starts_inside;
             if path.is_planned || is_there {
                 let legs: Vec<Leg> = path.steps[1..].iter().map(|step| step.leg).collect();
-                if state.needs_route || !state.horizon.iter().eq(&legs) {
+                if state.needs_route() || !state.horizon.iter().eq(&legs) {
                     plans.route(robot, legs);
                 }
                 continue;
             }
             self.is_incomplete = true;
-            let leads_to_goal =
-                state.horizon.back().is_some_and(|&leg| Some(traffic.roads.end(leg)) == state.goal);
-            if state.needs_route || !leads_to_goal {
+            let leads_to_goal = state
+                .horizon
+                .back()
+                .is_some_and(|&leg| Some(traffic.roads.end(leg)) == state.goal());
+            if state.needs_route() || !leads_to_goal {
                 match self.fastest(traffic, robot) {
                     Some(legs) => plans.route(robot, legs),
                     None => plans.unreachable(robot),
@@ -199,7 +200,7 @@ impl Tea {
     /// The fastest route of a robot on empty roads.
     fn fastest(&mut self, traffic: &Traffic<'_>, robot: u32) -> Option<Vec<Leg>> {
         let (state, (last, start)) = (traffic.robot(robot)?, traffic.base_end(robot)?);
-        let goal = state.goal?;
+        let goal = state.goal()?;
         if start == goal {
             return Some(Vec::new());
         }

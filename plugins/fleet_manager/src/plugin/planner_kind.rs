@@ -6,7 +6,7 @@ use crate::planner::{Lanes, LanesSettings, Pibt, PibtSettings, Planner, Tea, Tea
 use crate::roads::Roads;
 use crate::steering::{AdmissionSettings, Settings};
 
-/// Who decides which way robots go.
+/// The planner that decides which way robots go.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum PlannerKind {
     /// The fastest way, with the time added that others lose on it; for roads whose lanes are

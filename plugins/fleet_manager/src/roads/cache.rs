@@ -73,15 +73,10 @@ impl Roads {
     }
 }
 
-/// Writes a file at once: others see all of it, or nothing.
+/// Keeps a file, and removes old ones.
 fn keep(folder: &Path, path: &Path, bytes: &[u8]) -> std::io::Result<()> {
     fs::create_dir_all(folder)?;
-    let draft = path.with_extension(format!("{}.tmp", std::process::id()));
-    let written = fs::write(&draft, bytes).and_then(|()| fs::rename(&draft, path));
-    if written.is_err() {
-        let _ = fs::remove_file(&draft);
-        return written;
-    }
+    regatta_kit::whole_file::write(path, bytes)?;
     // Files that stay too long do no harm but for their size.
     let _ = forget_old(folder);
     Ok(())
@@ -114,7 +109,7 @@ fn key(world: &World<'_>) -> u128 {
         add(&[node.x.to_bits(), node.y.to_bits()]);
     }
     for edge in world.edges() {
-        let speeds = [edge.velocity_forward.to_bits(), edge.velocity_backwards.to_bits()];
+        let speeds = [edge.speed.to_bits(), edge.reverse_speed.to_bits()];
         add(&[
             edge.origin,
             edge.destination,

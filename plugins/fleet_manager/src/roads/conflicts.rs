@@ -1,4 +1,4 @@
-//! Which stretches of which tracks get in each other's way.
+//! Conflicts between stretches of tracks.
 //!
 //! A track is an edge, or the place of a node at which robots turn on the spot. Two robots on
 //! different tracks may touch only where a pair of the table says so. Everything is rounded
@@ -9,8 +9,7 @@ mod grid;
 
 use super::{Reader, Roads, Sweep, Writer};
 
-/// How robots on two tracks get in each other's way. Places are metres from the origins of the
-/// edges.
+/// A conflict between robots on two tracks. Places are metres from the origins of the edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Relation {
     /// A robot within `own` may touch one within `other`.
@@ -208,7 +207,7 @@ impl ConflictTable {
         &self.pairs[self.starts[track as usize] as usize..self.starts[track as usize + 1] as usize]
     }
 
-    /// How far apart two robots on a track have to be, in metres.
+    /// The least distance between two robots on a track, in metres.
     pub fn separation(&self, track: u32) -> f32 {
         self.separations[track as usize]
     }

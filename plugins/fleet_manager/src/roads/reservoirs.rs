@@ -1,4 +1,4 @@
-//! Where robots may queue without being in the way of those who drive elsewhere.
+//! Reservoirs: edges on which robots may queue without being in the way of others.
 //!
 //! A *lane* is a chain of edges between places where roads part, meet or cross: who is in it can
 //! only follow who is ahead. A lane that holds several robots is a *reservoir*.

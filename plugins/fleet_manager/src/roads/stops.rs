@@ -1,4 +1,4 @@
-//! Where a robot may stand without blocking others than those behind it.
+//! Places where a robot may stand without blocking others than those behind it.
 //!
 //! A place of an edge is *open* if a robot that stands there is in nobody's way but on the edge
 //! itself and on those that lead straight into or out of it. A node is a *siding* if a robot that
@@ -17,8 +17,8 @@ pub struct Stops {
     sidings: Vec<bool>,
 }
 
-/// How far from a closed stretch a robot has to stand, in metres: its border counts as closed for
-/// others.
+/// The distance that a robot has to keep from a closed stretch, in metres: its border counts as
+/// closed for others.
 const BORDER: f32 = 0.01;
 
 impl Stops {
@@ -118,7 +118,7 @@ fn closed(roads: &Roads, footprint: usize, edge: u32, arrivals: &[u32]) -> Vec<[
         .flat_map(|other| roads.conflicts().of(footprint, other, edge))
         .filter_map(|(track, relation)| match relation {
             Relation::Crossing { own, .. } => Some(own),
-            // Who stands just before a node where roads meet keeps those out that come from
+            // A robot just before a node where roads meet keeps those out that come from
             // elsewhere.
             Relation::Into(apart) if arrivals[roads.edge(track).origin as usize] > 1 => {
                 Some([length - apart, length])

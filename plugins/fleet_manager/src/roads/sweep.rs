@@ -12,8 +12,8 @@ const STEP: f64 = 0.1;
 const BEND: f64 = 0.1;
 /// The shortest stretch, in metres: a cusp isn't divided for ever.
 const SHORTEST: f64 = 0.01;
-/// What footprints are enlarged by on each side, in metres: poses are exact to 1 mm only, and
-/// rounded.
+/// The margin by which footprints are enlarged on each side, in metres: poses are exact to 1 mm
+/// only, and rounded.
 const MARGIN: f32 = 0.003;
 
 /// A stretch of an edge, and by how much the robots on it may differ from a robot in its middle.

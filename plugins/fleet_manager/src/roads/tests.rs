@@ -92,12 +92,8 @@ fn world() -> impl Strategy<Value = WorldData> {
                     None if origin == destination => continue,
                     None => CurveRecord::straight(from, to),
                 };
-                let record = EdgeRecord {
-                    origin,
-                    destination,
-                    velocity_forward: 1.0,
-                    ..EdgeRecord::default()
-                };
+                let record =
+                    EdgeRecord { origin, destination, speed: 1.0, ..EdgeRecord::default() };
                 world.add_edge(record.with_orientation(orientation), [curve]);
             }
             world.robot_types =
@@ -143,12 +139,8 @@ fn a_straight_road_keeps_robots_a_length_apart() {
     for origin in 0..3 {
         let curve =
             CurveRecord::straight([5.0 * origin as f32, 0.0], [5.0 * origin as f32 + 5.0, 0.0]);
-        let edge = EdgeRecord {
-            origin,
-            destination: origin + 1,
-            velocity_forward: 1.0,
-            ..EdgeRecord::default()
-        };
+        let edge =
+            EdgeRecord { origin, destination: origin + 1, speed: 1.0, ..EdgeRecord::default() };
         data.add_edge(edge, [curve]);
     }
     data.robot_types = vec![RobotTypeRecord::new("", 0.9, 0.6)];
@@ -176,8 +168,7 @@ fn robots_wait_before_a_crossing_and_not_in_it() {
         points.iter().map(|&[x, y]| NodeRecord { x, y, ..NodeRecord::default() }).collect();
     for (origin, destination) in [(0, 1), (2, 3)] {
         let curve = CurveRecord::straight(points[origin as usize], points[destination as usize]);
-        let edge =
-            EdgeRecord { origin, destination, velocity_forward: 1.0, ..EdgeRecord::default() };
+        let edge = EdgeRecord { origin, destination, speed: 1.0, ..EdgeRecord::default() };
         data.add_edge(edge, [curve]);
     }
     data.robot_types = vec![RobotTypeRecord::new("", 0.9, 0.6)];
@@ -215,14 +206,8 @@ fn aisles_are_reservoirs_and_junctions_are_not() {
     {
         let [from, to] = [origin, destination].map(|node: u32| places[node as usize]);
         let length = (to[0] - from[0]).hypot(to[1] - from[1]);
-        let edge = EdgeRecord {
-            id,
-            origin,
-            destination,
-            length,
-            velocity_forward: 1.0,
-            ..EdgeRecord::default()
-        };
+        let edge =
+            EdgeRecord { id, origin, destination, length, speed: 1.0, ..EdgeRecord::default() };
         world.add_edge(edge, [CurveRecord::straight(from, to)]);
     }
     let roads = Roads::new(&world.view(1, 1));

@@ -1,12 +1,12 @@
-//! What robots spend on orders: time by activity, and metres with and without a load.
+//! The effort of robots: time by activity, and metres with and without a load.
 
 use regatta_plugin::activity::Activity;
 use serde_json::{Map, Value, json};
 
-/// What a robot does in a frame.
+/// The activity of a robot in a frame.
 #[derive(Clone, Copy, Debug)]
 pub struct Doing {
-    /// What it is about.
+    /// Its activity.
     pub activity: Activity,
     /// Whether it has an order.
     pub has_order: bool,

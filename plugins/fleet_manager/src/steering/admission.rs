@@ -8,14 +8,14 @@ use super::Steering;
 use crate::density::{Density, DensitySettings};
 use crate::roads::{Leg, Roads};
 
-/// What can be set about admission.
+/// The settings of admission.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AdmissionSettings {
-    /// How many robots may be on the roads.
+    /// The limit on robots on the roads.
     pub density: DensitySettings,
     /// Metres of road, outside of reservoirs, for each robot that is always admitted.
     pub metres_per_robot: f32,
-    /// How much earlier a robot is admitted for each one that waits for it, in seconds.
+    /// The advance in admission that a robot gets for each one that waits for it, in seconds.
     pub secs_per_waiting: f64,
 }
 
@@ -33,12 +33,13 @@ impl Default for AdmissionSettings {
     }
 }
 
-/// How long a robot in a reservoir for which others on the roads wait is held at most, in seconds.
+/// The longest time for which a robot in a reservoir is held while others on the roads wait for it,
+/// in seconds.
 const HELD_SECS: f64 = 20.0;
 /// The longest chain of waiting robots that is followed.
 const LONGEST_CHAIN: usize = 64;
 
-/// How many robots may be on the roads, and who waits for those that aren't.
+/// The limit on robots on the roads, and the robots that wait for those that are held.
 #[derive(Debug)]
 pub(super) struct Admission {
     density: Density,
@@ -86,7 +87,7 @@ impl Steering {
     /// Whether a robot is under way on roads that others need.
     pub(super) fn is_on_roads(&self, robot: u32) -> bool {
         let Some(state) = self.robot(robot) else { return false };
-        let is_under_way = state.goal.is_some() && !state.is_fresh && !state.is_adopted;
+        let is_under_way = state.is_under_way() && !state.is_fresh;
         is_under_way
             && !self.claims.of(robot).iter().all(|stretch| self.is_in_reservoir(stretch.leg))
     }
@@ -101,7 +102,7 @@ impl Steering {
         let is_queued =
             self.claims.of(robot).iter().all(|stretch| self.is_in_reservoir(stretch.leg));
         let was_held = self.now - state.waiting_since > HELD_SECS;
-        state.is_admitted
+        state.permit.is_admitted
             || self.is_on_roads(robot)
             || self.admission.density.is_open()
             || (is_in_way && (!is_queued || was_held))
@@ -126,7 +127,7 @@ impl Steering {
             if state.is_held {
                 return Some(current);
             }
-            current = state.blocker.filter(|_| state.waiting_since.is_finite())?;
+            current = state.blocker.filter(|_| state.waiting_since.is_finite())?.robot;
         }
         None
     }

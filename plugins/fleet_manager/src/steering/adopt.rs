@@ -6,12 +6,12 @@ use regatta_plugin::frame::RobotState;
 use super::{Command, Steering};
 use crate::claims::Stretch;
 use crate::roads::Leg;
-use crate::traffic::{Robot, Seen};
+use crate::traffic::{Custody, Robot, Seen};
 
-/// How long to wait for the effect of a cancellation before it is sent again, in seconds.
+/// The time after which a cancellation without effect is sent again, in seconds.
 const REPEAT_SECS: f64 = 1.0;
 
-/// How near to the end of an edge a robot counts as being there, in metres.
+/// The distance from the end of an edge at which a robot counts as being there, in metres.
 const AT_END: f32 = 1e-3;
 
 impl Steering {
@@ -25,14 +25,15 @@ impl Steering {
         let now = self.now;
         let Some(state) = &mut self.robots[robot as usize] else { return };
         state.see(seen, now);
-        let is_adopted = state.is_adopted;
-        if is_adopted && seen.state == RobotState::Idle && seen.speed == 0.0 {
+        if state.is_adopted() && seen.state == RobotState::Idle && seen.speed == 0.0 {
             return self.take_over(robot, seen);
         }
         let Some(edge) = seen.edge else { return };
         if !self.advance(robot, edge, seen.s) {
-            self.adopt(robot);
-            self.robot_mut(robot).into_iter().for_each(|state| state.is_lost = true);
+            if let Some(state) = self.robot_mut(robot) {
+                state.stop(now);
+                state.custody = Custody::Stopping { cancel_at: now, is_lost: true };
+            }
             self.claim_edge(robot, edge);
         }
     }
@@ -42,18 +43,15 @@ impl Steering {
         let Some(class) = self.roads.classes().get(seen.robot_type).copied() else { return false };
         let Some((leg, _)) = self.locate(seen) else { return false };
         self.robots[robot as usize] = Some(Robot::new(class, seen, self.now));
-        self.adopt(robot);
         self.claim_edge(robot, leg.edge());
         true
     }
 
     /// Stops a robot, to take it over when it is idle.
     pub(super) fn adopt(&mut self, robot: u32) {
-        let Some(state) = &mut self.robots[robot as usize] else { return };
-        state.is_adopted = true;
-        state.cancel_at = self.now;
-        state.needs_route = true;
-        state.horizon.clear();
+        if let Some(state) = &mut self.robots[robot as usize] {
+            state.stop(self.now);
+        }
     }
 
     /// Takes back what was granted to a robot and refused: the robot is stopped, and claims only
@@ -80,7 +78,7 @@ impl Steering {
     fn take_over(&mut self, robot: u32, seen: &Seen) {
         let Some((leg, place)) = self.locate(seen) else { return };
         let Some(state) = &mut self.robots[robot as usize] else { return };
-        (state.is_adopted, state.is_lost) = (false, false);
+        state.custody = Custody::Steered;
         let stance = Stretch { track: leg.edge(), leg: Some(leg), from: place, to: place };
         self.claims.seize(&self.roads, robot, state.class.footprint, stance);
     }
@@ -110,15 +108,16 @@ impl Steering {
     /// Whether every robot stands, or stays within what it claims: before that, none is sent
     /// anywhere.
     pub fn is_ready(&self) -> bool {
-        !self.robots.iter().flatten().any(|state| state.is_lost && state.speed > 0.0)
+        !self.robots.iter().flatten().any(|state| state.is_lost() && state.speed > 0.0)
     }
 
-    /// Orders the robots to stop that are to be taken over.
+    /// Commands the robots to stop that are to be taken over.
     pub(super) fn cancel_adopted(&mut self) {
         for (robot, state) in (0..).zip(&mut self.robots) {
             let Some(state) = state else { continue };
-            if state.is_adopted && self.now >= state.cancel_at {
-                state.cancel_at = self.now + REPEAT_SECS;
+            let Custody::Stopping { cancel_at, .. } = &mut state.custody else { continue };
+            if self.now >= *cancel_at {
+                *cancel_at = self.now + REPEAT_SECS;
                 self.commands.push(Command::Cancel { robot });
             }
         }

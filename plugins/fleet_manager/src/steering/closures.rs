@@ -1,5 +1,5 @@
-//! Closures: what robots that can't drive block, what is closed by order, and where nobody would
-//! come out again.
+//! Closures: what robots that can't drive block, what is closed by a command, and where nobody
+//! would come out again.
 
 use regatta_plugin::closure::ClosedEdge;
 
@@ -7,7 +7,7 @@ use super::Steering;
 use crate::claims::Claims;
 use crate::roads::{Leg, Roads};
 
-/// How long a robot is held or broken before what it blocks is closed, in seconds.
+/// The time that a robot is held or broken before the roads that it blocks are closed, in seconds.
 const CLOSE_AFTER_SECS: f64 = 10.0;
 
 impl Steering {
@@ -37,10 +37,10 @@ impl Steering {
     /// Takes the edges that the engine keeps closed, sorted by id. Robots enter none of them any
     /// more: those whose bases lead there are stopped before it, and get another route.
     pub fn close_edges(&mut self, closed: &[ClosedEdge]) {
-        if self.closed_by_order == closed {
+        if self.closed_by_command == closed {
             return;
         }
-        self.closed_by_order = closed.to_vec();
+        self.closed_by_command = closed.to_vec();
         let is_closed = |id: u32| closed.binary_search(&ClosedEdge { edge: id }).is_ok();
         let edges = (0..self.roads.edges().len() as u32)
             .filter(|edge| is_closed(self.roads.edge(*edge).id));
@@ -59,12 +59,12 @@ impl Steering {
             if state.horizon.iter().any(|leg| self.closed_edges.binary_search(&leg.edge()).is_ok())
             {
                 state.horizon.clear();
-                state.needs_route |= state.goal.is_some();
+                state.replan();
             }
         }
     }
 
-    /// How often legs were closed or opened again.
+    /// The number of times that legs were closed or opened.
     pub fn closures(&self) -> u64 {
         self.closures
     }
@@ -94,16 +94,16 @@ impl Steering {
     fn route_anew(&mut self) {
         for state in self.robots.iter_mut().flatten() {
             let is_closed = state.horizon.iter().any(|leg| self.closed[leg.index()]);
-            if state.goal.is_some() && (is_closed || state.is_unreachable) {
-                (state.needs_route, state.is_unreachable) = (true, false);
+            if is_closed || state.is_unreachable() {
+                state.replan();
             }
         }
     }
 }
 
-/// What some robots close, and orders.
+/// The closures that some robots and commands cause.
 struct Closures {
-    /// By leg: whether it is closed by order, a robot on it would touch one of them, or no way
+    /// By leg: whether it is closed by a command, a robot on it would touch one of them, or no way
     /// leads back from it that had led back before.
     legs: Vec<bool>,
     /// By node: whether robots there can't come back.
@@ -131,8 +131,8 @@ impl Closures {
         let lost = |before: &[bool], now: &[bool]| {
             before.iter().zip(now).map(|(before, now)| *before && !now).collect()
         };
-        // Who is ahead of a broken robot, where nobody can follow, still drives on: only where
-        // nobody comes out is closed.
+        // A robot ahead of a broken one still drives on, though nobody can follow: only nodes that
+        // no robot can leave are closed.
         let (cut_off, out_of_reach): (Vec<bool>, _) =
             (lost(&open.behind, &main.behind), lost(&open.ahead, &main.ahead));
         for edge in 0..roads.edges().len() as u32 {
@@ -143,7 +143,7 @@ impl Closures {
     }
 }
 
-/// How many nodes are tried as members of the main component.
+/// The number of nodes that are tried as members of the main component.
 const SEEDS: u32 = 8;
 
 /// The main component: a large set of nodes that can all be reached from each other in forward
@@ -247,14 +247,8 @@ mod tests {
             let middle = [0.5 * (from[0] + to[0]), 0.5 * (from[1] + to[1]) - bend];
             let curve = CurveRecord { control_points: [from, middle, middle, to] };
             let length = (to[0] - from[0]).hypot(to[1] - from[1]);
-            let edge = EdgeRecord {
-                id,
-                origin,
-                destination,
-                length,
-                velocity_forward: 1.0,
-                ..EdgeRecord::default()
-            };
+            let edge =
+                EdgeRecord { id, origin, destination, length, speed: 1.0, ..EdgeRecord::default() };
             world.add_edge(edge, [curve]);
         }
         world
@@ -278,13 +272,13 @@ mod tests {
         );
         let none = Closures::of(&roads, &claims, &[], &[]);
         assert!(none.legs.iter().all(|closed| !closed));
-        let ordered = Closures::of(&roads, &claims, &[], &[4]);
+        let commanded = Closures::of(&roads, &claims, &[], &[4]);
         assert_eq!(
-            ordered.cut_off, closures.cut_off,
-            "an edge that is closed by order cuts off the same nodes"
+            commanded.cut_off, closures.cut_off,
+            "an edge that is closed by a command cuts off the same nodes"
         );
         assert!(
-            ordered.legs[Leg::new(3, false).index()] && ordered.legs[Leg::new(4, true).index()]
+            commanded.legs[Leg::new(3, false).index()] && commanded.legs[Leg::new(4, true).index()]
         );
     }
 

@@ -4,8 +4,9 @@ use std::collections::VecDeque;
 
 use super::Steering;
 use crate::roads::Leg;
+use crate::traffic::Errand;
 
-/// How long a robot waits for an idle one before that has to go, in seconds.
+/// The time that a robot waits for an idle one before that is sent away, in seconds.
 const PATIENCE_SECS: f64 = 1.0;
 /// The most legs that are looked at for a place to go.
 const MOST_LEGS: usize = 400;
@@ -20,13 +21,10 @@ impl Steering {
             if self.now - state.waiting_since < PATIENCE_SECS {
                 continue;
             }
-            let Some(blocker) = state.blocker else { continue };
-            // Who waits until the roads to its goal are open again is sent on as those are that
-            // have none.
+            let Some(blocker) = state.blocker.map(|blocker| blocker.robot) else { continue };
+            // A robot that can't reach its goal, as roads are closed, is sent on like an idle one.
             let is_idle = self.robot(blocker).is_some_and(|other| {
-                (other.goal.is_none() || other.is_unreachable)
-                    && !other.is_pinned
-                    && other.stuck_since.is_infinite()
+                other.is_idle() && !other.is_pinned() && other.stuck_since.is_infinite()
             });
             if is_idle && let Some(goal) = self.refuge(blocker, robot) {
                 self.counts.evictions += 1;
@@ -38,17 +36,17 @@ impl Steering {
     /// Sends an idle robot to a node, where it is idle again.
     pub(super) fn evict(&mut self, robot: u32, goal: u32) {
         self.send(robot, goal);
-        self.robot_mut(robot).into_iter().for_each(|state| state.is_evicted = true);
+        if let Some(state) = self.robot_mut(robot) {
+            state.errand = Errand::Evicted(goal);
+        }
     }
 
     /// Ends the errands of evicted robots that have arrived.
     pub(super) fn settle_evicted(&mut self) {
         for robot in 0..self.robots.len() as u32 {
             let Some(state) = self.robot(robot) else { continue };
-            if state.is_evicted
-                && state
-                    .goal
-                    .is_none_or(|goal| self.has_arrived(robot, goal) || state.is_unreachable)
+            if let Errand::Evicted(goal) = state.errand
+                && (self.has_arrived(robot, goal) || state.is_unreachable())
             {
                 self.halt(robot);
             }

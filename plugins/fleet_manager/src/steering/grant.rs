@@ -3,10 +3,9 @@
 use super::{Command, Steering};
 use crate::claims::Stretch;
 use crate::roads::Leg;
-use crate::traffic::{Extension, LEAST};
+use crate::traffic::{Blocker, Extension, LEAST};
 
-/// How much longer than needed an extension is, in metres: otherwise there would be one in every
-/// cycle.
+/// The excess length of an extension, in metres: without it, there would be one in every cycle.
 const CHUNK: f32 = 0.5;
 
 impl Steering {
@@ -17,14 +16,16 @@ impl Steering {
         let mut due: Vec<(f64, u32)> = Vec::new();
         for (robot, state) in (0..).zip(&self.robots) {
             let Some(state) = state else { continue };
-            let may_grow =
-                state.goal.is_some() && !state.needs_route && !state.is_adopted && !state.is_frozen;
+            let may_grow = state.is_under_way() && !state.needs_route() && !state.permit.is_frozen;
             if may_grow && !self.is_base_whole(robot) {
-                due.push((self.precedence(robot, state.precedence), robot));
+                let planned = state.permit.precedence.unwrap_or(state.sent);
+                due.push((self.precedence(robot, planned), robot));
             }
         }
         due.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        due.into_iter().for_each(|(_, robot)| self.extend_base(robot));
+        for (_, robot) in due {
+            self.extend_base(robot);
+        }
     }
 
     /// Whether a robot's base reaches the end of its route.
@@ -72,7 +73,7 @@ impl Steering {
     /// Returns what is in a robot's way if that hasn't changed.
     fn still_blocked(&self, robot: u32) -> Option<Extension> {
         let (blocker, version) = self.robot(robot)?.blocked_by?;
-        let is_same = self.claims.version(blocker.0) == version;
+        let is_same = self.claims.version(blocker.robot) == version;
         is_same.then(|| Extension { blocker: Some(blocker), ..Extension::default() })
     }
 
@@ -81,13 +82,13 @@ impl Steering {
         if let Some(state) = &mut self.robots[robot as usize] {
             let blocker =
                 extension.blocker.filter(|_| extension.stretches.is_empty() && state.speed == 0.0);
-            state.blocked_by = blocker.map(|blocker| (blocker, claims.version(blocker.0)));
+            state.blocked_by = blocker.map(|blocker| (blocker, claims.version(blocker.robot)));
         }
     }
 
-    /// Claims an extension and orders it, unless that would close a ring of waiters: returns for
+    /// Claims an extension and commands it, unless that would close a ring of waiters: returns for
     /// whom the robot would wait then, and on which edge.
-    fn grant(&mut self, robot: u32, extension: &Extension) -> Option<(u32, u32)> {
+    fn grant(&mut self, robot: u32, extension: &Extension) -> Option<Blocker> {
         let before =
             (self.claims.of(robot).len(), self.claims.end(robot).map_or(0.0, |end| end.to));
         for stretch in &extension.stretches {
@@ -99,14 +100,17 @@ impl Steering {
             && let Some(blocker) = self.closes_ring(robot)
         {
             if let Some(state) = &mut self.robots[robot as usize] {
-                entered.into_iter().rev().for_each(|leg| state.horizon.push_front(leg));
+                for leg in entered.into_iter().rev() {
+                    state.horizon.push_front(leg);
+                }
             }
             self.claims.roll_back(&self.roads, robot, before.0, before.1);
             self.counts.guarded += 1;
             return Some(blocker);
         }
         if let Some(state) = &mut self.robots[robot as usize] {
-            (state.is_fresh, state.blocked_by) = (false, None);
+            state.is_fresh = false;
+            state.blocked_by = None;
         }
         self.counts.grants += 1;
         if let Some(Stretch { leg: Some(leg), to, .. }) = extension.stretches.last().copied() {
@@ -124,8 +128,7 @@ impl Steering {
     fn note(&mut self, robot: u32, extension: &Extension) {
         let now = self.now;
         let Some(state) = &mut self.robots[robot as usize] else { return };
-        (state.blocker, state.blocked_on) =
-            (extension.blocker.map(|by| by.0), extension.blocker.map(|by| by.1));
+        state.blocker = extension.blocker;
         state.is_held = extension.is_held;
         let stands = state.speed == 0.0 && (state.is_held || state.blocker.is_some());
         state.waiting_since = if stands { state.waiting_since.min(now) } else { f64::INFINITY };

@@ -2,6 +2,7 @@
 //! wait for the next.
 
 use super::Steering;
+use crate::traffic::Blocker;
 
 /// The longest ring that is looked for.
 const LONGEST_RING: usize = 128;
@@ -9,20 +10,20 @@ const LONGEST_RING: usize = 128;
 impl Steering {
     /// Returns for whom a robot, at the end of its base, would wait and on which edge, if that
     /// robot waits for another one, and so on, and the last of them for the first.
-    pub(super) fn closes_ring(&self, robot: u32) -> Option<(u32, u32)> {
+    pub(super) fn closes_ring(&self, robot: u32) -> Option<Blocker> {
         let (mut current, mut first) = (robot, None);
         for _ in 0..LONGEST_RING {
             let extension = self.traffic().extension_later(current, 0.1);
-            let (blocker, edge) = extension.blocker.filter(|_| extension.stretches.is_empty())?;
-            let first = *first.get_or_insert((blocker, edge));
-            if blocker == robot {
+            let blocker = extension.blocker.filter(|_| extension.stretches.is_empty())?;
+            let first = *first.get_or_insert(blocker);
+            if blocker.robot == robot {
                 return Some(first);
             }
-            let goes_on = self.robot(blocker).is_some_and(|state| !state.horizon.is_empty());
-            if !goes_on || blocker == current {
+            let goes_on = self.robot(blocker.robot).is_some_and(|state| !state.horizon.is_empty());
+            if !goes_on || blocker.robot == current {
                 return None;
             }
-            current = blocker;
+            current = blocker.robot;
         }
         None
     }

@@ -1,32 +1,32 @@
-//! How far a robot's base can be extended.
+//! Extensions of a robot's base.
 
 use std::collections::VecDeque;
 
-use super::Traffic;
+use super::{Blocker, Traffic};
 use crate::claims::Stretch;
 use crate::roads::Leg;
 
-/// How far along a route to look for an open place, in metres. Where there is none, robots may wait
-/// at nodes.
+/// The distance along a route within which an open place is looked for, in metres. If there is
+/// none, robots may wait at nodes.
 const OPEN_WITHIN: f32 = 12.0;
-/// How far before the end of a leg a base ends at least that doesn't end there, in metres.
+/// The least distance from the end of a leg of a base that doesn't end there, in metres.
 const AT_END: f32 = 2e-3;
-/// The shortest extension that is worth an order, in metres.
+/// The shortest extension that is worth a command, in metres.
 pub const LEAST: f32 = 0.05;
 /// A way to extend a base.
 #[derive(Clone, Debug, Default)]
 pub struct Extension {
-    /// What to claim, in driving order; empty if nothing can be claimed.
+    /// The stretches to claim, in driving order; empty if nothing can be claimed.
     pub stretches: Vec<Stretch>,
     /// Legs of the horizon that become part of the base.
     pub legs: usize,
-    /// Who is in the way of more, and on which edge.
-    pub blocker: Option<(u32, u32)>,
+    /// The robot that is in the way of more.
+    pub blocker: Option<Blocker>,
     /// Whether it ends where the robot waits for admission to the roads.
     pub is_held: bool,
 }
 
-/// Where a base may end on a leg.
+/// The places at which a base may end on a leg.
 struct Ends<'a> {
     /// The leg after it.
     next: Option<&'a Leg>,
@@ -48,13 +48,15 @@ impl Traffic<'_> {
     /// or else to the last one before. Unless it `may_enter` the roads, it ends in the reservoir
     /// that the robot is in.
     pub fn extension(&self, robot: u32, wanted: f32, may_enter: bool) -> Extension {
-        let legs = self.robot(robot).map_or(0, |state| state.most_legs.min(state.legs_outside));
+        let legs = self
+            .robot(robot)
+            .map_or(0, |state| state.permit.max_legs.min(state.permit.max_legs_outside));
         self.extension_by(robot, legs, wanted, may_enter)
     }
 
     /// As [`extension`](Self::extension), wherever the robot is kept out for the time being.
     pub(crate) fn extension_later(&self, robot: u32, wanted: f32) -> Extension {
-        let legs = self.robot(robot).map_or(0, |state| state.most_legs);
+        let legs = self.robot(robot).map_or(0, |state| state.permit.max_legs);
         self.extension_by(robot, legs, wanted, true)
     }
 
@@ -97,12 +99,12 @@ impl Traffic<'_> {
                 Some(leg),
                 [from, length],
             );
-            // Who stands at the end of the leg is there already, whoever stands at the end of the
-            // opposite one.
+            // A robot at the end of the leg is there already, whichever stands at the end of the
+            // opposite leg.
             let is_there = number == 0 && from >= length;
             let to = if is_there { length } else { reach.metres };
             if to < from {
-                blocker = reach.blocker.map(|blocker| (blocker, leg.edge()));
+                blocker = reach.blocker.map(|robot| Blocker { robot, edge: leg.edge() });
                 break;
             }
             let next = horizon.get(number);
@@ -113,7 +115,7 @@ impl Traffic<'_> {
             let ends = Ends {
                 next,
                 allows_sidings: allows_sidings && occupant.is_none(),
-                anywhere: state.is_following,
+                anywhere: state.permit.follows,
             };
             if let Some(place) = self.place(footprint, leg, [from, to], wanted - so_far, &ends) {
                 best = Some(Place { stretches: stretches.len(), legs: number, to: place });
@@ -122,7 +124,7 @@ impl Traffic<'_> {
                 }
             }
             if to < length {
-                blocker = reach.blocker.map(|blocker| (blocker, leg.edge()));
+                blocker = reach.blocker.map(|robot| Blocker { robot, edge: leg.edge() });
                 break;
             }
             so_far += length - from;
@@ -132,11 +134,11 @@ impl Traffic<'_> {
                 break;
             }
             if let Some(occupant) = occupant {
-                blocker = Some((occupant, next.edge()));
+                blocker = Some(Blocker { robot: occupant, edge: next.edge() });
                 break;
             }
             if let Err(by) = self.pass_node(robot, [leg, next], &mut stretches) {
-                blocker = by.map(|by| (by, next.edge()));
+                blocker = by.map(|robot| Blocker { robot, edge: next.edge() });
                 break;
             }
             (leg, from) = (next, 0.0);

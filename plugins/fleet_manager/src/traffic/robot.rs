@@ -1,4 +1,4 @@
-//! What steering knows about a robot.
+//! The state that steering keeps of each robot.
 
 use std::collections::VecDeque;
 
@@ -6,7 +6,7 @@ use regatta_plugin::frame::RobotState;
 
 use crate::roads::{Leg, RobotClass};
 
-/// What a frame shows of a robot.
+/// A robot as a frame shows it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Seen {
     /// Index of the robot type.
@@ -19,25 +19,110 @@ pub struct Seen {
     pub speed: f32,
     /// Position, in metres.
     pub position: [f32; 2],
-    /// What it does.
+    /// The state of its motion.
     pub state: RobotState,
+}
+
+/// The reason for which a robot stands or drives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Errand {
+    /// It has none: it may be sent out of others' way.
+    None,
+    /// It has something to do where it stands.
+    Pinned,
+    /// It was sent to a node.
+    Sent(u32),
+    /// It is on its way out of others' way, to a node.
+    Evicted(u32),
+}
+
+/// The state of a robot's route to its goal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RouteState {
+    /// The horizon leads there, as far as a planner has planned.
+    Planned,
+    /// A planner has to plan it.
+    Needed,
+    /// No way leads there.
+    Unreachable,
+}
+
+/// Whether steering controls a robot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Custody {
+    /// It drives only into space that it claims.
+    Steered,
+    /// It is stopped, to be taken over where it stands.
+    Stopping {
+        /// When it is told to stop (again), in simulated seconds.
+        cancel_at: f64,
+        /// Whether it may drive beyond what it claims until it stands.
+        is_lost: bool,
+    },
+}
+
+/// The permission that a planner gives a robot for one cycle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Permit {
+    /// Robots are extended in ascending order of it; by default the time at which the robot was
+    /// sent to its goal, in simulated seconds.
+    pub precedence: Option<f64>,
+    /// The largest number of legs by which its base may grow.
+    pub max_legs: usize,
+    /// The largest number of legs by which its base may grow without entering a region that it is
+    /// kept out of. Unlike one that `max_legs` holds, the robot waits for room: the ring guard
+    /// knows where it will go on to.
+    pub max_legs_outside: usize,
+    /// Whether its base may end anywhere, as far as those ahead let it, not only where it is in
+    /// nobody's way.
+    pub follows: bool,
+    /// Whether its base stays as it is.
+    pub is_frozen: bool,
+    /// Whether it may enter the roads, however many robots are there.
+    pub is_admitted: bool,
+}
+
+impl Default for Permit {
+    fn default() -> Self {
+        Self {
+            precedence: None,
+            max_legs: usize::MAX,
+            max_legs_outside: usize::MAX,
+            follows: false,
+            is_frozen: false,
+            is_admitted: false,
+        }
+    }
+}
+
+/// A robot that is in the way of another one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Blocker {
+    /// The robot.
+    pub robot: u32,
+    /// The edge on which it is in the way.
+    pub edge: u32,
 }
 
 /// A robot.
 #[derive(Clone, Debug)]
 pub struct Robot {
-    /// What it can do.
+    /// Its footprint and its limits.
     pub class: RobotClass,
-    /// Where it was sent.
-    pub goal: Option<u32>,
+    /// The reason for which it stands or drives.
+    pub errand: Errand,
+    /// The state of its route.
+    pub route: RouteState,
+    /// Whether steering controls it.
+    pub custody: Custody,
+    /// The permission of its planner for this cycle.
+    pub permit: Permit,
     /// Legs that it will drive after its base.
     pub horizon: VecDeque<Leg>,
     /// Metres per second, at least 0.
     pub speed: f32,
-    /// Who was in the way when its base was to be extended.
-    pub blocker: Option<u32>,
-    /// On which edge.
-    pub blocked_on: Option<u32>,
+    /// The robot that was in the way when its base was to be extended.
+    pub blocker: Option<Blocker>,
     /// Since when it is held, broken or faulted, in simulated seconds; infinity if it isn't.
     pub stuck_since: f64,
     /// Since when it wants to drive on and can't, in simulated seconds; infinity if it drives or
@@ -45,73 +130,36 @@ pub struct Robot {
     pub waiting_since: f64,
     /// Whether it waits until it is admitted to the roads.
     pub is_held: bool,
-    /// Who was in the way on which edge, and the version of its claim: until that changes, it is
-    /// still in the way.
-    pub(crate) blocked_by: Option<((u32, u32), u64)>,
+    /// When its route was planned, in simulated seconds.
+    pub planned: f64,
     /// When it was sent to its goal, in simulated seconds.
     pub(crate) sent: f64,
     /// Whether it hasn't driven since it was sent to its goal.
     pub(crate) is_fresh: bool,
-    /// By how many legs its base may grow in this cycle.
-    pub(crate) most_legs: usize,
-    /// Whether its base may end anywhere in this cycle.
-    pub(crate) is_following: bool,
-    /// By how many legs its base may grow in this cycle without coming into a region that it is
-    /// kept out of.
-    pub(crate) legs_outside: usize,
-    /// Whether its base stays as it is in this cycle.
-    pub(crate) is_frozen: bool,
-    /// Whether it may enter the roads in this cycle, however many are there.
-    pub(crate) is_admitted: bool,
-    /// Who is extended first in this cycle, in ascending order.
-    pub(crate) precedence: f64,
-    /// Whether it was sent to a goal, and has no route to it yet.
-    pub needs_route: bool,
-    /// When its route was planned, in simulated seconds.
-    pub planned: f64,
-    /// Whether it is to be stopped and taken over.
-    pub is_adopted: bool,
-    /// Whether it may drive beyond what it claims, until it stands.
-    pub(crate) is_lost: bool,
-    /// When it is ordered to stop, then.
-    pub(crate) cancel_at: f64,
-    /// Whether it has something to do where it stands.
-    pub(crate) is_pinned: bool,
-    /// Whether it is only on its way out of others' way.
-    pub(crate) is_evicted: bool,
-    /// Whether no way leads to its goal.
-    pub(crate) is_unreachable: bool,
+    /// The blocker of a robot that stands, and the version of its claim: until that changes, it is
+    /// still in the way.
+    pub(crate) blocked_by: Option<(Blocker, u64)>,
 }
 
 impl Robot {
+    /// Makes a robot that is to be taken over where it stands.
     pub(crate) fn new(class: RobotClass, seen: &Seen, now: f64) -> Self {
         Self {
             class,
-            goal: None,
+            errand: Errand::None,
+            route: RouteState::Needed,
+            custody: Custody::Stopping { cancel_at: now, is_lost: true },
+            permit: Permit::default(),
             horizon: VecDeque::new(),
             speed: seen.speed,
             blocker: None,
-            blocked_on: None,
-            most_legs: usize::MAX,
-            is_following: false,
-            precedence: now,
-            legs_outside: usize::MAX,
-            is_frozen: false,
-            is_admitted: false,
             waiting_since: f64::INFINITY,
             stuck_since: f64::INFINITY,
             is_held: false,
             blocked_by: None,
             sent: now,
             is_fresh: true,
-            needs_route: false,
             planned: now,
-            is_adopted: true,
-            is_lost: true,
-            cancel_at: now,
-            is_pinned: false,
-            is_evicted: false,
-            is_unreachable: false,
         }
     }
 
@@ -120,6 +168,64 @@ impl Robot {
         let is_stuck =
             matches!(seen.state, RobotState::Held | RobotState::Broken | RobotState::Faulted);
         self.stuck_since = if is_stuck { self.stuck_since.min(now) } else { f64::INFINITY };
+    }
+
+    /// Stops the robot, so that it can be taken over when it is idle.
+    pub(crate) fn stop(&mut self, now: f64) {
+        self.custody = Custody::Stopping { cancel_at: now, is_lost: self.is_lost() };
+        self.route = RouteState::Needed;
+        self.horizon.clear();
+    }
+
+    /// Drops the route of a robot that has a goal, so that another one is planned.
+    pub(crate) fn replan(&mut self) {
+        if self.goal().is_some() {
+            self.route = RouteState::Needed;
+        }
+    }
+
+    /// The node that it was sent to.
+    pub fn goal(&self) -> Option<u32> {
+        match self.errand {
+            Errand::None | Errand::Pinned => None,
+            Errand::Sent(goal) | Errand::Evicted(goal) => Some(goal),
+        }
+    }
+
+    /// Whether it was sent to a goal, and has no route to it yet.
+    pub fn needs_route(&self) -> bool {
+        self.route == RouteState::Needed
+    }
+
+    /// Whether no way leads to its goal.
+    pub fn is_unreachable(&self) -> bool {
+        self.route == RouteState::Unreachable
+    }
+
+    /// Whether it has something to do where it stands.
+    pub fn is_pinned(&self) -> bool {
+        self.errand == Errand::Pinned
+    }
+
+    /// Whether it is to be stopped and taken over.
+    pub fn is_adopted(&self) -> bool {
+        self.custody != Custody::Steered
+    }
+
+    /// Whether it may drive beyond what it claims, until it stands.
+    pub(crate) fn is_lost(&self) -> bool {
+        matches!(self.custody, Custody::Stopping { is_lost: true, .. })
+    }
+
+    /// Whether it is steered towards a goal.
+    pub(crate) fn is_under_way(&self) -> bool {
+        self.goal().is_some() && !self.is_adopted()
+    }
+
+    /// Whether it has nowhere to go, and may be sent elsewhere: it has no goal, or none that it
+    /// can reach.
+    pub(crate) fn is_idle(&self) -> bool {
+        self.goal().is_none() || self.is_unreachable()
     }
 
     /// Metres that it needs to stop from its present speed.

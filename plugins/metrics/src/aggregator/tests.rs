@@ -55,7 +55,7 @@ impl Producer {
 
     fn snapshot(&self) -> Snapshot {
         let now = self.header.wall_time_nanos + MILLISECOND;
-        self.aggregator.snapshot(FleetName::default(), Collisions::default(), None, Vec::new(), now)
+        self.aggregator.snapshot(&FleetName::default(), now)
     }
 
     fn totals(&self) -> Totals {
@@ -225,7 +225,7 @@ proptest! {
             let lines = vec![Line::default(); frame_lines(1)];
             let frame = Frame::new(&producer.header, &lines).expect("a frame");
             producer.aggregator.add_frame(&frame, wall / 2);
-            producer.aggregator.snapshot(FleetName::default(), Collisions::default(), None, Vec::new(), wall / 3);
+            producer.aggregator.snapshot(&FleetName::default(), wall / 3);
             producer.aggregator.take_interval();
         }
     }

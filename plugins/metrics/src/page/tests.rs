@@ -93,18 +93,18 @@ fn values_equal_those_of_the_snapshot() {
         "regatta_manager_robots{fleet=\"default\",activity=\"carrying\"} 614",
         "regatta_manager_robots{fleet=\"default\",activity=\"to_pick\"} 201",
         "regatta_manager_robots{fleet=\"default\",activity=\"out_of_service\"} 6",
-        "regatta_tasks_created_total{fleet=\"default\"} 4389",
-        "regatta_tasks_total{fleet=\"default\",outcome=\"finished\"} 4321",
-        "regatta_tasks_total{fleet=\"default\",outcome=\"failed\"} 3",
-        "regatta_tasks_total{fleet=\"default\",outcome=\"cancelled\"} 7",
-        "regatta_tasks_open{fleet=\"default\"} 58",
-        "regatta_tasks_finished_per_second{fleet=\"default\"} 0.125",
-        "regatta_task_service_seconds{fleet=\"default\",quantile=\"0.99\"} 120",
-        "regatta_task_service_seconds_sum{fleet=\"default\"} 244000",
-        "regatta_task_waiting_seconds{fleet=\"default\",quantile=\"0.5\"} 6",
-        "regatta_task_waiting_seconds_count{fleet=\"default\"} 4050",
-        "regatta_task_longest_service_seconds{fleet=\"default\"} 300",
-        "regatta_task_log_gaps_total{fleet=\"default\"} 2",
+        "regatta_orders_created_total{fleet=\"default\"} 4389",
+        "regatta_orders_total{fleet=\"default\",outcome=\"finished\"} 4321",
+        "regatta_orders_total{fleet=\"default\",outcome=\"failed\"} 3",
+        "regatta_orders_total{fleet=\"default\",outcome=\"cancelled\"} 7",
+        "regatta_orders_open{fleet=\"default\"} 58",
+        "regatta_orders_finished_per_second{fleet=\"default\"} 0.125",
+        "regatta_order_service_seconds{fleet=\"default\",quantile=\"0.99\"} 120",
+        "regatta_order_service_seconds_sum{fleet=\"default\"} 244000",
+        "regatta_order_waiting_seconds{fleet=\"default\",quantile=\"0.5\"} 6",
+        "regatta_order_waiting_seconds_count{fleet=\"default\"} 4050",
+        "regatta_order_longest_service_seconds{fleet=\"default\"} 300",
+        "regatta_order_log_gaps_total{fleet=\"default\"} 2",
         "regatta_frames_skipped_total{fleet=\"default\"} 6",
         "regatta_process_cpu_seconds_total{fleet=\"default\",name=\"engine\"} 12.5",
         "regatta_tick_cost_seconds_bucket{fleet=\"default\",le=\"0.0001\"} 10",
@@ -130,7 +130,7 @@ fn unknown_values_are_left_out() {
         "regatta_ticks",
         "regatta_collision",
         "regatta_manager",
-        "regatta_task",
+        "regatta_order",
         "regatta_csv",
     ] {
         assert!(!text.contains(absent), "{absent} in\n{text}");
@@ -138,16 +138,16 @@ fn unknown_values_are_left_out() {
 }
 
 #[test]
-fn times_of_no_task_have_neither_quantiles_nor_a_longest() {
+fn times_of_no_order_have_neither_quantiles_nor_a_longest() {
     let mut snapshot = testing::snapshot();
     snapshot.work = Some(Work::default());
     let text = page(&snapshot, &EXPORTER, Format::Prometheus);
-    assert!(text.contains("regatta_task_service_seconds_count{fleet=\"default\"} 0\n"), "{text}");
+    assert!(text.contains("regatta_order_service_seconds_count{fleet=\"default\"} 0\n"), "{text}");
     for absent in [
         "quantile=",
-        "regatta_task_longest",
-        "regatta_tasks_open",
-        "regatta_tasks_finished_per_second",
+        "regatta_order_longest",
+        "regatta_orders_open",
+        "regatta_orders_finished_per_second",
     ] {
         assert!(!text.contains(absent), "{absent} in\n{text}");
     }

@@ -1,6 +1,8 @@
 use std::io::{Read, Write};
 use std::net::TcpStream;
 
+use regatta_kit::server::MAX_HEAD_BYTES;
+
 use super::*;
 
 struct Fixed(String);
@@ -16,7 +18,7 @@ impl PageSource for Fixed {
 
 fn server(page: &str) -> Server {
     let loopback = SocketAddr::from(([127, 0, 0, 1], 0));
-    Server::start(loopback, Arc::new(Fixed(page.to_owned()))).expect("a port")
+    start(loopback, Arc::new(Fixed(page.to_owned()))).expect("a port")
 }
 
 fn connect(server: &Server) -> TcpStream {
@@ -131,7 +133,7 @@ fn invalid_requests_are_rejected_and_the_next_one_is_served() {
     let mut endless = connect(&server);
     // The server may close the connection before it has read everything.
     let _ = endless.write_all(
-        &[b"GET /metrics HTTP/1.1\r\nX: ".to_vec(), vec![b'x'; 2 * MAX_REQUEST]].concat(),
+        &[b"GET /metrics HTTP/1.1\r\nX: ".to_vec(), vec![b'x'; 2 * MAX_HEAD_BYTES]].concat(),
     );
     let mut response = Vec::new();
     let _ = endless.read_to_end(&mut response);
@@ -147,7 +149,7 @@ fn invalid_requests_are_rejected_and_the_next_one_is_served() {
 fn clients_that_hang_do_not_hurt_others() {
     let server = server(&"x".repeat(8 << 20));
     let mut hanging = Vec::new();
-    for index in 0..2 * MAX_CONNECTIONS {
+    for index in 0..2 * LIMITS.max_connections {
         let mut stream = connect(&server);
         let start: &[u8] = match index % 3 {
             0 => b"",
@@ -172,7 +174,7 @@ fn a_response_that_is_under_way_is_finished_before_the_end() {
     stream.write_all(b"GET /metrics HTTP/1.1\r\nHost: here\r\n\r\n").expect("sent");
     let mut start = [0; 1000];
     stream.read_exact(&mut start).expect("the start of a response");
-    let reader = thread::spawn(move || {
+    let reader = std::thread::spawn(move || {
         let mut rest = Vec::new();
         stream.read_to_end(&mut rest).expect("a response");
         rest.len()
@@ -188,7 +190,7 @@ fn a_response_that_is_under_way_is_finished_before_the_end() {
 fn a_port_in_use_is_reported_with_advice() {
     let server = server("page\n");
     let pages = Arc::new(Fixed(String::new()));
-    let error = Server::start(server.address(), pages).expect_err("taken").to_string();
+    let error = start(server.address(), pages).expect_err("taken").to_string();
     assert!(error.contains(&server.address().to_string()) && error.contains("--listen"), "{error}");
     assert!(!error.contains('\n'), "{error}");
 }

@@ -2,7 +2,7 @@
 //! answer.
 
 use std::io;
-use std::sync::mpsc::{Receiver, Sender, SyncSender, TryRecvError, channel, sync_channel};
+use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
 use std::thread;
 use std::time::Duration;
 
@@ -72,13 +72,7 @@ impl CommandQueue {
 
     /// Returns the newest outcome since the last call.
     pub fn outcome(&self) -> Option<Outcome> {
-        let mut newest = None;
-        loop {
-            match self.outcomes.try_recv() {
-                Ok(outcome) => newest = Some(outcome),
-                Err(TryRecvError::Empty | TryRecvError::Disconnected) => return newest,
-            }
-        }
+        self.outcomes.try_iter().last()
     }
 }
 
@@ -120,8 +114,6 @@ fn open<'a>(
 }
 
 fn carry_out(command: Command, control: &mut Control) -> Result<ControlResponse, ControlError> {
-    let status =
-        |control: &mut Control| control.request(ControlRequest::new(ControlKind::Status), TIMEOUT);
     let request = match command {
         Command::PauseOrResume if is_running(&status(control)?) => {
             ControlRequest::new(ControlKind::Pause)
@@ -134,6 +126,10 @@ fn carry_out(command: Command, control: &mut Control) -> Result<ControlResponse,
         Command::RealTime => speed(1.0),
     };
     control.request(request, TIMEOUT)
+}
+
+fn status(control: &mut Control) -> Result<ControlResponse, ControlError> {
+    control.request(ControlRequest::new(ControlKind::Status), TIMEOUT)
 }
 
 fn speed(speed: f32) -> ControlRequest {

@@ -6,7 +6,7 @@ use ratatui::style::{Color, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 
-use super::section::section;
+use super::theme::section;
 use super::view::View;
 use super::{format, theme};
 use crate::snapshot::Run;
@@ -40,26 +40,25 @@ pub fn draw_robots(frame: &mut Frame<'_>, area: Rect, state_counts: &StateCounts
     let area = section(frame, area, "robots", Span::styled(format::count(robots), theme::strong()));
     let digits = format::count(robots).len().max(3);
     let width = usize::from(area.width).saturating_sub(8 + digits + 2);
-    let line = |state: usize| {
-        let count = state_counts.by_state[state];
-        let style = if count > 0 { Style::new() } else { theme::quiet() };
-        Line::from(vec![
-            Span::styled(format!("{:<8}", STATE_NAMES[state]), theme::quiet()),
-            Span::styled(
-                bar(count as f64 / robots.max(1) as f64, width),
-                theme::text(STATE_COLOURS[state]),
-            ),
-            Span::styled(format!("  {:>digits$}", format::count(count)), style),
-        ])
-    };
     let mut shown = ORDER.to_vec();
-    // Where there is no room for all, states without robots are left out.
+    // If there is no room for all, states without robots are left out.
     while shown.len() > usize::from(area.height)
         && let Some(empty) = shown.iter().rposition(|state| state_counts.by_state[*state] == 0)
     {
         shown.remove(empty);
     }
-    frame.render_widget(Paragraph::new(shown.into_iter().map(line).collect::<Vec<_>>()), area);
+    let mut lines = Vec::new();
+    for state in shown {
+        let count = state_counts.by_state[state];
+        let bar = bar(count as f64 / robots.max(1) as f64, width);
+        let style = if count > 0 { Style::new() } else { theme::quiet() };
+        lines.push(Line::from(vec![
+            Span::styled(format!("{:<8}", STATE_NAMES[state]), theme::quiet()),
+            Span::styled(bar, theme::text(STATE_COLOURS[state])),
+            Span::styled(format!("  {:>digits$}", format::count(count)), style),
+        ]));
+    }
+    frame.render_widget(Paragraph::new(lines), area);
 }
 
 /// Formats a bar of that share of `width` columns. Shares above 0 are always visible.
@@ -85,31 +84,30 @@ pub fn draw_figures(frame: &mut Frame<'_>, area: Rect, view: &View, run: &Run) {
         columns.into_iter().zip([time_figures(view, run), distance_figures(view, run)])
     {
         let width = usize::from(area.width);
-        let line = |(name, value): Figure| {
+        let lines = figures.map(|(name, value)| {
             // The name is truncated rather than the value.
             let room = width.saturating_sub(value.width() + 1);
             Line::from(vec![Span::styled(format!("{name:<room$.room$} "), theme::quiet()), value])
-        };
-        frame.render_widget(Paragraph::new(figures.map(line).to_vec()), area);
+        });
+        frame.render_widget(Paragraph::new(lines.to_vec()), area);
     }
 }
 
 fn time_figures(view: &View, run: &Run) -> [Figure; 5] {
     let (mean, max) = view.history.newest().jitter.unzip();
-    let time =
-        |seconds: Option<f64>| Span::from(seconds.map_or_else(|| "–".to_owned(), format::seconds));
+    let [mean, max] = [mean, max]
+        .map(|seconds| Span::from(seconds.map_or_else(|| "–".to_owned(), format::seconds)));
     let totals = &view.snapshot.totals;
     [
         ("tick period", format::seconds(run.tick_period.as_secs_f64()).into()),
         ("late ticks", problem_count(run.late_ticks, theme::WARNING)),
-        ("jitter", time(mean)),
-        ("worst jitter", time(max)),
+        ("jitter", mean),
+        ("worst jitter", max),
         ("frames skipped", format::count(totals.frames_skipped).into()),
     ]
 }
 
 fn distance_figures(view: &View, run: &Run) -> [Figure; 5] {
-    let unknown = || Span::styled("–", theme::quiet());
     let collisions = &view.snapshot.collisions;
     let lag = collisions
         .tick()
@@ -126,6 +124,10 @@ fn distance_figures(view: &View, run: &Run) -> [Figure; 5] {
         ),
         ("checker lag", lag.map_or_else(unknown, |lag| format::seconds(lag).into())),
     ]
+}
+
+fn unknown() -> Span<'static> {
+    Span::styled("–", theme::quiet())
 }
 
 /// Formats a count of problems, coloured unless it is 0.

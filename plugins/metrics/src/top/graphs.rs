@@ -6,8 +6,8 @@ use ratatui::style::Color;
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{RenderDirection, Sparkline, SparklineBar};
 
-use super::history::{History, Slot};
-use super::section::section;
+use super::theme::section;
+use super::view::{History, Slot};
 use super::{format, theme};
 use crate::snapshot::Run;
 
@@ -92,13 +92,13 @@ fn draw_graph(frame: &mut Frame<'_>, area: Rect, history: &History, graph: Graph
     let bars: Vec<_> = history.newest_first().take(area.width.into()).map(graph.bar).collect();
     let top =
         bars.iter().flatten().map(|bar| bar.0).fold(graph.top, f64::max).max(f64::MIN_POSITIVE);
-    let bar = |bar: Option<(f64, Color)>| match bar {
+    let bars = bars.into_iter().map(|bar| match bar {
         // Every measured value is visible.
         Some((value, colour)) => SparklineBar::from(Some(((value / top * MAX_BAR) as u64).max(1)))
             .style(theme::text(colour)),
         None => SparklineBar::from(None),
-    };
-    let sparkline = Sparkline::default().data(bars.into_iter().map(bar)).max(MAX_BAR as u64);
+    });
+    let sparkline = Sparkline::default().data(bars).max(MAX_BAR as u64);
     frame.render_widget(
         sparkline.direction(RenderDirection::RightToLeft).absent_value_symbol(" "),
         area,

@@ -1,4 +1,4 @@
-//! The current collisions, and the processes of the fleet.
+//! The current collisions, the edges at which robots wait the longest, and the processes.
 
 use ratatui::Frame;
 use ratatui::layout::{Alignment, Constraint, Flex, Layout, Rect};
@@ -8,10 +8,10 @@ use ratatui::widgets::{
 };
 use regatta_plugin::contact::{ContactHeader, ContactLevel, ContactRecord};
 
-use super::section::section;
+use super::theme::section;
 use super::view::View;
 use super::{format, theme};
-use crate::snapshot::{Process, Run, Snapshot};
+use crate::snapshot::{Jam, Process, Run, Snapshot};
 
 /// The largest width of a pair, in columns of text. A wide list shows several pairs side by side.
 const PAIR_WIDTH: u16 = 64;
@@ -100,6 +100,49 @@ fn collision(pair: &ContactRecord, run: &Run) -> Row<'static> {
     ])
 }
 
+/// Draws the edges at which robots waited the longest in the last ten minutes; `None` if no plugin
+/// publishes them.
+pub fn draw_jams(frame: &mut Frame<'_>, area: Rect, jams: Option<&[Jam]>) {
+    let area = section(
+        frame,
+        area,
+        "edges with jams",
+        Span::styled("of the last ten minutes", theme::quiet()),
+    );
+    let Some(jams) = jams else {
+        return draw_hint(frame, area, "No traffic is published: start `regatta plugin traffic`.");
+    };
+    if jams.is_empty() {
+        return draw_hint(frame, area, "No robot has waited.");
+    }
+    let header = Row::new([
+        left("edge"),
+        right("waited"),
+        right("robots/h"),
+        right("robots"),
+        right("speed"),
+    ]);
+    let widths = [16, 8, 8, 7, 6].map(Constraint::Max);
+    let table = Table::new(jams.iter().map(jam), widths)
+        .header(header.style(theme::quiet()))
+        .flex(Flex::Start);
+    frame.render_widget(table, area);
+}
+
+fn jam(jam: &Jam) -> Row<'static> {
+    let name = match &*jam.name {
+        "" => jam.edge.to_string(),
+        name => format!("{} {name}", jam.edge),
+    };
+    Row::new([
+        left(name),
+        right(format::seconds(jam.figures.waiting_secs.into())),
+        right(format::count(jam.figures.entered_per_hour.round() as u64)),
+        right(format!("{:.1}", jam.figures.occupancy)),
+        right(format!("{:.0} %", 100.0 * jam.figures.relative_speed)),
+    ])
+}
+
 /// Draws the processes of the fleet with their processor time and memory.
 pub fn draw_processes(frame: &mut Frame<'_>, area: Rect, view: &View) {
     let processes = &view.snapshot.processes;
@@ -116,23 +159,24 @@ pub fn draw_processes(frame: &mut Frame<'_>, area: Rect, view: &View) {
 }
 
 fn process(process: &Process) -> Row<'static> {
-    let busy = match process.stopped {
-        true => Text::styled("halted", theme::text(theme::BAD)),
-        false => Text::from(format!("{:.0} %", 100.0 * process.cpu_cores)),
+    let busy = if process.stopped {
+        Text::styled("halted", theme::text(theme::BAD))
+    } else {
+        Text::from(format!("{:.0} %", 100.0 * process.cpu_cores))
     };
     let busy = Cell::from(busy.alignment(Alignment::Right));
     let memory = format::bytes(process.resident_bytes);
     Row::new([left(process.name.clone()), right(process.pid.to_string()), busy, right(memory)])
 }
 
-pub(super) fn draw_hint(frame: &mut Frame<'_>, area: Rect, text: &str) {
+fn draw_hint(frame: &mut Frame<'_>, area: Rect, text: &str) {
     frame.render_widget(Paragraph::new(text).style(theme::quiet()).wrap(Wrap { trim: true }), area);
 }
 
-pub(super) fn left<'a>(text: impl Into<Text<'a>>) -> Cell<'a> {
+fn left<'a>(text: impl Into<Text<'a>>) -> Cell<'a> {
     Cell::from(text.into())
 }
 
-pub(super) fn right<'a>(text: impl Into<Text<'a>>) -> Cell<'a> {
+fn right<'a>(text: impl Into<Text<'a>>) -> Cell<'a> {
     Cell::from(text.into().alignment(Alignment::Right))
 }

@@ -9,7 +9,7 @@ use ratatui::widgets::{Block, Clear, Padding, Paragraph, Wrap};
 use regatta_plugin::frame::ClockState;
 
 use super::view::View;
-use super::{figures, format, graphs, jams, lists, theme, work};
+use super::{figures, format, graphs, lists, theme, work};
 use crate::snapshot::Run;
 
 /// The least size of the terminal, in columns and lines.
@@ -55,23 +55,23 @@ pub fn draw(frame: &mut Frame<'_>, view: &mut View) {
 /// Draws a fleet that has an engine. Returns the scroll position of its collisions.
 fn draw_run(frame: &mut Frame<'_>, area: Rect, view: &View, run: &Run) -> usize {
     let graphs = (area.height / 5).clamp(5, 14);
-    let tasks = if view.snapshot.work.is_some() { work::HEIGHT } else { 0 };
+    let orders = if view.snapshot.work.is_some() { work::HEIGHT } else { 0 };
     let [above, middle, below] = Layout::vertical([
         Constraint::Length(graphs),
-        Constraint::Length(7 + tasks),
+        Constraint::Length(7 + orders),
         Constraint::Min(0),
     ])
     .spacing(1)
     .areas(inset(area));
-    let [middle, tasks] =
-        Layout::vertical([Constraint::Length(7), Constraint::Length(tasks)]).areas(middle);
+    let [middle, orders] =
+        Layout::vertical([Constraint::Length(7), Constraint::Length(orders)]).areas(middle);
     graphs::draw(frame, above, &view.history, run);
     let [left, right] =
         Layout::horizontal([Constraint::Fill(2), Constraint::Fill(3)]).spacing(2).areas(middle);
     figures::draw_robots(frame, left, &run.state_counts);
     figures::draw_figures(frame, right, view, run);
     if let Some(work) = &view.snapshot.work {
-        work::draw(frame, tasks, work);
+        work::draw(frame, orders, work);
     }
     let processes = (area.width / 4).clamp(31, 60);
     let [left, right] = Layout::horizontal([Constraint::Fill(1), Constraint::Length(processes)])
@@ -79,7 +79,7 @@ fn draw_run(frame: &mut Frame<'_>, area: Rect, view: &View, run: &Run) -> usize 
         .areas(below);
     lists::draw_processes(frame, right, view);
     if view.shows_jams {
-        jams::draw(frame, left, view.snapshot.jams.as_deref());
+        lists::draw_jams(frame, left, view.snapshot.jams.as_deref());
         return view.scroll;
     }
     lists::draw_collisions(frame, left, &view.snapshot, run, view.scroll)

@@ -1,8 +1,12 @@
-//! Colours. All have a medium brightness, so that they are legible on black and on white, as the
-//! terminal's background is unknown. The background stays as it is. With `NO_COLOR` set, there are
-//! no colours.
+//! Colours, and the sections of the screen. All colours have a medium brightness, so that they are
+//! legible on black and on white, as the terminal's background is unknown. The background stays as
+//! it is. With `NO_COLOR` set, there are no colours.
 
+use ratatui::Frame;
+use ratatui::layout::Rect;
 use ratatui::style::{Color, Modifier, Style};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Block, Borders};
 
 /// The colour of good values.
 pub const GOOD: Color = Color::Indexed(28);
@@ -30,4 +34,23 @@ pub fn strong() -> Style {
 /// Returns the style of labels.
 pub fn quiet() -> Style {
     text(QUIET)
+}
+
+/// Draws a rule with a title on the left and a note on the right. Returns the area below it.
+pub fn section<'a>(
+    frame: &mut Frame<'_>,
+    area: Rect,
+    title: impl Into<Span<'a>>,
+    note: impl Into<Line<'a>>,
+) -> Rect {
+    let title = Line::from(vec![title.into().style(strong()), " ".into()]);
+    let mut note: Line<'_> = note.into();
+    if note.width() > 0 {
+        note.spans.insert(0, " ".into());
+    }
+    let block = Block::new().borders(Borders::TOP).border_style(quiet());
+    let block = block.title_top(title).title_top(note.right_aligned());
+    let inside = block.inner(area);
+    frame.render_widget(block, area);
+    inside
 }

@@ -1,4 +1,4 @@
-//! The work of a fleet manager: robots by activity, and tasks.
+//! The work of a fleet manager: robots by activity, and orders.
 
 use ratatui::Frame;
 use ratatui::layout::Rect;
@@ -7,10 +7,9 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::Paragraph;
 use regatta_plugin::activity::Activity;
 
-use super::section::section;
+use super::theme::section;
 use super::{format, theme};
-use crate::snapshot::{TaskFigures, Work};
-use crate::task_times::TimeSummary;
+use crate::snapshot::{OrderFigures, Work};
 
 /// The number of lines of the section.
 pub const HEIGHT: u16 = 4;
@@ -27,41 +26,48 @@ const ORDER: [Activity; Activity::ALL.len()] = [
     Activity::Idle,
 ];
 
-/// Draws the counts of tasks, the robots of each activity that has any, and the times of tasks.
+/// Draws the counts of orders, the robots of each activity that has any, and the times of orders.
 pub fn draw(frame: &mut Frame<'_>, area: Rect, work: &Work) {
-    let area = section(frame, area, "tasks", counts(&work.tasks));
-    frame.render_widget(Paragraph::new(vec![robots(work), times(&work.tasks), effort(work)]), area);
+    let area = section(frame, area, "orders", counts(&work.orders));
+    frame
+        .render_widget(Paragraph::new(vec![robots(work), times(&work.orders), effort(work)]), area);
 }
 
-/// Formats the numbers of tasks. Those of failed and cancelled ones are shown only if there are
+/// Formats the numbers of orders. Those of failed and cancelled ones are shown only if there are
 /// any.
-fn counts(tasks: &TaskFigures) -> Line<'static> {
-    let per_hour = tasks.finished_per_second.map(|rate| (rate * 3600.0).round() as u64);
-    let if_any = |count: u64| (count > 0).then_some(count);
+fn counts(orders: &OrderFigures) -> Line<'static> {
+    let per_hour = orders.finished_per_second.map(|rate| (rate * 3600.0).round() as u64);
     let counts = [
-        (tasks.open, "open", theme::quiet()),
-        (Some(tasks.finished), "finished", theme::quiet()),
+        (orders.open, "open", theme::quiet()),
+        (Some(orders.finished), "finished", theme::quiet()),
         (per_hour, "an hour", theme::strong()),
-        (if_any(tasks.failed), "failed", theme::text(theme::BAD)),
-        (if_any(tasks.cancelled), "cancelled", theme::text(theme::WARNING)),
+        (Some(orders.failed).filter(|count| *count > 0), "failed", theme::text(theme::BAD)),
+        (
+            Some(orders.cancelled).filter(|count| *count > 0),
+            "cancelled",
+            theme::text(theme::WARNING),
+        ),
     ];
-    let known = counts.into_iter().filter_map(|(count, what, style)| Some((count?, what, style)));
-    let spans = known.map(|(count, what, style)| {
-        Span::styled(format!("{} {what}", format::count(count)), style)
-    });
-    Line::from(separated(spans, ", "))
+    let mut spans = Vec::new();
+    for (count, what, style) in counts {
+        if let Some(count) = count {
+            spans.push(Span::styled(format!("{} {what}", format::count(count)), style));
+        }
+    }
+    separated(spans, ", ")
 }
 
 /// Formats the numbers of robots, without activities of none.
 fn robots(work: &Work) -> Line<'static> {
-    let counted = ORDER.map(|activity| (activity, work.robots[activity as usize]));
-    let some = counted.into_iter().filter(|(_, robots)| *robots > 0).map(|(activity, robots)| {
-        Span::styled(
-            format!("{} {}", format::count(robots), activity.name()),
-            theme::text(colour(activity)),
-        )
-    });
-    Line::from(separated(some, "  "))
+    let mut spans = Vec::new();
+    for activity in ORDER {
+        let robots = work.robots[activity as usize];
+        if robots > 0 {
+            let text = format!("{} {}", format::count(robots), activity.name());
+            spans.push(Span::styled(text, theme::text(colour(activity))));
+        }
+    }
+    separated(spans, "  ")
 }
 
 fn colour(activity: Activity) -> Color {
@@ -75,42 +81,48 @@ fn colour(activity: Activity) -> Color {
     }
 }
 
-/// Formats the times of tasks: mean, median, 99th percentile and longest.
-fn times(tasks: &TaskFigures) -> Line<'static> {
-    let times = [("service", tasks.service), ("waiting", tasks.waiting)];
-    let mut spans: Vec<_> =
-        times.into_iter().flat_map(|(name, times)| time(name, &times)).collect();
+/// Formats the times of orders: mean, median, 99th percentile and longest.
+fn times(orders: &OrderFigures) -> Line<'static> {
+    let mut spans = Vec::new();
+    for (name, times) in [("service ", orders.service), ("waiting ", orders.waiting)] {
+        let text = times.mean().map(|mean| {
+            let values = [mean, times.p50, times.p99, times.longest].map(seconds);
+            format!("{} s", values.join(" "))
+        });
+        add_figure(&mut spans, name, text, "  ");
+    }
     spans.push(Span::styled("(mean, p50, p99, longest)", theme::quiet()));
     Line::from(spans)
 }
 
-fn time(name: &str, times: &TimeSummary) -> [Span<'static>; 2] {
-    let values =
-        times.mean().map(|mean| [mean, times.p50, times.p99, times.longest].map(seconds).join(" "));
-    let value = values.map_or_else(|| "–".to_owned(), |values| format!("{values} s"));
-    [Span::styled(format!("{name} "), theme::quiet()), format!("{value}  ").into()]
+/// Formats the busy part of the robots' time, the part of their metres without a load, and the time
+/// that the manager spends on a frame.
+fn effort(work: &Work) -> Line<'static> {
+    let mut spans = Vec::new();
+    add_figure(&mut spans, "utilisation ", work.effort.utilisation().map(percent), "  ");
+    add_figure(&mut spans, "empty ", work.effort.empty_part().map(percent), "  ");
+    let cycle = work.cycle.mean().map(|mean| {
+        let millis = [mean, work.cycle.p99, work.cycle.longest].map(|secs| 1e3 * secs);
+        format!("{:.1} {:.1} {:.1} ms", millis[0], millis[1], millis[2])
+    });
+    let what = if cycle.is_some() { " (mean, p99, longest)" } else { "" };
+    add_figure(&mut spans, "cycle ", cycle, what);
+    Line::from(spans)
 }
 
-/// Formats the part of the robots' time that is work, the part of their metres without a load, and
-/// the time that the manager spends on a frame.
-fn effort(work: &Work) -> Line<'static> {
-    let percent = |part: f64| format!("{:.0} %", 100.0 * part);
-    let millis = |secs: f64| format!("{:.1}", 1e3 * secs);
-    let cycle = work.cycle.mean().map(|mean| {
-        let [mean, p99, longest] = [mean, work.cycle.p99, work.cycle.longest].map(millis);
-        (format!("{mean} {p99} {longest} ms"), " (mean, p99, longest)")
-    });
-    let (cycle, what) = cycle.unzip();
-    let values = [
-        ("utilisation ", work.effort.utilisation().map(percent), "  "),
-        ("empty ", work.effort.empty_part().map(percent), "  "),
-        ("cycle ", cycle, what.unwrap_or_default()),
-    ];
-    let value = |(name, value, after): (&'static str, Option<String>, &'static str)| {
-        let quiet = |text| Span::styled(text, theme::quiet());
-        [quiet(name), value.unwrap_or_else(|| "–".to_owned()).into(), quiet(after)]
-    };
-    Line::from_iter(values.into_iter().flat_map(value))
+fn add_figure(
+    spans: &mut Vec<Span<'static>>,
+    name: &'static str,
+    value: Option<String>,
+    after: &'static str,
+) {
+    spans.push(Span::styled(name, theme::quiet()));
+    spans.push(value.unwrap_or_else(|| "–".to_owned()).into());
+    spans.push(Span::styled(after, theme::quiet()));
+}
+
+fn percent(part: f64) -> String {
+    format!("{:.0} %", 100.0 * part)
 }
 
 /// Formats seconds of simulated time with one decimal below ten.
@@ -118,15 +130,15 @@ fn seconds(seconds: f64) -> String {
     if seconds < 9.95 { format!("{seconds:.1}") } else { format::count(seconds.round() as u64) }
 }
 
-fn separated(
-    spans: impl Iterator<Item = Span<'static>>,
-    separator: &'static str,
-) -> Vec<Span<'static>> {
-    let separate = |(index, span)| {
-        let before = if index > 0 { separator } else { "" };
-        [Span::styled(before, theme::quiet()), span]
-    };
-    spans.enumerate().flat_map(separate).collect()
+fn separated(spans: Vec<Span<'static>>, separator: &'static str) -> Line<'static> {
+    let mut line = Line::default();
+    for span in spans {
+        if !line.spans.is_empty() {
+            line.push_span(Span::styled(separator, theme::quiet()));
+        }
+        line.push_span(span);
+    }
+    line
 }
 
 #[cfg(test)]
@@ -146,12 +158,12 @@ mod tests {
 
     #[test]
     fn unknown_figures_are_left_out() {
-        let tasks = TaskFigures::default();
-        assert_eq!(counts(&tasks).to_string(), "0 finished");
-        assert!(times(&tasks).to_string().starts_with("service –  waiting –"));
-        let tasks = testing::work().tasks;
+        let orders = OrderFigures::default();
+        assert_eq!(counts(&orders).to_string(), "0 finished");
+        assert!(times(&orders).to_string().starts_with("service –  waiting –"));
+        let orders = testing::work().orders;
         assert_eq!(
-            counts(&tasks).to_string(),
+            counts(&orders).to_string(),
             "58 open, 4,321 finished, 450 an hour, 3 failed, 7 cancelled"
         );
         let text = effort(&testing::work()).to_string();
@@ -160,6 +172,6 @@ mod tests {
             "utilisation 90 %  empty 40 %  cycle 3.0 12.0 31.4 ms (mean, p99, longest)"
         );
         assert!(effort(&Work::default()).to_string().starts_with("utilisation –  empty –"));
-        assert!(times(&tasks).to_string().starts_with("service 61 55 120 300 s  waiting 8.4 "));
+        assert!(times(&orders).to_string().starts_with("service 61 55 120 300 s  waiting 8.4 "));
     }
 }

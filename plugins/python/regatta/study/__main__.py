@@ -26,7 +26,7 @@ def call(function: str, *arguments: object) -> Ended:
 
 def main(address: str) -> int:
     """Does the tasks on standard input, and returns the exit code."""
-    # Nobody reads standard error before the end, and the last line is what the user sees.
+    # Standard error is read at the end only, and the user sees its last line.
     logging.disable()
     warnings.simplefilter("ignore")
     try:
@@ -43,5 +43,5 @@ if __name__ == "__main__":
     code = main(sys.argv[1])
     sys.stdout.flush()
     sys.stderr.flush()
-    # At once: threads of the cluster's library may still wait for what nobody wants any more.
+    # At once: threads of the cluster's library may still wait for tasks that were cancelled.
     os._exit(code)

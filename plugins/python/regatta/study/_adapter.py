@@ -1,4 +1,4 @@
-"""Takes tasks from standard input, has a cluster do them, and reports them on standard output."""
+"""Gives tasks from standard input to a cluster, and reports their ends on standard output."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from regatta.study._clusters import Cluster, ClusterError, lost
 from regatta.study._run import Ended, content_hash
 
 MOST_TRIES = 3
-"""How often a task is given to the cluster, if its worker is lost each time."""
+"""The number of times that a task is given to the cluster, if its worker is lost each time."""
 
 START_SECS = 20.0
 """The longest time until the first worker is there."""
@@ -27,7 +27,7 @@ DESERTED_SECS = 300.0
 """The longest time without any worker."""
 
 LOOK_SECS = 5.0
-"""The time between two looks at a cluster of which nothing is heard."""
+"""The time between two checks of a cluster that sends nothing."""
 
 
 @dataclass
@@ -66,7 +66,8 @@ def _read(events: SimpleQueue[Event]) -> None:
 
 
 def _wait_for_workers(cluster: Cluster, events: SimpleQueue[Event]) -> bool:
-    """Waits for the first worker, and says how many tasks are done side by side. ``False`` if this process is to end."""
+    """Waits for the first worker, and writes the number of tasks that are done side
+    by side. ``False`` if this process is to end."""
     start = time.monotonic()
     while (slots := cluster.slots()) == 0:
         if time.monotonic() - start > START_SECS:

@@ -20,13 +20,13 @@ REACH_SECS = 3.0
 """The longest time until a connection is accepted."""
 
 DASK_SECS = 8.0
-"""The longest time from there until a Dask scheduler answers."""
+"""The longest time from then on until a Dask scheduler answers."""
 
 RAY_SECS = 90.0
 """The same for Ray, which starts a process for each client."""
 
 CLOSE_SECS = 2
-"""The longest time for a farewell to a cluster."""
+"""The longest time to disconnect from a cluster."""
 
 Call = Callable[..., Ended]
 """Calls a function of ``_run`` by its name, on a worker."""
@@ -37,7 +37,7 @@ class ClusterError(Exception):
 
 
 class NoAnswerError(Exception):
-    """What answers at an address isn't a cluster."""
+    """The server at an address isn't a cluster."""
 
 
 class Cluster(Protocol):
@@ -66,7 +66,7 @@ class Dask:
         try:
             import distributed
         except ImportError:
-            raise ClusterError(f"{sys.executable} has no Dask: pip install 'regatta[study]'") from None
+            raise ClusterError(f"{sys.executable} has no Dask: pip install 'regatta-sim[study]'") from None
         try:
             # Its types are incomplete.
             connect_to: Any = distributed.Client
@@ -103,7 +103,7 @@ class Dask:
         return self._layouts[path.name]
 
     def close(self) -> None:
-        # A scheduler that doesn't answer any more finds out itself that nobody wants the tasks.
+        # A scheduler that doesn't answer any more notices the end of this client by itself.
         with contextlib.suppress(Exception):
             self._executor.shutdown(wait=False)
             self._client.close(timeout=CLOSE_SECS)
@@ -120,7 +120,7 @@ class Ray:
             import grpc  # noqa: F401
         except ImportError as error:
             lacks = "no Ray" if error.name == "ray" else "Ray without its client"
-            raise ClusterError(f"{sys.executable} has {lacks}: pip install 'regatta[study-ray]'") from None
+            raise ClusterError(f"{sys.executable} has {lacks}: pip install 'regatta-sim[study-ray]'") from None
         self._ray: Any = ray
         try:
             ray.init(address=address, log_to_driver=False)
@@ -166,7 +166,7 @@ def connect(address: str, call: Call) -> Cluster:
     what, secs = ("Ray cluster", RAY_SECS) if is_ray else ("Dask scheduler", DASK_SECS)
     try:
         parts = urlsplit(address)
-        # Both libraries would try again and again where nobody listens.
+        # Both libraries would retry for ever if nothing listens at the address.
         socket.create_connection((parts.hostname or "", parts.port or 0), REACH_SECS).close()
         return _within(secs, lambda: Ray(address, call) if is_ray else Dask(address, call))
     except (OSError, ValueError, FutureTimeoutError, NoAnswerError):
@@ -174,7 +174,8 @@ def connect(address: str, call: Call) -> Cluster:
 
 
 def _within(secs: float, make: Callable[[], Cluster]) -> Cluster:
-    """Makes something, or gives up after a time: the libraries wait for ever for a program that listens, but says nothing."""
+    """Makes a connection, or gives up after a time: the libraries wait for ever for a program that listens but sends
+    nothing."""
     made: Future[Cluster] = Future()
 
     def work() -> None:

@@ -1,4 +1,4 @@
-"""A run of a study on a worker: its files are written, the wheel's program does it, its result is read."""
+"""A run of a study on a worker: writes its files, runs the wheel's program, and reads the result."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import NamedTuple, TypedDict
 
 PROGRAM_VARIABLE = "REGATTA_PROGRAM"
-"""The environment variable with the program ``regatta`` that a worker is to use instead of the wheel's."""
+"""The environment variable with the program ``regatta`` that a worker uses instead of the wheel's."""
 
 PARENT_VARIABLE = "REGATTA_PARENT"
 """The program ends when the process with this id does."""
@@ -30,7 +30,7 @@ END_SECS = 10.0
 
 
 class Ended(TypedDict, total=False):
-    """How a run has ended: with a result and its hash; or with the reason why there is none."""
+    """The end of a run: a result and its hash, or the reason why there is none."""
 
     result: bytes
     hash: str
@@ -62,11 +62,11 @@ def run_in_dask(job: bytes, layout: bytes, layout_name: str, version: str) -> En
     key = worker.get_current_task()
 
     def is_wanted() -> bool:
-        # Dask can't stop a thread. It only notes that nobody wants the task any more, or that the scheduler is gone.
+        # Dask can't stop a thread. It only notes that the task was cancelled, or that the scheduler is gone.
         task = worker.state.tasks.get(key)
         return task is not None and task.state == "executing" and worker.status.name not in ("closing", "closed", "failed")
 
-    # What a killed worker leaves in its folder is removed by the next worker.
+    # The next worker removes the files of a killed worker.
     return run(job, layout, layout_name, version, worker.local_directory, is_wanted)
 
 
@@ -146,7 +146,7 @@ def _exit(command: list[str], is_wanted: Callable[[], bool]) -> Exit | None:
 
 
 def _end(child: subprocess.Popen[bytes]) -> None:
-    """Asks a program to end, so that it removes what it has in shared memory."""
+    """Asks a program to end, so that it removes its shared memory."""
     if child.poll() is None:
         child.terminate()
         try:

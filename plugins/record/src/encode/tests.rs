@@ -3,16 +3,16 @@
 use proptest::prelude::*;
 use prost::Message;
 use regatta_plugin::column::ColumnHeader;
+use regatta_plugin::command::CommandRecord;
+use regatta_plugin::command_log::CommandLogHeader;
 use regatta_plugin::contact::{ContactEvent, ContactEventHeader, ContactHeader, ContactRecord};
 use regatta_plugin::event::{EventHeader, EventRecord};
 use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
-use regatta_plugin::order::OrderRecord;
-use regatta_plugin::order_log::OrderLogHeader;
-use regatta_plugin::task::{StopAction, TaskHeader, TaskKind, TaskRecord};
+use regatta_plugin::order::{OrderHeader, OrderKind, OrderRecord, StopAction};
 use regatta_plugin::world::{
     CurveRecord, EdgeRecord, NodeRecord, NodeRole, Orientation, RobotTypeRecord, WorldData,
 };
-use regatta_plugin::{ColumnValues, ContactEvents, Events, Frame, OrderLog, Tasks};
+use regatta_plugin::{ColumnValues, CommandLog, ContactEvents, Events, Frame, Orders};
 
 use crate::contacts::ContactList;
 use crate::decode::{self, MessageError};
@@ -121,7 +121,7 @@ fn a_column_whose_length_differs_from_the_frame_is_rejected() {
 }
 
 #[test]
-fn events_and_orders_are_decoded_as_they_were_encoded() {
+fn events_and_commands_are_decoded_as_they_were_encoded() {
     let flat = EventRecord { kind: 13, robot: 4, detail: 1, ..EventRecord::default() };
     let records = [
         EventRecord { token: 1, kind: 7, robot: 2, id: 3, detail: 5 },
@@ -133,7 +133,7 @@ fn events_and_orders_are_decoded_as_they_were_encoded() {
     let (decoded, events) = decode::events(&message).unwrap();
     assert_eq!((decoded.tick, decoded.dropped, &events[..]), (40, 2, &records[..]));
 
-    let record = OrderRecord {
+    let record = CommandRecord {
         token: u64::MAX,
         kind: 1,
         robot: 4,
@@ -144,19 +144,19 @@ fn events_and_orders_are_decoded_as_they_were_encoded() {
         robot_type: 6,
         s: 0.5,
     };
-    let header = OrderLogHeader { run_id: 1, tick: 41, sequence: 1 };
-    let message = encode::orders(&OrderLog { header: &header, records: &[record], missed: 0 });
-    assert_eq!(decode::orders(&message).unwrap(), (1, 41, vec![record]));
+    let header = CommandLogHeader { run_id: 1, tick: 41, sequence: 1 };
+    let message = encode::commands(&CommandLog { header: &header, records: &[record], missed: 0 });
+    assert_eq!(decode::commands(&message).unwrap(), (1, 41, vec![record]));
 }
 
 #[test]
-fn tasks_are_decoded_as_they_were_encoded() {
+fn orders_are_decoded_as_they_were_encoded() {
     let stop =
-        TaskRecord::new(u64::MAX, TaskKind::Handled).of_robot(4).at_stop(1, 9, StopAction::Park);
-    let records = [TaskRecord { dwell_secs: 2.5, detail: 3, ..stop }, TaskRecord::default()];
-    let header = TaskHeader { run_id: 1, tick: 42, dropped: 5, sequence: 3 };
-    let message = encode::tasks(&Tasks { header: &header, records: &records, missed: 6 });
-    assert_eq!(decode::tasks(&message).unwrap(), (header, records.to_vec(), 6));
+        OrderRecord::new(u64::MAX, OrderKind::Handled).of_robot(4).at_stop(1, 9, StopAction::Park);
+    let records = [OrderRecord { dwell_secs: 2.5, detail: 3, ..stop }, OrderRecord::default()];
+    let header = OrderHeader { run_id: 1, tick: 42, dropped: 5, sequence: 3 };
+    let message = encode::orders(&Orders { header: &header, records: &records, missed: 6 });
+    assert_eq!(decode::orders(&message).unwrap(), (header, records.to_vec(), 6));
 }
 
 #[test]
@@ -179,8 +179,12 @@ fn contacts_are_decoded_as_they_were_encoded() {
         capped: 1,
         ..ContactHeader::default()
     };
-    let message = encode::contacts(&ContactList { header, pairs: vec![pair] }, 7);
-    assert_eq!(decode::contacts(&message).unwrap(), (header, vec![pair], 7));
+    let message = encode::contacts(&ContactList { header, pairs: vec![pair] }, 7).encode_to_vec();
+    let update = regatta::ContactUpdate::decode(&message[..]).unwrap();
+    let pairs: Vec<_> = update.added.iter().map(decode::contact).collect();
+    assert_eq!((decode::contact_header(&update), pairs, update.number), (header, vec![pair], 7));
+    let whole = regatta::Contacts::decode(&message[..]).unwrap();
+    assert_eq!((whole.touching_ever, whole.number, whole.pairs), (8, 7, update.added));
 
     let event = ContactEvent {
         tick: 9,
@@ -216,7 +220,7 @@ fn world() -> WorldData {
         id: 7,
         length: 5.0,
         destination: 1,
-        velocity_forward: 1.5,
+        speed: 1.5,
         zone,
         ..EdgeRecord::default()
     };

@@ -6,8 +6,8 @@ use std::fs::File;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
-use super::ExportError;
-use super::value::{Column, Value};
+use super::rows::{Column, Value};
+use super::{ExportError, failed};
 use crate::output::Draft;
 
 /// The amount of text buffered in memory before it is written, so that each of many files is opened
@@ -24,7 +24,7 @@ pub(super) struct Table {
 
 impl Table {
     pub fn create(path: &Path, force: bool, columns: &[Column]) -> Result<Self, ExportError> {
-        let (draft, file) = Draft::create(path, force).map_err(failed(path))?;
+        let (draft, file) = Draft::create(path, force).map_err(|error| failed(path, error))?;
         Ok(Self { path: path.to_owned(), draft, file, text: header(columns) })
     }
 
@@ -34,7 +34,7 @@ impl Table {
     }
 
     fn write(&mut self) -> Result<(), ExportError> {
-        self.file.write_all(self.text.as_bytes()).map_err(failed(&self.path))?;
+        self.file.write_all(self.text.as_bytes()).map_err(|error| failed(&self.path, error))?;
         self.text.clear();
         Ok(())
     }
@@ -42,7 +42,7 @@ impl Table {
     /// Writes the buffered rest and returns the file's name.
     pub fn finish(mut self) -> Result<String, ExportError> {
         self.write()?;
-        self.draft.commit().map_err(failed(&self.path))?;
+        self.draft.commit().map_err(|error| failed(&self.path, error))?;
         Ok(self.path.display().to_string())
     }
 }
@@ -82,7 +82,7 @@ impl Tables {
         self.buffered = 0;
         for (robot, table) in &mut self.tables {
             let path = self.folder.join(format!("robot-{robot}.csv"));
-            table.write(&path, self.force, &self.header).map_err(failed(&path))?;
+            table.write(&path, self.force, &self.header).map_err(|error| failed(&path, error))?;
         }
         Ok(())
     }
@@ -91,13 +91,11 @@ impl Tables {
     pub fn finish(mut self) -> Result<String, ExportError> {
         self.write()?;
         let files = self.tables.len();
-        let drafts = self.tables.into_values().filter_map(|table| table.draft);
-        drafts.into_iter().try_for_each(Draft::commit).map_err(failed(&self.folder))?;
-        Ok(format!(
-            "{files} {} in {}",
-            if files == 1 { "file" } else { "files" },
-            self.folder.display()
-        ))
+        for draft in self.tables.into_values().filter_map(|table| table.draft) {
+            draft.commit().map_err(|error| failed(&self.folder, error))?;
+        }
+        let noun = if files == 1 { "file" } else { "files" };
+        Ok(format!("{files} {noun} in {}", self.folder.display()))
     }
 }
 
@@ -116,11 +114,6 @@ impl RobotTable {
         self.text.clear();
         Ok(())
     }
-}
-
-fn failed(path: &Path) -> impl FnOnce(io::Error) -> ExportError {
-    let path = path.to_owned();
-    move |reason| ExportError::Write { path, reason }
 }
 
 fn header(columns: &[Column]) -> String {

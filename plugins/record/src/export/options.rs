@@ -1,18 +1,18 @@
 //! The options of an export.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{ArgGroup, Args, ValueEnum};
 use regatta_plugin::ColumnName;
 
 use super::ExportError;
-use crate::output::path_parser;
-use crate::robot_ids::RobotIds;
+use crate::arguments::{RobotIds, path_parser};
 
 /// Options of `regatta export`.
 #[derive(Args, Clone, Debug)]
 #[group(skip)]
-#[command(group(ArgGroup::new("target").required(true).multiple(true).args(["output", "csv", "parquet"])))]
+#[command(group = ArgGroup::new("target").required(true).multiple(true)
+    .args(["output", "csv", "parquet"]))]
 pub struct ExportArgs {
     /// The recording
     pub(super) file: PathBuf,
@@ -59,10 +59,10 @@ pub(super) enum Table {
     Frames,
     /// Events of robots.
     Events,
-    /// Orders that took effect or were refused.
+    /// Commands that took effect or were refused.
+    Commands,
+    /// The log of transport orders.
     Orders,
-    /// What happened to transport tasks.
-    Tasks,
     /// Pairs of robots that touch or may touch, at each tick.
     Contacts,
     /// Contacts that began or ended.
@@ -76,7 +76,7 @@ pub(super) enum Format {
     Parquet,
 }
 
-/// Where tables are written, and as what.
+/// The destination of tables, and their format.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Target {
     pub place: Place,
@@ -98,8 +98,8 @@ impl Table {
         match self {
             Self::Frames => "robots",
             Self::Events => "events",
+            Self::Commands => "commands",
             Self::Orders => "orders",
-            Self::Tasks => "tasks",
             Self::Contacts => "contacts",
             Self::ContactEvents => "contact_events",
         }
@@ -107,6 +107,12 @@ impl Table {
 }
 
 impl Format {
+    /// Returns the format of a file, by the extension of its name.
+    fn of(path: &Path) -> Option<Self> {
+        let extension = path.extension()?.to_str()?;
+        [Self::Csv, Self::Parquet].into_iter().find(|format| format.extension() == extension)
+    }
+
     pub fn extension(self) -> &'static str {
         match self {
             Self::Csv => "csv",
@@ -131,30 +137,33 @@ impl ExportArgs {
         tables
     }
 
-    /// Returns where to write.
+    /// Returns the files and folders to write, with their formats.
     pub(super) fn targets(&self) -> Result<Vec<Target>, ExportError> {
-        let target = |place, format| Target { place, format, long: self.long };
-        let output = self.output.clone().map(|path| {
-            let extension =
-                path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
-            let format = [Format::Csv, Format::Parquet]
-                .into_iter()
-                .find(|format| format.extension() == extension);
-            match format {
-                Some(format) if !path.is_dir() => target(Place::File(path), format),
-                _ => target(Place::Folder(path), self.format),
-            }
-        });
-        let csv = self.csv.clone().map(|folder| target(Place::Folder(folder), Format::Csv));
-        let parquet = self.parquet.clone().map(|file| target(Place::File(file), Format::Parquet));
-        let targets: Vec<_> = output.into_iter().chain(csv).chain(parquet).collect();
-        let file = targets.iter().find_map(|target| match &target.place {
-            Place::File(path) => Some(path.clone()),
-            Place::Folder(_) => None,
-        });
-        match file {
-            Some(path) if self.tables().len() > 1 => Err(ExportError::OneTable { path }),
-            _ => Ok(targets),
+        let mut targets = Vec::new();
+        if let Some(path) = self.output.clone() {
+            let format = Format::of(&path).filter(|_| !path.is_dir());
+            targets.push(match format {
+                Some(format) => self.target(Place::File(path), format),
+                None => self.target(Place::Folder(path), self.format),
+            });
         }
+        if let Some(folder) = self.csv.clone() {
+            targets.push(self.target(Place::Folder(folder), Format::Csv));
+        }
+        if let Some(file) = self.parquet.clone() {
+            targets.push(self.target(Place::File(file), Format::Parquet));
+        }
+        for target in &targets {
+            if let Place::File(path) = &target.place
+                && self.tables().len() > 1
+            {
+                return Err(ExportError::OneTable { path: path.clone() });
+            }
+        }
+        Ok(targets)
+    }
+
+    fn target(&self, place: Place, format: Format) -> Target {
+        Target { place, format, long: self.long }
     }
 }

@@ -15,8 +15,8 @@ use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::Type;
 use prost::bytes::Bytes;
 
-use super::ExportError;
-use super::value::{Column, Kind, Value};
+use super::rows::{Column, Kind, Value};
+use super::{ExportError, failed};
 use crate::output::Draft;
 
 /// The number of rows that are buffered in memory and written as one row group.
@@ -48,74 +48,76 @@ enum Values {
 }
 
 impl Table {
-    /// Creates the file. `name` is that of the schema.
+    /// Creates a file with a schema of the given name.
     pub fn create(
         path: &Path,
         force: bool,
         name: &str,
         columns: &[Column],
     ) -> Result<Self, ExportError> {
-        let failed = |reason: io::Error| ExportError::Write { path: path.to_owned(), reason };
-        let zstd = ZstdLevel::try_new(1).map_err(|error| failed(error.into()))?;
-        let properties =
-            WriterProperties::builder().set_compression(Compression::ZSTD(zstd)).build();
-        let schema = schema(name, columns).map_err(|error| failed(error.into()))?;
-        let (draft, file) = Draft::create(path, force).map_err(failed)?;
-        let writer = SerializedFileWriter::new(file, Arc::new(schema), Arc::new(properties));
-        let writer = writer.map_err(|error| failed(error.into()))?;
-        Ok(Self {
-            path: path.to_owned(),
-            draft,
-            writer,
-            columns: columns.iter().map(Buffer::new).collect(),
-            rows: 0,
-        })
+        let (draft, file) = Draft::create(path, force).map_err(|error| failed(path, error))?;
+        let writer = writer(file, name, columns).map_err(|error| failed(path, error.into()))?;
+        let columns = columns.iter().map(Buffer::new).collect();
+        Ok(Self { path: path.to_owned(), draft, writer, columns, rows: 0 })
     }
 
     pub fn add(&mut self, row: &[Value]) -> Result<(), ExportError> {
-        self.columns.iter_mut().zip(row).for_each(|(column, value)| column.push(value));
+        for (column, value) in self.columns.iter_mut().zip(row) {
+            column.push(value);
+        }
         self.rows += 1;
-        if self.rows == GROUP_ROWS { self.write() } else { Ok(()) }
+        if self.rows < GROUP_ROWS {
+            return Ok(());
+        }
+        self.write().map_err(|error| failed(&self.path, error.into()))
     }
 
-    fn write(&mut self) -> Result<(), ExportError> {
+    /// Writes the buffered rows as a row group.
+    fn write(&mut self) -> Result<(), ParquetError> {
         self.rows = 0;
-        let written = self.writer.next_row_group().and_then(|mut group| {
-            self.columns.iter_mut().try_for_each(|column| column.write(&mut group))?;
-            group.close().map(drop)
-        });
-        written
-            .map_err(|error| ExportError::Write { path: self.path.clone(), reason: error.into() })
+        let mut group = self.writer.next_row_group()?;
+        for column in &mut self.columns {
+            column.write(&mut group)?;
+        }
+        group.close().map(drop)
     }
 
     /// Writes the buffered rest, closes the file and returns its name.
     pub fn finish(mut self) -> Result<String, ExportError> {
-        self.write()?;
-        let path = self.path;
-        let closed = self.writer.close().map_err(io::Error::from).and_then(|_| self.draft.commit());
-        match closed {
-            Ok(()) => Ok(path.display().to_string()),
-            Err(reason) => Err(ExportError::Write { path, reason }),
-        }
+        let written = self.write().and_then(|()| self.writer.close());
+        let committed = written.map_err(io::Error::from).and_then(|_| self.draft.commit());
+        committed.map_err(|error| failed(&self.path, error))?;
+        Ok(self.path.display().to_string())
     }
 }
 
+fn writer(
+    file: File,
+    name: &str,
+    columns: &[Column],
+) -> Result<SerializedFileWriter<File>, ParquetError> {
+    let compression = Compression::ZSTD(ZstdLevel::try_new(1)?);
+    let properties = WriterProperties::builder().set_compression(compression).build();
+    let schema = schema(name, columns)?;
+    SerializedFileWriter::new(file, Arc::new(schema), Arc::new(properties))
+}
+
 fn schema(name: &str, columns: &[Column]) -> Result<Type, ParquetError> {
-    let field = |column: &Column| {
-        let (physical, converted) = match column.kind {
-            Kind::U32 => (PhysicalType::INT32, ConvertedType::UINT_32),
-            Kind::U64 => (PhysicalType::INT64, ConvertedType::UINT_64),
-            Kind::F32 => (PhysicalType::FLOAT, ConvertedType::NONE),
-            Kind::F64 => (PhysicalType::DOUBLE, ConvertedType::NONE),
-            Kind::Text => (PhysicalType::BYTE_ARRAY, ConvertedType::UTF8),
-        };
-        let repetition =
-            if column.is_optional { Repetition::OPTIONAL } else { Repetition::REQUIRED };
-        let builder = Type::primitive_type_builder(&column.title, physical);
-        builder.with_repetition(repetition).with_converted_type(converted).build().map(Arc::new)
+    let fields = columns.iter().map(|column| field(column).map(Arc::new));
+    Type::group_type_builder(name).with_fields(fields.collect::<Result<_, _>>()?).build()
+}
+
+fn field(column: &Column) -> Result<Type, ParquetError> {
+    let (physical, converted) = match column.kind {
+        Kind::U32 => (PhysicalType::INT32, ConvertedType::UINT_32),
+        Kind::U64 => (PhysicalType::INT64, ConvertedType::UINT_64),
+        Kind::F32 => (PhysicalType::FLOAT, ConvertedType::NONE),
+        Kind::F64 => (PhysicalType::DOUBLE, ConvertedType::NONE),
+        Kind::Text => (PhysicalType::BYTE_ARRAY, ConvertedType::UTF8),
     };
-    let fields = columns.iter().map(field).collect::<Result<Vec<_>, _>>()?;
-    Type::group_type_builder(name).with_fields(fields).build()
+    let repetition = if column.is_optional { Repetition::OPTIONAL } else { Repetition::REQUIRED };
+    let builder = Type::primitive_type_builder(&column.title, physical);
+    builder.with_repetition(repetition).with_converted_type(converted).build()
 }
 
 impl Buffer {
@@ -160,7 +162,9 @@ impl Buffer {
             Values::F64(values) => column::<DoubleType>(group, values, present),
             Values::Text(values) => column::<ByteArrayType>(group, values, present),
         }?;
-        self.present.iter_mut().for_each(Vec::clear);
+        if let Some(present) = &mut self.present {
+            present.clear();
+        }
         Ok(())
     }
 }

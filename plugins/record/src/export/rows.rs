@@ -1,4 +1,4 @@
-//! The rows of tables.
+//! The columns and rows of tables.
 
 mod frames;
 mod messages;
@@ -8,9 +8,63 @@ use regatta_plugin::ColumnName;
 
 use super::ExportError;
 use super::options::{ExportArgs, Table};
-use super::value::{Column, Value};
 use crate::reading::Recording;
 use crate::schema::Topic;
+
+/// One value of a table.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Value {
+    Missing,
+    U32(u32),
+    U64(u64),
+    F32(f32),
+    F64(f64),
+    Text(&'static str),
+}
+
+/// The type of a column's values.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Kind {
+    U32,
+    U64,
+    F32,
+    F64,
+    Text,
+}
+
+/// A column of a table.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Column {
+    /// The title names the unit.
+    pub title: String,
+    pub kind: Kind,
+    /// Whether values may be missing.
+    pub is_optional: bool,
+}
+
+impl Column {
+    /// Returns a column that has a value in each row.
+    pub fn new(title: &str, kind: Kind) -> Self {
+        Self { title: title.to_owned(), kind, is_optional: false }
+    }
+
+    /// Returns a column in which values may be missing.
+    pub fn optional(title: &str, kind: Kind) -> Self {
+        Self { is_optional: true, ..Self::new(title, kind) }
+    }
+}
+
+impl From<Option<u32>> for Value {
+    fn from(value: Option<u32>) -> Self {
+        value.map_or(Self::Missing, Self::U32)
+    }
+}
+
+impl From<Option<f32>> for Value {
+    fn from(value: Option<f32>) -> Self {
+        value.map_or(Self::Missing, Self::F32)
+    }
+}
 
 /// Takes a row: the progress from 0 to 1, the robot that it belongs to, and the values.
 pub(super) type Take<'t> = dyn FnMut(f64, usize, &[Value]) -> Result<(), ExportError> + 't;
@@ -53,8 +107,8 @@ fn topics(table: Table) -> Vec<Topic> {
     match table {
         Table::Frames => vec![Topic::Frames],
         Table::Events => vec![Topic::Events],
+        Table::Commands => vec![Topic::Commands],
         Table::Orders => vec![Topic::Orders],
-        Table::Tasks => vec![Topic::Tasks],
         Table::Contacts => vec![Topic::Contacts, Topic::ContactUpdates],
         Table::ContactEvents => vec![Topic::ContactEvents],
     }

@@ -258,7 +258,7 @@ fn nothing_is_left_of_an_export_that_fails() {
     assert_eq!(fs::read_to_string(&parquet).unwrap(), "precious");
 }
 
-/// Adds a second recording with events, an order with a leg, and contacts of two ticks, the second
+/// Adds a second recording with events, a command with a leg, and contacts of two ticks, the second
 /// as an update.
 fn recording_of_messages(folder: &Path) -> PathBuf {
     let path = folder.join("messages.mcap");
@@ -279,18 +279,19 @@ fn recording_of_messages(folder: &Path) -> PathBuf {
     let events = vec![event(1, 3, 12, 0), event(7, 4, 99, 2), event(2, 3, 0, 0)];
     let events = regatta::Events { run_id: 1, tick: 2, events, ..regatta::Events::default() };
     out.write(&Topic::Events, at(2), &events.encode_to_vec()).unwrap();
-    let order = |kind, legs| regatta::Order {
+    let command = |kind, legs| regatta::Command {
         token: 8,
         kind,
         robot: 3,
         legs,
         id: 71,
         s: 0.1,
-        ..regatta::Order::default()
+        ..regatta::Command::default()
     };
-    let orders = vec![order(1, 1), order(0, 0)];
-    let orders = regatta::Orders { run_id: 1, tick: 3, orders, ..regatta::Orders::default() };
-    out.write(&Topic::Orders, at(3), &orders.encode_to_vec()).unwrap();
+    let commands = vec![command(1, 1), command(0, 0)];
+    let commands =
+        regatta::Commands { run_id: 1, tick: 3, commands, ..regatta::Commands::default() };
+    out.write(&Topic::Commands, at(3), &commands.encode_to_vec()).unwrap();
     let mut encoder = ContactEncoder::default();
     for tick in 4..6 {
         let pair = |robot, level, edge| ContactRecord {
@@ -327,7 +328,7 @@ const EVENTS: &str = "time_s,run,tick,robot,kind,id,token,refusal
 0.02,0,2,4,refused,99,5,unknown_edge
 0.02,0,2,3,route_done,,5,
 ";
-const ORDERS: &str = "time_s,run,tick,robot,kind,id,s_m,reverse,released,robot_type,legs,token
+const COMMANDS: &str = "time_s,run,tick,robot,kind,id,s_m,reverse,released,robot_type,legs,token
 0.03,0,3,3,assign,71,0.1,0,0,0,1,8
 0.03,0,3,3,leg,71,0.1,0,0,0,0,8
 ";
@@ -344,16 +345,16 @@ const CONTACT_EVENTS: &str =
 ";
 
 #[test]
-fn events_orders_and_contacts_are_exported() {
+fn events_commands_and_contacts_are_exported() {
     let folder = TempDir::new().unwrap();
     let (recording, out) = (recording_of_messages(folder.path()), folder.path().join("tables"));
-    let topics = "contacts,events,orders,contact_events";
+    let topics = "contacts,events,commands,contact_events";
     run(&recording, &["-o", out.to_str().unwrap(), "--topics", topics]).unwrap();
     let tables = [
+        ("commands.csv", COMMANDS),
         ("contact_events.csv", CONTACT_EVENTS),
         ("contacts.csv", CONTACTS),
         ("events.csv", EVENTS),
-        ("orders.csv", ORDERS),
     ];
     assert_eq!(names(&out), tables.map(|(name, _)| name));
     for (name, text) in tables {
@@ -411,11 +412,11 @@ fn several_tables_need_a_folder_and_only_recorded_ones_are_exported() {
         .unwrap_err()
         .to_string();
     assert!(error.contains("only one table; give a folder"), "{error}");
-    let error = run(&recording, &["-o", out.to_str().unwrap(), "--topics", "orders"])
+    let error = run(&recording, &["-o", out.to_str().unwrap(), "--topics", "commands"])
         .unwrap_err()
         .to_string();
     assert_eq!(
         error,
-        "the recording has no orders; its topics are: /world, /frames, /columns/state"
+        "the recording has no commands; its topics are: /world, /frames, /columns/state"
     );
 }

@@ -1,11 +1,12 @@
 //! Charts of x, y, heading and speed over time, one below the other, and a band of the robot's
 //! states.
 
+use glam::DVec2;
 use regatta_plugin::frame::RobotState;
 
 use super::axis::{Scale, label, range};
-use super::svg::{Area, Point, Svg};
-use super::track::{Sample, Track};
+use super::svg::{Area, Svg};
+use super::{Sample, Track};
 
 /// The space between two charts, in pixels.
 const GAP: f64 = 34.0;
@@ -31,14 +32,14 @@ const CHARTS: [Chart; 4] = [
     Chart {
         name: "x [m]",
         colour: "#0072b2",
-        value: |sample| sample.x,
+        value: |sample| sample.position.x,
         least: 1.0,
         is_angle: false,
     },
     Chart {
         name: "y [m]",
         colour: "#d55e00",
-        value: |sample| sample.y,
+        value: |sample| sample.position.y,
         least: 1.0,
         is_angle: false,
     },
@@ -58,15 +59,16 @@ const CHARTS: [Chart; 4] = [
     },
 ];
 
-const STATES: [(RobotState, &str, &str); RobotState::COUNT] = [
-    (RobotState::Idle, "idle", "#b8c2cc"),
-    (RobotState::Driving, "driving", "#8fc9b5"),
-    (RobotState::Turning, "turning", "#56b4e9"),
-    (RobotState::Waiting, "waiting", "#f0e442"),
-    (RobotState::Held, "held", "#e69f00"),
-    (RobotState::Stalled, "stalled", "#cc79a7"),
-    (RobotState::Broken, "broken", "#7a1f1f"),
-    (RobotState::Faulted, "faulted", "#d55e00"),
+/// The states in the order of the legend, with their colours.
+const STATES: [(RobotState, &str); RobotState::COUNT] = [
+    (RobotState::Idle, "#b8c2cc"),
+    (RobotState::Driving, "#8fc9b5"),
+    (RobotState::Turning, "#56b4e9"),
+    (RobotState::Waiting, "#f0e442"),
+    (RobotState::Held, "#e69f00"),
+    (RobotState::Stalled, "#cc79a7"),
+    (RobotState::Broken, "#7a1f1f"),
+    (RobotState::Faulted, "#d55e00"),
 ];
 
 pub(super) fn draw(svg: &mut Svg, area: Area, track: &Track) {
@@ -81,9 +83,9 @@ pub(super) fn draw(svg: &mut Svg, area: Area, track: &Track) {
     draw_states(svg, Area { top: area.bottom - BAND, ..area }, &times, track);
     let ticks = times.ticks(64.0);
     for tick in &ticks {
-        svg.text((times.at(*tick), area.bottom + 18.0), "centre", &label(*tick, &ticks));
+        svg.text(DVec2::new(times.at(*tick), area.bottom + 18.0), "centre", &label(*tick, &ticks));
     }
-    svg.text((area.right, area.bottom + 36.0), "name right", "time [s]");
+    svg.text(DVec2::new(area.right, area.bottom + 36.0), "name right", "time [s]");
 }
 
 impl Chart {
@@ -96,20 +98,20 @@ impl Chart {
             if quarters { scale.multiples(quarter_turns(high - low)) } else { scale.ticks(26.0) };
         svg.rect(area, "panel");
         for tick in times.ticks(64.0) {
-            svg.line((times.at(tick), area.top), (times.at(tick), area.bottom), "grid");
+            let x = times.at(tick);
+            svg.line(DVec2::new(x, area.top), DVec2::new(x, area.bottom), "grid");
         }
         for tick in &ticks {
             let y = scale.at(*tick);
-            svg.line((area.left, y), (area.right, y), "grid");
-            svg.text((area.left - 8.0, y + 4.0), "right", &label(*tick, &ticks));
+            svg.line(DVec2::new(area.left, y), DVec2::new(area.right, y), "grid");
+            svg.text(DVec2::new(area.left - 8.0, y + 4.0), "right", &label(*tick, &ticks));
         }
         svg.rect(area, "frame");
-        svg.text((area.left, area.top - 9.0), "name", self.name);
+        svg.text(DVec2::new(area.left, area.top - 9.0), "name", self.name);
         let style = format!("stroke: {}", self.colour);
         for line in &lines {
-            let points: Vec<Point> =
-                line.iter().map(|(time, value)| (times.at(*time), scale.at(*value))).collect();
-            svg.polyline(&points, "line", &style);
+            let points = line.iter().map(|(time, value)| (times.at(*time), scale.at(*value)));
+            svg.polyline(&points.map(DVec2::from).collect::<Vec<_>>(), "line", &style);
         }
     }
 
@@ -129,41 +131,37 @@ impl Chart {
     }
 }
 
-/// Returns a distance of ticks for a range of angles, in degrees: quarter turns, or twice as much
-/// as often as needed.
+/// Returns the distance of ticks for a range of angles, in degrees: a quarter turn, doubled until
+/// there are few ticks.
 fn quarter_turns(range: f64) -> f64 {
-    let doubled = |step: &f64| Some(step * 2.0);
-    std::iter::successors(Some(90.0), doubled).find(|step| range / step <= 5.0).unwrap_or(90.0)
+    let mut step = 90.0;
+    while range / step > 5.0 {
+        step *= 2.0;
+    }
+    step
 }
 
 /// Draws a band of the states' colours, with a legend.
 fn draw_states(svg: &mut Svg, area: Area, times: &Scale, track: &Track) {
     for segment in &track.segments {
         for part in segment.chunk_by(|one, next| one.state == next.state) {
-            let [first, last] = [part[0], part[part.len() - 1]];
-            if let Some((_, _, colour)) =
-                STATES.iter().find(|(state, ..)| *state as u8 == first.state)
-            {
+            let (left, right) = (times.at(part[0].time), times.at(part[part.len() - 1].time));
+            let state = STATES.iter().find(|(state, _)| *state as u8 == part[0].state);
+            if let Some((_, colour)) = state {
                 // At least two pixels wide, so that a short state is visible.
-                let (left, right) = (times.at(first.time), times.at(last.time));
-                svg.bar(
-                    Area { left, right: right.max(left + 2.0).min(area.right), ..area },
-                    colour,
-                );
+                let right = right.max(left + 2.0).min(area.right);
+                svg.bar(Area { left, right, ..area }, colour);
             }
         }
     }
-    svg.text((area.left, area.top - 9.0), "name", "state");
-    let seen = STATES
-        .iter()
-        .filter(|(state, ..)| track.samples().any(|sample| sample.state == *state as u8));
+    svg.text(DVec2::new(area.left, area.top - 9.0), "name", "state");
     let mut left = area.left + 48.0;
-    for (_, name, colour) in seen {
-        svg.bar(
-            Area { left, right: left + 10.0, top: area.top - 18.0, bottom: area.top - 8.0 },
-            colour,
-        );
-        svg.text((left + 15.0, area.top - 9.0), "about", name);
-        left += 28.0 + 7.5 * name.len() as f64;
+    for (state, colour) in STATES {
+        if track.samples().any(|sample| sample.state == state as u8) {
+            let (right, top, bottom) = (left + 10.0, area.top - 18.0, area.top - 8.0);
+            svg.bar(Area { left, right, top, bottom }, colour);
+            svg.text(DVec2::new(left + 15.0, area.top - 9.0), "about", state.name());
+            left += 28.0 + 7.5 * state.name().len() as f64;
+        }
     }
 }

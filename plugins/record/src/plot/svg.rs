@@ -1,11 +1,13 @@
-//! Writes the shapes of a plot as SVG.
+//! Writes the shapes of a plot as SVG, and draws SVG as pixels.
 
 use std::fmt::Write;
+use std::sync::Arc;
 
-/// A point in pixels from the top left corner.
-pub(super) type Point = (f64, f64);
+use glam::DVec2;
+use resvg::tiny_skia::{Pixmap, Transform};
+use resvg::usvg::{Options, Tree, fontdb};
 
-/// A rectangle in pixels.
+/// A rectangle in pixels from the top left corner.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Area {
     pub left: f64,
@@ -24,14 +26,18 @@ impl Area {
     }
 }
 
-/// The writer of a picture. `class` arguments name classes of [`STYLE`].
+/// The writer of a picture. Points are in pixels from the top left corner; `class` arguments name
+/// classes of [`STYLE`].
 pub(super) struct Svg {
     text: String,
     clips: usize,
 }
 
 const STYLE: &str = "
-text { font-family: 'Inter', 'Helvetica Neue', Helvetica, Arial, 'DejaVu Sans', sans-serif; font-size: 12px; fill: #52606d; }
+text {
+  font-family: 'Inter', 'Helvetica Neue', Helvetica, Arial, 'DejaVu Sans', sans-serif;
+  font-size: 12px; fill: #52606d;
+}
 .title { font-size: 26px; font-weight: 600; fill: #1f2933; }
 .about { font-size: 13px; fill: #7b8794; }
 .name { font-size: 13px; font-weight: 600; fill: #3e4c59; }
@@ -44,14 +50,16 @@ text { font-family: 'Inter', 'Helvetica Neue', Helvetica, Arial, 'DejaVu Sans', 
 .frame { stroke: #cbd2d9; stroke-width: 1; fill: none; }
 .edge { stroke: #d5dbe1; stroke-width: 2; fill: none; stroke-linecap: round; }
 .line { stroke-width: 1.6; fill: none; stroke-linejoin: round; stroke-linecap: round; }
-.path { stroke: #0072b2; stroke-width: 3; fill: none; stroke-linejoin: round; stroke-linecap: round; }
+.path {
+  stroke: #0072b2; stroke-width: 3; fill: none; stroke-linejoin: round; stroke-linecap: round;
+}
 .time { fill: #fff; stroke: #0072b2; stroke-width: 1.5; }
 .end { fill: #d55e00; stroke: #fff; stroke-width: 1.5; stroke-linejoin: round; }
 .start { fill: #009e73; stroke: #fff; stroke-width: 1.5; }
 ";
 
 impl Svg {
-    pub fn new((width, height): Point) -> Self {
+    pub fn new(DVec2 { x: width, y: height }: DVec2) -> Self {
         let text = format!(
             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
              viewBox=\"0 0 {width} {height}\">\n<style>{STYLE}</style>\n\
@@ -70,8 +78,8 @@ impl Svg {
         self.text.push('\n');
     }
 
-    pub fn text(&mut self, (x, y): Point, class: &str, text: &str) {
-        let text = text.replace('&', "&amp;").replace('<', "&lt;");
+    pub fn text(&mut self, DVec2 { x, y }: DVec2, class: &str, text: &str) {
+        let text = regatta_kit::escape_xml(text);
         self.push(format_args!("<text x=\"{x:.1}\" y=\"{y:.1}\" class=\"{class}\">{text}</text>"));
     }
 
@@ -79,7 +87,8 @@ impl Svg {
         let Area { left, top, .. } = area;
         let (width, height) = (area.width(), area.height());
         self.push(format_args!(
-            "<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" class=\"{class}\"/>"
+            "<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" \
+             class=\"{class}\"/>"
         ));
     }
 
@@ -88,12 +97,13 @@ impl Svg {
         let Area { left, top, .. } = area;
         let (width, height) = (area.width(), area.height());
         self.push(format_args!(
-            "<rect x=\"{left:.2}\" y=\"{top:.1}\" width=\"{width:.2}\" height=\"{height:.1}\" fill=\"{colour}\"/>"
+            "<rect x=\"{left:.2}\" y=\"{top:.1}\" width=\"{width:.2}\" height=\"{height:.1}\" \
+             fill=\"{colour}\"/>"
         ));
     }
 
-    pub fn line(&mut self, from: Point, to: Point, class: &str) {
-        let [(x1, y1), (x2, y2)] = [from, to];
+    pub fn line(&mut self, from: DVec2, to: DVec2, class: &str) {
+        let ([x1, y1], [x2, y2]) = (from.to_array(), to.to_array());
         self.push(format_args!(
             "<line x1=\"{x1:.1}\" y1=\"{y1:.1}\" x2=\"{x2:.1}\" y2=\"{y2:.1}\" class=\"{class}\"/>"
         ));
@@ -101,33 +111,33 @@ impl Svg {
 
     /// Draws a line through the points with an additional CSS style. Leaves out points that make no
     /// visible difference.
-    pub fn polyline(&mut self, points: &[Point], class: &str, style: &str) {
+    pub fn polyline(&mut self, points: &[DVec2], class: &str, style: &str) {
         let points = simplified(points, 0.15);
-        let points: Vec<_> = points.iter().map(|(x, y)| format!("{x:.1},{y:.1}")).collect();
+        let points: Vec<_> = points.iter().map(|p| format!("{:.1},{:.1}", p.x, p.y)).collect();
+        let points = points.join(" ");
         self.push(format_args!(
-            "<polyline points=\"{}\" class=\"{class}\" style=\"{style}\"/>",
-            points.join(" ")
+            "<polyline points=\"{points}\" class=\"{class}\" style=\"{style}\"/>"
         ));
     }
 
     /// Draws a cubic Bézier curve.
-    pub fn curve(&mut self, [a, b, c, d]: [Point; 4], class: &str) {
-        let part = |(x, y): Point| format!("{x:.1} {y:.1}");
-        let (a, b, c, d) = (part(a), part(b), part(c), part(d));
+    pub fn curve(&mut self, control_points: [DVec2; 4], class: &str) {
+        let [a, b, c, d] = control_points.map(|p| format!("{:.1} {:.1}", p.x, p.y));
         self.push(format_args!("<path d=\"M{a}C{b} {c} {d}\" class=\"{class}\"/>"));
     }
 
-    pub fn circle(&mut self, (x, y): Point, radius: f64, class: &str) {
+    pub fn circle(&mut self, DVec2 { x, y }: DVec2, radius: f64, class: &str) {
         self.push(format_args!(
             "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius}\" class=\"{class}\"/>"
         ));
     }
 
     /// Draws an arrow head that points to `theta`, in radians, counter-clockwise from east.
-    pub fn arrow(&mut self, (x, y): Point, theta: f64, class: &str) {
+    pub fn arrow(&mut self, DVec2 { x, y }: DVec2, theta: f64, class: &str) {
         let turn = -theta.to_degrees();
         self.push(format_args!(
-            "<path d=\"M11 0L-7 7L-3 0L-7 -7Z\" transform=\"translate({x:.1} {y:.1}) rotate({turn:.1})\" class=\"{class}\"/>"
+            "<path d=\"M11 0L-7 7L-3 0L-7 -7Z\" \
+             transform=\"translate({x:.1} {y:.1}) rotate({turn:.1})\" class=\"{class}\"/>"
         ));
     }
 
@@ -145,16 +155,20 @@ impl Svg {
 
 /// Returns the points that approximate a line within `tolerance` (the algorithm of Ramer, Douglas
 /// and Peucker).
-fn simplified(points: &[Point], tolerance: f64) -> Vec<Point> {
+fn simplified(points: &[DVec2], tolerance: f64) -> Vec<DVec2> {
     let mut keep = vec![false; points.len()];
     let Some(last) = points.len().checked_sub(1) else { return Vec::new() };
     (keep[0], keep[last]) = (true, true);
     let mut open = vec![(0, last)];
     while let Some((first, last)) = open.pop() {
-        let between = first + 1..last;
-        let far = |i: usize| distance(points[i], points[first], points[last]);
-        let Some(farthest) = between.max_by(|a, b| far(*a).total_cmp(&far(*b))) else { continue };
-        if far(farthest) > tolerance {
+        let (mut farthest, mut largest) = (first, tolerance);
+        for i in first + 1..last {
+            let distance = distance(points[i], points[first], points[last]);
+            if distance >= largest {
+                (farthest, largest) = (i, distance);
+            }
+        }
+        if largest > tolerance {
             keep[farthest] = true;
             open.extend([(first, farthest), (farthest, last)]);
         }
@@ -163,11 +177,33 @@ fn simplified(points: &[Point], tolerance: f64) -> Vec<Point> {
 }
 
 /// Returns a point's distance from a line segment.
-fn distance(point: Point, from: Point, to: Point) -> f64 {
-    let (dx, dy) = (to.0 - from.0, to.1 - from.1);
-    let (px, py) = (point.0 - from.0, point.1 - from.1);
-    let along = ((px * dx + py * dy) / (dx * dx + dy * dy).max(1e-12)).clamp(0.0, 1.0);
-    (px - along * dx).hypot(py - along * dy)
+fn distance(point: DVec2, from: DVec2, to: DVec2) -> f64 {
+    let (segment, offset) = (to - from, point - from);
+    let along = (offset.dot(segment) / segment.length_squared().max(1e-12)).clamp(0.0, 1.0);
+    offset.distance(along * segment)
+}
+
+/// Pixels of the PNG per pixel of the SVG, so that text is sharp on a screen of high resolution.
+const SCALE: f32 = 2.0;
+
+/// Returns the picture of an SVG text as PNG, at twice its size. Text is drawn with the same font
+/// on all machines.
+///
+/// # Errors
+/// Returns the reason if the text isn't SVG, or the picture is empty or too large.
+pub fn png(svg: &str) -> Result<Vec<u8>, String> {
+    let mut fonts = fontdb::Database::new();
+    fonts.load_font_data(epaint_default_fonts::UBUNTU_LIGHT.to_vec());
+    let family = fonts.faces().flat_map(|face| face.families.clone()).map(|(name, _)| name).next();
+    if let Some(family) = family {
+        fonts.set_sans_serif_family(family);
+    }
+    let options = Options { fontdb: Arc::new(fonts), ..Options::default() };
+    let tree = Tree::from_str(svg, &options).map_err(|error| error.to_string())?;
+    let size = tree.size().to_int_size().scale_by(SCALE).ok_or("the picture is empty")?;
+    let mut pixels = Pixmap::new(size.width(), size.height()).ok_or("the picture is too large")?;
+    resvg::render(&tree, Transform::from_scale(SCALE, SCALE), &mut pixels.as_mut());
+    pixels.encode_png().map_err(|error| error.to_string())
 }
 
 #[cfg(test)]
@@ -176,8 +212,9 @@ mod tests {
 
     #[test]
     fn a_simplified_line_keeps_its_shape() {
-        let line: Vec<_> =
-            (0..1000).map(|i| (f64::from(i), (f64::from(i) / 100.0).sin() * 50.0)).collect();
+        let line: Vec<_> = (0..1000)
+            .map(|i| DVec2::new(f64::from(i), (f64::from(i) / 100.0).sin() * 50.0))
+            .collect();
         let simple = simplified(&line, 0.15);
         assert!(
             simple.len() < 200 && simple[0] == line[0] && simple[simple.len() - 1] == line[999]
@@ -189,14 +226,45 @@ mod tests {
                 .fold(f64::MAX, f64::min);
             assert!(nearest <= 0.15, "{nearest}");
         }
-        assert_eq!(simplified(&[], 1.0), []);
-        assert_eq!(simplified(&[(1.0, 2.0)], 1.0), [(1.0, 2.0)]);
+        assert_eq!(simplified(&[], 1.0), [DVec2::ZERO; 0]);
+        assert_eq!(simplified(&[DVec2::ONE], 1.0), [DVec2::ONE]);
     }
 
     #[test]
     fn text_is_escaped() {
-        let mut svg = Svg::new((10.0, 10.0));
-        svg.text((0.0, 0.0), "about", "a<b & c");
+        let mut svg = Svg::new(DVec2::splat(10.0));
+        svg.text(DVec2::ZERO, "about", "a<b & c");
         assert!(svg.finish().contains("a&lt;b &amp; c"));
+    }
+
+    /// Returns the number of pixels that aren't white.
+    fn drawn(svg: &str) -> usize {
+        let picture = Pixmap::decode_png(&png(svg).unwrap()).unwrap();
+        assert_eq!((picture.width(), picture.height()), (80, 40));
+        picture
+            .pixels()
+            .iter()
+            .filter(|pixel| (pixel.red(), pixel.green(), pixel.blue()) != (255, 255, 255))
+            .count()
+    }
+
+    fn svg(content: &str) -> String {
+        format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"40\" height=\"20\">\
+             <style>text {{ font-family: Helvetica, sans-serif; font-size: 12px; }}</style>\
+             <rect width=\"40\" height=\"20\" fill=\"#fff\"/>{content}</svg>"
+        )
+    }
+
+    #[test]
+    fn shapes_and_text_are_drawn() {
+        assert_eq!(drawn(&svg("")), 0);
+        assert_eq!(drawn(&svg("<rect x=\"1\" y=\"1\" width=\"10\" height=\"5\"/>")), 200);
+        for letter in ["θ", "x", "−", "°", "·"] {
+            assert!(
+                drawn(&svg(&format!("<text x=\"2\" y=\"15\">{letter}</text>"))) > 3,
+                "{letter}"
+            );
+        }
     }
 }

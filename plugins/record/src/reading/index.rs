@@ -1,18 +1,18 @@
-//! What a recording's index says, without its messages.
+//! Reads the index of a recording, without its messages.
 
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 use std::io::{Read, Seek, SeekFrom};
 
 use mcap::records::{ChunkIndex, MessageIndex, Record};
-use mcap::{McapError, parse_record};
+use mcap::{McapError, McapResult, parse_record};
 
 use super::{ReadingError, Recording};
-use crate::mcap_record::RecordSpan;
+use crate::mcap_file::RecordSpan;
 use crate::scan::ChunkContent;
 use crate::schema::Topic;
 
-/// Facts of a recording's metadata, by record and name.
+/// The metadata of a recording: values by record and key.
 pub(crate) type Facts = BTreeMap<String, BTreeMap<String, String>>;
 
 impl Recording {
@@ -27,12 +27,11 @@ impl Recording {
         self.topics.get(&channel)
     }
 
-    /// Returns the facts in the metadata, by record and name.
+    /// Returns the metadata.
     pub(crate) fn metadata(&self) -> Result<Facts, ReadingError> {
         let mut facts = Facts::new();
         for index in &self.summary.metadata_indexes {
-            let record = self.record(index.offset)?;
-            if let Record::Metadata(metadata) = record {
+            if let Record::Metadata(metadata) = self.record(index.offset)? {
                 facts.insert(metadata.name, metadata.metadata);
             }
         }
@@ -53,27 +52,26 @@ impl Recording {
             }
             if indexes.is_empty() {
                 // The last chunk of a recording that was never closed has no indexes.
-                let mut file = &self.file;
-                let mut record = vec![0; chunk.chunk_length as usize];
-                let read = file
-                    .seek(SeekFrom::Start(chunk.chunk_start_offset))
-                    .and_then(|_| file.read_exact(&mut record));
-                let content =
-                    read.map_err(McapError::from).and_then(|()| ChunkContent::read(&record));
-                indexes = content.map_err(|error| self.damaged(error))?.indexes;
+                indexes = self.read_chunk(chunk).map_err(|error| self.damaged(error))?.indexes;
             }
             each(chunk, &indexes);
         }
         Ok(())
     }
 
-    /// Returns the time of the last message on a topic at or before `time`, by the index alone;
-    /// reads no chunk, unless the file was never closed.
+    fn read_chunk(&self, chunk: &ChunkIndex) -> McapResult<ChunkContent> {
+        let mut file = &self.file;
+        let mut record = vec![0; chunk.chunk_length as usize];
+        file.seek(SeekFrom::Start(chunk.chunk_start_offset))?;
+        file.read_exact(&mut record)?;
+        ChunkContent::read(&record)
+    }
+
+    /// Returns the time of the last message on a topic at or before `time`, by the index alone.
+    /// Reads a chunk only if the file was never closed.
     pub(crate) fn time_until(&self, topic: &Topic, time: u64) -> Result<Option<u64>, ReadingError> {
-        let channels: Vec<u16> =
-            self.topics.iter().filter(|(_, of)| *of == topic).map(|(id, _)| *id).collect();
-        let begun = |chunk: &&ChunkIndex| chunk.message_start_time <= time;
-        let mut chunks: Vec<_> = self.summary.chunk_indexes.iter().filter(begun).collect();
+        let mut chunks: Vec<_> = self.summary.chunk_indexes.iter().collect();
+        chunks.retain(|chunk| chunk.message_start_time <= time);
         chunks.sort_by_key(|chunk| Reverse(chunk.message_end_time));
         let mut newest = None;
         for chunk in chunks {
@@ -83,16 +81,11 @@ impl Recording {
             if chunk.message_index_offsets.is_empty() {
                 return Ok(self.last_until(topic, time)?.map(|(time, _)| time));
             }
-            for offset in
-                channels.iter().filter_map(|channel| chunk.message_index_offsets.get(channel))
-            {
+            for channel in self.channels(topic) {
+                let Some(offset) = chunk.message_index_offsets.get(&channel) else { continue };
                 if let Record::MessageIndex(index) = self.record(*offset)? {
-                    let times = index
-                        .records
-                        .iter()
-                        .map(|entry| entry.log_time)
-                        .filter(|found| *found <= time);
-                    newest = newest.max(times.max());
+                    let times = index.records.iter().map(|entry| entry.log_time);
+                    newest = newest.max(times.filter(|found| *found <= time).max());
                 }
             }
         }
@@ -101,13 +94,13 @@ impl Recording {
 
     /// Reads the record at an offset.
     fn record(&self, offset: u64) -> Result<Record<'static>, ReadingError> {
+        self.read_record(offset).map_err(|error| self.damaged(error))
+    }
+
+    fn read_record(&self, offset: u64) -> McapResult<Record<'static>> {
         let mut file = &self.file;
-        let span = RecordSpan::read(&mut file, offset, u64::MAX).map_err(McapError::from);
-        let span = span.and_then(|span| span.ok_or(McapError::BadIndex));
-        let record = span.and_then(|span| {
-            let content = span.read_content(&mut file)?;
-            parse_record(span.opcode, &content).map(Record::into_owned)
-        });
-        record.map_err(|error| self.damaged(error))
+        let span = RecordSpan::read(&mut file, offset, u64::MAX)?.ok_or(McapError::BadIndex)?;
+        let content = span.read_content(&mut file)?;
+        parse_record(span.opcode, &content).map(Record::into_owned)
     }
 }

@@ -6,7 +6,7 @@ use binrw::{BinWrite, BinWriterExt};
 use mcap::records::{self, DataEnd, Footer, SummaryOffset, op};
 use mcap::{MAGIC, Summary};
 
-use crate::mcap_record::RECORD_HEADER;
+use crate::mcap_file::RECORD_HEADER;
 use crate::scan::Scan;
 
 /// Returns everything after the last complete chunk: its indexes, the end of the data, the summary
@@ -70,39 +70,32 @@ impl Tail {
                 out.record(op::STATISTICS, &summary.stats.clone().unwrap_or_default(), &[]);
             }),
             self.group(op::CHUNK_INDEX, |out| {
-                summary
-                    .chunk_indexes
-                    .iter()
-                    .for_each(|chunk| out.record(op::CHUNK_INDEX, chunk, &[]));
+                for chunk in &summary.chunk_indexes {
+                    out.record(op::CHUNK_INDEX, chunk, &[]);
+                }
             }),
             self.group(op::METADATA_INDEX, |out| {
-                summary
-                    .metadata_indexes
-                    .iter()
-                    .for_each(|index| out.record(op::METADATA_INDEX, index, &[]));
+                for index in &summary.metadata_indexes {
+                    out.record(op::METADATA_INDEX, index, &[]);
+                }
             }),
         ];
         let summary_offset_start = self.position();
-        groups.iter().flatten().for_each(|offset| self.record(op::SUMMARY_OFFSET, offset, &[]));
+        for offset in groups.iter().flatten() {
+            self.record(op::SUMMARY_OFFSET, offset, &[]);
+        }
         // A checksum of 0 means that there is none.
-        self.record(
-            op::FOOTER,
-            &Footer { summary_start, summary_offset_start, summary_crc: 0 },
-            &[],
-        );
+        let footer = Footer { summary_start, summary_offset_start, summary_crc: 0 };
+        self.record(op::FOOTER, &footer, &[]);
         self.bytes.extend_from_slice(MAGIC);
     }
 
-    /// Writes records with the same opcode, and returns where they are, if there are any.
+    /// Writes records with the same opcode, and returns their position, if there are any.
     fn group(&mut self, opcode: u8, write: impl FnOnce(&mut Self)) -> Option<SummaryOffset> {
         let start = self.position();
         write(self);
-        let length = self.position() - start;
-        (length > 0).then_some(SummaryOffset {
-            group_opcode: opcode,
-            group_start: start,
-            group_length: length,
-        })
+        let (group_opcode, group_start, group_length) = (opcode, start, self.position() - start);
+        (group_length > 0).then_some(SummaryOffset { group_opcode, group_start, group_length })
     }
 
     fn schemas(&mut self, summary: &Summary) {

@@ -1,5 +1,5 @@
-//! Closed edges of a recording: what was closed and opened in it, from its events as they are
-//! replayed, and from the search, which also knows those that a jump has left out.
+//! Closed edges of a recording, from its events as they are replayed, and from the search, which
+//! also finds the events that a jump leaves out.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,16 +11,16 @@ use regatta_plugin::event::{EventKind, EventRecord};
 pub(super) struct ClosureChange {
     /// The recorded run.
     pub run_id: u64,
-    /// On the recording's clock, in nanoseconds.
+    /// The time on the recording's clock, in nanoseconds.
     pub time: u64,
-    /// Id of the edge.
+    /// The id of the edge.
     pub edge: u32,
     /// Whether it was closed.
     pub is_closed: bool,
 }
 
 impl ClosureChange {
-    /// Returns the change that an event reports, if it does.
+    /// Returns the change that an event reports, if any.
     pub fn of(run_id: u64, time: u64, event: &EventRecord) -> Option<Self> {
         let is_closed = match event.kind()? {
             EventKind::EdgeClosed => true,
@@ -36,19 +36,19 @@ impl ClosureChange {
 pub(super) struct Closures {
     /// Whether an edge was closed, by run, time and id: a change that is found twice counts once.
     changes: BTreeMap<(u64, u64, u32), bool>,
-    /// What was published last.
+    /// The closures published last.
     published: Vec<ClosedEdge>,
 }
 
 impl Closures {
     /// Takes changes, in any order.
     pub fn take(&mut self, changes: impl IntoIterator<Item = ClosureChange>) {
-        let by_place =
-            |change: ClosureChange| ((change.run_id, change.time, change.edge), change.is_closed);
-        self.changes.extend(changes.into_iter().map(by_place));
+        for ClosureChange { run_id, time, edge, is_closed } in changes {
+            self.changes.insert((run_id, time, edge), is_closed);
+        }
     }
 
-    /// Another run of the replay begins, in which nothing is closed until it is published.
+    /// Begins another run of the replay, in which nothing has been published yet.
     pub fn begin_run(&mut self) {
         self.published.clear();
     }
@@ -57,10 +57,14 @@ impl Closures {
     /// that this returned last.
     pub fn news(&mut self, run_id: u64, time: u64) -> Option<&[ClosedEdge]> {
         let mut closed = BTreeSet::new();
-        for ((.., edge), is_closed) in self.changes.range((run_id, 0, 0)..=(run_id, time, u32::MAX))
-        {
+        let until_now = (run_id, 0, 0)..=(run_id, time, u32::MAX);
+        for ((.., edge), is_closed) in self.changes.range(until_now) {
             let edge = ClosedEdge { edge: *edge };
-            let _ = if *is_closed { closed.insert(edge) } else { closed.remove(&edge) };
+            if *is_closed {
+                closed.insert(edge);
+            } else {
+                closed.remove(&edge);
+            }
         }
         let closed: Vec<ClosedEdge> = closed.into_iter().collect();
         if closed == self.published {

@@ -1,5 +1,5 @@
 //! The list of contacts after a jump: it is decoded from up to a hundred changes, on a thread of
-//! its own, so that whoever drags the playhead doesn't wait for it.
+//! its own, so that dragging the playhead stays smooth.
 
 use std::path::Path;
 use std::sync::mpsc::{self, Receiver, Sender};
@@ -18,7 +18,7 @@ enum Wanted {
     Asked(u64),
 }
 
-/// The thread, and what is wanted of it.
+/// The thread, and the list that it is to decode.
 #[derive(Debug)]
 pub(super) struct ContactSearch {
     requests: Sender<u64>,
@@ -27,7 +27,7 @@ pub(super) struct ContactSearch {
 }
 
 impl ContactSearch {
-    /// Starts the thread. It ends with this, or at the first damaged message.
+    /// Starts the thread. It ends when this is dropped, or at the first damaged message.
     pub fn start(path: &Path) -> std::io::Result<Self> {
         let (requests, requested) = mpsc::channel::<u64>();
         let (find, found) = mpsc::channel();
@@ -36,7 +36,7 @@ impl ContactSearch {
             let Ok(recording) = Recording::open_frames(&path) else { return };
             while let Ok(time) = requested.recv() {
                 let time = requested.try_iter().last().unwrap_or(time);
-                // Whoever waits for it decodes it again, and reports the error.
+                // The replay decodes the list again when it needs it, and reports the error.
                 let Ok(decoder) = recording.contacts_before(time.saturating_add(1)) else { return };
                 if find.send((time, decoder)).is_err() {
                     return;
@@ -51,7 +51,7 @@ impl ContactSearch {
         self.wanted = Some(Wanted::Since(Instant::now()));
     }
 
-    /// Asks for the list at a time if it is due. Returns it if it is there.
+    /// Requests the list at a time if it is due. Returns it once it is decoded.
     pub fn poll(&mut self, time: u64) -> Option<ContactDecoder> {
         match self.wanted? {
             Wanted::Since(jumped) => {
@@ -68,7 +68,7 @@ impl ContactSearch {
         }
     }
 
-    /// Forgets what is wanted, and returns whether something was.
+    /// Cancels the request for a list, and returns whether there was one.
     pub fn cancel(&mut self) -> bool {
         self.wanted.take().is_some()
     }

@@ -1,31 +1,30 @@
-//! The history of a recording's runs: hot spots and figures over time of all of it, whatever part
-//! is replayed.
+//! The history of a recording's runs: hot spots and figures over time of the whole recording,
+//! independent of the part that is replayed.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-use regatta_plugin::frame::{
-    ColumnsMut, FrameHeader, Line, NO_EDGE, RobotState, frame_lines, stride_lines,
-};
+use regatta_kit::RunHistory;
+use regatta_plugin::frame::{FrameHeader, NO_EDGE, RobotState};
 use regatta_plugin::history::{FleetSample, HistoryHeader, HotSpot};
-use regatta_plugin::{Frame, RunHistory};
+use regatta_plugin::{Frame, HistoryPublisher, Participant, PublishError};
 
+use super::stage::or_left_out;
 use crate::contacts::ContactDecoder;
 use crate::reading::{Entry, ReadingError, Recording, Selection};
-use crate::recorded::RecordedFrame;
+use crate::recorded::{FrameBuffer, RecordedFrame};
 use crate::schema::Topic;
 
 /// The least time between two frames that are counted, on the recording's clock, in nanoseconds.
 const FRAME_EVERY: u64 = 100_000_000;
 /// The time between two messages of the search.
 const TELL_EVERY: Duration = Duration::from_millis(500);
-/// The search works at most so long, and then rests as long: whoever scrubs wants the processor,
-/// too.
+/// The search works at most this long, and then rests as long: scrubbing needs the processor, too.
 const WORKS: Duration = Duration::from_millis(20);
 /// The time over which throughput is counted, in seconds.
 const THROUGHPUT_SECS: f64 = 60.0;
 
-/// The history of a recorded run, as far as it is known.
+/// The known part of the history of a recorded run.
 #[derive(Clone, Debug, Default)]
 pub(super) struct RecordedHistory {
     /// `run_id` is that of the recording.
@@ -34,7 +33,8 @@ pub(super) struct RecordedHistory {
     pub spots: Vec<HotSpot>,
 }
 
-/// Searches a recording, and passes on the history of its run so far, until `tell` wants no more.
+/// Searches a recording, and passes the history of its run so far to `tell`, until that returns
+/// `false`.
 pub(super) fn search(
     recording: &Recording,
     mut tell: impl FnMut(RecordedHistory) -> bool,
@@ -44,12 +44,11 @@ pub(super) fn search(
     let (mut counter, mut next) = (Counter::default(), 0);
     let (mut told, mut rested) = (Instant::now(), Instant::now());
     while let Some(Entry { topic, log_time, message }) = reader.next()? {
-        let damaged = |reason| recording.malformed(topic, log_time, reason);
         if *topic != Topic::Frames {
-            counter.contacts.decode(topic, message).map_err(damaged)?;
+            recording.located(topic, log_time, counter.contacts.decode(topic, message))?;
         } else if log_time >= next {
             next = log_time.saturating_add(FRAME_EVERY);
-            let frame = RecordedFrame::parse(message).map_err(damaged)?;
+            let frame = recording.located(topic, log_time, RecordedFrame::parse(message))?;
             if counter.is_of_another_run(&frame) && !tell(counter.history()) {
                 return Ok(());
             }
@@ -71,14 +70,14 @@ pub(super) fn search(
     Ok(())
 }
 
-/// Counts the frames of a run.
+/// The counter of a run's frames.
 #[derive(Debug, Default)]
 struct Counter {
     contacts: ContactDecoder,
     run: RunHistory,
     throughput: Throughput,
     newest: FrameHeader,
-    lines: Vec<Line>,
+    buffer: FrameBuffer,
 }
 
 impl Counter {
@@ -88,14 +87,10 @@ impl Counter {
     }
 
     fn count(&mut self, recorded: &RecordedFrame<'_>) {
-        let robots = recorded.len();
-        self.lines.resize(frame_lines(robots), Line::default());
-        recorded.copy_to(&mut ColumnsMut::split(&mut self.lines, robots));
-        let header = FrameHeader { stride_lines: stride_lines(robots) as u32, ..recorded.header };
-        let Some(frame) = Frame::new(&header, &self.lines) else { return };
+        let Some(frame) = self.buffer.fill(recorded) else { return };
         let throughput = self.throughput.count(&frame);
         self.run.add(&frame, self.contacts.list(), || throughput);
-        self.newest = header;
+        self.newest = recorded.header;
     }
 
     fn history(&self) -> RecordedHistory {
@@ -114,7 +109,7 @@ impl Counter {
     }
 }
 
-/// Counts how many robots enter an edge.
+/// The counter of robots that enter an edge.
 #[derive(Debug, Default)]
 struct Throughput {
     run_id: u64,
@@ -126,8 +121,8 @@ struct Throughput {
 }
 
 impl Throughput {
-    /// Counts a frame. Returns the robots that have entered an edge in the last minute, per hour;
-    /// `None` for the first frame of a run.
+    /// Counts a frame. Returns the rate at which robots entered an edge in the last minute, per
+    /// hour; `None` for the first frame of a run.
     fn count(&mut self, frame: &Frame<'_>) -> Option<f32> {
         let secs = frame.sim_time().as_secs_f64();
         if self.run_id != frame.run_id() {
@@ -147,5 +142,63 @@ impl Throughput {
         let counted_secs = (secs - self.began).min(THROUGHPUT_SECS);
         let sum: u32 = self.entered.iter().map(|(_, entered)| entered).sum();
         (counted_secs > 0.0).then(|| (3600.0 * f64::from(sum) / counted_secs) as f32)
+    }
+}
+
+/// The histories that were found, and the one that is published.
+#[derive(Debug)]
+pub(super) struct Histories {
+    publisher: HistoryPublisher,
+    /// One for each recorded run.
+    found: Vec<RecordedHistory>,
+    /// The run of the replay, and the recorded run that it shows.
+    shown: (u64, u64),
+    /// Whether the history of the shown run has changed since it was published.
+    is_changed: bool,
+}
+
+impl Histories {
+    /// Opens the services. Returns `None`, and prints the reason, if another process publishes the
+    /// history, or shared memory fails.
+    pub fn open(participant: &Participant) -> Option<Self> {
+        let publisher =
+            or_left_out("hot spots and plots are", HistoryPublisher::open_on(participant))?;
+        Some(Self { publisher, found: Vec::new(), shown: (0, 0), is_changed: false })
+    }
+
+    /// Takes the known part of the history of a recorded run.
+    pub fn take(&mut self, history: RecordedHistory) {
+        let run_id = history.header.run_id;
+        self.is_changed |= run_id == self.shown.1;
+        match self.found.iter_mut().find(|known| known.header.run_id == run_id) {
+            Some(known) => *known = history,
+            None => self.found.push(history),
+        }
+    }
+
+    /// Publishes the history of the shown recorded run under the run of the replay, if either has
+    /// changed.
+    pub fn show(&mut self, run_id: u64, recorded_run: u64) -> Result<(), PublishError> {
+        let shown = (run_id, recorded_run);
+        self.is_changed |= std::mem::replace(&mut self.shown, shown) != shown;
+        self.publish()
+    }
+
+    /// Publishes a changed history, and connects readers that have joined.
+    pub fn update(&mut self) -> Result<(), PublishError> {
+        self.publish()?;
+        self.publisher.update();
+        Ok(())
+    }
+
+    fn publish(&mut self) -> Result<(), PublishError> {
+        let (run_id, recorded_run) = self.shown;
+        if !std::mem::take(&mut self.is_changed) {
+            return Ok(());
+        }
+        let history = self.found.iter().find(|known| known.header.run_id == recorded_run);
+        let Some(history) = history else { return Ok(()) };
+        let header = HistoryHeader { run_id, ..history.header };
+        self.publisher.publish(&header, &history.samples, &history.spots)
     }
 }

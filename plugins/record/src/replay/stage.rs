@@ -1,36 +1,38 @@
 //! Publishes recorded messages through the ports of a producer.
 
 use std::collections::BTreeSet;
+use std::fmt::Display;
 
 use regatta_plugin::contact::ContactHeader;
 use regatta_plugin::frame::{FrameHeader, RobotState};
 use regatta_plugin::producer::Session;
-use regatta_plugin::{ColumnName, ContactPublisher, ProducerPorts, PublishError, TaskPublisher};
+use regatta_plugin::{ColumnName, ContactPublisher, OrderPublisher, ProducerPorts, PublishError};
 
 use super::ReplayError;
+use super::annotations::Annotations;
 use super::closures::ClosureChange;
-use super::teller::Teller;
 use crate::contacts::ContactDecoder;
 use crate::decode::{self, MessageError, RecordedWorld};
+use crate::reading::{Entry, Recording};
 use crate::recorded::{RecordedColumn, RecordedFrame};
 use crate::schema::Topic;
 
 /// The state of a replay's services.
 #[derive(Debug)]
 pub(super) struct Stage {
-    teller: Teller,
-    /// Time in the recording of what is being published, in nanoseconds.
+    annotations: Annotations,
+    /// The time in the recording of the published message, in nanoseconds.
     pub time: u64,
     /// `None` if the recording has no contacts, so that a live checker can publish them.
     contacts: Option<ContactPublisher>,
-    /// `None` if the recording has no task log.
-    tasks: Option<TaskPublisher>,
+    /// `None` if the recording has no order log.
+    orders: Option<OrderPublisher>,
     /// The columns that are published: none that another process publishes.
     columns: BTreeSet<ColumnName>,
     /// The recorded run that is being shown.
     recorded_run: Option<u64>,
     world: RecordedWorld,
-    /// How often the world has changed.
+    /// The number of changes of the world.
     pub world_changes: u64,
     /// The states of the frame shown last.
     states: Vec<u8>,
@@ -41,7 +43,7 @@ pub(super) struct Stage {
 }
 
 /// The error of publishing one message.
-pub(super) enum StageError {
+enum StageError {
     Message(MessageError),
     Replay(ReplayError),
 }
@@ -58,42 +60,38 @@ impl From<MessageError> for StageError {
     }
 }
 
+/// Returns the opened service, or prints that it is left out.
+pub(super) fn or_left_out<T, E: Display>(what: &str, opened: Result<T, E>) -> Option<T> {
+    opened.inspect_err(|error| regatta_plugin::tell!("replay: {what} left out: {error}")).ok()
+}
+
 impl Stage {
     /// Opens the services of these topics, all before the first frame, so that readers that wait
-    /// for a fleet are there in time.
-    pub fn open(ports: &mut ProducerPorts, topics: &[Topic], teller: Teller) -> Self {
+    /// for a fleet join in time.
+    pub fn open(ports: &mut ProducerPorts, topics: &[Topic], annotations: Annotations) -> Self {
         let mut columns = BTreeSet::new();
         for name in topics.iter().filter_map(Topic::column) {
-            match ports.open_column(name.clone()) {
-                Ok(_) => drop(columns.insert(name.clone())),
-                Err(error) => {
-                    regatta_plugin::tell!("replay: the recorded column is left out: {error}")
-                }
+            let opened = ports.open_column(name.clone());
+            if or_left_out("the recorded column is", opened).is_some() {
+                columns.insert(name.clone());
             }
         }
         let has_contacts = topics.iter().any(|topic| {
             matches!(topic, Topic::Contacts | Topic::ContactUpdates | Topic::ContactEvents)
         });
-        let contacts = has_contacts.then(|| ContactPublisher::open_on(ports.participant()));
-        let contacts = contacts.and_then(|opened| {
-            opened
-                .inspect_err(|error| {
-                    regatta_plugin::tell!("replay: contacts are left out: {error}")
-                })
-                .ok()
-        });
-        let tasks =
-            topics.contains(&Topic::Tasks).then(|| TaskPublisher::open_on(ports.participant()));
-        let tasks = tasks.and_then(|opened| {
-            opened
-                .inspect_err(|error| regatta_plugin::tell!("replay: tasks are left out: {error}"))
-                .ok()
-        });
+        let (mut contacts, mut orders) = (None, None);
+        if has_contacts {
+            let opened = ContactPublisher::open_on(ports.participant());
+            contacts = or_left_out("contacts are", opened);
+        }
+        if topics.contains(&Topic::Orders) {
+            orders = or_left_out("orders are", OrderPublisher::open_on(ports.participant()));
+        }
         Self {
-            teller,
+            annotations,
             time: 0,
             contacts,
-            tasks,
+            orders,
             columns,
             recorded_run: None,
             world: RecordedWorld::default(),
@@ -104,15 +102,15 @@ impl Stage {
         }
     }
 
-    /// Gives the newest contacts to readers that have joined since, and connects those of the task
+    /// Gives the newest contacts to readers that have joined since, and connects those of the order
     /// log.
     ///
     /// # Errors
-    /// [`PublishError`] when shared memory is full.
+    /// Returns a [`PublishError`] if shared memory is full.
     pub fn update(&mut self) -> Result<(), PublishError> {
-        self.teller.update()?;
-        if let Some(tasks) = &self.tasks {
-            tasks.update();
+        self.annotations.update()?;
+        if let Some(orders) = &self.orders {
+            orders.update();
         }
         if let Some(contacts) = &self.contacts {
             contacts.update();
@@ -120,7 +118,7 @@ impl Stage {
         Ok(())
     }
 
-    /// The number of robots of the frame shown last, by state.
+    /// Returns the number of robots of the frame shown last, by state.
     pub fn robots_by_state(&self) -> [u32; RobotState::COUNT] {
         let mut counts = [0; RobotState::COUNT];
         for state in &self.states {
@@ -135,12 +133,30 @@ impl Stage {
     pub fn begin_run(&mut self, session: &mut Session) -> Result<(), PublishError> {
         session.ports().begin_run();
         self.shown.clear();
-        self.teller.closures.begin_run();
+        self.annotations.closures.begin_run();
         self.publish_world(session)
     }
 
-    /// Publishes one message.
+    /// Publishes one message of a recording.
+    ///
+    /// # Errors
+    /// Returns a [`ReplayError`] if the message is invalid or can't be published.
     pub fn publish(
+        &mut self,
+        session: &mut Session,
+        recording: &Recording,
+        entry: Entry<'_>,
+    ) -> Result<(), ReplayError> {
+        match self.publish_message(session, entry.topic, entry.message) {
+            Err(StageError::Message(error)) => {
+                Ok(recording.located(entry.topic, entry.log_time, Err(error))?)
+            }
+            Err(StageError::Replay(error)) => Err(error),
+            Ok(()) => Ok(()),
+        }
+    }
+
+    fn publish_message(
         &mut self,
         session: &mut Session,
         topic: &Topic,
@@ -158,20 +174,19 @@ impl Stage {
             }
             Topic::Events if session.ports().has_event_readers() => {
                 let (header, events) = decode::events(message)?;
-                let changes = events
-                    .iter()
-                    .filter_map(|event| ClosureChange::of(header.run_id, self.time, event));
-                self.teller.closures.take(changes);
+                let (run_id, time) = (header.run_id, self.time);
+                let changes = events.iter().filter_map(|e| ClosureChange::of(run_id, time, e));
+                self.annotations.closures.take(changes);
                 session.ports().publish_events(header.tick, header.dropped, &events)?;
             }
-            Topic::Orders if session.ports().has_order_log_readers() => {
-                let (_, tick, orders) = decode::orders(message)?;
-                session.ports().publish_order_log(tick, &orders)?;
+            Topic::Commands if session.ports().has_command_log_readers() => {
+                let (_, tick, commands) = decode::commands(message)?;
+                session.ports().publish_command_log(tick, &commands)?;
             }
-            Topic::Tasks => {
-                if let Some(publisher) = &mut self.tasks {
-                    let (header, tasks, _) = decode::tasks(message)?;
-                    publisher.publish(session.run_id(), header.tick, header.dropped, &tasks)?;
+            Topic::Orders => {
+                if let Some(publisher) = &mut self.orders {
+                    let (header, orders, _) = decode::orders(message)?;
+                    publisher.publish(session.run_id(), header.tick, header.dropped, &orders)?;
                 }
             }
             Topic::Contacts | Topic::ContactUpdates => {
@@ -190,12 +205,12 @@ impl Stage {
         frame: &RecordedFrame<'_>,
     ) -> Result<(), StageError> {
         self.follow_run(session, frame.header.run_id)?;
-        self.teller.before_frame(session.run_id(), self.time, &frame.header)?;
+        self.annotations.before_frame(session.run_id(), self.time, &frame.header)?;
         session.set_tick(frame.header.tick);
         self.publish_closures(session)?;
         let mut loan = session.loan(frame.len())?;
         let header = loan.header_mut();
-        // What the frame says about the recording rather than about the replay.
+        // These fields are about the recording, the others about the replay.
         *header = FrameHeader {
             sim_time_nanos: frame.header.sim_time_nanos,
             late_ticks: frame.header.late_ticks,
@@ -215,7 +230,7 @@ impl Stage {
     /// learn it after the frame.
     pub fn publish_closures(&mut self, session: &mut Session) -> Result<(), PublishError> {
         let Some(run) = self.recorded_run else { return Ok(()) };
-        let Some(closed) = self.teller.closures.news(run, self.time) else { return Ok(()) };
+        let Some(closed) = self.annotations.closures.news(run, self.time) else { return Ok(()) };
         let tick = session.tick();
         session.ports().publish_closures(tick, closed)
     }

@@ -11,13 +11,13 @@ use mcap::records::{MessageHeader, Metadata};
 use mcap::{McapError, McapResult};
 
 use super::join::join;
-use super::kept::Kept;
-use super::part::{Part, Queued};
-use super::parts::{ClosedPart, Parts};
+use super::part::{Kept, Part, Queued};
+use super::parts::Parts;
 use super::{Job, Lost, Payload, Settings, SinkError, Tally};
 use crate::contacts::ContactEncoder;
 use crate::disk::{self, Growth};
 use crate::mcap_file::Compression;
+use crate::progress::Progress;
 use crate::reading::Recording;
 use crate::repair;
 use crate::schema::Topic;
@@ -41,20 +41,19 @@ pub(super) struct Drain {
     kept: Kept,
     contacts: ContactEncoder,
     growth: Growth,
-    /// When the first message came.
+    /// The time of the first message.
     started: Option<Instant>,
     lost: Lost,
     first_error: Option<SinkError>,
     tally: Tally,
 }
 
-/// Where messages go.
+/// The destination of messages.
 enum Target {
+    /// A file.
     File(Box<Part>),
-    /// The disk is full. What was lost before it became so.
-    Full {
-        before: Lost,
-    },
+    /// Nothing is written while the disk is full. Holds the losses before that.
+    Full(Lost),
     /// Nothing is written any more.
     Nowhere,
 }
@@ -149,14 +148,14 @@ impl Drain {
         match &mut self.target {
             Target::File(part) => {
                 let written = part.flush(&mut self.kept);
-                let (bytes, free) =
-                    (self.closed_bytes() + self.open_bytes(), disk::free_space(&self.path));
+                let bytes = part.bytes() + self.closed_bytes();
+                let free = disk::free_space(&self.path);
                 if let Some(line) = self.growth.observe(now, bytes, free) {
                     regatta_plugin::tell!("record: {}: {line}", self.path.display());
                 }
                 self.check(written);
             }
-            Target::Full { .. } => self.resume_if_room(),
+            Target::Full(_) => self.resume_if_room(),
             Target::Nowhere => {}
         }
     }
@@ -165,20 +164,15 @@ impl Drain {
         self.parts.closed.iter().map(|part| part.bytes).sum()
     }
 
-    fn open_bytes(&self) -> u64 {
-        if let Target::File(part) = &self.target { part.bytes() } else { 0 }
-    }
-
     /// Closes the current file and starts the next one.
     fn start_next_part(&mut self) {
         let Target::File(part) = &mut self.target else { return };
         let written = part.finish(&mut self.kept, None);
-        if written.is_ok() {
-            self.parts.close(part, part.frames);
-            self.start_another_part();
-        } else {
-            self.check(written);
+        if written.is_err() {
+            return self.check(written);
         }
+        self.parts.close(part, part.frames);
+        self.start_another_part();
     }
 
     /// Starts a file.
@@ -202,28 +196,31 @@ impl Drain {
         }
     }
 
-    /// Handles an error of writing: closes the file after the last chunk that fits, and counts what
-    /// is lost.
+    /// Handles an error of writing: closes the file after the last chunk that fits, and counts the
+    /// lost messages.
     fn check(&mut self, written: McapResult<()>) {
         let (Err(error), Target::File(part)) = (written, &mut self.target) else { return };
         let before = self.lost;
         part.abandon();
-        let messages = repair::close(&mut part.file).map_or(0, |repair| repair.messages);
+        let repaired = repair::close(&mut part.file, &mut Progress::hidden());
+        let messages = repaired.map_or(0, |repair| repair.messages);
         let frames = frames_in(&part.path).unwrap_or(0);
         let frames_failed = part.frames.saturating_sub(frames);
         self.lost.frames_failed += frames_failed;
         self.lost.others += part.messages.saturating_sub(messages).saturating_sub(frames_failed);
         self.parts.close(part, frames);
-        let (reason, is_full) = match &error {
-            McapError::Io(error) => (error.to_string(), is_full(error)),
-            error => (error.to_string(), false),
-        };
         let path = part.path.clone();
-        self.target = match is_full {
-            true => Target::Full { before },
-            false => Target::Nowhere,
+        let reason = match &error {
+            McapError::Io(error) => error.to_string(),
+            error => error.to_string(),
         };
-        let next = if is_full { "until there is room again" } else { "from here on" };
+        let next = if is_full(&error) {
+            self.target = Target::Full(before);
+            "until there is room again"
+        } else {
+            self.target = Target::Nowhere;
+            "from here on"
+        };
         regatta_plugin::tell!(
             "record: can't write to {} ({reason}): nothing is recorded {next}",
             path.display()
@@ -233,16 +230,16 @@ impl Drain {
 
     /// Goes on in another file if the disk has room again.
     fn resume_if_room(&mut self) {
-        let Target::Full { before } = &self.target else { return };
+        let Target::Full(before) = &self.target else { return };
         if disk::free_space(&self.path).is_some_and(|free| free >= ROOM_TO_RESUME) {
             let frames = self.lost.frames_failed - before.frames_failed;
             let others = self.lost.others - before.others;
             self.start_another_part();
             if let Target::File(part) = &self.target {
+                let path = part.path.display();
                 regatta_plugin::tell!(
-                    "record: there is room again: the recording goes on in {}; {frames} frames and {others} other \
-                     messages were lost meanwhile",
-                    part.path.display()
+                    "record: there is room again: the recording goes on in {path}; {frames} frames \
+                     and {others} other messages were lost meanwhile"
                 );
             }
         }
@@ -260,8 +257,8 @@ impl Drain {
         }
         self.target = Target::Nowhere;
         let closed = &self.parts.closed;
-        self.tally.frames = closed.iter().map(|part: &ClosedPart| part.frames).sum();
-        self.tally.bytes = closed.iter().map(|part| part.bytes).sum();
+        self.tally.frames = closed.iter().map(|part| part.frames).sum();
+        self.tally.bytes = self.closed_bytes();
         self.tally.lost = self.lost;
         self.tally.name = self.parts.name();
         self.tally.growth = disk::summary(self.tally.bytes, time, disk::free_space(&self.path));
@@ -276,8 +273,9 @@ impl Drain {
     }
 }
 
-/// Whether an error says that there is no room, which may change.
-fn is_full(error: &io::Error) -> bool {
+/// Whether an error is caused by a lack of room, which may be temporary.
+fn is_full(error: &McapError) -> bool {
+    let McapError::Io(error) = error else { return false };
     matches!(error.kind(), io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded)
 }
 

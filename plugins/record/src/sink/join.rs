@@ -6,9 +6,10 @@ use std::path::{Path, PathBuf};
 
 use mcap::Summary;
 
-use crate::mcap_record::RECORD_HEADER;
-use crate::reading;
-use crate::repair;
+use crate::mcap_file::RECORD_HEADER;
+use crate::progress::Progress;
+use crate::scan::complete_counts;
+use crate::{reading, repair};
 
 /// The error of joining files.
 #[derive(Debug, thiserror::Error)]
@@ -25,20 +26,20 @@ pub(super) fn join<'p>(
     mut parts: impl Iterator<Item = &'p Path>,
 ) -> Result<(), JoinError> {
     let Some(first) = parts.next() else { return Ok(()) };
-    let failed = |path: &Path| {
-        let path = path.to_owned();
-        move |reason| JoinError { path, reason }
-    };
-    let mut whole = Joined::open(first).map_err(failed(first))?;
+    let mut whole = Joined::open(first).map_err(|reason| failed(first, reason))?;
     for part in parts {
         if let Err(reason) = whole.append(part).and_then(|()| whole.close()) {
-            // What was appended so far can be read, too.
-            let _ = repair::close(&mut whole.file);
-            return Err(failed(part)(reason));
+            // The parts appended so far can be read, too.
+            let _ = repair::close(&mut whole.file, &mut Progress::hidden());
+            return Err(failed(part, reason));
         }
-        fs::remove_file(part).map_err(failed(part))?;
+        fs::remove_file(part).map_err(|reason| failed(part, reason))?;
     }
-    fs::rename(first, path).map_err(failed(path))
+    fs::rename(first, path).map_err(|reason| failed(path, reason))
+}
+
+fn failed(path: &Path, reason: io::Error) -> JoinError {
+    JoinError { path: path.to_owned(), reason }
 }
 
 /// The file that others are appended to.
@@ -66,17 +67,18 @@ impl Joined {
         self.file.seek(SeekFrom::Start(self.end))?;
         part.seek(SeekFrom::Start(from))?;
         io::copy(&mut part.take(to - from), &mut self.file)?;
-        let moved = |offset: u64| offset - from + self.end;
         for mut chunk in other.chunk_indexes {
-            chunk.chunk_start_offset = moved(chunk.chunk_start_offset);
-            chunk.message_index_offsets.values_mut().for_each(|offset| *offset = moved(*offset));
+            chunk.chunk_start_offset = chunk.chunk_start_offset - from + self.end;
+            for offset in chunk.message_index_offsets.values_mut() {
+                *offset = *offset - from + self.end;
+            }
             self.summary.chunk_indexes.push(chunk);
         }
-        for mut metadata in
-            other.metadata_indexes.into_iter().filter(|index| (from..to).contains(&index.offset))
-        {
-            metadata.offset = moved(metadata.offset);
-            self.summary.metadata_indexes.push(metadata);
+        for mut metadata in other.metadata_indexes {
+            if (from..to).contains(&metadata.offset) {
+                metadata.offset = metadata.offset - from + self.end;
+                self.summary.metadata_indexes.push(metadata);
+            }
         }
         self.summary.schemas.extend(other.schemas);
         self.summary.channels.extend(other.channels);
@@ -95,22 +97,20 @@ impl Joined {
 
     /// Writes the index.
     fn close(&mut self) -> io::Result<()> {
-        let summary = &mut self.summary;
-        let stats = summary.stats.get_or_insert_default();
-        stats.schema_count = summary.schemas.len() as u16;
-        stats.channel_count = summary.channels.len() as u32;
-        stats.chunk_count = summary.chunk_indexes.len() as u32;
-        stats.metadata_count = summary.metadata_indexes.len() as u32;
+        complete_counts(&mut self.summary);
         self.file.set_len(self.end)?;
         self.file.seek(SeekFrom::Start(self.end))?;
-        self.file.write_all(&repair::index(summary, self.end))
+        self.file.write_all(&repair::index(&self.summary, self.end))
     }
 }
 
 fn summary(file: &mut File) -> io::Result<Summary> {
-    let summary = reading::summary(file)
-        .map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error.to_string()));
-    summary?.ok_or_else(|| io::Error::new(io::ErrorKind::InvalidData, "it was never closed"))
+    let reason = match reading::summary(file) {
+        Ok(Some(summary)) => return Ok(summary),
+        Ok(None) => "it was never closed".to_owned(),
+        Err(error) => error.to_string(),
+    };
+    Err(io::Error::new(io::ErrorKind::InvalidData, reason))
 }
 
 /// Returns the offset of the first chunk.

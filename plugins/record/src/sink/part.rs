@@ -1,14 +1,16 @@
-//! One file of a recording, while it is written.
+//! One file of a recording that is being written.
 
+use std::collections::BTreeMap;
 use std::fs::{File, OpenOptions};
 use std::io;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use mcap::McapResult;
 use mcap::records::{MessageHeader, Metadata};
 
 use super::SinkError;
-use super::kept::Kept;
+use crate::encode::mark_repeated;
 use crate::mcap_file::{Compression, McapFile};
 use crate::schema::Topic;
 
@@ -55,7 +57,7 @@ const GROUPS: usize = 5;
 /// Returns the group of a topic.
 fn group(topic: &Topic) -> usize {
     match topic {
-        Topic::World | Topic::Events | Topic::Orders | Topic::Tasks | Topic::ContactEvents => 0,
+        Topic::World | Topic::Events | Topic::Commands | Topic::Orders | Topic::ContactEvents => 0,
         Topic::Frames => 1,
         Topic::Column(_) => 2,
         Topic::Contacts | Topic::ContactUpdates => 3,
@@ -82,8 +84,6 @@ impl Part {
         channels: &[Topic],
         about: &[Metadata],
     ) -> (Self, McapResult<()>) {
-        let opened = file.try_clone().map_err(Into::into);
-        let opened = opened.and_then(|copy| McapFile::create(copy, compression, CHUNK_BYTES));
         let mut part = Self {
             path,
             file,
@@ -94,14 +94,26 @@ impl Part {
             messages: 0,
             flushed: 0,
         };
-        let started = opened.and_then(|mut out| {
-            // The same topics have the same channels in all files of a recording.
-            channels.iter().try_for_each(|topic| out.channel(topic).map(drop))?;
-            about.iter().try_for_each(|metadata| out.writer.write_metadata(metadata))?;
-            part.out = Some(out);
-            Ok(())
-        });
+        let started = part.write_start(compression, channels, about);
         (part, started)
+    }
+
+    fn write_start(
+        &mut self,
+        compression: Compression,
+        channels: &[Topic],
+        about: &[Metadata],
+    ) -> McapResult<()> {
+        let mut out = McapFile::create(self.file.try_clone()?, compression, CHUNK_BYTES)?;
+        // The same topics have the same channels in all files of a recording.
+        for topic in channels {
+            out.channel(topic)?;
+        }
+        for metadata in about {
+            out.writer.write_metadata(metadata)?;
+        }
+        self.out = Some(out);
+        Ok(())
     }
 
     /// Returns the time from the first message to the newest one, or to a later time, in
@@ -115,7 +127,7 @@ impl Part {
         self.file.metadata().map_or(0, |metadata| metadata.len())
     }
 
-    /// Returns the size of the file, as if what isn't written yet took as much there as in memory.
+    /// Returns the size of the file if the pending messages took as much there as in memory.
     pub fn bytes_at_most(&self) -> u64 {
         self.bytes() + self.pending.iter().map(|group| group.bytes).sum::<u64>()
     }
@@ -139,28 +151,42 @@ impl Part {
 
     /// Writes metadata.
     pub fn note(&mut self, metadata: &Metadata) -> McapResult<()> {
-        self.out.as_mut().map_or(Ok(()), |out| out.writer.write_metadata(metadata))
+        match &mut self.out {
+            Some(out) => out.writer.write_metadata(metadata),
+            None => Ok(()),
+        }
     }
 
     /// Writes all messages, and the kept states that are due.
     pub fn flush(&mut self, kept: &mut Kept) -> McapResult<()> {
-        match std::mem::replace(&mut self.flushed, self.messages) {
-            // Nothing has come, for example because the clock is paused.
-            before if before == self.messages => Ok(()),
-            before => self.write_all(kept, before > 0),
+        let before = std::mem::replace(&mut self.flushed, self.messages);
+        // Nothing has come, for example because the clock is paused.
+        if before == self.messages {
+            return Ok(());
         }
+        self.write_all(kept, before > 0)
     }
 
     /// Writes everything and closes the file.
     pub fn finish(&mut self, kept: &mut Kept, about: Option<&Metadata>) -> McapResult<()> {
         self.write_all(kept, true)?;
-        about.map_or(Ok(()), |metadata| self.note(metadata))?;
-        self.out.take().map_or(Ok(()), |mut out| out.writer.finish().map(drop))
+        if let Some(metadata) = about {
+            self.note(metadata)?;
+        }
+        match self.out.take() {
+            Some(mut out) => out.writer.finish().map(drop),
+            None => Ok(()),
+        }
     }
 
     fn write_all(&mut self, kept: &mut Kept, again: bool) -> McapResult<()> {
-        (0..GROUPS).try_for_each(|group| self.write_group(group, kept))?;
-        self.times.map_or(Ok(()), |times| self.write(&kept.due(times, again)))
+        for group in 0..GROUPS {
+            self.write_group(group, kept)?;
+        }
+        match self.times {
+            Some(times) => self.write(&kept.due(times, again)),
+            None => Ok(()),
+        }
     }
 
     /// Gives up writing after an error.
@@ -183,5 +209,71 @@ impl Part {
             out.write(topic, *header, message)?;
         }
         out.writer.flush()
+    }
+}
+
+/// The time after which a state that hasn't changed is repeated.
+const REPEAT_PERIOD: Duration = Duration::from_mins(1);
+
+/// The number of copies, in different chunks, that are written as soon as possible, so that no
+/// damaged chunk has the only one.
+const ENOUGH: u8 = 2;
+
+/// The newest message of each topic that is worth repeating: the world and the columns. They are
+/// repeated in the recording, so that neither damage nor a reader that starts in the middle misses
+/// them.
+#[derive(Default)]
+pub(super) struct Kept {
+    states: BTreeMap<Topic, State>,
+}
+
+struct State {
+    state: Queued,
+    written: Instant,
+    /// The number of its copies in the current file, up to [`ENOUGH`].
+    copies: u8,
+}
+
+impl Kept {
+    /// Keeps messages that were written.
+    fn keep(&mut self, written: Vec<Queued>) {
+        let now = Instant::now();
+        for state in written.into_iter().filter(|message| message.topic.is_repeated()) {
+            let topic = state.topic.clone();
+            let before = self.states.get(&topic).map_or(0, |before| before.copies);
+            // A column that changes often needs no copies.
+            let copies = if topic.column().is_some() { (before + 1).min(ENOUGH) } else { 1 };
+            self.states.insert(topic, State { state, written: now, copies });
+        }
+    }
+
+    /// Starts another file, which has none of the states yet.
+    pub fn start_file(&mut self) {
+        for state in self.states.values_mut() {
+            state.copies = 0;
+        }
+    }
+
+    /// Returns the states to repeat now, in a chunk of their own: those that the file, whose first
+    /// and newest times are given, doesn't have yet. With `again`, also those that it has only
+    /// once, or that haven't been written for a while.
+    fn due(&mut self, (first, newest): (u64, u64), again: bool) -> Vec<Queued> {
+        let now = Instant::now();
+        let mut due = Vec::new();
+        for State { state, written, copies } in self.states.values_mut() {
+            let is_old = *copies < ENOUGH || now.duration_since(*written) >= REPEAT_PERIOD;
+            if *copies > 0 && !(again && is_old) {
+                continue;
+            }
+            let mut repeated = state.clone();
+            let log_time = if *copies == 0 { first } else { newest };
+            repeated.header.log_time = log_time.max(repeated.header.log_time);
+            if matches!(repeated.topic, Topic::World | Topic::Column(_)) {
+                mark_repeated(&mut repeated.message);
+            }
+            (*written, *copies) = (now, (*copies + 1).min(ENOUGH));
+            due.push(repeated);
+        }
+        due
     }
 }

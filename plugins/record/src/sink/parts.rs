@@ -1,4 +1,4 @@
-//! The names of a recording's files, and which of them are kept.
+//! The files of a recording: their names, and the ones that are kept.
 
 use std::collections::VecDeque;
 use std::fs::{self, File};
@@ -7,9 +7,9 @@ use std::time::Duration;
 
 use super::SinkError;
 use super::part::{Part, create_file};
-use crate::limit::Limit;
+use crate::arguments::Limit;
 
-/// How a recording is divided into files.
+/// The division of a recording into files.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) enum Division {
     /// One file.
@@ -90,9 +90,12 @@ impl Parts {
 
     /// Whether the closed files without the oldest one reach a limit.
     fn suffices(&self, limit: Limit) -> bool {
-        let rest = || self.closed.iter().skip(1);
-        let duration = rest().map(|part| part.duration).sum();
-        limit.is_reached(Duration::from_nanos(duration), rest().map(|part| part.bytes).sum())
+        let (mut duration, mut bytes) = (0, 0);
+        for part in self.closed.iter().skip(1) {
+            duration += part.duration;
+            bytes += part.bytes;
+        }
+        limit.is_reached(Duration::from_nanos(duration), bytes)
     }
 
     /// Returns the files of a ring in their order, if there are several to join to one with the
@@ -118,10 +121,11 @@ impl Parts {
 /// Returns a file's name with a number: `run-0002.mcap`.
 fn numbered(path: &Path, number: u32) -> PathBuf {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-    let extension = path
-        .extension()
-        .map_or_else(String::new, |extension| format!(".{}", extension.to_string_lossy()));
-    path.with_file_name(format!("{stem}-{number:04}{extension}"))
+    let mut name = format!("{stem}-{number:04}");
+    if let Some(extension) = path.extension() {
+        name += &format!(".{}", extension.to_string_lossy());
+    }
+    path.with_file_name(name)
 }
 
 #[cfg(test)]

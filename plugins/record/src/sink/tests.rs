@@ -12,9 +12,9 @@ use regatta_plugin::contact::ContactHeader;
 use tempfile::TempDir;
 
 use super::{Division, Payload, Settings, Sink};
+use crate::arguments::Limit;
 use crate::contacts::ContactList;
 use crate::encode;
-use crate::limit::Limit;
 use crate::mcap_file::Compression;
 use crate::reading::{ReadingError, Recording};
 use crate::recorded::RecordedColumn;

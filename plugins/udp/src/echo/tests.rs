@@ -2,8 +2,6 @@
 
 use proptest::prelude::*;
 
-use std::time::Duration;
-
 use super::*;
 use crate::line::{AngleUnit, LineFormat, Separator};
 

@@ -8,12 +8,12 @@ use super::Source;
 use super::intake::Intake;
 use crate::tally::Faults;
 
-/// Counts of what was ignored or failed.
+/// Counts of ignored and failed messages.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Trouble {
     pub faults: Faults,
     pub dropped: u64,
-    pub orders_refused: u64,
+    pub commands_refused: u64,
     pub answers_refused: u64,
     pub receive_errors: u64,
 }
@@ -37,7 +37,7 @@ impl Source {
         Trouble {
             faults: self.intake.faults,
             dropped: self.socket.dropped().unwrap_or(0),
-            orders_refused: session.orders_refused(),
+            commands_refused: session.commands_refused(),
             answers_refused: self.answers.as_ref().map_or(0, |answers| answers.outlet.sent.refused),
             receive_errors: self.receive_errors,
         }
@@ -45,7 +45,7 @@ impl Source {
 
     fn summary(&self, session: &Session) -> String {
         let Intake { lines, datagrams, bytes, .. } = self.intake;
-        let [standing, driving] = self.intake.robots.standing_and_driving(self.now());
+        let (standing, driving) = self.intake.robots.standing_and_driving(self.now());
         let answered = self
             .answers
             .as_ref()
@@ -73,7 +73,7 @@ impl Source {
             "receive_buffer_bytes": self.socket.receive_buffer_bytes(),
             "malformed": faults.malformed, "negative_ids": faults.negative_id, "ids_too_large": faults.id_too_large,
             "not_finite": faults.not_finite, "oversized_datagrams": faults.oversized,
-            "answers": self.answers.as_ref().map(|answers| answers.outlet.sent.lines), "orders_refused": session.orders_refused(),
+            "answers": self.answers.as_ref().map(|answers| answers.outlet.sent.lines), "commands_refused": session.commands_refused(),
             "frames": session.tick(), "late_ticks": session.late_ticks(),
             "wall_secs": self.effort.wall_secs(), "cpu_secs": self.effort.cpu_secs(),
         });
@@ -89,7 +89,7 @@ impl Trouble {
                 self.dropped,
                 "packets dropped by the system, of up to 64 datagrams each (the receive buffer was full)",
             ),
-            (self.orders_refused, "orders refused (the sender of the poses drives the robots)"),
+            (self.commands_refused, "commands refused (the sender of the poses drives the robots)"),
             (self.answers_refused, "answers not sent"),
             (self.receive_errors, "errors of the socket"),
         ] {

@@ -38,7 +38,7 @@ impl Producer for Source {
     }
 
     fn robots_by_state(&self) -> [u32; RobotState::COUNT] {
-        let [standing, driving] = self.intake.robots.standing_and_driving(self.now());
+        let (standing, driving) = self.intake.robots.standing_and_driving(self.now());
         let mut by_state = [0; RobotState::COUNT];
         (by_state[RobotState::Idle as usize], by_state[RobotState::Driving as usize]) =
             (standing, driving);
@@ -47,7 +47,7 @@ impl Producer for Source {
 
     fn between_ticks(&mut self, session: &mut Session) -> Result {
         self.receive_until(Instant::now());
-        session.refuse_orders()?;
+        session.refuse_commands()?;
         self.report(session);
         Ok(())
     }
@@ -78,9 +78,9 @@ mod tests {
     use regatta_plugin::{ProducerPorts, Subscriber};
 
     use super::*;
-    use crate::options::parse;
     use crate::socket::Socket;
     use crate::source::options::SourceOptions;
+    use regatta_kit::parse;
 
     #[test]
     fn a_source_is_paused_and_resumed_and_nothing_else() -> Result {

@@ -21,7 +21,8 @@ struct Robot {
     theta: f32,
     speed: f32,
     /// The position and the time at which the current mean of the speed starts.
-    from: [f32; 2],
+    from_x: f32,
+    from_y: f32,
     from_at: Duration,
     /// The time of the newest line; `None` if the robot is absent.
     updated_at: Option<Duration>,
@@ -57,26 +58,20 @@ impl Robots {
         let robot = &mut self.rows[row];
         let new = robot.updated_at.replace(now).is_none();
         (robot.x, robot.y, robot.theta) = (line.x, line.y, line.theta);
-        if new {
-            (robot.from, robot.from_at, robot.speed) = ([line.x, line.y], now, 0.0);
-        }
         let elapsed = now.saturating_sub(robot.from_at);
-        if elapsed >= SPEED_WINDOW {
-            robot.speed = robot.mean_speed(elapsed);
-            (robot.from, robot.from_at) = ([line.x, line.y], now);
+        if new || elapsed >= SPEED_WINDOW {
+            robot.speed = if new { 0.0 } else { robot.mean_speed(elapsed) };
+            (robot.from_x, robot.from_y, robot.from_at) = (line.x, line.y, now);
         }
         Ok(())
     }
 
     /// Makes robots absent of which no line was received for longer than `timeout`.
     pub fn forget(&mut self, timeout: Duration, now: Duration) {
-        let is_silent = |robot: &Robot| {
-            robot.updated_at.is_some_and(|updated| now.saturating_sub(updated) > timeout)
-        };
-        self.rows
-            .iter_mut()
-            .filter(|robot| is_silent(robot))
-            .for_each(|robot| robot.updated_at = None);
+        for robot in &mut self.rows {
+            robot.updated_at =
+                robot.updated_at.filter(|updated| now.saturating_sub(*updated) <= timeout);
+        }
     }
 
     /// Returns the number of rows: the highest id received so far, plus one.
@@ -90,16 +85,16 @@ impl Robots {
     }
 
     /// Returns the numbers of standing and of driving robots.
-    pub fn standing_and_driving(&self, now: Duration) -> [u32; 2] {
-        let mut counts = [0; 2];
-        for state in self.rows.iter().map(|robot| robot.state(now)) {
-            match state {
-                RobotState::Driving => counts[1] += 1,
+    pub fn standing_and_driving(&self, now: Duration) -> (u32, u32) {
+        let (mut standing, mut driving) = (0, 0);
+        for robot in &self.rows {
+            match robot.state(now) {
+                RobotState::Driving => driving += 1,
                 RobotState::Absent => {}
-                _ => counts[0] += 1,
+                _ => standing += 1,
             }
         }
-        counts
+        (standing, driving)
     }
 
     /// Writes all rows to a frame.
@@ -121,7 +116,7 @@ impl Robot {
     /// Returns the distance since the mean started divided by the elapsed time; negative if the
     /// robot moved backwards.
     fn mean_speed(&self, elapsed: Duration) -> f32 {
-        let [dx, dy] = [self.x - self.from[0], self.y - self.from[1]].map(f64::from);
+        let [dx, dy] = [self.x - self.from_x, self.y - self.from_y].map(f64::from);
         let (sin, cos) = f64::from(self.theta).sin_cos();
         let speed = dx.hypot(dy).copysign(dx * cos + dy * sin) / elapsed.as_secs_f64();
         // The speed can overflow if a robot jumps across the range of an `f32`.
@@ -180,7 +175,7 @@ mod tests {
         assert_eq!(robots.update(&line(10, 1.0, 0.0), MILLI), Err(LineFault::IdTooLarge));
         let states: Vec<_> = rows(&robots, MILLI).into_iter().map(|(state, _)| state).collect();
         assert_eq!(states, [RobotState::Absent, RobotState::Absent, RobotState::Idle]);
-        assert_eq!(robots.standing_and_driving(MILLI), [1, 0]);
+        assert_eq!(robots.standing_and_driving(MILLI), (1, 0));
     }
 
     #[test]

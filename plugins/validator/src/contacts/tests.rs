@@ -6,15 +6,15 @@ fn body() -> impl Strategy<Value = Body> {
     let half = (0.1_f32..1.5, 0.1_f32..1.5);
     let pose = (-6.0_f32..6.0, -6.0_f32..6.0, -3.2_f32..3.2);
     (pose, half, any::<bool>()).prop_map(|((x, y, theta), (length, width), is_circle)| {
-        let half = if is_circle { [length, length] } else { [length, width] };
-        Body::new(0, [x, y, theta], half, is_circle)
+        let half = Vec2::new(length, if is_circle { length } else { width });
+        Body::new(0, Vec2::new(x, y), theta, half, is_circle)
     })
 }
 
 /// The corners of a rectangle; the centre of a circle.
 fn corners(body: &Body) -> Vec<[f64; 2]> {
     let [x, y, theta, length, width] =
-        [body.x, body.y, body.theta, body.half[0], body.half[1]].map(f64::from);
+        [body.position.x, body.position.y, body.theta, body.half.x, body.half.y].map(f64::from);
     let (sin, cos) = theta.sin_cos();
     let corner = |a: f64, b: f64| {
         [x + a * length * cos - b * width * sin, y + a * length * sin + b * width * cos]
@@ -29,7 +29,7 @@ fn corners(body: &Body) -> Vec<[f64; 2]> {
 fn depth(a: &Body, b: &Body) -> f64 {
     let (first, second) = (corners(a), corners(b));
     let round: f64 =
-        [a, b].iter().filter(|body| body.is_circle).map(|body| f64::from(body.half[0])).sum();
+        [a, b].iter().filter(|body| body.is_circle).map(|body| f64::from(body.half.x)).sum();
     let mut points: Vec<_> =
         first.iter().flat_map(|p| second.iter().map(move |q| [p[0] - q[0], p[1] - q[1]])).collect();
     points.sort_by(|p, q| p.partial_cmp(q).expect("numbers"));
@@ -91,8 +91,12 @@ proptest! {
 
 #[test]
 fn one_far_body_does_not_make_a_huge_grid() {
-    let square = Body::new(0, [0.0; 3], [0.5, 0.5], false);
-    let bodies = [square, Body { x: 1e6, y: 1e6, ..square }, Body { x: 0.9, ..square }];
+    let square = Body::new(0, Vec2::ZERO, 0.0, Vec2::splat(0.5), false);
+    let bodies = [
+        square,
+        Body { position: Vec2::splat(1e6), ..square },
+        Body { position: Vec2::new(0.9, 0.0), ..square },
+    ];
     let (mut grid, mut found) = (Grid::default(), Vec::new());
     grid.overlaps(&bodies, |a, b, _| found.push((a, b)));
     assert_eq!(found, [(0, 2)]);
@@ -101,7 +105,7 @@ fn one_far_body_does_not_make_a_huge_grid() {
 
 #[test]
 fn a_touch_within_the_tolerance_is_none() {
-    let a = Body::new(0, [0.0; 3], [0.5, 0.3], false);
-    assert!(overlap(&a, &Body { x: 0.9995, ..a }) < CONTACT_TOLERANCE);
-    assert!(overlap(&a, &Body { x: 0.998, ..a }) > CONTACT_TOLERANCE);
+    let a = Body::new(0, Vec2::ZERO, 0.0, Vec2::new(0.5, 0.3), false);
+    assert!(overlap(&a, &Body { position: Vec2::new(0.9995, 0.0), ..a }) < CONTACT_TOLERANCE);
+    assert!(overlap(&a, &Body { position: Vec2::new(0.998, 0.0), ..a }) > CONTACT_TOLERANCE);
 }

@@ -4,7 +4,7 @@ use regatta_plugin::event::{BreakdownCause, EventKind, EventRecord};
 use regatta_plugin::frame::{
     ColumnsMut, FrameHeader, Line, NO_EDGE, RobotState, frame_lines, stride_lines,
 };
-use regatta_plugin::task::{StopAction, TaskHeader, TaskKind, TaskRecord};
+use regatta_plugin::order::{OrderHeader, OrderKind, OrderRecord, StopAction};
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, WorldData};
 
 use super::*;
@@ -27,8 +27,7 @@ fn world() -> WorldData {
         let (from, to): ([f32; 2], [f32; 2]) = (at[origin], at[destination]);
         let length = (to[0] - from[0]).hypot(to[1] - from[1]);
         let (origin, destination) = (origin as u32, destination as u32);
-        let limits =
-            EdgeRecord { velocity_forward: 1.0, velocity_backwards: back, ..EdgeRecord::default() };
+        let limits = EdgeRecord { speed: 1.0, reverse_speed: back, ..EdgeRecord::default() };
         let edge = EdgeRecord { id, origin, destination, length, ..limits };
         world.add_edge(edge, [CurveRecord::straight(from, to)]);
     }
@@ -38,14 +37,16 @@ fn world() -> WorldData {
 /// A robot on an edge of the line, at a distance along it and a speed.
 fn on(edge: u32, s: f32, speed: f32) -> Row {
     let state = if speed == 0.0 { RobotState::Idle } else { RobotState::Driving };
-    Row { x: 10.0 * edge as f32 + s, y: 0.0, theta: 0.0, speed, s, edge, state }
+    let position = Vec2::new(10.0 * edge as f32 + s, 0.0);
+    Row { position, theta: 0.0, speed, s, edge, state }
 }
 
 fn show(judge: &mut Judge, tick: u64, rows: &[Row]) {
     let mut lines = vec![Line::default(); frame_lines(rows.len())];
     let columns = ColumnsMut::split(&mut lines, rows.len());
     for (robot, row) in rows.iter().enumerate() {
-        (columns.x[robot], columns.y[robot], columns.theta[robot]) = (row.x, row.y, row.theta);
+        (columns.x[robot], columns.y[robot]) = row.position.into();
+        columns.theta[robot] = row.theta;
         (columns.speed[robot], columns.s[robot]) = (row.speed, row.s);
         (columns.edge[robot], columns.state[robot]) = (row.edge, row.state as u8);
     }
@@ -71,11 +72,7 @@ fn judge() -> Judge {
 /// The kinds and counts of a report.
 fn found(judge: Judge) -> Vec<(Kind, u64)> {
     let report = judge.finish();
-    Kind::ALL
-        .into_iter()
-        .map(|kind| (kind, report.count(kind)))
-        .filter(|(_, count)| *count > 0)
-        .collect()
+    Kind::all().map(|kind| (kind, report.count(kind))).filter(|(_, count)| *count > 0).collect()
 }
 
 /// Judges frames of one robot, one a tick.
@@ -118,7 +115,14 @@ fn each_fault_of_motion_is_found_once() {
     let stand = on(0, 5.0, 0.0);
     let turning = |theta| Row { theta, state: RobotState::Turning, ..on(0, 10.0, 0.0) };
     let cases: [(Kind, Vec<Row>); 13] = [
-        (OffGraph, vec![stand, Row { y: 0.01, ..stand }, Row { y: 0.01, ..stand }]),
+        (
+            OffGraph,
+            vec![
+                stand,
+                Row { position: Vec2::new(stand.position.x, 0.01), ..stand },
+                Row { position: Vec2::new(stand.position.x, 0.01), ..stand },
+            ],
+        ),
         (OffGraph, vec![Row { s: 11.0, ..on(0, 10.0, 0.0) }]),
         (Heading, vec![Row { theta: 0.05, ..stand }]),
         (WrongDirection, vec![on(0, 5.0, 1.0), on(0, 4.95, 1.0)]),
@@ -134,15 +138,14 @@ fn each_fault_of_motion_is_found_once() {
             vec![
                 on(0, 0.02, 0.0),
                 Row {
-                    x: 0.0,
-                    y: 0.02,
+                    position: Vec2::new(0.0, 0.02),
                     theta: -std::f32::consts::FRAC_PI_2,
                     s: 29.98,
                     ..on(2, 0.0, 0.0)
                 },
             ],
         ),
-        (InvalidPose, vec![stand, Row { x: f32::NAN, ..stand }, stand]),
+        (InvalidPose, vec![stand, Row { position: Vec2::NAN, ..stand }, stand]),
     ];
     for (kind, rows) in cases {
         let found = judged(&rows);
@@ -172,8 +175,16 @@ fn a_robot_that_was_spawned_elsewhere_has_not_jumped() {
     judge.take_events(&header(2), &[spawned], false);
     show(&mut judge, 1, &[on(0, 5.0, 0.0)]);
     show(&mut judge, 2, &[on(1, 5.0, 0.0)]);
-    show(&mut judge, 3, &[Row { state: RobotState::Absent, x: 99.0, ..on(1, 5.0, 0.0) }]);
-    show(&mut judge, 4, &[Row { x: 20.0, y: 0.0, edge: NO_EDGE, ..on(1, 5.0, 0.0) }]);
+    show(
+        &mut judge,
+        3,
+        &[Row { state: RobotState::Absent, position: Vec2::splat(99.0), ..on(1, 5.0, 0.0) }],
+    );
+    show(
+        &mut judge,
+        4,
+        &[Row { position: Vec2::new(20.0, 0.0), edge: NO_EDGE, ..on(1, 5.0, 0.0) }],
+    );
     judge.take_events(&header(5), &[], true);
     show(&mut judge, 5, &[on(0, 2.0, 0.0)]);
     assert_eq!(found(judge), [], "a robot that the events, or lost ones, may have placed");
@@ -197,13 +208,13 @@ fn a_contact_counts_once_and_has_a_duration() {
     for tick in 0..50 {
         let apart = if (10..30).contains(&tick) || tick == 40 { 0.99 } else { 1.01 };
         // On no edge: this is about contacts alone.
-        let row = |x| Row { x, edge: NO_EDGE, ..on(0, 0.0, 0.0) };
+        let row = |x| Row { position: Vec2::new(x, 0.0), edge: NO_EDGE, ..on(0, 0.0, 0.0) };
         show(&mut judge, tick, &[row(5.0), row(5.0 + apart), row(9.0)]);
     }
     assert_eq!(judge.contacts(), 1);
     let report = judge.finish();
     let contact = &report.kinds[0];
-    assert_eq!((contact.kind, contact.count), ("contact", 1));
+    assert_eq!((contact.kind, contact.count), (Kind::Contact, 1));
     let example = &contact.examples[0];
     assert_eq!((example.tick, &example.robots[..]), (10, &[0, 1][..]));
     assert!((example.duration_secs.expect("it lasted") - 1.9).abs() < 1e-9);
@@ -213,33 +224,33 @@ fn a_contact_counts_once_and_has_a_duration() {
     );
 }
 
-/// Records of one task: tick, and what happened.
-type Log = Vec<(u64, TaskRecord)>;
+/// Records of one order: tick, and what happened.
+type Log = Vec<(u64, OrderRecord)>;
 
 /// A transport from node 2 to node 3 by robot 0, as it should be: it stands at node 2 from tick 10
 /// to 40, drives, and stands at node 3 from tick 300 on.
 fn transport() -> Log {
     let stop = |tick, kind, stop, node, action| {
-        (tick, TaskRecord::new(5, kind).of_robot(0).at_stop(stop, node, action))
+        (tick, OrderRecord::new(5, kind).of_robot(0).at_stop(stop, node, action))
     };
     let plan = |index, node, action| {
-        let record = TaskRecord::new(5, TaskKind::Stop).at_stop(index, node, action);
-        (0, TaskRecord { dwell_secs: 2.0, ..record })
+        let record = OrderRecord::new(5, OrderKind::Stop).at_stop(index, node, action);
+        (0, OrderRecord { dwell_secs: 2.0, ..record })
     };
     vec![
-        (0, TaskRecord { detail: 2, ..TaskRecord::new(5, TaskKind::Created) }),
+        (0, OrderRecord { detail: 2, ..OrderRecord::new(5, OrderKind::Created) }),
         plan(0, 2, StopAction::Pick),
         plan(1, 3, StopAction::Drop),
-        (1, TaskRecord::new(5, TaskKind::Assigned).of_robot(0)),
-        stop(10, TaskKind::Arrived, 0, 2, StopAction::Pick),
-        stop(30, TaskKind::Handled, 0, 2, StopAction::Pick),
-        stop(300, TaskKind::Arrived, 1, 3, StopAction::Drop),
-        stop(320, TaskKind::Handled, 1, 3, StopAction::Drop),
-        (320, TaskRecord::new(5, TaskKind::Finished).of_robot(0)),
+        (1, OrderRecord::new(5, OrderKind::Assigned).of_robot(0)),
+        stop(10, OrderKind::Arrived, 0, 2, StopAction::Pick),
+        stop(30, OrderKind::Handled, 0, 2, StopAction::Pick),
+        stop(300, OrderKind::Arrived, 1, 3, StopAction::Drop),
+        stop(320, OrderKind::Handled, 1, 3, StopAction::Drop),
+        (320, OrderRecord::new(5, OrderKind::Finished).of_robot(0)),
     ]
 }
 
-/// Where robot 0 is at a tick of the transport.
+/// Returns the row of robot 0 at a tick of the transport.
 fn carrier(tick: u64) -> Row {
     match tick {
         0..10 => on(0, 10.0 - 0.01 * (10 - tick) as f32, 0.1),
@@ -249,16 +260,16 @@ fn carrier(tick: u64) -> Row {
     }
 }
 
-/// Judges a task log; records come `late` ticks after their frame.
-fn judged_log(log: &[(u64, TaskRecord)], late: u64, last: u64) -> Vec<(Kind, u64)> {
+/// Judges an order log; records come `late` ticks after their frame.
+fn judged_log(log: &[(u64, OrderRecord)], late: u64, last: u64) -> Vec<(Kind, u64)> {
     let mut judge = judge();
-    // What the carrier's speed does between stops is another test's matter.
-    judge.site.types[0].max_acceleration = f32::INFINITY;
+    // Another test checks the carrier's speed between stops.
+    judge.world.robot_types[0].max_acceleration = f32::INFINITY;
     for tick in 0..=last {
         show(&mut judge, tick, &[carrier(tick)]);
         for (at, record) in log.iter().filter(|(at, _)| at + late == tick) {
-            judge.take_tasks(
-                &TaskHeader { run_id: 7, tick: *at, ..TaskHeader::default() },
+            judge.take_orders(
+                &OrderHeader { run_id: 7, tick: *at, ..OrderHeader::default() },
                 0,
                 &[*record],
             );
@@ -281,10 +292,10 @@ fn changed(change: impl FnOnce(&mut Log)) -> Vec<(Kind, u64)> {
 }
 
 #[test]
-fn each_fault_of_a_task_is_found() {
+fn each_fault_of_an_order_is_found() {
     use Kind::{
-        DoneTwice, DropWithoutPick, MovedInDwell, ShortDwell, SkippedStop, TaskOrder, TwoTasks,
-        Unserved, WrongPlace,
+        ContradictoryRecords, DoneTwice, DropWithoutPick, MovedInDwell, ShortDwell, SkippedStop,
+        TwoOrders, Unserved, WrongPlace,
     };
     let has = |found: Vec<(Kind, u64)>, kind: Kind| {
         assert!(found.iter().any(|(other, _)| *other == kind), "{kind:?} not in {found:?}");
@@ -304,26 +315,34 @@ fn each_fault_of_a_task_is_found() {
     has(changed(|log| drop(log.drain(4..6))), SkippedStop);
     assert_eq!(changed(|log| drop(log.drain(6..8))), [(SkippedStop, 1)]);
     assert_eq!(changed(|log| log.push((330, log[8].1))), [(DoneTwice, 1)]);
-    assert_eq!(changed(|log| log.push((330, log[0].1))), [(TaskOrder, 1)], "created twice");
+    assert_eq!(
+        changed(|log| log.push((330, log[0].1))),
+        [(ContradictoryRecords, 1)],
+        "created twice"
+    );
     assert_eq!(
         changed(|log| drop(log.drain(4..5))),
-        [(TaskOrder, 1)],
+        [(ContradictoryRecords, 1)],
         "handled without an arrival"
     );
-    assert_eq!(changed(|log| drop(log.drain(3..4))), [(TaskOrder, 5)], "no robot has it");
+    assert_eq!(
+        changed(|log| drop(log.drain(3..4))),
+        [(ContradictoryRecords, 5)],
+        "no robot has it"
+    );
     assert_eq!(
         changed(|log| log[5].1.kind = 99),
-        [(DropWithoutPick, 1), (SkippedStop, 1), (TaskOrder, 2)]
+        [(DropWithoutPick, 1), (SkippedStop, 1), (ContradictoryRecords, 2)]
     );
     let second = |log: &mut Log| {
-        log.push((50, TaskRecord::new(6, TaskKind::Created)));
-        log.push((51, TaskRecord::new(6, TaskKind::Assigned).of_robot(0)));
-        log.push((52, TaskRecord::new(6, TaskKind::Cancelled).of_robot(0)));
+        log.push((50, OrderRecord::new(6, OrderKind::Created)));
+        log.push((51, OrderRecord::new(6, OrderKind::Assigned).of_robot(0)));
+        log.push((52, OrderRecord::new(6, OrderKind::Cancelled).of_robot(0)));
     };
-    assert_eq!(changed(second), [(TwoTasks, 1)]);
+    assert_eq!(changed(second), [(TwoOrders, 1)]);
     let withdrawn =
-        |log: &mut Log| log.insert(6, (50, TaskRecord::new(5, TaskKind::Withdrawn).of_robot(0)));
-    has(changed(withdrawn), TaskOrder);
+        |log: &mut Log| log.insert(6, (50, OrderRecord::new(5, OrderKind::Withdrawn).of_robot(0)));
+    has(changed(withdrawn), ContradictoryRecords);
     assert_eq!(judged_log(&transport()[..3], 0, 700), [(Unserved, 1), (Kind::Idle, 1)]);
     assert_eq!(judged_log(&transport()[..3], 0, 280), [], "not yet");
 }
@@ -331,35 +350,35 @@ fn each_fault_of_a_task_is_found() {
 #[test]
 fn a_log_with_a_gap_is_judged_as_far_as_it_is_known() {
     let mut judge = judge();
-    judge.site.types[0].max_acceleration = f32::INFINITY;
+    judge.world.robot_types[0].max_acceleration = f32::INFINITY;
     for tick in 0..=400 {
         show(&mut judge, tick, &[carrier(tick)]);
         for (number, (at, record)) in
             transport().iter().enumerate().filter(|(_, (at, _))| *at == tick)
         {
             if number != 5 {
-                let header = TaskHeader { run_id: 7, tick: *at, ..TaskHeader::default() };
-                judge.take_tasks(&header, u64::from(number == 6), &[*record]);
+                let header = OrderHeader { run_id: 7, tick: *at, ..OrderHeader::default() };
+                judge.take_orders(&header, u64::from(number == 6), &[*record]);
             }
         }
     }
-    assert_eq!(judge.report.task_samples_missed, 1);
+    assert_eq!(judge.report.order_samples_missed, 1);
     assert_eq!(found(judge), []);
 }
 
 /// Judges the transport as the log of run 7, whose samples have the numbers from `first` on. The
 /// samples of the first ticks are there `early` ticks before their frame, and so before the run's
 /// first one.
-fn numbered(log: &[(u64, TaskRecord)], first: u64, early: u64) -> Vec<(Kind, u64)> {
+fn numbered(log: &[(u64, OrderRecord)], first: u64, early: u64) -> Vec<(Kind, u64)> {
     let mut judge = judge();
-    judge.site.types[0].max_acceleration = f32::INFINITY;
+    judge.world.robot_types[0].max_acceleration = f32::INFINITY;
     let mut samples = log.iter().zip(first..).peekable();
     for tick in 0..=400 {
         while let Some(((at, record), sequence)) =
             samples.next_if(|((at, _), _)| *at <= tick + early)
         {
-            judge.take_tasks(
-                &TaskHeader { run_id: 7, tick: *at, sequence, ..TaskHeader::default() },
+            judge.take_orders(
+                &OrderHeader { run_id: 7, tick: *at, sequence, ..OrderHeader::default() },
                 0,
                 &[*record],
             );
@@ -375,7 +394,7 @@ fn what_was_logged_before_the_judge_joined_is_unknown() {
     assert_eq!(numbered(&transport()[3..], 4, 0), [], "joined after the stops were told");
     assert_eq!(
         numbered(&transport()[3..], 1, 0)[0].0,
-        Kind::TaskOrder,
+        Kind::ContradictoryRecords,
         "nothing was before: they weren't told"
     );
 }
@@ -384,13 +403,13 @@ fn what_was_logged_before_the_judge_joined_is_unknown() {
 fn a_log_that_is_ahead_of_its_run_is_kept() {
     assert_eq!(numbered(&transport(), 1, 30), []);
     let mut judge = judge();
-    judge.site.types[0].max_acceleration = f32::INFINITY;
+    judge.world.robot_types[0].max_acceleration = f32::INFINITY;
     show(&mut judge, 0, &[carrier(0)]);
-    judge.take_tasks(
-        &TaskHeader { run_id: 8, tick: 1, ..TaskHeader::default() },
+    judge.take_orders(
+        &OrderHeader { run_id: 8, tick: 1, ..OrderHeader::default() },
         0,
         &[transport()[0].1],
     );
-    assert_eq!(judge.tasks.records, 0);
-    assert_eq!(judge.next_tasks.as_ref().map(|(run, _)| *run), Some(8));
+    assert_eq!(judge.orders.len(), 0);
+    assert_eq!(judge.next_orders.as_ref().map(|(run, _)| *run), Some(8));
 }

@@ -3,16 +3,35 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use regatta_engine::graph::{EdgeChange, ReadOptions};
-use regatta_engine::scenario::{Overrides, Scenario};
-use serde_json::{Value, json};
+use regatta_layout::{EdgeChange, ReadOptions};
+use regatta_scenario::{Overrides, Scenario};
+use serde::Deserialize;
+use serde_json::{Number, Value};
 
-use super::{FLEET_MANAGER, IN_TURN, PLANNER, Variant};
+use super::{FLEET_MANAGER, IN_TURN, PLANNER, TypeShare, Variant};
 use crate::job::Manager;
+use crate::plan::scenario::{Breakdowns, Load, RobotType};
 use crate::plan::{PlanError, Setting};
 
 /// The time to repair if the scenario says none, in seconds.
 const REPAIR_SECS: f64 = 300.0;
+
+/// A dwell time in seconds.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Dwell {
+    Secs(f64),
+    Range { min: f64, max: f64 },
+}
+
+impl Dwell {
+    fn is_valid(&self) -> bool {
+        match *self {
+            Self::Secs(secs) => secs >= 0.0,
+            Self::Range { min, max } => 0.0 <= min && min <= max,
+        }
+    }
+}
 
 impl Variant {
     /// Returns the variant with a setting.
@@ -26,37 +45,24 @@ impl Variant {
         value: &Value,
         options: &ReadOptions,
     ) -> Result<Self, PlanError> {
-        let number = || match value.as_f64() {
-            Some(number) if number >= 0.0 && number.is_finite() => Ok(number),
-            _ => Err(PlanError::setting(
-                setting,
-                format!("invalid number {value}: give one of at least 0"),
-            )),
-        };
-        let positive = || match number()? {
-            0.0 => Err(PlanError::setting(
-                setting,
-                "robots that stand still carry nothing: give a number above 0",
-            )),
-            number => Ok(number),
-        };
-        let text = || {
-            value.as_str().ok_or_else(|| {
-                PlanError::setting(setting, format!("invalid value {value}: give a text"))
-            })
-        };
         match setting {
-            Setting::Layout => self.take_layout(Path::new(text()?), options)?,
-            Setting::Type => self.types = vec![(Some(self.known_type(text()?)?), 1.0)],
-            Setting::MaxSpeed => self.limit_types("max_speed", positive()?)?,
-            Setting::MaxAcceleration => self.limit_types("max_acceleration", positive()?)?,
+            Setting::Layout => self.set_layout(Path::new(text(setting, value)?), options)?,
+            Setting::Type => self.set_type(text(setting, value)?)?,
+            Setting::MaxSpeed => {
+                let speed = positive(setting, value)?;
+                self.change_types(setting, |kind| kind.max_speed = Number::from_f64(speed))?;
+            }
+            Setting::MaxAcceleration => {
+                let limit = positive(setting, value)?;
+                self.change_types(setting, |kind| kind.max_acceleration = Number::from_f64(limit))?;
+            }
             Setting::SpeedFactor => {
-                let factor = positive()?;
+                let factor = positive(setting, value)?;
                 let ids: Vec<u32> = self.graph.edges().iter().map(|edge| edge.id).collect();
                 self.change(&ids, EdgeChange::Speed(factor))?;
             }
-            Setting::Load => self.take_load(value)?,
-            Setting::Dwell => self.dwell(value)?,
+            Setting::Load => self.set_load(value)?,
+            Setting::Dwell => self.set_dwell(value)?,
             Setting::Closed => {
                 let ids: Vec<u32> = serde_json::from_value(value.clone()).map_err(|_| {
                     PlanError::setting(
@@ -66,61 +72,102 @@ impl Variant {
                 })?;
                 self.change(&ids, EdgeChange::Close)?;
             }
-            Setting::BreakdownsPerHour => self.break_down(number()?),
-            Setting::Planner => match &mut self.manager {
-                Manager::BuiltIn(args) | Manager::Bound(args) => {
-                    // The scenario's own gives way.
-                    if let Some(index) = args.iter().position(|arg| arg == PLANNER) {
-                        args.drain(index..(index + 2).min(args.len()));
-                    }
-                    args.extend([PLANNER.to_owned(), text()?.to_owned()]);
-                }
-                Manager::Command(_) => {
-                    return Err(PlanError::setting(setting, "only the fleet manager has planners"));
-                }
-            },
-            Setting::Manager => self.manage(text()?)?,
+            Setting::BreakdownsPerHour => self.set_breakdowns(number(setting, value)?),
+            Setting::Planner => self.set_planner(text(setting, value)?)?,
+            Setting::Manager => self.set_manager(text(setting, value)?)?,
         }
         Ok(self)
     }
 
-    fn take_layout(&mut self, path: &Path, options: &ReadOptions) -> Result<(), PlanError> {
+    fn set_layout(&mut self, path: &Path, options: &ReadOptions) -> Result<(), PlanError> {
         let overrides = Overrides { layout: options.clone(), ..Overrides::default() };
         (self.graph, self.file) = (Scenario::read(path, &overrides)?.graph, path.to_owned());
         // Its stations are other ones.
         if self.is_load_made_up { self.make_load_up() } else { Ok(()) }
     }
 
-    fn known_type(&self, name: &str) -> Result<String, PlanError> {
-        let types = self.scenario["robot_types"].as_array().into_iter().flatten();
-        let names: Vec<&str> = types.filter_map(|kind| kind["name"].as_str()).collect();
-        match names.contains(&name) {
-            true => Ok(name.to_owned()),
-            false => Err(PlanError::setting(
+    fn set_type(&mut self, name: &str) -> Result<(), PlanError> {
+        let types = self.setup.robot_types.iter().flatten();
+        let names: Vec<&str> = types.map(|kind| &*kind.name).collect();
+        if !names.contains(&name) {
+            return Err(PlanError::setting(
                 Setting::Type,
                 format!("unknown type '{name}': there are {}", names.join(", ")),
-            )),
-        }
-    }
-
-    fn limit_types(&mut self, key: &str, value: f64) -> Result<(), PlanError> {
-        let Some(types) = self.scenario["robot_types"].as_array_mut() else {
-            return Err(PlanError::setting(
-                key,
-                "the scenario has no robot_types to change: add one",
             ));
-        };
-        types.iter_mut().for_each(|kind| kind[key] = value.into());
+        }
+        self.types = vec![TypeShare { name: Some(name.to_owned()), weight: 1.0 }];
         Ok(())
     }
 
-    fn break_down(&mut self, per_hour: f64) {
-        let breakdowns = &mut self.scenario["disturbances"]["breakdowns"];
-        let repair_secs = breakdowns["repair_secs"].as_f64().unwrap_or(REPAIR_SECS);
-        *breakdowns = json!({"per_hour": per_hour, "repair_secs": repair_secs});
+    fn change_types(
+        &mut self,
+        setting: Setting,
+        change: impl Fn(&mut RobotType),
+    ) -> Result<(), PlanError> {
+        let Some(types) = &mut self.setup.robot_types else {
+            return Err(PlanError::setting(
+                setting,
+                "the scenario has no robot_types to change: add one",
+            ));
+        };
+        types.iter_mut().for_each(change);
+        Ok(())
     }
 
-    fn manage(&mut self, command: &str) -> Result<(), PlanError> {
+    fn set_load(&mut self, value: &Value) -> Result<(), PlanError> {
+        self.setup.load = Some(Load::deserialize(value).map_err(|_| {
+            PlanError::setting(
+                Setting::Load,
+                format!(
+                    "invalid load {value}: give a mapping as under `load` in a scenario, such as \
+                     {{\"per_hour\": 100}}"
+                ),
+            )
+        })?);
+        (self.is_load_made_up, self.load) = (false, "that of the setting `load`".to_owned());
+        Ok(())
+    }
+
+    fn set_dwell(&mut self, value: &Value) -> Result<(), PlanError> {
+        if !Dwell::deserialize(value).is_ok_and(|dwell| dwell.is_valid()) {
+            return Err(PlanError::setting(
+                Setting::Dwell,
+                format!(
+                    "invalid time {value}: give seconds, or a range such as \
+                     {{\"min\": 5, \"max\": 15}}"
+                ),
+            ));
+        }
+        self.setup.load.get_or_insert_default().set_dwell(value);
+        Ok(())
+    }
+
+    fn set_breakdowns(&mut self, per_hour: f64) {
+        let breakdowns = &mut self.setup.disturbances.get_or_insert_default().breakdowns;
+        let repair_secs =
+            breakdowns.as_ref().and_then(|before| before.repair_secs.as_ref()?.as_f64());
+        *breakdowns = Number::from_f64(per_hour).map(|per_hour| Breakdowns {
+            per_hour,
+            repair_secs: Number::from_f64(repair_secs.unwrap_or(REPAIR_SECS)),
+        });
+    }
+
+    fn set_planner(&mut self, name: &str) -> Result<(), PlanError> {
+        let (Manager::BuiltIn(args) | Manager::Bound(args)) = &mut self.manager else {
+            return Err(PlanError::setting(
+                Setting::Planner,
+                "only the fleet manager has planners",
+            ));
+        };
+        // It replaces the scenario's own.
+        if let Some(index) = args.iter().position(|arg| arg == PLANNER) {
+            args.drain(index..(index + 2).min(args.len()));
+        }
+        args.extend([PLANNER.to_owned(), name.to_owned()]);
+        Ok(())
+    }
+
+    fn set_manager(&mut self, command: &str) -> Result<(), PlanError> {
         if command == FLEET_MANAGER {
             return Ok(());
         }
@@ -135,8 +182,8 @@ impl Variant {
         Ok(())
     }
 
-    /// Returns the variant in which robots drive through each other, whoever steers them: the
-    /// bound.
+    /// Returns the bound: the variant in which robots drive through each other, with the fleet
+    /// manager as their manager.
     #[must_use]
     pub fn bound(self) -> Self {
         let args = match self.manager {
@@ -152,10 +199,36 @@ impl Variant {
     /// [`PlanError::Change`].
     pub fn change(&mut self, ids: &[u32], change: EdgeChange) -> Result<(), PlanError> {
         let changes: Vec<_> = ids.iter().map(|id| (*id, change)).collect();
-        let changed = self.graph.with_changes(&changes);
-        self.graph = Arc::new(
-            changed.map_err(|error| PlanError::Change { file: self.file.clone(), error })?,
-        );
+        self.graph = match self.graph.with_changes(&changes) {
+            Ok(graph) => Arc::new(graph),
+            Err(error) => return Err(PlanError::Change { file: self.file.clone(), error }),
+        };
         Ok(())
     }
+}
+
+fn number(setting: Setting, value: &Value) -> Result<f64, PlanError> {
+    match value.as_f64() {
+        Some(number) if number >= 0.0 && number.is_finite() => Ok(number),
+        _ => Err(PlanError::setting(
+            setting,
+            format!("invalid number {value}: give one of at least 0"),
+        )),
+    }
+}
+
+fn positive(setting: Setting, value: &Value) -> Result<f64, PlanError> {
+    match number(setting, value)? {
+        0.0 => Err(PlanError::setting(
+            setting,
+            "robots that stand still carry nothing: give a number above 0",
+        )),
+        number => Ok(number),
+    }
+}
+
+fn text(setting: Setting, value: &Value) -> Result<&str, PlanError> {
+    value
+        .as_str()
+        .ok_or_else(|| PlanError::setting(setting, format!("invalid value {value}: give a text")))
 }

@@ -1,3 +1,5 @@
+use serde_json::{Value, json};
+
 use super::*;
 use crate::plan::Setting;
 
@@ -8,20 +10,26 @@ fn variant(text: &str) -> Result<Variant, PlanError> {
     Variant::read(&path, &ReadOptions::default())
 }
 
+/// The part of a scenario that a variant keeps, as JSON.
+fn setup(variant: &Variant) -> Value {
+    serde_json::to_value(&variant.setup).expect("JSON")
+}
+
 const RING: &str = "id,x,y,role\nA,0,0,pick\nB,10,0,\nC,10,10,drop\n\nfrom,to\nA,B\nB,C\nC,A\n";
 
 #[test]
 fn a_layout_with_stations_gets_a_load_between_them() {
     let variant = variant(RING).expect("a variant");
-    let job = variant.job("x.yaml", 5, 7, (600, 10), "0.1.0");
+    let job = variant.job("x.yaml", 5, 7, RunTime { secs: 600, rate_hz: 10 }, "0.1.0");
+    let scenario = serde_json::to_value(&job.scenario).expect("JSON");
     assert_eq!(
-        job.scenario["load"],
+        scenario["load"],
         json!({"endless": "robots", "from": "pick", "to": "drop", "seed": 7})
     );
-    assert_eq!((&job.scenario["seed"], &job.scenario["graph"]), (&json!(7), &json!("x.yaml")));
-    assert_eq!(job.scenario["robots"][0]["count"], 5);
+    assert_eq!((&scenario["seed"], &scenario["graph"]), (&json!(7), &json!("x.yaml")));
+    assert_eq!(scenario["robots"][0]["count"], 5);
     assert_eq!(job.manager, Manager::BuiltIn(vec![IN_TURN.to_owned()]));
-    assert!(job.scenario.get("plugins").is_none());
+    assert!(scenario.get("plugins").is_none());
 }
 
 #[test]
@@ -39,18 +47,18 @@ fn settings_change_what_they_name() {
         variant(RING).expect("a variant").with(setting, &value, &ReadOptions::default())
     };
     let fast = with(Setting::MaxSpeed, json!(2.5)).expect("faster");
-    assert_eq!(fast.scenario["robot_types"][0]["max_speed"], 2.5);
-    assert_eq!(fast.robot_limits(), (2.5, 0.6));
+    assert_eq!(setup(&fast)["robot_types"][0]["max_speed"], 2.5);
+    assert_eq!((fast.max_speed(), fast.max_width()), (2.5, 0.6));
     let slow = with(Setting::SpeedFactor, json!(0.5)).expect("slower");
-    assert_eq!(slow.graph.edges()[0].velocity_forward, 0.5);
+    assert_eq!(slow.graph.edges()[0].speed, 0.5);
     let closed = with(Setting::Closed, json!([1])).expect("closed");
     assert_eq!(closed.graph.edges().len(), 2);
     let dwelling = with(Setting::Dwell, json!({"min": 1, "max": 4})).expect("dwell");
     let made_up =
         json!({"endless": "robots", "from": "pick", "to": "drop", "dwell": {"min": 1, "max": 4}});
-    assert_eq!(dwelling.scenario["load"], made_up);
+    assert_eq!(setup(&dwelling)["load"], made_up);
     let broken = with(Setting::BreakdownsPerHour, json!(0.5)).expect("breakdowns");
-    assert_eq!(broken.scenario["disturbances"]["breakdowns"]["repair_secs"], 300.0);
+    assert_eq!(setup(&broken)["disturbances"]["breakdowns"]["repair_secs"], 300.0);
     let own = with(Setting::Manager, json!("python own.py")).expect("a manager");
     assert_eq!(own.manager, Manager::Command(vec!["python".to_owned(), "own.py".to_owned()]));
     for (setting, value) in [
@@ -83,7 +91,7 @@ fn another_layout_gets_a_load_of_its_own_and_the_last_planner_counts() {
         .with(Setting::Layout, &layout, &options)
         .expect("a layout");
     assert_eq!(
-        other.scenario["load"],
+        setup(&other)["load"],
         json!({"endless": "robots"}),
         "it has no stations to pick and drop at"
     );
@@ -112,18 +120,13 @@ fn what_the_engine_would_refuse_is_found_before_any_run() {
 #[test]
 fn robots_are_shared_out_among_the_types() {
     let variant = Variant {
-        types: vec![(Some("a".to_owned()), 10.0), (Some("b".to_owned()), 5.0), (None, 0.1)],
+        types: [(Some("a"), 10.0), (Some("b"), 5.0), (None, 0.1)]
+            .map(|(name, weight)| TypeShare { name: name.map(str::to_owned), weight })
+            .to_vec(),
         ..variant(RING).expect("a variant")
     };
-    let counts = |robots| -> Vec<u64> {
-        let groups = variant.groups(robots);
-        groups
-            .as_array()
-            .expect("groups")
-            .iter()
-            .map(|group| group["count"].as_u64().expect("a count"))
-            .collect()
-    };
+    let counts =
+        |robots| -> Vec<u32> { variant.groups(robots).iter().map(|group| group.count).collect() };
     assert_eq!((counts(1), counts(3), counts(15)), (vec![1], vec![2, 1], vec![10, 5]));
     assert_eq!(counts(1510), [1000, 500, 10]);
 }

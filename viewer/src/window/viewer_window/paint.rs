@@ -4,11 +4,11 @@ use std::time::{Duration, Instant};
 
 use egui::Rect;
 use glam::{UVec2, Vec2};
+use regatta_gpu::painter::Drawing;
 use regatta_plugin::Result;
 use wgpu::CommandEncoder;
 
 use super::{ViewerWindow, size_of};
-use crate::gpu::painter::Drawing;
 use crate::window::surface::{Canvas, NoCanvas, WindowSurface, create_surface};
 
 /// Changes of textures that are forgotten if winit panics because the display has gone: egui's own

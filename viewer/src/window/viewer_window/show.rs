@@ -4,15 +4,15 @@ use std::time::{Duration, Instant};
 
 use egui::{Rect, ViewportId};
 use glam::{UVec2, Vec2};
+use regatta_interface::measure::End;
+use regatta_interface::pose::interpolate;
+use regatta_interface::robot_filter::Matches;
+use regatta_interface::view_model::{Action, EngineState, Item, ViewModel};
 use regatta_plugin::FleetName;
 use regatta_plugin::frame::ClockState;
 use winit::window::Fullscreen;
 
 use super::{ViewerWindow, size_of, title};
-use crate::filter::Matches;
-use crate::interface::measure::End;
-use crate::interface::pose::interpolate;
-use crate::interface::view_model::{Action, EngineState, Item, Timeline, ViewModel};
 use crate::notes;
 use crate::stage::Stage;
 
@@ -70,7 +70,7 @@ impl ViewerWindow {
             legend: &legend,
             columns: &self.fleet_state.columns,
             values: &self.fleet_state.values,
-            task: self.fleet_state.task,
+            order: self.fleet_state.order,
             route: match self.interface.selected {
                 Some(Item::Robot(id)) => self.stage.remaining(id),
                 _ => None,
@@ -90,7 +90,7 @@ impl ViewerWindow {
             lag: self.fleet_state.lag,
             trail_points: self.stage.renderer.trail_points(),
             udp: self.udp.is_running(),
-            timeline: Timeline::of(&self.stage),
+            timeline: self.stage.timeline(),
         };
         let input = self.input.take_egui_input(&self.window);
         let (mut picture, mut actions, interface) = (Rect::ZERO, Vec::new(), &mut self.interface);
@@ -115,7 +115,7 @@ impl ViewerWindow {
             match action {
                 Action::Control(request) => self.link.request(request),
                 Action::Pick { at, extend } => {
-                    let picked = self.stage.renderer.pick(at * pixels_per_point).map(Item::from);
+                    let picked = self.stage.renderer.pick(at * pixels_per_point);
                     if !extend {
                         self.interface.select(picked);
                     } else if let Some(item) = picked {
@@ -123,10 +123,10 @@ impl ViewerWindow {
                     }
                 }
                 Action::Menu { at, window } => {
-                    let item = self.stage.renderer.pick(at * pixels_per_point).map(Item::from);
+                    let item = self.stage.renderer.pick(at * pixels_per_point);
                     self.interface.open_menu(item, egui::pos2(window.x, window.y));
                 }
-                Action::Order(order) => self.link.order(order),
+                Action::Command(command) => self.link.command(command),
                 Action::LookBack(time) => self.stage.look_back(time),
                 Action::WriteSvg => self.write_svg(),
                 Action::Note { time, text } => self.write_note(time, &text),
@@ -167,7 +167,7 @@ impl ViewerWindow {
         if self.fleet_state.values_of != selected {
             self.fleet_state.values_of = selected;
             self.fleet_state.values.clear();
-            self.fleet_state.task = None;
+            self.fleet_state.order = None;
             self.link.robot(if let Some(Item::Robot(id)) = selected { Some(id) } else { None });
             self.window.set_title(&title(&self.name, selected));
         }
@@ -201,7 +201,7 @@ impl ViewerWindow {
 
     /// Takes what is at a point of the picture as an end of what is measured.
     fn measure(&mut self, at: Vec2, pixels_per_point: f32) {
-        let end = match self.stage.renderer.pick(at * pixels_per_point).map(Item::from) {
+        let end = match self.stage.renderer.pick(at * pixels_per_point) {
             Some(Item::Robot(id)) => Some(End::Robot(id)),
             _ => {
                 let size = self.stage.renderer.drawn_size() / pixels_per_point;

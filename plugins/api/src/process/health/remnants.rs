@@ -21,9 +21,11 @@ pub(super) fn dead_nodes() -> Result<BTreeMap<u128, Vec<PathBuf>>, HealthError> 
     let folder = PathBuf::from(config()?.global.node_dir().to_string());
     let (mut dead, mut living) = (BTreeMap::new(), BTreeSet::new());
     each_node(|node| match node {
-        NodeState::Dead(_) => drop(dead.insert(node.node_id().value(), Vec::new())),
+        NodeState::Dead(_) => {
+            dead.insert(node.node_id().value(), Vec::new());
+        }
         NodeState::Alive(_) | NodeState::Inaccessible(_) => {
-            drop(living.insert(node.node_id().value()))
+            living.insert(node.node_id().value());
         }
         NodeState::Undefined(_) => {}
     })?;
@@ -42,8 +44,7 @@ pub(super) fn dead_nodes() -> Result<BTreeMap<u128, Vec<PathBuf>>, HealthError> 
     Ok(dead)
 }
 
-/// Removes what iceoryx2 has left of dead nodes, except for nodes that some process has a file of
-/// open.
+/// Removes the files of dead nodes, except for nodes of which some process has a file open.
 pub(super) fn remove(nodes: &BTreeMap<u128, Vec<PathBuf>>) {
     if nodes.is_empty() {
         return;
@@ -51,9 +52,13 @@ pub(super) fn remove(nodes: &BTreeMap<u128, Vec<PathBuf>>) {
     let open = open_files();
     for paths in nodes.values().filter(|paths| !paths.iter().any(|path| open.contains(path))) {
         let (folders, files): (Vec<_>, Vec<_>) = paths.iter().partition(|path| path.is_dir());
-        // What can't be removed stays, and is counted.
-        folders.into_iter().for_each(|folder| drop(fs::remove_dir_all(folder)));
-        files.into_iter().for_each(|file| drop(fs::remove_file(file)));
+        // A file that can't be removed stays, and is counted.
+        for folder in folders {
+            let _ = fs::remove_dir_all(folder);
+        }
+        for file in files {
+            let _ = fs::remove_file(file);
+        }
     }
 }
 
@@ -62,21 +67,23 @@ pub(super) fn remove(nodes: &BTreeMap<u128, Vec<PathBuf>>) {
 pub(super) fn remove_unfinished() {
     let Ok(config) = config() else { return };
     let prefix = config.global.prefix.to_string();
-    let is_unfinished = |entry: &fs::DirEntry| {
-        entry.file_name().to_string_lossy().starts_with(&prefix)
-            && entry
-                .metadata()
-                .is_ok_and(|metadata| metadata.len() == 0 && age(&metadata) > CREATION)
-    };
-    let entries = fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten();
-    let unfinished: Vec<_> = entries.filter(is_unfinished).map(|entry| entry.path()).collect();
+    let mut unfinished = Vec::new();
+    for entry in fs::read_dir(SHARED_MEMORY).into_iter().flatten().flatten() {
+        if entry.file_name().to_string_lossy().starts_with(&prefix)
+            && let Ok(metadata) = entry.metadata()
+            && metadata.len() == 0
+            && age(&metadata) > CREATION
+        {
+            unfinished.push(entry.path());
+        }
+    }
     if unfinished.is_empty() {
         return;
     }
     let open = open_files();
     for segment in unfinished.iter().filter(|segment| !open.contains(*segment)) {
         // One of another user stays.
-        drop(fs::remove_file(segment));
+        let _ = fs::remove_file(segment);
     }
 }
 

@@ -12,7 +12,7 @@ use super::{CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Texts};
 /// let mut world = WorldData::default();
 /// let name = world.texts.add("dock 1");
 /// world.nodes = vec![NodeRecord { id: 1, name, ..NodeRecord::default() }, NodeRecord { id: 2, x: 3.0, ..NodeRecord::default() }];
-/// let edge = EdgeRecord { id: 7, origin: 0, destination: 1, length: 3.0, velocity_forward: 1.0, ..EdgeRecord::default() };
+/// let edge = EdgeRecord { id: 7, origin: 0, destination: 1, length: 3.0, speed: 1.0, ..EdgeRecord::default() };
 /// world.add_edge(edge, [CurveRecord::straight([0.0, 0.0], [3.0, 0.0])]);
 ///
 /// let world = world.view(1, 1);

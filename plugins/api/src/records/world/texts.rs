@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use crate::records::text::cut;
+use crate::records::cut;
 
 /// Texts, each stored once: UTF-8 after its length in bytes as a little-endian `u16`. Records refer
 /// to a text by the offset of its length in bytes; offset 0 is the empty text.

@@ -98,20 +98,19 @@ impl<'sample> World<'sample> {
     /// header implies.
     pub(crate) fn split(header: &WorldHeader, lines: &'sample [Line]) -> Option<Self> {
         let layout = WorldLayout::of(header);
-        let mut rest = lines;
-        let mut section = |count: usize| -> Option<&'sample [Line]> {
-            let (section, after) = rest.split_at_checked(count)?;
-            rest = after;
-            Some(section)
-        };
         let [nodes, edges, curves, robot_types, texts] = layout.section_lines();
+        let (nodes, rest) = lines.split_at_checked(nodes)?;
+        let (edges, rest) = rest.split_at_checked(edges)?;
+        let (curves, rest) = rest.split_at_checked(curves)?;
+        let (robot_types, rest) = rest.split_at_checked(robot_types)?;
+        let (texts, _) = rest.split_at_checked(texts)?;
         Some(Self {
             header: *header,
-            nodes: records(section(nodes)?, layout.nodes),
-            edges: records(section(edges)?, layout.edges),
-            curves: records(section(curves)?, layout.curves),
-            robot_types: records(section(robot_types)?, layout.robot_types),
-            texts: records(section(texts)?, layout.text_bytes),
+            nodes: records(nodes, layout.nodes),
+            edges: records(edges, layout.edges),
+            curves: records(curves, layout.curves),
+            robot_types: records(robot_types, layout.robot_types),
+            texts: records(texts, layout.text_bytes),
         })
     }
 
@@ -154,7 +153,7 @@ impl<'sample> World<'sample> {
         self.curves
     }
 
-    /// The robot types; the column `type` holds indices into them.
+    /// The robot types; the column [`TYPE`](crate::column::TYPE) has indices into them.
     pub fn robot_types(&self) -> &'sample [RobotTypeRecord] {
         self.robot_types
     }

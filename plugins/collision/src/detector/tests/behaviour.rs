@@ -8,9 +8,9 @@ use regatta_plugin::route::RouteResponse;
 use regatta_plugin::world::{CurveRecord, EdgeRecord, RobotTypeRecord, WorldData};
 
 use super::fleet::{Robot, robot_types, update};
+use crate::criteria::Settings;
 use crate::detector::Detector;
 use crate::geometry_reference::world;
-use crate::settings::Settings;
 
 fn detector(margin: f32, horizon: f32) -> Detector {
     let mut detector = Detector::new(Settings::new(margin, horizon).expect("valid settings"));
@@ -105,13 +105,8 @@ fn held_robots_stay_put_and_reversing_ones_go_backwards() {
 /// 1 on to the east and edge 2 to the north.
 fn fork() -> Detector {
     let edge = |origin, destination, [from, to]: [[f32; 2]; 2]| {
-        let edge = EdgeRecord {
-            origin,
-            destination,
-            length: 10.0,
-            velocity_forward: 1.5,
-            ..EdgeRecord::default()
-        };
+        let edge =
+            EdgeRecord { origin, destination, length: 10.0, speed: 1.5, ..EdgeRecord::default() };
         (edge, CurveRecord::straight(from, to).control_points)
     };
     let limited = RobotTypeRecord { max_speed: 1.5, max_acceleration: 0.8, ..robot_types()[0] };
@@ -284,7 +279,7 @@ fn totals_list_the_worst_first() {
         .into_iter()
         .map(|(pair, score)| (pair, score.touching_nanos, score.contacts))
         .collect();
-    assert_eq!(scores, [((2, 3), 4_000_000_000, 1), ((0, 1), 3_000_000_000, 3)]);
+    assert_eq!(scores, [([2, 3], 4_000_000_000, 1), ([0, 1], 3_000_000_000, 3)]);
     let edges: Vec<_> =
         totals.worst_edges(1).into_iter().map(|(edge, score)| (edge, score.contacts)).collect();
     assert_eq!(edges, [(9, 1)]);

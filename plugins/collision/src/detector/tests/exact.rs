@@ -1,15 +1,15 @@
 //! Predictions against the exact motion: a large robot on a curve, and a small one beside it.
 
+use glam::Vec2;
 use proptest::prelude::*;
 use regatta_plugin::world::{EdgeRecord, RobotTypeRecord, Shape, WorldData};
 
 use super::fleet::{Robot, robot_types, update};
-use crate::body::Body;
+use crate::body::{Body, CIRCLE};
+use crate::criteria::Settings;
 use crate::detector::Detector;
-use crate::footprint::CIRCLE;
 use crate::geometry_reference::{distance, on_polyline, outline, polyline, world};
 use crate::heading::heading;
-use crate::settings::Settings;
 
 /// Half of the sizes of the large and the small robot, in metres.
 const LARGE: [f32; 2] = [1.5, 0.5];
@@ -45,7 +45,7 @@ proptest! {
         speed in prop_oneof![0.3_f32..3.0, -3.0_f32..-0.3],
         theta in -3.1_f32..3.1,
         along in 0.0_f64..1.0,
-        // Where the corners and the sides of the large robot pass.
+        // The corners and the sides of the large robot pass there.
         aside in prop_oneof![-1.2_f64..-0.3, 0.3_f64..1.2],
     ) {
         let curve = polyline(&control_points);
@@ -73,7 +73,7 @@ proptest! {
         let predicted = detector.levels()[0] > 0.0;
 
         let body = |robot: &Robot, [half_length, half_width]: [f32; 2]| {
-            Body { position: [robot.x, robot.y], heading: heading(robot.theta), half_length, half_width }
+            Body { position: Vec2::new(robot.x, robot.y), heading: heading(robot.theta), half_length, half_width }
         };
         let small_size = |less: f32| [SMALL[0] - less, if is_circle { CIRCLE } else { SMALL[1] - less }];
         // The exact distance, and the distance of footprints that are smaller by the tolerance in
@@ -83,7 +83,7 @@ proptest! {
         for instant in 0..=400 {
             let time = f64::from(instant) / 400.0 * f64::from(HORIZON);
             let (at, turned) = on_polyline(&curve, s + f64::from(speed) * time);
-            let turned = [turned.cos() as f32, turned.sin() as f32];
+            let turned = Vec2::new(turned.cos() as f32, turned.sin() as f32);
             let gap = |large_size: [f32; 2], small_size: [f32; 2]| {
                 let small = body(&small, small_size);
                 let large = outline(&body(&large, large_size), at, turned);

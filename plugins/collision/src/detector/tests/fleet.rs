@@ -62,12 +62,12 @@ pub(super) fn test_world() -> WorldData {
                 [forward, backwards]: [f32; 2],
                 control_points,
                 length| {
-        let (velocity_forward, velocity_backwards) = (forward, backwards);
+        let (speed, reverse_speed) = (forward, backwards);
         let edge = EdgeRecord {
             origin,
             destination,
-            velocity_forward,
-            velocity_backwards,
+            speed,
+            reverse_speed,
             length,
             ..EdgeRecord::default()
         };

@@ -3,21 +3,20 @@
 
 use std::collections::BTreeMap;
 
+use glam::Vec2;
 use proptest::prelude::*;
 use regatta_plugin::contact::{ContactChange, ContactEvent, ContactLevel};
 use regatta_plugin::frame::{NO_EDGE, RobotState};
 use regatta_plugin::world::{RobotTypeRecord, Shape};
 
 use super::fleet::{Robot, frames, later, test_world, update};
-use crate::body::Body;
+use crate::body::{Body, CIRCLE};
 use crate::continuous::{ALWAYS, closest_proximity};
-use crate::criteria::{Criteria, INFLATION};
+use crate::criteria::{Criteria, INFLATION, Settings};
 use crate::detector::Detector;
-use crate::footprint::CIRCLE;
 use crate::heading::heading;
 use crate::leg_table::LegTable;
 use crate::prediction::{Intent, Limits, Motion, Predictor, Segment};
-use crate::settings::Settings;
 
 /// All trajectories of a robot.
 type Ways = Vec<Vec<Segment>>;
@@ -148,7 +147,7 @@ impl Trial {
         let half_width =
             if robot_type.shape() == Shape::Circle { CIRCLE } else { 0.5 * robot_type.width };
         let body = Body {
-            position: [robot.x, robot.y],
+            position: Vec2::new(robot.x, robot.y),
             heading,
             half_length: 0.5 * robot_type.length,
             half_width,

@@ -10,15 +10,9 @@ use super::*;
 type Edge = (EdgeRecord, [[f32; 2]; 4]);
 
 /// A straight edge from a point to another, at some speed.
-fn straight(
-    [origin, destination]: [u32; 2],
-    from: [f32; 2],
-    to: [f32; 2],
-    velocity_forward: f32,
-) -> Edge {
+fn straight([origin, destination]: [u32; 2], from: [f32; 2], to: [f32; 2], speed: f32) -> Edge {
     let length = (to[0] - from[0]).hypot(to[1] - from[1]);
-    let edge =
-        EdgeRecord { origin, destination, length, velocity_forward, ..EdgeRecord::default() };
+    let edge = EdgeRecord { origin, destination, length, speed, ..EdgeRecord::default() };
     (edge, CurveRecord::straight(from, to).control_points)
 }
 
@@ -38,10 +32,10 @@ fn fork() -> LegTable {
 }
 
 fn robot(x: f32) -> Body {
-    Body { position: [x, 0.0], heading: [1.0, 0.0], half_length: 0.45, half_width: 0.3 }
+    Body { position: Vec2::new(x, 0.0), heading: Vec2::X, half_length: 0.45, half_width: 0.3 }
 }
 
-fn end(segments: &[Segment]) -> [f32; 2] {
+fn end(segments: &[Segment]) -> Vec2 {
     let mut start = 0.0;
     for segment in &segments[..segments.len() - 1] {
         start = segment.until;
@@ -49,8 +43,8 @@ fn end(segments: &[Segment]) -> [f32; 2] {
     segments[segments.len() - 1].end(start)
 }
 
-fn near(a: [f32; 2], b: [f32; 2]) -> bool {
-    (a[0] - b[0]).hypot(a[1] - b[1]) < 0.02
+fn near(a: Vec2, b: impl Into<Vec2>) -> bool {
+    a.distance(b.into()) < 0.02
 }
 
 const LIMITS: Limits = Limits { max_speed: 1.5, max_acceleration: 0.8 };
@@ -130,7 +124,7 @@ fn a_held_robot_brakes_and_stands_at_once_without_a_limit() {
     let way = trajectory(&robot(0.0), &motion, &fork());
     assert!(near(end(&way), [1.5 * 1.5 / 1.6, 0.0]), "{:?}", end(&way));
     let way = trajectory(&robot(0.0), &Motion { limits: Limits::NONE, ..motion }, &fork());
-    assert_eq!(end(&way), [0.0, 0.0]);
+    assert_eq!(end(&way), Vec2::ZERO);
 }
 
 #[test]
@@ -139,7 +133,7 @@ fn a_robot_in_reverse_gear_follows_its_route_into_the_other_gear() {
         straight([0, 1], [0.0, 0.0], [4.0, 0.0], 1.0),
         straight([0, 2], [0.0, 0.0], [0.0, 4.0], 1.0),
     ];
-    edges[0].0.velocity_backwards = 0.5;
+    edges[0].0.reverse_speed = 0.5;
     let legs = [Leg::new(1, false)];
     let route = Some(RouteAhead {
         reverse: Some(true),
@@ -162,12 +156,7 @@ fn a_robot_follows_all_curves_of_an_edge_with_the_heading_of_its_orientation() {
     for orientation in [Orientation::Tangential, Orientation::Offset(1.0), Orientation::Fixed(-2.0)]
     {
         let mut world = WorldData::default();
-        let edge = EdgeRecord {
-            length: 4.0,
-            destination: 1,
-            velocity_forward: 1.5,
-            ..EdgeRecord::default()
-        };
+        let edge = EdgeRecord { length: 4.0, destination: 1, speed: 1.5, ..EdgeRecord::default() };
         let curves = [
             line([0.0, 0.0], [1.0, 0.0]),
             line([1.0, 0.0], [2.0, 0.0]),
@@ -249,8 +238,7 @@ proptest! {
         let intent = if hold { Intent::Hold } else { Intent::Drive };
         for way in trajectories(&robot(2.0), &Motion { speed, s, intent, limits, route, ..FREE }, &fork()) {
             for segment in way {
-                let [x, y] = segment.velocity;
-                prop_assert!(x.hypot(y) <= 1.001 * speed.abs().max(1.5), "{segment:?}");
+                prop_assert!(segment.velocity.length() <= 1.001 * speed.abs().max(1.5), "{segment:?}");
             }
         }
     }

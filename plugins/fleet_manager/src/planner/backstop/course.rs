@@ -1,8 +1,8 @@
 //! Executes a solution: robots drive in its order, however long each takes.
 //!
-//! Of two moves that touch the same roads, the later one is ordered only when the earlier robot has
-//! been granted all of its own. So each waits only for robots that drive already, and nothing can
-//! come to a standstill.
+//! Of two moves that touch the same roads, the later one is commanded only when the earlier robot
+//! has been granted all of its own. So each waits only for robots that drive already, and nothing
+//! can come to a standstill.
 
 use std::collections::BTreeMap;
 
@@ -34,7 +34,7 @@ struct Led {
     /// Its moves, and how many of them are granted.
     moves: Vec<u32>,
     granted: usize,
-    /// What it claimed when it was last seen.
+    /// Its claim when it was last seen.
     extent: Extent,
 }
 
@@ -115,7 +115,7 @@ impl Course {
         for led in &mut self.led {
             let stand = Stand::of(traffic, led.robot)?;
             let state =
-                traffic.robot(led.robot).filter(|state| is_movable(state) || state.is_pinned)?;
+                traffic.robot(led.robot).filter(|state| is_movable(state) || state.is_pinned())?;
             let extent = extent(traffic, led.robot);
             if extent != led.extent {
                 (led.extent, self.moved) = (extent, traffic.now);
@@ -124,7 +124,7 @@ impl Course {
                 let step = &mut self.moves[number as usize];
                 let is_whole = stand.leg == step.to && stand.is_at_end(traffic.roads);
                 if is_whole
-                    && (state.horizon.is_empty() || state.goal.is_none())
+                    && (state.horizon.is_empty() || state.goal().is_none())
                     && stand != step.from
                 {
                     step.is_granted = true;
@@ -141,7 +141,7 @@ impl Course {
     }
 
     /// Gives robots the legs of their next moves, if it is their turn.
-    pub fn order(&self, traffic: &Traffic<'_>, plans: &mut Plans) {
+    pub fn command(&self, traffic: &Traffic<'_>, plans: &mut Plans) {
         for led in &self.led {
             let (Some(state), Some(stand)) =
                 (traffic.robot(led.robot), Stand::of(traffic, led.robot))
@@ -152,24 +152,23 @@ impl Course {
             let step = &self.moves[number as usize];
             let is_next = step.after.iter().all(|&other| self.moves[other as usize].is_granted);
             let legs = if is_next { step.rest(stand.leg).unwrap_or_default() } else { &[] };
-            if state.is_pinned {
+            if state.is_pinned() {
                 continue;
             }
-            if state.goal.is_none() && is_next {
+            if state.goal().is_none() && is_next {
                 let last = led.moves.last().map_or(step.to, |&last| self.moves[last as usize].to);
                 plans.evicted.push((led.robot, traffic.roads.end(last)));
             }
-            if (state.goal.is_none() && is_next)
-                || state.needs_route
+            if (state.goal().is_none() && is_next)
+                || state.needs_route()
                 || !state.horizon.iter().eq(legs)
             {
                 plans.route(led.robot, legs.to_vec());
             }
-            match is_next {
-                true => plans.admitted.push(led.robot),
-                false => plans.frozen.push(led.robot),
-            }
-            plans.precede(led.robot, FIRST + f64::from(number));
+            let permit = plans.permit(led.robot);
+            permit.is_admitted |= is_next;
+            permit.is_frozen |= !is_next;
+            permit.precedence = Some(FIRST + f64::from(number));
         }
     }
 }

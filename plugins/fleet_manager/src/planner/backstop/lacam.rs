@@ -9,7 +9,7 @@
 //! that a configuration is visited again, another robot is bound to a choice of its own, until all
 //! that can follow has been tried. So a solution is found if there is one, given the time.
 //!
-//! What differs from the publication: within a step robots hop one after the other, each onto
+//! Unlike in the publication, within a step robots hop one after the other, each onto
 //! stands that are free then. So there are neither swaps nor full rotations, which claims wouldn't
 //! allow either.
 
@@ -25,7 +25,7 @@ pub use self::problem::{Hop, Problem, Way};
 pub use self::shorten::shorten;
 use self::step::{Choice, Step};
 
-/// What has come of a search so far.
+/// The state of a search.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Outcome {
     /// It isn't over.
@@ -36,7 +36,7 @@ pub enum Outcome {
     None,
 }
 
-/// What some robots are bound to in a step: a list, from its end.
+/// The constraints on some robots in a step: a linked list, from its end.
 #[derive(Clone, Copy, Debug)]
 struct Bond {
     /// Index of the bond before; itself if there is none.
@@ -100,7 +100,7 @@ impl Search {
         search
     }
 
-    /// What is searched.
+    /// The problem that is searched.
     pub fn problem(&self) -> &Problem {
         &self.problem
     }
@@ -196,8 +196,8 @@ impl Search {
             })
             .collect();
         let mut order: Vec<u16> = agents.map(|agent| agent as u16).collect();
-        // Who has been away from its target for longest chooses first; at the start, who has the
-        // longest way.
+        // The robot that has been away from its target the longest chooses first; at the start, the
+        // one with the longest way.
         order.sort_by(|&a, &b| {
             let [a, b] = [a, b].map(usize::from);
             away[b].cmp(&away[a]).then(self.to_go(b, at[b]).total_cmp(&self.to_go(a, at[a])))

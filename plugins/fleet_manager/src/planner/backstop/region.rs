@@ -13,7 +13,7 @@ use crate::planner::DrivingTimes;
 use crate::roads::Leg;
 use crate::traffic::Traffic;
 
-/// How large a region may be.
+/// The limits on the size of a region.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Size {
     /// Ways from those that stand to the farthest stand.
@@ -81,8 +81,8 @@ impl Region {
         self.targets.len()
     }
 
-    /// What to solve, with the targets of some members only: of those that were sent the longest
-    /// ago.
+    /// The problem to solve, with the targets of some members only: of those that were sent the
+    /// longest ago.
     pub fn problem(&self, targets: usize) -> Problem {
         let mut problem = self.problem.clone();
         for (member, stands) in self.targets.iter().take(targets) {
@@ -116,8 +116,8 @@ impl Region {
             stands.dedup();
         });
         for member in ranked {
-            let state = traffic.robot(self.members[member]).filter(|state| !state.is_unreachable);
-            let Some(goal) = state.and_then(|state| state.goal) else { continue };
+            let state = traffic.robot(self.members[member]).filter(|state| !state.is_unreachable());
+            let Some(goal) = state.and_then(|state| state.goal()) else { continue };
             times.prepare(roads, goal);
             let start = usize::from(self.problem.starts[member]);
             let secs = |node: &u32| times.between(roads, *node, goal).unwrap_or(f64::INFINITY);

@@ -1,4 +1,4 @@
-//! Who has stood for long, and will go on standing.
+//! Robots that have stood for long, and will go on standing.
 
 use std::collections::BTreeSet;
 
@@ -7,14 +7,14 @@ use crate::claims::Stretch;
 use crate::roads::Leg;
 use crate::traffic::{Robot, Traffic};
 
-/// How many legs ahead a robot is looked for that is in the way.
+/// The number of legs ahead on which a robot is looked for that is in the way.
 const LEGS_AHEAD: usize = 24;
 
 /// Since when a robot stands.
 #[derive(Clone, Copy, Debug)]
 struct Since {
     secs: f64,
-    /// What it claims, and when it was sent to its goal: if one changes, it doesn't stand.
+    /// Its claim, and when it was sent to its goal: if one changes, it doesn't stand.
     extent: Extent,
     sent: f64,
 }
@@ -23,7 +23,7 @@ struct Since {
 /// guard takes a claim back.
 pub type Extent = Option<(Stretch, Stretch)>;
 
-/// What a robot claims.
+/// The claim of a robot.
 pub fn extent(traffic: &Traffic<'_>, robot: u32) -> Extent {
     let claim = traffic.claims.of(robot);
     Some((*claim.front()?, *claim.back()?))
@@ -71,9 +71,9 @@ impl Standing {
     pub fn groups(&self, traffic: &Traffic<'_>, secs: f64) -> Vec<Vec<u32>> {
         let standing = |robot: &u32| traffic.now - self.since(*robot) >= secs;
         let robots = || traffic.robots().filter(|(robot, _)| standing(robot));
-        // Who is in nobody's way any more, or stays where it is, ends a chain.
+        // A robot that is in nobody's way any more, or stays where it is, ends a chain.
         let ends: BTreeSet<u32> =
-            robots().filter(|(_, state)| is_movable(state) && is_idle(state)).map(by_id).collect();
+            robots().filter(|(_, state)| is_movable(state) && state.is_idle()).map(by_id).collect();
         let waiting =
             robots().filter(|(robot, state)| is_under_way(traffic, *robot, state)).map(by_id);
         let mut waits: Vec<(u32, Vec<u32>)> =
@@ -99,18 +99,16 @@ fn by_id((robot, _): (u32, &Robot)) -> u32 {
 
 /// Whether a robot can be sent elsewhere.
 pub fn is_movable(state: &Robot) -> bool {
-    !state.is_pinned && !state.is_adopted && !state.is_lost && state.stuck_since.is_infinite()
-}
-
-/// Whether a robot has nowhere to go.
-fn is_idle(state: &Robot) -> bool {
-    state.goal.is_none() || state.is_unreachable
+    !state.is_pinned() && !state.is_adopted() && state.stuck_since.is_infinite()
 }
 
 /// Whether a robot wants to drive on.
 fn is_under_way(traffic: &Traffic<'_>, robot: u32, state: &Robot) -> bool {
-    let is_there = traffic.base_end(robot).is_none_or(|(_, node)| state.goal == Some(node));
-    is_movable(state) && !is_idle(state) && !state.is_held && (!is_there || state.blocker.is_some())
+    let is_there = traffic.base_end(robot).is_none_or(|(_, node)| state.goal() == Some(node));
+    is_movable(state)
+        && !state.is_idle()
+        && !state.is_held
+        && (!is_there || state.blocker.is_some())
 }
 
 /// The robots that are in the way of a robot: the one that steering has found, or those that its
@@ -120,7 +118,7 @@ fn blockers(traffic: &Traffic<'_>, robot: u32) -> Vec<u32> {
         return Vec::new();
     };
     if let Some(blocker) = state.blocker.filter(|_| state.waiting_since.is_finite()) {
-        return vec![blocker];
+        return vec![blocker.robot];
     }
     let in_way =
         |stretch: &Stretch| traffic.claims.in_way(traffic.roads, state.class.footprint, stretch);

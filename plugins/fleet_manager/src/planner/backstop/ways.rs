@@ -10,12 +10,12 @@ const MOST_LEGS: usize = 6;
 const MOST_WAYS: usize = 12;
 /// The most ways that are looked at for a stand.
 const MOST_TRIES: usize = 200;
-/// What a change of gear costs, what a turn on the spot, and what a corner that the robot can't
-/// drive; in seconds.
+/// The costs of a change of gear, of a turn on the spot, and of a corner that the robot can't
+/// drive, in seconds.
 const GEAR_CHANGE_SECS: f32 = 2.0;
 const TURN_SECS: f32 = 4.0;
 const JUMP_SECS: f32 = 60.0;
-/// How near to the end of a leg a base counts as whole, in metres.
+/// The distance from the end of a leg at which a base counts as whole, in metres.
 const AT_END: f32 = 1e-3;
 
 /// A place on a leg where a robot is for a while: usually the end of a leg where it is only in the
@@ -45,7 +45,7 @@ impl Stand {
         Self { leg, to: roads.edge(leg.edge()).length }
     }
 
-    /// Where a robot's base ends.
+    /// The end of a robot's base.
     pub fn of(traffic: &Traffic<'_>, robot: u32) -> Option<Self> {
         let (leg, _) = traffic.base_end(robot)?;
         let end = traffic.claims.end(robot).filter(|end| end.leg == Some(leg))?;
@@ -63,7 +63,7 @@ impl Stand {
         self.is_at_end(roads) && is_place(roads, self.leg)
     }
 
-    /// What a robot claims that stands there.
+    /// The claim of a robot that stands there.
     pub fn stretch(&self) -> Stretch {
         Stretch { track: self.leg.edge(), leg: Some(self.leg), from: self.to, to: self.to }
     }

@@ -2,7 +2,7 @@
 
 use crate::roads::{Leg, Roads};
 
-/// What the time that robots lose says about the time that another one will lose.
+/// The settings that derive the expected delay of a robot from the time that others have lost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CongestionSettings {
     /// Seconds in which the memory of a delay falls to a third.

@@ -6,7 +6,7 @@ use crate::planner::Plans;
 use crate::roads::Leg;
 use crate::traffic::Traffic;
 
-/// How long robots wait before a ring of them is taken apart, in seconds.
+/// The time that robots wait before a ring of them is taken apart, in seconds.
 const PATIENCE_SECS: f64 = 3.0;
 
 impl Lanes {
@@ -55,7 +55,7 @@ impl Lanes {
     fn detour(&mut self, robot: u32, traffic: &Traffic<'_>) -> Option<Vec<Leg>> {
         let state = traffic.robot(robot)?;
         let (last, _) = traffic.base_end(robot)?;
-        let (avoid, goal) = (*state.horizon.front()?, state.goal?);
+        let (avoid, goal) = (*state.horizon.front()?, state.goal()?);
         let is_open = |leg: Leg| leg != avoid && !traffic.claims.holds(robot, leg.edge());
         let elsewhere = self.way(robot, traffic, last, goal, is_open);
         let can_drive = |legs: &Vec<Leg>| traffic.can_drive(robot, legs);
@@ -72,7 +72,7 @@ impl Lanes {
         traffic: &Traffic<'_>,
         [last, avoid]: [Leg; 2],
     ) -> Option<Vec<Leg>> {
-        let (roads, goal) = (traffic.roads, traffic.robot(robot)?.goal?);
+        let (roads, goal) = (traffic.roads, traffic.robot(robot)?.goal()?);
         let is_stub = |leg: Leg| roads.stubs().of(leg.edge()).is_some();
         let exits =
             roads.exits(roads.end(last)).iter().filter(|_| is_stub(avoid) && !is_stub(last));
@@ -81,7 +81,7 @@ impl Lanes {
             .filter(|&exit| exit != avoid && !exit.is_reverse() && !is_stub(exit))
             .find_map(|exit| {
                 let mut legs = vec![exit];
-                // What it holds it will have given back when it comes there again.
+                // The robot will have given back its claims when it comes there again.
                 legs.extend(self.way(robot, traffic, exit, goal, |leg| leg != exit)?);
                 Some(legs)
             })

@@ -1,5 +1,5 @@
-//! Which robots go for their goals: while too many of them wait for each other, the others stay
-//! where they are, and give way.
+//! Admission of robots: while too many of them wait for each other, the others stay where they are
+//! and give way.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ const PLACES_PER_ROBOT: f64 = 20.0;
 /// jams apart themselves.
 const FEW: f64 = 20.0;
 
-/// Which robots go for their goals.
+/// The robots that are admitted: they drive to their goals.
 #[derive(Debug)]
 pub(super) struct Admission {
     density: Density,
@@ -34,7 +34,7 @@ impl Admission {
     /// Admits robots, those first that come first in `ranks`.
     pub(super) fn admit(&mut self, traffic: &Traffic<'_>, ranks: &[u32]) {
         let sent = |robot: u32| {
-            traffic.robot(robot).filter(|state| state.goal.is_some()).map(|state| state.sent)
+            traffic.robot(robot).filter(|state| state.goal().is_some()).map(|state| state.sent)
         };
         self.sent.retain(|robot, since| sent(*robot) == Some(*since));
         let waits = |robot: &&u32| {

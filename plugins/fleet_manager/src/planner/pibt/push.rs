@@ -1,4 +1,5 @@
-//! Who goes where next: the recursion of priority inheritance with backtracking.
+//! The choice of the next place of each robot: the recursion of priority inheritance with
+//! backtracking.
 
 use std::collections::BTreeMap;
 
@@ -74,7 +75,7 @@ impl<'a> Push<'a> {
             Stand::Ready(_) if !self.chosen.contains_key(&robot) => {
                 self.choose(robot, place, None);
             }
-            // Who waits behind a robot at a place wants it to go on.
+            // A robot that waits behind another one pushes it.
             Stand::Behind(place) => {
                 if let Some(other) = self.taken[place as usize] {
                     self.make_way(other, place, None);
@@ -91,7 +92,7 @@ impl<'a> Push<'a> {
     }
 
     fn goal(&self, robot: u32) -> Option<u32> {
-        self.traffic.robot(robot)?.goal
+        self.traffic.robot(robot)?.goal()
     }
 
     /// Chooses the next place of a robot. One that is pushed can't stay, and had better not go
@@ -132,7 +133,7 @@ impl<'a> Push<'a> {
         self.chain.pop();
         if outcome != Outcome::Leaves {
             self.chosen.insert(robot, None);
-            // Who stays keeps its place.
+            // A robot that stays keeps its place.
             self.wanted.entry(place).or_insert(robot);
         }
         outcome
@@ -141,15 +142,15 @@ impl<'a> Push<'a> {
     /// Asks a robot to leave its place, for one that goes on to another place.
     fn make_way(&mut self, robot: u32, place: u32, next: Option<u32>) -> Outcome {
         let Some(state) = self.traffic.robot(robot) else { return Outcome::Later };
-        if state.is_pinned || state.is_adopted || self.chain.len() > LONGEST_CHAIN {
+        if state.is_pinned() || state.is_adopted() || self.chain.len() > LONGEST_CHAIN {
             return Outcome::Stuck;
         }
         // Idle robots are sent away when somebody waits for them; who has just reached its goal
         // gets another one first.
-        if state.goal.is_none() {
+        if state.goal().is_none() {
             return Outcome::Leaves;
         }
-        if state.goal == Some(place) || self.stands.get(&robot) != Some(&Stand::Ready(place)) {
+        if state.goal() == Some(place) || self.stands.get(&robot) != Some(&Stand::Ready(place)) {
             return Outcome::Later;
         }
         if let Some(choice) = self.chosen.get(&robot) {
@@ -159,7 +160,7 @@ impl<'a> Push<'a> {
         self.choose(robot, place, Some(next.unwrap_or(place)))
     }
 
-    /// Where a robot would go on to from a place.
+    /// The next place of a robot that leaves a place.
     fn next(&self, robot: u32, place: u32) -> Option<u32> {
         let goal = self.goal(robot).filter(|goal| *goal != place)?;
         let secs = |hop: &Hop| {
@@ -190,7 +191,7 @@ impl<'a> Push<'a> {
                 options.push((pushed_to == Some(hop.place), secs + hop.secs, !is_free, Some(hop)));
             }
         }
-        // Who isn't pushed only leaves for a place that is nearer to the goal.
+        // A robot that isn't pushed only leaves for a place nearer to its goal.
         let stay = between(place).unwrap_or(f64::INFINITY);
         options.retain(|option| {
             pushed_to.is_some() || option.3.is_none_or(|hop| option.1 - hop.secs < stay)

@@ -26,13 +26,13 @@ fn world() -> impl Strategy<Value = WorldData> {
             .zip(&nodes)
             .map(|(id, &[x, y])| NodeRecord { id, x, y, ..NodeRecord::default() })
             .collect();
-        for (origin, destination, velocity_forward, velocity_backwards) in edges {
+        for (origin, destination, speed, reverse_speed) in edges {
             if origin != destination {
                 let record = EdgeRecord {
                     origin,
                     destination,
-                    velocity_forward,
-                    velocity_backwards,
+                    speed,
+                    reverse_speed,
                     ..EdgeRecord::default()
                 };
                 let ends = [origin, destination].map(|node| nodes[node as usize]);

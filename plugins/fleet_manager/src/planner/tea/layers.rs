@@ -1,10 +1,10 @@
-//! What stored paths block, layer by layer.
+//! The spots, passages and nodes that stored paths block, layer by layer.
 
 use super::Path;
 use super::space::{Passage, Space, Spot};
 use crate::roads::{Leg, Roads};
 
-/// How many stored paths block each spot, passage and node in each layer.
+/// The number of stored paths that block each spot, passage and node in each layer.
 #[derive(Debug)]
 pub(super) struct Layers {
     count: u16,
@@ -17,8 +17,8 @@ pub(super) struct Layers {
     widths: [usize; 3],
 }
 
-/// How many layers a robot is taken to stay at least at its target, beyond the one in which it
-/// arrives.
+/// The least number of layers that a robot is assumed to stay at its target, beyond the one in
+/// which it arrives.
 const STOP_LAYERS: u16 = 1;
 
 /// Whether a path is stored or taken out.
@@ -171,7 +171,7 @@ impl Layers {
 }
 
 impl Path {
-    /// Where the robot is in the first layer.
+    /// The robot's spot in the first layer.
     pub(super) fn first_spot(&self, space: &Space) -> Spot {
         let first = self.steps[0].leg;
         if self.starts_inside { space.inside(first) } else { space.end(first) }

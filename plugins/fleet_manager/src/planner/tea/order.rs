@@ -11,8 +11,8 @@ use crate::traffic::Traffic;
 /// The legs beyond a base that are looked at.
 const MOST_LEGS: usize = 8;
 
-/// How long a robot has to wait for another one that is in its way before nobody is held back for
-/// it, in seconds.
+/// The time that a robot waits for another one in its way before nobody is held back for it any
+/// more, in seconds.
 const STUCK_SECS: f64 = 4.0;
 
 /// When a robot gets a leg, by the plan: the layer, and its rank among those of the same layer.
@@ -47,7 +47,7 @@ pub(super) fn keep(
             .take(MOST_LEGS)
             .position(|step| is_early(step.leg.edge(), (step.layer, rank)));
         if let Some(legs) = legs {
-            plans.hold(*robot, legs);
+            plans.permit(*robot).max_legs = legs;
         }
     }
 }

@@ -13,7 +13,7 @@ use crate::traffic::{Robot, Traffic};
 #[derive(Debug)]
 struct Planned {
     start: Path,
-    /// Who is ahead of it on the leg where its base ends.
+    /// The robot ahead of it on the leg where its base ends.
     ahead: Option<u32>,
     swaps: u32,
     path: Option<Path>,
@@ -142,7 +142,7 @@ impl<'a> Round<'a> {
                 self.layers.hold(roads, self.space, &planned.start, until, false, change);
             }
             (None, state) => {
-                let is_under_way = state.is_some_and(|state| state.goal.is_some());
+                let is_under_way = state.is_some_and(|state| state.goal().is_some());
                 self.layers.hold(roads, self.space, &planned.start, 1, is_under_way, change);
             }
         }
@@ -151,7 +151,7 @@ impl<'a> Round<'a> {
     /// Searches the path of a robot to its goal.
     fn find(&mut self, robot: u32, strict: bool) -> Option<Path> {
         let planned = &self.robots[&robot];
-        let goal = self.traffic.robot(robot)?.goal?;
+        let goal = self.traffic.robot(robot)?.goal()?;
         let arrival = |ahead: &Planned| {
             ahead
                 .path
@@ -181,7 +181,7 @@ impl<'a> Round<'a> {
 /// Whether a robot stays where its base ends until something else happens. Idle ones don't: they
 /// are sent out of others' way.
 fn stays(state: &Robot, node: u32, start: &Path) -> bool {
-    state.is_pinned || state.is_adopted || (state.goal == Some(node) && !start.starts_inside)
+    state.is_pinned() || state.is_adopted() || (state.goal() == Some(node) && !start.starts_inside)
 }
 
 /// Returns where robots start: at the end of the leg on which their base ends; those behind others
@@ -199,7 +199,7 @@ fn starts(traffic: &Traffic<'_>) -> BTreeMap<u32, Planned> {
     let mut robots = BTreeMap::new();
     for (leg, _, robot) in bases {
         let ahead = last.filter(|last| last.0 == leg).map(|last| last.1);
-        let goal = traffic.robot(robot).and_then(|state| state.goal);
+        let goal = traffic.robot(robot).and_then(Robot::goal);
         let start = Path {
             steps: vec![Step { leg, layer: 0 }],
             starts_inside: ahead.is_some(),
@@ -219,7 +219,7 @@ fn order(traffic: &Traffic<'_>, robots: &BTreeMap<u32, Planned>) -> Vec<u32> {
     let is_planned = |robot: u32| {
         let Some(state) = traffic.robot(robot) else { return false };
         let start = &robots[&robot].start;
-        state.goal.is_some() && !stays(state, traffic.roads.end(start.steps[0].leg), start)
+        state.goal().is_some() && !stays(state, traffic.roads.end(start.steps[0].leg), start)
     };
     let sent = |robot: u32| traffic.robot(robot).map_or(0.0, |state| state.sent);
     let mut sorted: Vec<u32> = robots.keys().copied().filter(|&robot| is_planned(robot)).collect();

@@ -15,17 +15,17 @@ const MOST_GOALS: usize = 256;
 /// The number of legs to a goal that can't be reached.
 const FAR: u16 = u16::MAX;
 
-/// What is searched.
+/// The query of a search.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Query<'a> {
     pub roads: &'a Roads,
     pub space: &'a Space,
     pub layers: &'a Layers,
-    /// Where the robot starts: a path of one step.
+    /// The start: a path of one step.
     pub start: &'a Path,
     /// The first layer in which a robot that starts inside of a leg may reach its end.
     pub earliest: u16,
-    /// Where the robot is to go.
+    /// The node of the goal.
     pub goal: u32,
     /// As published: whether the robot keeps away from the neighbours of others' nodes and from
     /// their reached targets, and stays at its own up to the last layer.

@@ -1,13 +1,13 @@
-//! Who is in whose way, on the roads: spots where robots are, and passages along which they drive.
+//! Conflicts on the roads: spots where robots are, and passages along which they drive.
 
 use crate::roads::{Leg, Relation, Roads};
 
-/// Where a robot is in a layer: at the end of a leg, or somewhere within one, behind others.
+/// A robot's place in a layer: at the end of a leg, or within one, behind others.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Spot(pub usize);
 
-/// What a robot drives along: a leg; the rest of one on which it is; or it turns on the spot at a
-/// node.
+/// A motion: along a leg, along the rest of the leg that the robot is on, or a turn on the spot at
+/// a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Passage(pub usize);
 

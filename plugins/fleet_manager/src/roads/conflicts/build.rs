@@ -49,7 +49,7 @@ struct Finder<'a> {
     swept: Vec<Vec<Swept<'a>>>,
 }
 
-/// How far ahead of its end an edge is followed, in robots' lengths.
+/// The distance beyond its end for which an edge is followed, in robots' lengths.
 const AHEAD: f32 = 2.5;
 
 /// A pair of tracks that touch.
@@ -61,7 +61,7 @@ struct Found {
     leads: [Option<f32>; 2],
 }
 
-/// Where robots on two tracks touch.
+/// The places at which robots on two tracks touch.
 struct Touching {
     own: [f32; 2],
     other: [f32; 2],
@@ -155,7 +155,7 @@ impl Finder<'_> {
     ) -> [Option<f32>; 2] {
         let ahead = |from: u32, to: u32, apart: f32| {
             let between = self.ahead.get(from as usize)?.iter().find(|(edge, _)| *edge == to)?.1;
-            // Where the road turns back beside itself, robots far apart on it may touch.
+            // On a road that turns back beside itself, robots far apart along it may touch.
             let nearest = footprints.map(|footprint| self.roads.footprints()[footprint].half[0]);
             (between + apart < AHEAD * (nearest[0] + nearest[1])).then_some(between)
         };

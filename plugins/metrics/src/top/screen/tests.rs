@@ -80,7 +80,7 @@ fn everything_is_visible_at_80_by_24() {
     shows(
         &screen,
         &[
-            "tasks",
+            "orders",
             "58 open, 4,321 finished, 450 an hour",
             "614 carrying  201 to pick  30 handling  90 waiting",
         ],
@@ -131,7 +131,7 @@ fn missing_parts_are_reported_with_advice() {
 fn without_a_manager_the_collisions_have_its_room() {
     let snapshot = Snapshot { work: None, ..testing::snapshot() };
     let screen = drawn(&mut view(snapshot), 80, 24);
-    assert!(!screen.contains("tasks") && !screen.contains("waiting 8.4"), "{screen}");
+    assert!(!screen.contains("orders") && !screen.contains("waiting 8.4"), "{screen}");
     shows(&screen, &["5 10005"]);
 }
 

@@ -5,10 +5,9 @@ use regatta_plugin::frame::RobotState;
 
 use super::super::ExportError;
 use super::super::options::ExportArgs;
-use super::super::value::{Column, Kind, Value};
-use super::Take;
+use super::{Column, Kind, Take, Value};
+use crate::arguments::RobotIds;
 use crate::reading::Recording;
-use crate::robot_ids::RobotIds;
 use crate::table::{Snapshot, Span, for_each_snapshot};
 
 /// Returns the columns of plugins to export: the requested ones, or all recorded ones.
@@ -19,19 +18,18 @@ pub(super) fn plugins(
     let recorded: Vec<_> =
         recording.topics().into_iter().filter_map(|topic| topic.column().cloned()).collect();
     let Some(requested) = requested else { return Ok(recorded) };
-    match requested.iter().find(|column| !recorded.contains(column)) {
-        None => Ok(requested.to_vec()),
-        Some(column) => {
-            let recorded: Vec<_> = recorded.iter().map(ColumnName::as_str).collect();
-            Err(ExportError::NoColumn { column: column.clone(), recorded: recorded.join(", ") })
-        }
+    if let Some(column) = requested.iter().find(|column| !recorded.contains(column)) {
+        let recorded: Vec<_> = recorded.iter().map(ColumnName::as_str).collect();
+        let recorded = recorded.join(", ");
+        return Err(ExportError::NoColumn { column: column.clone(), recorded });
     }
+    Ok(requested.to_vec())
 }
 
 /// Returns all columns. A plugin's column keeps its name, or gets the prefix `column_` if another
 /// column has the name.
 pub(super) fn columns(plugins: &[ColumnName]) -> Vec<Column> {
-    let common = [
+    let mut columns = vec![
         Column::new("time_s", Kind::F64),
         Column::new("run", Kind::U32),
         Column::new("tick", Kind::U64),
@@ -45,14 +43,13 @@ pub(super) fn columns(plugins: &[ColumnName]) -> Vec<Column> {
         Column::optional("edge", Kind::U32),
         Column::new("state", Kind::Text),
     ];
-    let title = |name: &ColumnName| match common.iter().any(|column| column.title == name.as_str())
-    {
-        true => format!("column_{name}"),
-        false => name.to_string(),
-    };
-    let plugins: Vec<_> =
-        plugins.iter().map(|name| Column::optional(&title(name), Kind::F32)).collect();
-    common.into_iter().chain(plugins).collect()
+    let common = columns.len();
+    for name in plugins {
+        let is_taken = columns[..common].iter().any(|column| column.title == name.as_str());
+        let title = if is_taken { format!("column_{name}") } else { name.to_string() };
+        columns.push(Column::optional(&title, Kind::F32));
+    }
+    columns
 }
 
 /// Calls `take` with the rows of all requested robots, and returns their number.
@@ -76,10 +73,10 @@ pub(super) fn for_each(
         }
         Ok(())
     })?;
-    match rows == 0 && robots.first().is_some_and(|first| first as usize >= most_robots) {
-        true => Err(ExportError::NoRobots { last: most_robots.saturating_sub(1) }),
-        false => Ok(rows),
+    if rows == 0 && robots.first().is_some_and(|first| first as usize >= most_robots) {
+        return Err(ExportError::NoRobots { last: most_robots.saturating_sub(1) });
     }
+    Ok(rows)
 }
 
 /// Fills in the values of a robot in a frame. Returns `false` if the robot is absent.

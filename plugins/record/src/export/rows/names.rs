@@ -1,6 +1,6 @@
 //! The names of kinds and levels in tables, by the numbers of the contract.
 
-use super::super::value::Value;
+use super::Value;
 
 /// The names of events, by number.
 pub(super) const EVENTS: [&str; 17] = [
@@ -35,14 +35,14 @@ pub(super) const REFUSALS: [&str; 14] = [
     "malformed_route",
     "distance_out_of_range",
     "fleet_full",
-    "malformed_order",
+    "malformed_command",
     "not_steerable",
     "not_ahead",
     "edge_is_closed",
 ];
 
-/// The names of orders, by number.
-pub(super) const ORDERS: [&str; 14] = [
+/// The names of commands, by number.
+pub(super) const COMMANDS: [&str; 14] = [
     "leg",
     "assign",
     "extend",
@@ -59,8 +59,8 @@ pub(super) const ORDERS: [&str; 14] = [
     "open_edge",
 ];
 
-/// The names of what happened to a task, by number.
-pub(super) const TASKS: [&str; 10] = [
+/// The names of the order log's records, by number.
+pub(super) const ORDERS: [&str; 10] = [
     "unknown",
     "created",
     "stop",
@@ -76,7 +76,7 @@ pub(super) const TASKS: [&str; 10] = [
 /// The names of the actions at stops, by number.
 pub(super) const ACTIONS: [&str; 5] = ["none", "pick", "drop", "charge", "park"];
 
-/// The names of what happened to a contact, by number.
+/// The names of the changes of contacts, by number.
 pub(super) const CHANGES: [&str; 3] = ["unknown", "began", "ended"];
 
 /// The names of levels of contacts, by number.
@@ -113,10 +113,10 @@ mod tests {
             .into();
         assert_eq!(recorded(regatta::EventKind::as_str_name), events);
         assert_eq!(recorded(regatta::Refusal::as_str_name), REFUSALS);
-        assert_eq!(recorded(regatta::OrderKind::as_str_name), ORDERS);
+        assert_eq!(recorded(regatta::CommandKind::as_str_name), COMMANDS);
         assert_eq!(
-            recorded(regatta::TaskKind::as_str_name),
-            TASKS.map(|name| format!("task_{name}"))
+            recorded(regatta::OrderKind::as_str_name),
+            ORDERS.map(|name| format!("order_{name}"))
         );
         assert_eq!(
             recorded(regatta::StopAction::as_str_name),

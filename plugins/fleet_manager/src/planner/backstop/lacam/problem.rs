@@ -1,4 +1,4 @@
-//! What LaCAM searches: stands, ways between them, and who wants to go where.
+//! The problem that LaCAM searches: stands, ways between them, and the targets of robots.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -6,7 +6,7 @@ use std::collections::BinaryHeap;
 /// A way from a stand to another one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Way {
-    /// Where it leads.
+    /// The stand to which it leads.
     pub to: u16,
     /// Stands on which a robot would be in the way, in ascending order: its end, and those that it
     /// passes too near.

@@ -5,6 +5,8 @@
 //! 2022. An agent whose way others block has them go first; who has gone doesn't come back within
 //!       the step.
 
+use regatta_base::random::mix;
+
 use super::problem::{Hop, Problem};
 
 /// Index of the way that an agent takes; none to stay.
@@ -27,7 +29,7 @@ pub(super) struct Step<'a> {
     pending: Vec<(u16, u16)>,
     /// One after the other.
     pub hops: Vec<Hop>,
-    /// What equal choices are ordered by.
+    /// The seed of the order of equal choices.
     salt: u64,
     /// Choices tried.
     pub work: u64,
@@ -73,7 +75,7 @@ impl<'a> Step<'a> {
                 self.decide(agent, false);
             }
         }
-        // Who couldn't get out of another one's way has stayed, whatever it was bound to.
+        // A robot that couldn't get out of another one's way has stayed, whatever its constraint.
         let has_gone = |agent: usize| self.hops.iter().any(|hop| usize::from(hop.agent) == agent);
         self.bound
             .iter()
@@ -163,7 +165,7 @@ impl<'a> Step<'a> {
     }
 }
 
-/// How much a choice is wished for: less of each is better, the first counts the most.
+/// The cost of a choice, compared lexicographically.
 #[derive(Clone, Copy, Debug, Default)]
 struct Wish {
     /// Nearer to the target comes before staying, and that before all other ways.
@@ -181,12 +183,4 @@ impl Wish {
         let by_secs = self.class.cmp(&other.class).then(self.secs.total_cmp(&other.secs));
         by_secs.then(self.others.cmp(&other.others)).then(self.tie.cmp(&other.tie))
     }
-}
-
-/// SplitMix64: numbers that look random, the same in each run.
-fn mix(seed: u64) -> u64 {
-    let mut z = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
 }

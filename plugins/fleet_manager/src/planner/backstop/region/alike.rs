@@ -6,8 +6,8 @@ use super::super::ways::{Path, Stand, stretches};
 use crate::claims::Stretch;
 use crate::roads::{Leg, Roads};
 
-/// What is the same on stands that are alike: the node, the ways that leave it, and the ways past
-/// it on which a robot there is in the way.
+/// The properties that are the same on stands that are alike: the node, the ways that leave it, and
+/// the ways past it on which a robot there is in the way.
 type Kind = (u32, Vec<(Vec<Stretch>, Leg)>, Vec<(u16, u16)>);
 
 /// Returns for each stand the first one that is like it: it makes no difference by which leg a
@@ -17,7 +17,7 @@ pub fn alike(roads: &Roads, stands: &[Stand], paths: &[Vec<Path>], ways: &[Vec<W
     let mut past: Vec<Vec<(u16, u16)>> = vec![Vec::new(); stands.len()];
     for (from, ways) in (0..).zip(ways) {
         for (index, way) in (0..).zip(ways) {
-            // Who is at an end of a way is in the way in any case.
+            // A robot at an end of a way is in the way in any case.
             let ends = [node(from), node(way.to)];
             let others = way.blocked_by.iter().filter(|&&stand| !ends.contains(&node(stand)));
             others.for_each(|&stand| past[usize::from(stand)].push((from, index)));

@@ -1,0 +1,76 @@
+//! `regatta-bench`: measures the bars that the project sets itself, on processes of an executable
+//! `regatta`. Every command writes Markdown and JSON; `management` also draws an SVG plot.
+
+mod management;
+mod study;
+mod udp;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use regatta::failure::Failure;
+use regatta::output_error;
+use regatta::program::Program;
+use regatta_plugin::usage_line;
+
+/// Measure the bars that the project sets itself, on processes of the program `regatta`.
+#[derive(Parser)]
+#[command(name = "regatta-bench", max_term_width = 100)]
+struct Cli {
+    /// Program to measure [default: `regatta` beside this program]
+    #[arg(long, global = true, value_name = "PATH", value_hint = clap::ValueHint::FilePath)]
+    regatta: Option<PathBuf>,
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Measure the fleet manager: throughput, contacts, effort, with disturbances too.
+    Management(management::ManagementArgs),
+    /// Measure studies: a hundred runs, the knee of a warehouse, and whether they repeat.
+    Study(study::StudyArgs),
+    /// Send fleets over UDP into a second fleet: lines per second, losses, processor time.
+    Udp(udp::UdpArgs),
+}
+
+fn main() -> ExitCode {
+    output_error::silence_panics();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) if error.use_stderr() => {
+            eprintln!(
+                "regatta-bench: {}; --help lists all commands and options",
+                usage_line(&error)
+            );
+            return ExitCode::from(2);
+        }
+        Err(help) => {
+            // Printing fails if the reader of a pipe is gone, which is no error here.
+            let _ = help.print();
+            return ExitCode::SUCCESS;
+        }
+    };
+    match std::panic::catch_unwind(|| run(&cli)) {
+        Ok(Ok(code)) => code,
+        Ok(Err(failure)) => {
+            eprintln!("regatta-bench: {failure}");
+            ExitCode::FAILURE
+        }
+        Err(panic) if output_error::caused(&*panic) => output_error::exit_code(&*panic),
+        Err(panic) => std::panic::resume_unwind(panic),
+    }
+}
+
+fn run(cli: &Cli) -> Result<ExitCode, Failure> {
+    let program = match &cli.regatta {
+        Some(path) => Program::at(path)?,
+        None => Program::beside_this()?,
+    };
+    match &cli.command {
+        Command::Management(args) => management::run(&program, args),
+        Command::Study(args) => study::run(&program, args),
+        Command::Udp(args) => udp::run(&program, args),
+    }
+}

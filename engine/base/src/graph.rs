@@ -1,0 +1,91 @@
+//! The terms of a directed graph that robots drive on: indices of nodes and edges, legs, and turns
+//! between legs. The layout, which holds nodes and edges, and the motion kernel, which holds none
+//! of them, share these.
+
+/// The index of a node among the nodes of a graph.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct NodeIndex(pub u32);
+
+/// The index of an edge among the edges of a graph.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct EdgeIndex(pub u32);
+
+/// The direction of travel along an edge, which also determines the way the robot faces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Gear {
+    /// From origin to destination, facing in the direction of travel.
+    Forward,
+    /// From destination to origin with the heading of the edge: facing against the direction of
+    /// travel.
+    Reverse,
+}
+
+/// An edge driven in one gear: an element of a route. Files write it as the edge's id, `-ID` in
+/// reverse gear.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Leg {
+    /// The edge.
+    pub edge: EdgeIndex,
+    /// The gear.
+    pub gear: Gear,
+}
+
+/// The largest difference in radians between the headings of consecutive legs that robots drive
+/// through without a turn: 5°.
+pub const SMOOTH_TURN: f64 = 5.0 * std::f64::consts::PI / 180.0;
+
+/// The way in which robots turn on the spot at an end of an edge.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Rotation {
+    /// The shorter way.
+    #[default]
+    Shorter,
+    /// To the left.
+    CounterClockwise,
+    /// To the right.
+    Clockwise,
+    /// They don't turn: the heading jumps.
+    None,
+}
+
+impl Rotation {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Shorter, Self::CounterClockwise, Self::Clockwise, Self::None];
+
+    /// Returns the name used in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Shorter => "shorter",
+            Self::CounterClockwise => "ccw",
+            Self::Clockwise => "cw",
+            Self::None => "none",
+        }
+    }
+
+    /// Returns the way at a node where two edges meet. Where they contradict each other, it is the
+    /// shorter one.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::None, _) | (_, Self::None) => Self::None,
+            (Self::Shorter, way) | (way, Self::Shorter) => way,
+            (one, other) if one == other => one,
+            _ => Self::Shorter,
+        }
+    }
+}
+
+/// The error of parsing a [`Rotation`].
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("`{}` is not a rotation: use shorter, ccw, cw or none", .0.escape_debug())]
+pub struct ParseRotationError(String);
+
+impl std::str::FromStr for Rotation {
+    type Err = ParseRotationError;
+
+    /// Parses a name, ignoring case.
+    fn from_str(text: &str) -> Result<Self, ParseRotationError> {
+        let is = |rotation: &Self| rotation.name().eq_ignore_ascii_case(text.trim());
+        Self::ALL.into_iter().find(is).ok_or_else(|| ParseRotationError(text.trim().to_owned()))
+    }
+}

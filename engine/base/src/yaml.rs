@@ -1,0 +1,500 @@
+//! YAML with the place of every value, for errors that name the line.
+//!
+//! [`parse`] reads a text as a tree of [`Node`]s. Each node knows its line and its byte offset, and
+//! reports problems with them:
+//!
+//! ```
+//! use regatta_base::yaml;
+//!
+//! let text = "pick: dock 1\nweight: heavy\n";
+//! let root = yaml::parse(text)?;
+//! let fields = root.fields(&["pick", "drop", "weight"])?;
+//! assert_eq!(fields.required("pick")?.text()?, "dock 1");
+//! assert!(fields.get("drop").is_none());
+//!
+//! let error = fields.required("weight")?.number().unwrap_err();
+//! assert_eq!(error.to_string(), "line 2: expected a number");
+//! # Ok::<(), yaml::Error>(())
+//! ```
+//!
+//! Scalars are resolved by the core schema of YAML 1.2. Aliases are expanded; a text that grows to
+//! more than [`MAX_NODES`] nodes, or is nested more than [`MAX_DEPTH`] deep, is an error.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
+use saphyr_parser::{Event, Parser, ScalarStyle, Span, Tag};
+
+/// The largest number of nodes of a text, expanded aliases included.
+pub const MAX_NODES: usize = 3_000_000;
+
+/// The largest depth of nested lists and maps.
+pub const MAX_DEPTH: usize = 100;
+
+/// The error of reading a YAML text: its line, and what is wrong there.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("line {line}: {reason}")]
+pub struct Error {
+    /// The line, from 1.
+    pub line: usize,
+    /// The problem and what to do about it.
+    pub reason: String,
+}
+
+/// A value of a YAML text, with its place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Node<'text> {
+    /// The line where the value begins, from 1.
+    pub line: usize,
+    /// The byte offset in the text where the value begins.
+    pub offset: usize,
+    /// The value.
+    pub content: Content<'text>,
+}
+
+/// The content of a [`Node`].
+#[derive(Clone, Debug, PartialEq)]
+pub enum Content<'text> {
+    /// `null`, `~` or no value at all.
+    Null,
+    /// `true` or `false`.
+    Bool(bool),
+    /// An integer: decimal, `0x` or `0o`.
+    Integer(i64),
+    /// Any other number, also `.inf` and `.nan`.
+    Float(f64),
+    /// A quoted text, or a plain one that is none of the above.
+    Text(Cow<'text, str>),
+    /// A list.
+    List(Vec<Node<'text>>),
+    /// The keys and values of a map, in the order of the text. Keys may be repeated.
+    Map(Vec<(Node<'text>, Node<'text>)>),
+}
+
+/// Parses the one document of a text. An empty text is [`Content::Null`].
+///
+/// # Errors
+/// If the text isn't YAML, has several documents, or exceeds a limit.
+pub fn parse(text: &str) -> Result<Node<'_>, Error> {
+    let mut builder = Builder::new(text);
+    for event in Parser::new_from_str(text) {
+        let (event, span) = event.map_err(|error| Error {
+            line: error.marker().line(),
+            reason: error.info().to_owned(),
+        })?;
+        builder.take(event, span)?;
+    }
+    match (builder.documents, builder.root) {
+        (0 | 1, root) => Ok(root.unwrap_or(Node { line: 1, offset: 0, content: Content::Null })),
+        (documents, _) => Err(Error {
+            line: 1,
+            reason: format!("there are {documents} documents instead of one"),
+        }),
+    }
+}
+
+impl<'text> Node<'text> {
+    /// Returns the error that something is wrong with this value.
+    pub fn error(&self, reason: impl Into<String>) -> Error {
+        Error { line: self.line, reason: reason.into() }
+    }
+
+    /// Whether it is a map.
+    pub fn is_map(&self) -> bool {
+        matches!(self.content, Content::Map(_))
+    }
+
+    /// Returns the text of a scalar: of an integer, too, because names may look like numbers.
+    ///
+    /// # Errors
+    /// If it is another value.
+    pub fn text(&self) -> Result<Cow<'text, str>, Error> {
+        match &self.content {
+            Content::Text(text) => Ok(text.clone()),
+            Content::Integer(number) => Ok(number.to_string().into()),
+            _ => Err(self.error("expected a text")),
+        }
+    }
+
+    /// Returns a finite number.
+    ///
+    /// # Errors
+    /// If it is another value.
+    pub fn number(&self) -> Result<f64, Error> {
+        match self.content {
+            Content::Integer(number) => Ok(number as f64),
+            Content::Float(number) if number.is_finite() => Ok(number),
+            _ => Err(self.error("expected a number")),
+        }
+    }
+
+    /// Returns a finite number that is at least 0.
+    ///
+    /// # Errors
+    /// If it is another value.
+    pub fn non_negative(&self) -> Result<f64, Error> {
+        match self.number()? {
+            number if number >= 0.0 => Ok(number),
+            number => Err(self.error(format!("{number} is below 0"))),
+        }
+    }
+
+    /// Returns an integer from 0 to `max`.
+    ///
+    /// # Errors
+    /// If it is another value.
+    pub fn integer(&self, max: u64) -> Result<u64, Error> {
+        if let Content::Integer(number) = self.content
+            && let Ok(number) = u64::try_from(number)
+            && number <= max
+        {
+            return Ok(number);
+        }
+        Err(self.error(format!("expected an integer from 0 to {max}")))
+    }
+
+    /// Returns the items of a list.
+    ///
+    /// # Errors
+    /// If it is another value.
+    pub fn list(&self) -> Result<&[Self], Error> {
+        match &self.content {
+            Content::List(items) => Ok(items),
+            _ => Err(self.error("expected a list")),
+        }
+    }
+
+    /// Returns the pairs of a map with texts as keys.
+    ///
+    /// # Errors
+    /// If it is another value, or a key is no text.
+    pub fn pairs(&self) -> Result<Vec<(Cow<'text, str>, &Self)>, Error> {
+        let Content::Map(pairs) = &self.content else {
+            return Err(self.error("expected `key: value` pairs"));
+        };
+        pairs.iter().map(|(key, value)| Ok((key.text()?, value))).collect()
+    }
+
+    /// Returns the fields of a map that has no other keys than these, and none of them twice.
+    ///
+    /// # Errors
+    /// If it is another value, or has another key.
+    pub fn fields(&self, names: &[&str]) -> Result<Fields<'_, 'text>, Error> {
+        let pairs = self.pairs()?;
+        for (number, (key, value)) in pairs.iter().enumerate() {
+            if !names.contains(&key.as_ref()) {
+                let names = names.join(", ");
+                return Err(value.error(format!("unknown field `{key}`; there are {names}")));
+            }
+            if pairs[..number].iter().any(|(other, _)| other == key) {
+                return Err(value.error(format!("`{key}` is given twice; remove one")));
+            }
+        }
+        Ok(Fields { map: self, pairs })
+    }
+}
+
+/// The fields of a map.
+#[derive(Debug)]
+pub struct Fields<'node, 'text> {
+    map: &'node Node<'text>,
+    pairs: Vec<(Cow<'text, str>, &'node Node<'text>)>,
+}
+
+impl<'node, 'text> Fields<'node, 'text> {
+    /// Returns a field if it is there.
+    pub fn get(&self, name: &str) -> Option<&'node Node<'text>> {
+        self.pairs.iter().find(|(key, _)| key == name).map(|(_, value)| *value)
+    }
+
+    /// Returns a field that has to be there.
+    ///
+    /// # Errors
+    /// If it is missing.
+    pub fn required(&self, name: &str) -> Result<&'node Node<'text>, Error> {
+        self.get(name).ok_or_else(|| self.map.error(format!("`{name}` is missing")))
+    }
+
+    /// Reads a field if it is there.
+    ///
+    /// # Errors
+    /// Those of `read`.
+    pub fn optional<T>(
+        &self,
+        name: &str,
+        read: impl FnOnce(&'node Node<'text>) -> Result<T, Error>,
+    ) -> Result<Option<T>, Error> {
+        self.get(name).map(read).transpose()
+    }
+}
+
+/// Builds the tree of a document from the events of the parser.
+struct Builder<'text> {
+    position: Position<'text>,
+    documents: usize,
+    root: Option<Node<'text>>,
+    /// The lists and maps that aren't complete, outermost first.
+    open: Vec<Open<'text>>,
+    /// The values of anchors, by their number.
+    anchors: BTreeMap<usize, Node<'text>>,
+    nodes: usize,
+}
+
+/// A list or a map that isn't complete.
+struct Open<'text> {
+    node: Node<'text>,
+    /// The key whose value comes next.
+    key: Option<Node<'text>>,
+    anchor: usize,
+}
+
+impl<'text> Builder<'text> {
+    fn new(text: &'text str) -> Self {
+        Self {
+            position: Position { text, line: 1, column: 0, offset: 0 },
+            documents: 0,
+            root: None,
+            open: Vec::new(),
+            anchors: BTreeMap::new(),
+            nodes: 0,
+        }
+    }
+
+    fn take(&mut self, event: Event<'text>, span: Span) -> Result<(), Error> {
+        let (line, column) = (span.start.line(), span.start.col());
+        let mut node = |content| {
+            let offset = self.position.offset(line, column);
+            Node { line, offset, content }
+        };
+        match event {
+            Event::DocumentStart(_) => self.documents += 1,
+            Event::Scalar(text, style, anchor, tag) => {
+                let content = scalar(text, style, tag.as_deref());
+                let node = node(content);
+                self.add(node, anchor)?;
+            }
+            Event::SequenceStart(anchor, _) => {
+                let node = node(Content::List(Vec::new()));
+                self.begin(node, anchor)?;
+            }
+            Event::MappingStart(anchor, _) => {
+                let node = node(Content::Map(Vec::new()));
+                self.begin(node, anchor)?;
+            }
+            Event::SequenceEnd | Event::MappingEnd => {
+                if let Some(Open { node, anchor, .. }) = self.open.pop() {
+                    self.add(node, anchor)?;
+                }
+            }
+            Event::Alias(anchor) => {
+                let Some(value) = self.anchors.get(&anchor) else {
+                    let reason = "an alias is inside of its own anchor; write the value out";
+                    return Err(Error { line, reason: reason.to_owned() });
+                };
+                let (count, value) = (count(value), value.clone());
+                self.count(count - 1, line)?;
+                self.add(value, 0)?;
+            }
+            Event::Nothing | Event::StreamStart | Event::StreamEnd | Event::DocumentEnd => {}
+        }
+        Ok(())
+    }
+
+    fn begin(&mut self, node: Node<'text>, anchor: usize) -> Result<(), Error> {
+        if self.open.len() >= MAX_DEPTH {
+            return Err(node.error(format!("more than {MAX_DEPTH} nested lists and maps")));
+        }
+        self.open.push(Open { node, key: None, anchor });
+        Ok(())
+    }
+
+    /// Adds a complete value to what is open.
+    fn add(&mut self, node: Node<'text>, anchor: usize) -> Result<(), Error> {
+        self.count(1, node.line)?;
+        if anchor > 0 {
+            self.count(count(&node), node.line)?;
+            self.anchors.insert(anchor, node.clone());
+        }
+        let Some(Open { node: parent, key, .. }) = self.open.last_mut() else {
+            self.root.get_or_insert(node);
+            return Ok(());
+        };
+        match &mut parent.content {
+            Content::List(items) => items.push(node),
+            Content::Map(pairs) => match key.take() {
+                Some(key) => pairs.push((key, node)),
+                None => *key = Some(node),
+            },
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn count(&mut self, nodes: usize, line: usize) -> Result<(), Error> {
+        self.nodes += nodes;
+        if self.nodes > MAX_NODES {
+            let reason = format!("more than {MAX_NODES} values, aliases included: split the file");
+            return Err(Error { line, reason });
+        }
+        Ok(())
+    }
+}
+
+/// Returns the number of nodes in a tree, where a long text counts as several.
+fn count(node: &Node<'_>) -> usize {
+    1 + match &node.content {
+        Content::List(items) => items.iter().map(count).sum(),
+        Content::Map(pairs) => pairs.iter().map(|(key, value)| count(key) + count(value)).sum(),
+        Content::Text(text) => text.len() / 32,
+        Content::Null | Content::Bool(_) | Content::Integer(_) | Content::Float(_) => 0,
+    }
+}
+
+/// Resolves a scalar by the core schema.
+fn scalar<'text>(text: Cow<'text, str>, style: ScalarStyle, tag: Option<&Tag>) -> Content<'text> {
+    let is_text = tag.is_some_and(|tag| tag.is_yaml_core_schema() && tag.suffix == "str");
+    if style != ScalarStyle::Plain || is_text {
+        return Content::Text(text);
+    }
+    match text.as_ref() {
+        "" | "~" | "null" | "Null" | "NULL" => return Content::Null,
+        "true" | "True" | "TRUE" => return Content::Bool(true),
+        "false" | "False" | "FALSE" => return Content::Bool(false),
+        ".inf" | ".Inf" | ".INF" | "+.inf" | "+.Inf" | "+.INF" => {
+            return Content::Float(f64::INFINITY);
+        }
+        "-.inf" | "-.Inf" | "-.INF" => return Content::Float(f64::NEG_INFINITY),
+        ".nan" | ".NaN" | ".NAN" => return Content::Float(f64::NAN),
+        _ => {}
+    }
+    let integer = match text.as_bytes() {
+        [b'0', b'x', ..] => i64::from_str_radix(&text[2..], 16),
+        [b'0', b'o', ..] => i64::from_str_radix(&text[2..], 8),
+        _ => text.parse(),
+    };
+    if let Ok(integer) = integer {
+        return Content::Integer(integer);
+    }
+    // Without a digit it is a word, such as `inf`, which Rust reads as a number.
+    if text.bytes().any(|byte| byte.is_ascii_digit())
+        && let Ok(number) = text.parse()
+    {
+        return Content::Float(number);
+    }
+    Content::Text(text)
+}
+
+/// A place of the text. Places are looked up in ascending order, so that all of them together take
+/// one pass.
+struct Position<'text> {
+    text: &'text str,
+    /// From 1.
+    line: usize,
+    /// Characters from the start of the line.
+    column: usize,
+    /// Bytes.
+    offset: usize,
+}
+
+impl Position<'_> {
+    /// Returns the byte offset of a place.
+    fn offset(&mut self, line: usize, column: usize) -> usize {
+        if (line, column) < (self.line, self.column) {
+            (self.line, self.column, self.offset) = (1, 0, 0);
+        }
+        let mut rest = self.text[self.offset..].chars().peekable();
+        while (self.line, self.column) < (line, column) {
+            let Some(character) = rest.next() else { break };
+            self.offset += character.len_utf8();
+            let ends_line = character == '\n' || (character == '\r' && rest.peek() != Some(&'\n'));
+            if ends_line {
+                (self.line, self.column) = (self.line + 1, 0);
+            } else {
+                self.column += 1;
+            }
+        }
+        self.offset
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn node<'a>(root: &'a Node<'a>, key: &str) -> &'a Node<'a> {
+        let pairs = root.pairs().expect("a map");
+        pairs.into_iter().find(|(name, _)| name == key).expect("the key").1
+    }
+
+    #[test]
+    fn values_know_their_places() {
+        let text = "ä: [1, ü, 0x10]\r\nb:\n  c: 'd'\n";
+        let root = parse(text).expect("yaml");
+        let list = node(&root, "ä").list().expect("a list");
+        let places: Vec<_> = list.iter().map(|item| (item.line, item.offset)).collect();
+        assert_eq!(places, [(1, 5), (1, 8), (1, 12)]);
+        assert_eq!(list[2].content, Content::Integer(16));
+        let text_node = node(node(&root, "b"), "c");
+        assert_eq!((text_node.line, &text[text_node.offset..][..3]), (3, "'d'"));
+    }
+
+    #[test]
+    fn scalars_follow_the_core_schema() {
+        let cases = [
+            ("~", Content::Null),
+            ("True", Content::Bool(true)),
+            ("yes", Content::Text("yes".into())),
+            ("-7", Content::Integer(-7)),
+            ("0o17", Content::Integer(15)),
+            ("1e3", Content::Float(1000.0)),
+            ("-.inf", Content::Float(f64::NEG_INFINITY)),
+            ("inf", Content::Text("inf".into())),
+            ("'1'", Content::Text("1".into())),
+            ("!!str 1", Content::Text("1".into())),
+        ];
+        for (text, content) in cases {
+            assert_eq!(parse(text).expect(text).content, content, "{text}");
+        }
+    }
+
+    #[test]
+    fn aliases_are_expanded_up_to_a_limit() {
+        let root = parse("a: &x [1, 2]\nb: *x\n").expect("yaml");
+        assert_eq!(node(&root, "b").content, node(&root, "a").content);
+        let mut bomb = String::from("a0: &a0 [x, x, x, x, x, x, x, x]\n");
+        for level in 1..12 {
+            let items = vec![format!("*a{}", level - 1); 8].join(", ");
+            bomb += &format!("a{level}: &a{level} [{items}]\n");
+        }
+        assert!(parse(&bomb).expect_err("a bomb").reason.contains("aliases included"));
+    }
+
+    #[test]
+    fn what_is_wrong_is_told_with_its_line() {
+        let nested = format!("a:\n  {}", "[".repeat(MAX_DEPTH + 1));
+        for (text, line, reason) in [
+            ("a: 1\nb: [\n", 3, ""),
+            ("a: 1\n---\nb: 2\n", 1, "2 documents"),
+            ("a: &x [1, *x]", 1, "anchor"),
+            (&nested, 2, "nested"),
+        ] {
+            let error = parse(text).expect_err(text);
+            assert!(error.line == line && error.reason.contains(reason), "{text}: {error}");
+        }
+        let root = parse("a: 1\nb: -2\n").expect("yaml");
+        assert_eq!(
+            node(&root, "b").non_negative(),
+            Err(Error { line: 2, reason: "-2 is below 0".into() })
+        );
+        assert!(root.fields(&["a"]).unwrap_err().reason.contains("unknown field `b`"));
+        assert!(
+            parse("a: 1\na: 2\n")
+                .expect("yaml")
+                .fields(&["a"])
+                .unwrap_err()
+                .reason
+                .contains("twice")
+        );
+        assert_eq!(parse("").expect("nothing").content, Content::Null);
+    }
+}

@@ -1,0 +1,416 @@
+//! Validates the content of a file: returns a [`RouteGraph`], or reports every error.
+
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+use glam::DVec2;
+use regatta_base::bezier::CubicBezier;
+use regatta_base::graph::NodeIndex;
+
+use super::body_heading;
+use crate::model::angle::normalize_angle;
+use crate::model::finding::{Report, Subject};
+use crate::model::path::Path;
+use crate::model::raw::{RawCurve, RawEdge, RawGraph, RawNode, RawStation};
+use crate::model::route_graph::{Edge, Node, RouteGraph};
+use crate::model::spline::{HandleLengths, Handles, spline};
+use crate::model::tags::{Orientation, Station};
+use crate::model::value::{plural, shorten};
+
+/// The largest |x| or |y| in metres: beyond it the `f32` poses in frames are coarser than half a
+/// millimetre.
+pub const MAX_COORDINATE: f64 = 8000.0;
+
+/// The largest speed in metres per second.
+pub const MAX_SPEED: f64 = 50.0;
+
+/// The least length of an edge in metres.
+pub const MIN_LENGTH: f64 = 0.001;
+
+/// The distance in metres below which the end of a curve counts as at its node: a tenth of the
+/// error of a pose.
+pub(crate) const MAX_GAP: f64 = 1e-4;
+
+/// An angle in radians, of a little more than a full turn, beyond which angles are probably in
+/// degrees.
+pub(crate) const SUSPICIOUS_ANGLE: f64 = 2.0 * PI + 0.01;
+
+/// The largest accepted angle in the file's unit: a hundred turns in degrees.
+const MAX_ANGLE: f64 = 36_000.0;
+
+/// Returns the graph if every number and every reference in `raw` is valid, with nodes and edges in
+/// the order of `raw`.
+pub(crate) fn validate(
+    raw: &RawGraph,
+    handles: Handles,
+    report: &mut Report<'_>,
+) -> Option<RouteGraph> {
+    reject_empty(raw, report);
+    let origin = origin(raw);
+    let by_id = index_nodes(raw, report);
+    let nodes: Vec<Option<Node>> = raw
+        .nodes
+        .iter()
+        .map(|node| NodeCheck { node, report }.check(origin, raw.degrees))
+        .collect();
+    warn_of_degrees(raw, report);
+    reject_duplicate_edges(raw, report);
+    let mut edges: Vec<Option<Edge>> = raw
+        .edges
+        .iter()
+        .map(|edge| {
+            EdgeCheck { edge, origin, degrees: raw.degrees, report }.check(&by_id, &nodes, handles)
+        })
+        .collect();
+    if report.has_errors() {
+        return None;
+    }
+    body_heading::orient(raw, &mut edges, report);
+    let nodes = nodes.into_iter().collect::<Option<_>>()?;
+    let stations = check_stations(&raw.stations, &by_id, origin, report)?;
+    let background = raw
+        .background
+        .iter()
+        .map(|line| line.iter().map(|point| *point - origin).collect())
+        .collect();
+    let graph = RouteGraph::from_valid_parts(nodes, edges.into_iter().collect::<Option<_>>()?);
+    Some(graph.with_origin(origin).with_surroundings(stations, background))
+}
+
+/// Returns (0, 0), or the middle of the nodes in whole kilometres if some are too far from (0, 0)
+/// for precise poses.
+fn origin(raw: &RawGraph) -> DVec2 {
+    let positions = raw.nodes.iter().filter_map(|node| Some(DVec2::new(node.x?, node.y?)));
+    let (min, max) = positions
+        .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(min, max), at| (min.min(at), max.max(at)));
+    let farthest = min.abs().max(max.abs()).max_element();
+    let extent = (max - min).max_element();
+    // In a graph that is too large, or has an error of a few nodes, the file's coordinates say
+    // where that is.
+    if farthest <= MAX_COORDINATE || !farthest.is_finite() || extent > 2.0 * MAX_COORDINATE - 1000.0
+    {
+        return DVec2::ZERO;
+    }
+    ((min + max) / 2000.0).round() * 1000.0
+}
+
+fn check_stations(
+    raw: &[RawStation],
+    by_id: &BTreeMap<u32, NodeIndex>,
+    origin: DVec2,
+    report: &mut Report<'_>,
+) -> Option<Vec<Station>> {
+    let mut names = BTreeMap::new();
+    let mut stations = Vec::with_capacity(raw.len());
+    for station in raw {
+        if let Some(first) = names.insert(station.name.as_str(), station.at) {
+            let message = format!(
+                "station `{}` is also in line {}: give each a unique name",
+                shorten(&station.name),
+                report.line(first)
+            );
+            report.error(station.at, Subject::File, message);
+        }
+        for id in station.nodes.iter().filter(|id| !by_id.contains_key(id)) {
+            let message = format!(
+                "station `{}` names node {id}, which doesn't exist: add the node or correct the id",
+                shorten(&station.name)
+            );
+            report.error(station.at, Subject::File, message);
+        }
+        stations.push(Station {
+            name: station.name.clone(),
+            role: station.role,
+            nodes: station.nodes.iter().filter_map(|id| by_id.get(id).copied()).collect(),
+            position: station.position.map(|position| position - origin),
+            properties: station.properties.clone(),
+        });
+    }
+    (!report.has_errors()).then_some(stations)
+}
+
+fn reject_empty(raw: &RawGraph, report: &mut Report<'_>) {
+    // Whoever found nothing for a reason has said so.
+    if report.has_errors() {
+        return;
+    }
+    let message = match (raw.nodes.is_empty(), raw.edges.is_empty(), raw.is_imported) {
+        (false, false, _) => return,
+        (true, _, true) => {
+            "the layout has no nodes: there is nothing to drive on; check that this is the right file"
+        }
+        (false, true, true) => "the layout has no edges: add connections between its nodes",
+        (true, true, false) => "has no nodes and no edges: list them under Vertices and Edges",
+        (true, false, false) => "has no nodes: list them under Vertices",
+        (false, true, false) => "has no edges: list them under Edges",
+    };
+    report.error(0, Subject::File, message);
+}
+
+fn index_nodes(raw: &RawGraph, report: &mut Report<'_>) -> BTreeMap<u32, NodeIndex> {
+    let mut by_id = BTreeMap::new();
+    for (index, node) in (0..).zip(&raw.nodes) {
+        let Some(id) = node.id else { continue };
+        if let Some(NodeIndex(first)) = by_id.insert(id, NodeIndex(index)) {
+            duplicate(report, Subject::Node(Some(id)), node.at, raw.nodes[first as usize].at);
+        }
+    }
+    by_id
+}
+
+fn reject_duplicate_edges(raw: &RawGraph, report: &mut Report<'_>) {
+    let mut offsets = BTreeMap::new();
+    for edge in &raw.edges {
+        let Some(id) = edge.id else { continue };
+        if let Some(first) = offsets.insert(id, edge.at) {
+            duplicate(report, Subject::Edge(Some(id)), edge.at, first);
+        }
+    }
+}
+
+fn duplicate(report: &mut Report<'_>, subject: Subject, at: u32, first: u32) {
+    let message = format!(
+        "the {} in line {} has the same Id: give each a unique Id",
+        subject.kind(),
+        report.line(first)
+    );
+    report.error(at, subject, message);
+}
+
+struct NodeCheck<'a, 'r, 'text> {
+    node: &'a RawNode,
+    report: &'r mut Report<'text>,
+}
+
+impl NodeCheck<'_, '_, '_> {
+    fn check(mut self, origin: DVec2, degrees: bool) -> Option<Node> {
+        let raw = self.node;
+        self.coordinate("X", raw.x, origin.x);
+        self.coordinate("Y", raw.y, origin.y);
+        if let Some(angle) = raw.body_heading.filter(|angle| angle.abs() > MAX_ANGLE) {
+            self.error(format!(
+                "ThetaHolonomic is {angle}: give a heading in radians, or `AngleUnit: deg`"
+            ));
+        }
+        let theta = raw.theta?;
+        if theta.abs() > MAX_ANGLE {
+            self.error(format!("Theta is {theta}: give a heading in radians, or `AngleUnit: deg`"));
+            return None;
+        }
+        let theta = normalize_angle(if degrees { theta.to_radians() } else { theta });
+        let position = DVec2::new(raw.x?, raw.y?) - origin;
+        let (id, has_heading) = (raw.id?, raw.has_heading);
+        Some(Node { id, position, theta, has_heading, role: raw.role, tags: raw.tags.clone() })
+    }
+
+    fn coordinate(&mut self, name: &str, value: Option<f64>, origin: f64) {
+        let Some(value) = value.filter(|value| (value - origin).abs() > MAX_COORDINATE) else {
+            return;
+        };
+        self.error(format!(
+            "{name} is {value} m, beyond ±{MAX_COORDINATE} m, and the graph is wider than {} m, the range in which poses are \
+             precise: check that the unit is metres, or split the graph",
+            2.0 * MAX_COORDINATE - 1000.0
+        ));
+    }
+
+    fn error(&mut self, message: impl Into<String>) {
+        let (subject, message) = self.node.finding(message);
+        self.report.error(self.node.at, subject, message);
+    }
+}
+
+/// Warns of headings of more than a full turn in radians, which are probably in degrees.
+fn warn_of_degrees(raw: &RawGraph, report: &mut Report<'_>) {
+    let suspect = |node: &&RawNode| node.theta.is_some_and(|theta| theta.abs() > SUSPICIOUS_ANGLE);
+    let mut suspects = raw.nodes.iter().filter(suspect);
+    let Some(first) = suspects.next().filter(|_| !raw.degrees && !raw.is_imported) else { return };
+    let others = match suspects.count() {
+        0 => String::new(),
+        more => format!(" (and {})", plural(more, "more node")),
+    };
+    let message = format!(
+        "Theta is {}, more than a full turn{others}: if the angles are in degrees, add `AngleUnit: deg` to the file",
+        first.theta.unwrap_or_default()
+    );
+    report.warning(first.at, Subject::Node(first.id), message);
+}
+
+struct EdgeCheck<'a, 'r, 'text> {
+    edge: &'a RawEdge,
+    /// Of the graph, in metres.
+    origin: DVec2,
+    /// Whether angles are in degrees.
+    degrees: bool,
+    report: &'r mut Report<'text>,
+}
+
+impl EdgeCheck<'_, '_, '_> {
+    fn check(
+        mut self,
+        by_id: &BTreeMap<u32, NodeIndex>,
+        nodes: &[Option<Node>],
+        handles: Handles,
+    ) -> Option<Edge> {
+        let edge = self.edge;
+        let origin = self.node(by_id, edge.origin, "Origin_ID");
+        let destination = self.node(by_id, edge.destination, "Destination_ID");
+        let speed = self.forward_speed();
+        let reverse_speed = self.backward_speed();
+        let forward = self.handle_length(edge.forward, "ParamF");
+        let backward = self.handle_length(edge.backward, "ParamB");
+        let orientation = self.orientation();
+        let (origin, destination) = (origin?, destination?);
+        if origin == destination {
+            self.error("starts and ends at the same node: give it two different nodes");
+            return None;
+        }
+        let (from, to) =
+            (nodes[origin.0 as usize].as_ref()?, nodes[destination.0 as usize].as_ref()?);
+        let path = match edge.curve.as_ref()? {
+            RawCurve::Linear => CubicBezier::straight(from.position, to.position).into(),
+            RawCurve::Spline => {
+                spline(from, to, HandleLengths { forward: forward?, backward: backward? }, handles)
+                    .into()
+            }
+            RawCurve::Cubics(cubics) => self.connected(from, to, cubics)?,
+        };
+        let path = self.path(from, to, path)?;
+        Some(Edge {
+            id: edge.id?,
+            origin,
+            destination,
+            path,
+            speed: speed?,
+            reverse_speed: reverse_speed?,
+            orientation: orientation?,
+            rotation: edge.rotation,
+            tags: edge.tags.clone(),
+        })
+    }
+
+    fn node(
+        &mut self,
+        by_id: &BTreeMap<u32, NodeIndex>,
+        id: Option<u32>,
+        key: &str,
+    ) -> Option<NodeIndex> {
+        let found = by_id.get(&id?).copied();
+        if found.is_none() {
+            self.error(format!(
+                "{key} is {}, but no node has that Id: add the node or correct the id",
+                id?
+            ));
+        }
+        found
+    }
+
+    fn orientation(&mut self) -> Option<Orientation> {
+        let (angle, of): (f64, fn(f64) -> Orientation) = match self.edge.orientation {
+            Orientation::Tangential => return Some(Orientation::Tangential),
+            Orientation::Offset(angle) => (angle, Orientation::Offset),
+            Orientation::Fixed(angle) => (angle, Orientation::Fixed),
+        };
+        if angle.abs() > MAX_ANGLE {
+            self.error(format!("its heading is {angle}: give it in radians, or `AngleUnit: deg`"));
+            return None;
+        }
+        let radians = normalize_angle(if self.degrees { angle.to_radians() } else { angle });
+        Some(of(radians))
+            .filter(|orientation| *orientation != Orientation::Offset(0.0))
+            .or(Some(Orientation::Tangential))
+    }
+
+    fn forward_speed(&mut self) -> Option<f64> {
+        let speed = self.edge.speed?;
+        if speed > 0.0 && speed <= MAX_SPEED {
+            return Some(speed);
+        }
+        self.error(format!(
+            "VelocityForward is {speed}: it must be above 0 and at most {MAX_SPEED} m/s"
+        ));
+        None
+    }
+
+    fn backward_speed(&mut self) -> Option<Option<f64>> {
+        let speed = self.edge.reverse_speed?;
+        if (0.0..=MAX_SPEED).contains(&speed) {
+            return Some((speed > 0.0).then_some(speed));
+        }
+        self.error(format!(
+            "VelocityBackwards is {speed}: it must be 0 (not driven in reverse) or up to {MAX_SPEED} m/s"
+        ));
+        None
+    }
+
+    /// Joins the cubics of a file, and connects them to the nodes by straight segments where they
+    /// don't meet.
+    fn connected(&mut self, from: &Node, to: &Node, cubics: &[CubicBezier]) -> Option<Path> {
+        let origin = self.origin;
+        let shift = |point| point - origin;
+        let mut joined: Vec<CubicBezier> = Vec::with_capacity(cubics.len());
+        let mut at = from.position;
+        for cubic in cubics {
+            let mut cubic = CubicBezier { control_points: cubic.control_points.map(shift) };
+            self.close_gap(at, &mut cubic.control_points[0], &mut joined);
+            at = cubic.control_points[3];
+            joined.push(cubic);
+        }
+        let mut end = to.position;
+        self.close_gap(at, &mut end, &mut joined);
+        if let Some(last) = joined.last_mut() {
+            last.control_points[3] = to.position;
+        }
+        let path = Path::from_cubics(&joined);
+        if path.is_none() {
+            self.error("has no control points: give at least four");
+        }
+        path
+    }
+
+    /// Moves the start of a curve to where the one before it ends, or adds a straight segment if
+    /// that is too far.
+    fn close_gap(&mut self, from: DVec2, to: &mut DVec2, joined: &mut Vec<CubicBezier>) {
+        let gap = from.distance(*to);
+        if gap <= MAX_GAP {
+            *to = from;
+            return;
+        }
+        joined.push(CubicBezier::straight(from, *to));
+        let message = format!(
+            "its curve has a gap of {gap:.3} m, or doesn't begin or end at its node: a straight segment is added"
+        );
+        let (subject, message) = self.edge.finding(message);
+        self.report.warning(self.edge.at, subject, message);
+    }
+
+    fn path(&mut self, from: &Node, to: &Node, path: Path) -> Option<Path> {
+        if path
+            .control_points()
+            .any(|point| !point.is_finite() || point.abs().max_element() > MAX_COORDINATE)
+        {
+            let hint = if path.single().is_some() { ": shorten ParamF and ParamB" } else { "" };
+            self.error(format!("its control points extend beyond ±{MAX_COORDINATE} m{hint}"));
+            return None;
+        }
+        if from.position.distance(to.position) < MIN_LENGTH && path.length() < MIN_LENGTH {
+            self.error("has no length: its nodes are at the same position");
+            return None;
+        }
+        Some(path)
+    }
+
+    fn handle_length(&mut self, length: Option<f64>, name: &str) -> Option<f64> {
+        let length = length?;
+        if (0.0..=2.0 * MAX_COORDINATE).contains(&length) {
+            return Some(length);
+        }
+        self.error(format!("{name} is {length}: it must be 0 to {} m", 2.0 * MAX_COORDINATE));
+        None
+    }
+
+    fn error(&mut self, message: impl Into<String>) {
+        let (subject, message) = self.edge.finding(message);
+        self.report.error(self.edge.at, subject, message);
+    }
+}

@@ -1,0 +1,406 @@
+//! Draws a route graph as a map: an SVG file with the exact Bézier curves.
+
+mod labels;
+
+use std::fmt::{self, Write};
+
+use glam::DVec2;
+use regatta_base::bezier::CubicBezier;
+
+use crate::model::angle::unit;
+use crate::model::info::BoundingBox;
+use crate::model::path::Path;
+use crate::model::route_graph::{Edge, Node, RouteGraph};
+use crate::model::tags::{Role, Station};
+
+/// The longer side of the map in pixels, margins included.
+const LONGER_SIDE: f64 = 1600.0;
+/// The margin around the graph in pixels.
+const MARGIN: f64 = 48.0;
+/// The height of the legend below the map in pixels.
+const LEGEND: f64 = 44.0;
+
+/// The largest scale in pixels per metre.
+const MAX_SCALE: f64 = 60.0;
+
+/// The colours of the edges, from slow to fast.
+const SPEED_COLOURS: [&str; 5] = ["#7fb8ad", "#4f9bb0", "#3b78a8", "#2f5590", "#263a70"];
+
+/// Returns the map of a graph as the text of an SVG file.
+///
+/// North is up. Edges are coloured by speed and have an arrow at λ = ½, and a second, orange one if
+/// they allow reverse gear. Nodes show their headings, and rings in the colours of their roles;
+/// stations are squares. Labels are names or else ids: those of nodes in grey, unless there are
+/// thousands; those of edges in the colour of the edge, if there are few. A label for which there
+/// is no room is left out. The lines of the background are grey.
+pub fn svg(graph: &RouteGraph) -> String {
+    let mut text = String::new();
+    Map::new(graph).write(&mut text).expect("writing to a String never fails");
+    text
+}
+
+struct Map<'g> {
+    graph: &'g RouteGraph,
+    bounds: BoundingBox,
+    /// Pixels per metre.
+    scale: f64,
+    /// The size of the picture in pixels.
+    size: DVec2,
+    /// The lowest and the highest speed in metres per second.
+    speeds: (f64, f64),
+    /// The median length of an edge in pixels, by which strokes and symbols are scaled.
+    detail: f64,
+}
+
+impl<'g> Map<'g> {
+    fn new(graph: &'g RouteGraph) -> Self {
+        let stations = graph.stations().iter().filter_map(|station| station.position);
+        let bounds = BoundingBox::of(graph)
+            .with(graph.background().iter().flatten().copied().chain(stations));
+        let extent = bounds.size().max(DVec2::splat(0.1));
+        let scale = ((LONGER_SIDE - 2.0 * MARGIN) / extent.max_element()).min(MAX_SCALE);
+        // At least as wide as the legend.
+        let size =
+            (extent * scale + 2.0 * MARGIN).max(DVec2::new(560.0, 0.0)) + DVec2::new(0.0, LEGEND);
+        let speeds = graph.edges().iter().map(|edge| edge.speed);
+        let speeds = (speeds.clone().fold(f64::INFINITY, f64::min), speeds.fold(0.0, f64::max));
+        let mut lengths: Vec<f64> =
+            graph.edges().iter().map(|edge| approximate_length(&edge.path) * scale).collect();
+        lengths.sort_by(f64::total_cmp);
+        Self { graph, bounds, scale, size, speeds, detail: lengths[lengths.len() / 2] }
+    }
+
+    fn pixel(&self, point: DVec2) -> DVec2 {
+        DVec2::new(point.x - self.bounds.min_x, self.bounds.max_y - point.y) * self.scale + MARGIN
+    }
+
+    fn write(&self, out: &mut String) -> fmt::Result {
+        let DVec2 { x: width, y: height } = self.size;
+        writeln!(
+            out,
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" width=\"{width:.0}\" \
+             height=\"{height:.0}\" font-family=\"Helvetica, Arial, sans-serif\" font-size=\"11\">"
+        )?;
+        writeln!(out, "<rect width=\"100%\" height=\"100%\" fill=\"#fafbfc\"/>")?;
+        self.write_grid(out)?;
+        self.write_background(out)?;
+        for (class, colour) in SPEED_COLOURS.into_iter().enumerate() {
+            self.write_edges(out, class, colour)?;
+        }
+        self.write_reverse_arrows(out)?;
+        self.write_nodes(out)?;
+        self.write_stations(out)?;
+        self.write_labels(out)?;
+        self.write_legend(out)?;
+        writeln!(out, "</svg>")
+    }
+
+    /// Writes faint grid lines at round coordinates.
+    fn write_grid(&self, out: &mut String) -> fmt::Result {
+        let step = round_length(80.0 / self.scale);
+        let (bottom, right) = (self.size.y - LEGEND, self.size.x);
+        write!(out, "<path stroke=\"#e8ebef\" fill=\"none\" d=\"")?;
+        let west = self.bounds.min_x - MARGIN / self.scale;
+        let mut x = (west / step).ceil() * step;
+        while self.pixel(DVec2::new(x, 0.0)).x < right {
+            write!(out, "M{:.1} 0V{bottom:.1}", self.pixel(DVec2::new(x, 0.0)).x)?;
+            x += step;
+        }
+        let north = self.bounds.max_y + MARGIN / self.scale;
+        let mut y = (north / step).floor() * step;
+        while self.pixel(DVec2::new(0.0, y)).y < bottom {
+            write!(out, "M0 {:.1}H{right:.1}", self.pixel(DVec2::new(0.0, y)).y)?;
+            y -= step;
+        }
+        writeln!(out, "\"/>")
+    }
+
+    /// Writes the lines that the file has besides the graph.
+    fn write_background(&self, out: &mut String) -> fmt::Result {
+        if self.graph.background().is_empty() {
+            return Ok(());
+        }
+        write!(out, "<path stroke=\"#b9c0c8\" stroke-width=\"1.2\" fill=\"none\" d=\"")?;
+        for line in self.graph.background() {
+            for (number, &point) in line.iter().enumerate() {
+                let at = self.pixel(point);
+                write!(out, "{}{:.1} {:.1}", if number == 0 { 'M' } else { 'L' }, at.x, at.y)?;
+            }
+        }
+        writeln!(out, "\"/>")
+    }
+
+    /// Writes stations as squares in the colours of their roles, with lines to their nodes, and
+    /// rings around nodes with a role.
+    fn write_stations(&self, out: &mut String) -> fmt::Result {
+        let size = self.station_size();
+        for node in self.graph.nodes().iter().filter(|node| node.role != Role::None) {
+            let (at, colour) = (self.pixel(node.position), role_colour(node.role));
+            writeln!(
+                out,
+                "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"{size:.1}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"/>",
+                at.x, at.y
+            )?;
+        }
+        for station in self.graph.stations() {
+            let Some(at) = self.station_position(station) else { continue };
+            let colour = role_colour(station.role);
+            let nodes = station.nodes.iter().map(|&node| self.graph.node(node).position);
+            for node in nodes.map(|node| self.pixel(node)) {
+                let (x, y) = (node.x, node.y);
+                writeln!(
+                    out,
+                    "<path stroke=\"{colour}\" stroke-dasharray=\"3 3\" d=\"M{:.1} {:.1}L{x:.1} {y:.1}\"/>",
+                    at.x, at.y
+                )?;
+            }
+            let (x, y) = (at.x - size, at.y - size);
+            let side = 2.0 * size;
+            writeln!(
+                out,
+                "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{side:.1}\" height=\"{side:.1}\" fill=\"{colour}\" fill-opacity=\"0.75\"/>"
+            )?;
+        }
+        Ok(())
+    }
+
+    /// Returns where a station is in the picture, if the file says so for it or for a node of it.
+    fn station_position(&self, station: &Station) -> Option<DVec2> {
+        let node = station.nodes.first().map(|&node| self.graph.node(node).position);
+        station.position.or(node).map(|position| self.pixel(position))
+    }
+
+    /// Returns half the side of a station's square, and the radius of the ring around a node with a
+    /// role.
+    fn station_size(&self) -> f64 {
+        (self.detail * 0.16).clamp(3.0, 10.0)
+    }
+
+    fn node_radius(&self) -> f64 {
+        (self.detail * 0.07).clamp(0.8, 4.5)
+    }
+
+    /// Returns the radius of a node's circle, or of its ring, with half the stroke.
+    fn reach(&self, node: &Node) -> f64 {
+        if node.role == Role::None { self.node_radius() * 1.2 } else { self.station_size() + 1.0 }
+    }
+
+    fn stroke(&self) -> f64 {
+        (self.detail * 0.04).clamp(0.7, 2.0)
+    }
+
+    fn arrow(&self) -> f64 {
+        (self.detail * 0.16).clamp(3.0, 9.0)
+    }
+
+    fn speed_class(&self, edge: &Edge) -> usize {
+        let (slowest, fastest) = self.speeds;
+        let fraction = (edge.speed - slowest) / (fastest - slowest).max(f64::MIN_POSITIVE);
+        let middle_if_all_equal = if fastest > slowest { fraction } else { 0.5 };
+        (middle_if_all_equal * (SPEED_COLOURS.len() - 1) as f64).round() as usize
+    }
+
+    /// Writes the curves and arrows of one speed class. Classes are written in ascending order, so
+    /// that faster edges are drawn on top.
+    fn write_edges(&self, out: &mut String, class: usize, colour: &str) -> fmt::Result {
+        let edges = || self.graph.edges().iter().filter(|edge| self.speed_class(edge) == class);
+        if edges().next().is_none() {
+            return Ok(());
+        }
+        writeln!(
+            out,
+            "<g stroke=\"{colour}\" fill=\"none\" stroke-width=\"{:.2}\" stroke-linecap=\"round\">",
+            self.stroke()
+        )?;
+        for edge in edges() {
+            let start = self.pixel(edge.path.start());
+            write!(out, "<path d=\"M{:.1} {:.1}", start.x, start.y)?;
+            for cubic in edge.path.cubics() {
+                let [_, p1, p2, p3] = cubic.control_points.map(|point| self.pixel(point));
+                write!(
+                    out,
+                    "C{:.1} {:.1} {:.1} {:.1} {:.1} {:.1}",
+                    p1.x, p1.y, p2.x, p2.y, p3.x, p3.y
+                )?;
+            }
+            writeln!(out, "\"/>")?;
+        }
+        write!(out, "</g>\n<path fill=\"{colour}\" d=\"")?;
+        for edge in edges().filter(|edge| self.has_room(edge, 2.2)) {
+            self.write_arrow(out, &edge.path, 0.5, 1.0)?;
+        }
+        writeln!(out, "\"/>")
+    }
+
+    fn write_reverse_arrows(&self, out: &mut String) -> fmt::Result {
+        write!(out, "<path fill=\"#e07b39\" d=\"")?;
+        let reversible = |edge: &&Edge| edge.reverse_speed.is_some() && self.has_room(edge, 4.5);
+        for edge in self.graph.edges().iter().filter(reversible) {
+            self.write_arrow(out, &edge.path, 0.28, -0.7)?;
+        }
+        writeln!(out, "\"/>")
+    }
+
+    fn has_room(&self, edge: &Edge, arrows: f64) -> bool {
+        approximate_length(&edge.path) * self.scale > arrows * self.arrow()
+    }
+
+    /// Writes a triangle on the curve, `size` times as long as a normal arrow; it points backwards
+    /// if `size` is negative.
+    fn write_arrow(&self, out: &mut String, path: &Path, fraction: f64, size: f64) -> fmt::Result {
+        let (position, tangent) = path.at(fraction);
+        let along = tangent * DVec2::new(1.0, -1.0) * self.arrow() * size;
+        let centre = self.pixel(position);
+        let (tip, back, side) = (centre + along * 0.5, centre - along * 0.5, along.perp() * 0.36);
+        let (left, right) = (back + side, back - side);
+        write!(
+            out,
+            "M{:.1} {:.1}L{:.1} {:.1}L{:.1} {:.1}Z",
+            tip.x, tip.y, left.x, left.y, right.x, right.y
+        )
+    }
+
+    fn write_nodes(&self, out: &mut String) -> fmt::Result {
+        let radius = self.node_radius();
+        write!(
+            out,
+            "<path stroke=\"#30363d\" stroke-width=\"{:.2}\" stroke-linecap=\"round\" d=\"",
+            radius * 0.55
+        )?;
+        for node in self.graph.nodes() {
+            let (from, pointer) = (self.pixel(node.position), unit(node.theta) * 2.4 * radius);
+            write!(out, "M{:.1} {:.1}l{:.1} {:.1}", from.x, from.y, pointer.x, -pointer.y)?;
+        }
+        writeln!(
+            out,
+            "\"/>\n<g fill=\"#ffffff\" stroke=\"#30363d\" stroke-width=\"{:.2}\">",
+            radius * 0.4
+        )?;
+        for node in self.graph.nodes() {
+            let at = self.pixel(node.position);
+            writeln!(out, "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"{radius:.1}\"/>", at.x, at.y)?;
+        }
+        writeln!(out, "</g>")
+    }
+
+    /// The scale bar, the counts and the colours of the speeds.
+    fn write_legend(&self, out: &mut String) -> fmt::Result {
+        let (top, bar) = (self.size.y - LEGEND, round_length(120.0 / self.scale));
+        let (line, end) = (top + 16.0, MARGIN + bar * self.scale);
+        writeln!(out, "<path stroke=\"#d5dae0\" d=\"M0 {top:.1}H{:.1}\"/>", self.size.x)?;
+        writeln!(
+            out,
+            "<path stroke=\"#30363d\" stroke-width=\"1.5\" fill=\"none\" d=\"M{MARGIN} {:.1}v8M{MARGIN} {line:.1}H{end:.1}m0 -4v8\"/>",
+            line - 4.0
+        )?;
+        writeln!(
+            out,
+            "<g fill=\"#30363d\">\n<text x=\"{MARGIN}\" y=\"{:.1}\">{bar} m</text>",
+            line + 18.0
+        )?;
+        let (nodes, edges) = (self.graph.nodes().len(), self.graph.edges().len());
+        let middle = end.max(MARGIN + 60.0) + 24.0;
+        writeln!(
+            out,
+            "<text x=\"{middle:.1}\" y=\"{:.1}\">{edges} edges, {nodes} nodes</text>",
+            line + 4.0
+        )?;
+        let (slowest, fastest) = self.speeds;
+        let (left, y) = (self.size.x - MARGIN, line + 4.0);
+        writeln!(
+            out,
+            "<text x=\"{left:.1}\" y=\"{y:.1}\" text-anchor=\"end\">{fastest} m/s</text>"
+        )?;
+        if fastest > slowest {
+            let left = left - 150.0;
+            writeln!(
+                out,
+                "<text x=\"{left:.1}\" y=\"{y:.1}\" text-anchor=\"end\">{slowest} m/s</text>"
+            )?;
+            for (class, colour) in (0..).map(f64::from).zip(SPEED_COLOURS) {
+                let x = left + 8.0 + class * 18.0;
+                writeln!(
+                    out,
+                    "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"18\" height=\"4\" fill=\"{colour}\"/>",
+                    line - 2.0
+                )?;
+            }
+        }
+        writeln!(out, "</g>")
+    }
+}
+
+/// Estimates the length of a curve as the mean of its chord and its control polygon; accurate
+/// enough to choose sizes.
+fn approximate_length(path: &Path) -> f64 {
+    let of = |cubic: &CubicBezier| {
+        let [p0, p1, p2, p3] = cubic.control_points;
+        (p0.distance(p3) + p0.distance(p1) + p1.distance(p2) + p2.distance(p3)) / 2.0
+    };
+    path.cubics().map(of).sum()
+}
+
+/// Rounds down to 1, 2 or 5 times a power of ten.
+fn round_length(length: f64) -> f64 {
+    let power = 10f64.powf(length.log10().floor());
+    [5.0, 2.0]
+        .into_iter()
+        .map(|factor| factor * power)
+        .find(|&round| round <= length)
+        .unwrap_or(power)
+}
+
+fn role_colour(role: Role) -> &'static str {
+    match role {
+        Role::None => "#6a737d",
+        Role::Pick => "#2f7d4f",
+        Role::Drop => "#8a4fb0",
+        Role::Park => "#3b6ea8",
+        Role::Charge => "#c98a1b",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::generate::Warehouse;
+    use crate::model::options::ReadOptions;
+    use crate::parse;
+
+    #[test]
+    fn a_map_shows_every_edge_and_node() {
+        let text = Warehouse { aisles: 2, rows: 1, bays: 2 }.generate().unwrap();
+        let (graph, _) = parse(&text, "g", &ReadOptions::default()).unwrap();
+        let map = svg(&graph);
+        assert_eq!(map.matches("<circle").count(), graph.nodes().len());
+        assert_eq!(map.matches("<path d=\"M").count(), graph.edges().len());
+        assert!(!map.contains("NaN") && !map.contains("inf"));
+        assert_eq!(map.matches("<g").count(), map.matches("</g>").count());
+    }
+
+    #[test]
+    fn names_stations_and_roles_are_drawn() {
+        let text = "Vertices:\n- {Id: 1, X: 1, Y: 1, Theta: 0, Name: a<b, Role: charge}\n- {Id: 2, X: 5, Y: 1, Theta: 0}\n\
+            Edges:\n- {Id: 1, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: 1}\n\
+            Stations:\n- {Name: Dock, Role: drop, Nodes: [2], X: 5, Y: 2}\n";
+        let map = svg(&parse(text, "g", &ReadOptions::default()).unwrap().0);
+        assert!(map.contains(">a&lt;b</text>") && map.contains(">Dock</text>"), "{map}");
+        assert!(map.contains(role_colour(Role::Charge)) && map.contains(role_colour(Role::Drop)));
+    }
+
+    #[test]
+    fn a_single_short_edge_makes_a_map() {
+        let text = "Vertices:\n- {Id: 1, X: 1, Y: 1, Theta: 0}\n- {Id: 2, X: 1.002, Y: 1, Theta: 0}\n\
+            Edges:\n- {Id: 1, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: 1}\n";
+        let map = svg(&parse(text, "g", &ReadOptions::default()).unwrap().0);
+        assert!(!map.contains("NaN") && !map.contains("inf"));
+    }
+
+    #[test]
+    fn lengths_are_rounded_down_to_round_numbers() {
+        assert_eq!(
+            [0.9, 1.0, 4.9, 5.0, 99.0].map(round_length).map(|length| (length * 10.0).round()),
+            [5.0, 10.0, 20.0, 50.0, 500.0]
+        );
+    }
+}

@@ -1,0 +1,340 @@
+//! The labels of a map, each where it covers no other label and no symbol.
+
+use std::collections::BTreeMap;
+use std::fmt::{self, Write};
+
+use glam::DVec2;
+
+use super::{LEGEND, Map, SPEED_COLOURS, approximate_length, role_colour};
+use crate::model::route_graph::{Edge, Node};
+
+/// The largest number of edges with which edges are labelled.
+const MAX_LABELLED_EDGES: usize = 150;
+
+/// The largest number of nodes with which nodes are labelled, and likewise of stations.
+const MAX_LABELLED_NODES: usize = 2000;
+
+/// The largest number of characters of a label.
+const LONGEST_LABEL: usize = 24;
+
+/// The mean width of a character relative to the size of the font, and the height of a line.
+const GLYPH: DVec2 = DVec2::new(0.6, 1.15);
+
+/// The size of the font of the names of stations.
+const STATION_FONT: f64 = 11.0;
+
+/// The side of a cell of the grid in which labels are searched for, in pixels.
+const CELL: f64 = 40.0;
+
+/// A text on the map.
+#[derive(Clone, Debug, PartialEq)]
+struct Label {
+    text: String,
+    font: f64,
+    colour: &'static str,
+    /// The centre in pixels.
+    centre: DVec2,
+}
+
+impl Label {
+    fn new(text: &str, font: f64, colour: &'static str) -> Self {
+        Self { text: elide(text), font, colour, centre: DVec2::ZERO }
+    }
+
+    /// Returns half the estimated width and height. Chinese, Japanese and Korean characters are as
+    /// wide as high.
+    fn half_size(&self) -> DVec2 {
+        let width = |letter| if letter >= '\u{1100}' && letter != '…' { 1.0 } else { GLYPH.x };
+        DVec2::new(self.text.chars().map(width).sum(), GLYPH.y) * self.font / 2.0
+    }
+
+    fn area(&self) -> Area {
+        Area::around(self.centre, self.half_size())
+    }
+
+    /// Returns the centres beside, above and below a symbol, which reaches `radius` from its own
+    /// centre. The second six are farther away, for a symbol with another one around it.
+    fn centres_around(&self, symbol: DVec2, radius: f64) -> impl Iterator<Item = DVec2> + use<> {
+        const SIDES: [(f64, f64); 6] =
+            [(1.0, -1.0), (1.0, 1.0), (-1.0, -1.0), (-1.0, 1.0), (0.0, -1.0), (0.0, 1.0)];
+        let half = self.half_size();
+        let around = move |gap| {
+            SIDES.map(|(right, down)| symbol + (half + radius + gap) * DVec2::new(right, down))
+        };
+        [1.0, 8.0].into_iter().flat_map(around)
+    }
+
+    /// Returns the centre to the right of a point of a curve; `right` is a unit vector.
+    fn centre_right_of(&self, point: DVec2, right: DVec2) -> DVec2 {
+        let (half, gap) = (self.half_size(), 0.4 * self.font);
+        point + right * (right.abs().dot(half) + gap)
+    }
+
+    fn write(&self, out: &mut String, paint: &str) -> fmt::Result {
+        let (Self { font, centre, .. }, text) = (self, escape(&self.text));
+        writeln!(
+            out,
+            "<text x=\"{:.1}\" y=\"{:.1}\" font-size=\"{font:.1}\" {paint}>{text}</text>",
+            centre.x, centre.y
+        )
+    }
+}
+
+/// A rectangle with sides along the axes, in pixels.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Area {
+    min: DVec2,
+    max: DVec2,
+}
+
+impl Area {
+    fn around(centre: DVec2, half_size: DVec2) -> Self {
+        Self { min: centre - half_size, max: centre + half_size }
+    }
+
+    fn overlaps(&self, other: &Self) -> bool {
+        self.min.cmplt(other.max).all() && other.min.cmplt(self.max).all()
+    }
+
+    fn contains(&self, other: &Self) -> bool {
+        self.min.cmple(other.min).all() && other.max.cmple(self.max).all()
+    }
+
+    fn cells(&self) -> impl Iterator<Item = (i32, i32)> + use<> {
+        let [from, to] = [self.min, self.max].map(|corner| (corner / CELL).floor().as_ivec2());
+        (from.x..=to.x).flat_map(move |x| (from.y..=to.y).map(move |y| (x, y)))
+    }
+}
+
+/// The areas of a picture that are taken, by the cells of a grid.
+struct Taken {
+    picture: Area,
+    cells: BTreeMap<(i32, i32), Vec<Area>>,
+}
+
+impl Taken {
+    fn add(&mut self, area: Area) {
+        for cell in area.cells() {
+            self.cells.entry(cell).or_default().push(area);
+        }
+    }
+
+    fn is_free(&self, area: &Area) -> bool {
+        let in_cell = |cell| self.cells.get(&cell).into_iter().flatten();
+        self.picture.contains(area)
+            && !area.cells().flat_map(in_cell).any(|taken| taken.overlaps(area))
+    }
+
+    /// Moves a label to the first free one of some centres; returns `None` if there is none.
+    fn place(&mut self, label: Label, centres: impl IntoIterator<Item = DVec2>) -> Option<Label> {
+        let mut there = centres.into_iter().map(|centre| Label { centre, ..label.clone() });
+        let placed = there.find(|label| self.is_free(&label.area()))?;
+        self.add(placed.area());
+        Some(placed)
+    }
+}
+
+impl Map<'_> {
+    /// Writes the labels: first all halos, which are texts of their own because not every SVG
+    /// renderer supports `paint-order`, then the texts, so that no halo covers a text.
+    pub(super) fn write_labels(&self, out: &mut String) -> fmt::Result {
+        let labels = self.labels();
+        for halo in [true, false] {
+            let paint =
+                "fill=\"#fafbfc\" stroke=\"#fafbfc\" stroke-width=\"3\" stroke-linejoin=\"round\"";
+            let paint = if halo { paint } else { "" };
+            writeln!(out, "<g text-anchor=\"middle\" dominant-baseline=\"central\" {paint}>")?;
+            for label in &labels {
+                let colour =
+                    if halo { String::new() } else { format!("fill=\"{}\"", label.colour) };
+                label.write(out, &colour)?;
+            }
+            writeln!(out, "</g>")?;
+        }
+        Ok(())
+    }
+
+    /// Returns the labels that find room: those of nodes come first, then those of stations, then
+    /// those of edges.
+    fn labels(&self) -> Vec<Label> {
+        let (nodes, edges, stations) =
+            (self.graph.nodes(), self.graph.edges(), self.graph.stations());
+        let mut taken = self.symbols();
+        let mut labels = Vec::new();
+        if nodes.len() <= MAX_LABELLED_NODES {
+            labels.extend(nodes.iter().filter_map(|node| self.place_node(node, &mut taken)));
+        }
+        if stations.len() <= MAX_LABELLED_NODES {
+            labels.extend(self.place_stations(&mut taken));
+        }
+        if edges.len() <= MAX_LABELLED_EDGES {
+            labels.extend(edges.iter().filter_map(|edge| self.place_edge(edge, &mut taken)));
+        }
+        labels
+    }
+
+    /// Returns the areas of nodes and stations.
+    fn symbols(&self) -> Taken {
+        let picture = Area { min: DVec2::ZERO, max: self.size - DVec2::new(0.0, LEGEND) };
+        let mut taken = Taken { picture, cells: BTreeMap::new() };
+        for node in self.graph.nodes() {
+            taken.add(Area::around(self.pixel(node.position), DVec2::splat(self.reach(node))));
+        }
+        for at in self.graph.stations().iter().filter_map(|station| self.station_position(station))
+        {
+            taken.add(Area::around(at, DVec2::splat(self.station_size())));
+        }
+        taken
+    }
+
+    /// Returns the size of the font of the labels of nodes and edges.
+    fn font(&self) -> f64 {
+        (self.detail * 0.14).clamp(7.0, 13.0)
+    }
+
+    fn place_node(&self, node: &Node, taken: &mut Taken) -> Option<Label> {
+        let id = node.id.to_string();
+        let label = Label::new(node.name().unwrap_or(&id), self.font(), "#6a737d");
+        let centres = label.centres_around(self.pixel(node.position), self.reach(node));
+        taken.place(label, centres)
+    }
+
+    fn place_stations(&self, taken: &mut Taken) -> Vec<Label> {
+        let mut labels = Vec::new();
+        for station in self.graph.stations() {
+            let Some(at) = self.station_position(station) else { continue };
+            let label = Label::new(&station.name, STATION_FONT, role_colour(station.role));
+            let centres = label.centres_around(at, self.station_size());
+            labels.extend(taken.place(label, centres));
+        }
+        labels
+    }
+
+    fn place_edge(&self, edge: &Edge, taken: &mut Taken) -> Option<Label> {
+        let id = edge.id.to_string();
+        let length = approximate_length(&edge.path) * self.scale;
+        // One that is longer than its edge would seem to belong to others.
+        let fits = |label: &Label| 2.0 * label.half_size().x <= length;
+        let colour = SPEED_COLOURS[self.speed_class(edge)];
+        let texts = [edge.name().unwrap_or(&id), &id];
+        let label =
+            texts.map(|text| Label::new(text, self.font(), colour)).into_iter().find(fits)?;
+        let beside = |fraction| {
+            let (position, tangent) = edge.path.at(fraction);
+            let right = (tangent * DVec2::new(1.0, -1.0)).perp();
+            [right, -right].map(|side| label.centre_right_of(self.pixel(position), side))
+        };
+        taken.place(label.clone(), [1.0 / 2.0, 1.0 / 3.0, 2.0 / 3.0].into_iter().flat_map(beside))
+    }
+}
+
+/// Returns at most [`LONGEST_LABEL`] characters of a text. Names often differ only at their ends,
+/// so it leaves out the middle.
+fn elide(text: &str) -> String {
+    let letters: Vec<char> = text.chars().filter(|letter| !letter.is_control()).collect();
+    if letters.len() <= LONGEST_LABEL {
+        return letters.into_iter().collect();
+    }
+    let (start, end) = (LONGEST_LABEL / 2, letters.len() - (LONGEST_LABEL - 1) / 2);
+    letters[..start].iter().chain(&['…']).chain(&letters[end..]).collect()
+}
+
+/// Returns a text as XML.
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+    use regatta_base::bezier::CubicBezier;
+    use regatta_base::graph::NodeIndex;
+
+    use super::*;
+    use crate::model::route_graph::RouteGraph;
+    use crate::model::tags::{Role, Station, Tags};
+
+    fn tags(name: &str) -> Option<Box<Tags>> {
+        Some(Box::new(Tags { name: Some(name.into()), ..Tags::default() }))
+    }
+
+    /// Makes a graph of nodes with names at some points, with edges from each to the next, and a
+    /// station at every third.
+    fn graph(points: &[(f64, f64)], names: &[String]) -> RouteGraph {
+        let mut nodes = Vec::new();
+        let mut edges = Vec::new();
+        let mut stations = Vec::new();
+        for (index, (&(x, y), name)) in (0..).zip(points.iter().zip(names.iter().cycle())) {
+            let position = DVec2::new(x, y);
+            let role = if index % 5 == 0 { Role::Charge } else { Role::None };
+            nodes.push(Node { tags: tags(name), role, ..Node::new(index, position, 0.0) });
+            let Some(before) = index.checked_sub(1) else { continue };
+            let curve = CubicBezier::straight(nodes[before as usize].position, position + 0.01);
+            let edge = Edge::new(index, [NodeIndex(before), NodeIndex(index)], curve, (1.0, None));
+            edges.push(Edge { tags: tags(name).filter(|_| index % 2 == 0), ..edge });
+            if index % 3 == 0 {
+                let (nodes, position) =
+                    (vec![NodeIndex(index)], (index % 2 == 0).then_some(position + 0.3));
+                let properties = BTreeMap::new();
+                stations.push(Station {
+                    name: format!("Dock {index}"),
+                    role: Role::Drop,
+                    nodes,
+                    position,
+                    properties,
+                });
+            }
+        }
+        RouteGraph::from_valid_parts(nodes, edges).with_surroundings(stations, Vec::new())
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(if cfg!(miri) { 2 } else { 64 }))]
+
+        #[test]
+        fn labels_overlap_neither_each_other_nor_nodes(
+            points in prop::collection::vec((0.0..30.0, 0.0..20.0), 2..150),
+            names in prop::collection::vec("[A-Za-z0-9 -]{1,30}", 1..9),
+        ) {
+            let graph = graph(&points, &names);
+            let map = Map::new(&graph);
+            let labels = map.labels();
+            prop_assert!(!labels.is_empty());
+            for (index, label) in labels.iter().enumerate() {
+                let area = label.area();
+                prop_assert!(!labels[..index].iter().any(|other| other.area().overlaps(&area)), "{label:?}");
+                for node in graph.nodes() {
+                    let centre = map.pixel(node.position);
+                    let distance = centre.distance(centre.clamp(area.min, area.max));
+                    prop_assert!(distance >= map.reach(node) - 1e-9, "{label:?} covers {node:?}");
+                }
+            }
+            prop_assert_eq!(labels, map.labels());
+        }
+    }
+
+    #[test]
+    fn nodes_at_one_spot_have_labels_around_it() {
+        let graph = graph(&[(1.0, 1.0), (1.0, 1.0), (1.0, 1.0), (9.0, 9.0)], &["a".to_owned()]);
+        let names = Map::new(&graph).labels().iter().filter(|label| label.text == "a").count();
+        assert!(names >= 4, "{names}");
+    }
+
+    #[test]
+    fn many_edges_leave_the_names_of_nodes() {
+        let points: Vec<_> = (0..200)
+            .map(|index| (f64::from(index % 20) * 5.0, f64::from(index / 20) * 5.0))
+            .collect();
+        let graph = graph(&points, &["n".to_owned()]);
+        let labels = Map::new(&graph).labels();
+        assert_eq!(labels.iter().filter(|label| label.text == "n").count(), points.len());
+    }
+
+    #[test]
+    fn long_names_keep_both_ends() {
+        assert_eq!(elide("Point-0045 --- Point-0046"), "Point-0045 -… Point-0046");
+        assert_eq!(elide("a\nb"), "ab");
+        assert_eq!(elide(&"é".repeat(LONGEST_LABEL)), "é".repeat(LONGEST_LABEL));
+        assert_eq!(elide(&"é".repeat(99)).chars().count(), LONGEST_LABEL);
+    }
+}

@@ -1,0 +1,17 @@
+//! The model of a layout: a route graph, before and after its validation.
+
+pub mod angle;
+pub mod change;
+pub mod components;
+pub mod finding;
+pub mod format;
+pub mod info;
+mod line_index;
+pub mod nurbs;
+pub mod options;
+pub mod path;
+pub(crate) mod raw;
+pub(crate) mod route_graph;
+pub mod spline;
+pub mod tags;
+pub(crate) mod value;

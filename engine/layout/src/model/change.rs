@@ -1,0 +1,132 @@
+//! Changed copies of a route graph: what if this edge were closed, faster, or there twice?
+
+use regatta_base::bezier::CubicBezier;
+
+use super::path::Path;
+use super::route_graph::{Edge, RouteGraph};
+
+/// The part of the distance between handles and chord that a cubic reaches in its middle: 2 · 3 · ¼
+/// · ½.
+const REACH_OF_HANDLES: f64 = 0.75;
+
+/// A change of an edge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum EdgeChange {
+    /// The edge is left out.
+    Close,
+    /// Its speeds are multiplied by this factor, above 0.
+    Speed(f64),
+    /// There is a second edge with the same nodes and speeds beside it, so many metres to the right
+    /// in its middle.
+    Double(f64),
+}
+
+/// The error of changing a graph.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum ChangeError {
+    /// There is no such edge.
+    #[error("edge {0}: the layout has no edge with this id")]
+    Unknown(u32),
+    /// The edge consists of several curves: where a second one could be isn't known.
+    #[error("edge {0}: it has several curves, so it can't be doubled")]
+    SeveralCurves(u32),
+    /// A graph needs an edge.
+    #[error("all edges are closed: leave one open")]
+    NothingLeft,
+}
+
+impl RouteGraph {
+    /// Returns a copy in which some edges are changed, by their ids. Added edges have ids above all
+    /// others.
+    ///
+    /// # Errors
+    /// [`ChangeError`] if an edge doesn't exist or can't be doubled, or if none is left.
+    pub fn with_changes(&self, changes: &[(u32, EdgeChange)]) -> Result<Self, ChangeError> {
+        let mut edges: Vec<Option<Edge>> = self.edges().iter().cloned().map(Some).collect();
+        let mut added = Vec::new();
+        let mut next_id = self.edges().iter().map(|edge| edge.id).max().unwrap_or(0);
+        for &(id, change) in changes {
+            let index = self.edge_by_id(id).ok_or(ChangeError::Unknown(id))?;
+            let slot = &mut edges[index.0 as usize];
+            let Some(edge) = slot else { continue };
+            match change {
+                EdgeChange::Close => *slot = None,
+                EdgeChange::Speed(factor) => {
+                    edge.speed *= factor;
+                    edge.reverse_speed = edge.reverse_speed.map(|velocity| velocity * factor);
+                }
+                EdgeChange::Double(metres) => {
+                    next_id += 1;
+                    let path = beside(&edge.path, metres).ok_or(ChangeError::SeveralCurves(id))?;
+                    added.push(Edge { id: next_id, path, tags: None, ..edge.clone() });
+                }
+            }
+        }
+        let edges: Vec<Edge> = edges.into_iter().flatten().chain(added).collect();
+        if edges.is_empty() {
+            return Err(ChangeError::NothingLeft);
+        }
+        let (stations, background) = (self.stations().to_vec(), self.background().to_vec());
+        Ok(Self::from_valid_parts(self.nodes().to_vec(), edges)
+            .with_origin(self.origin())
+            .with_surroundings(stations, background))
+    }
+}
+
+/// Returns a curve with the same ends whose middle is so many metres to the right; `None` for a
+/// path of several curves.
+fn beside(path: &Path, metres: f64) -> Option<Path> {
+    let [start, first_handle, last_handle, end] = path.single()?.control_points;
+    let right = -(end - start).normalize_or_zero().perp() * (metres / REACH_OF_HANDLES);
+    Some(
+        CubicBezier { control_points: [start, first_handle + right, last_handle + right, end] }
+            .into(),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::options::ReadOptions;
+    use crate::parse;
+
+    fn graph() -> RouteGraph {
+        let text = "id,x,y\nA,0,0\nB,10,0\n\nfrom,to,speed\nA,B,1.5\nB,A,1\n";
+        parse(text, "t.csv", &ReadOptions::default()).expect("a graph").0
+    }
+
+    #[test]
+    fn edges_are_closed_made_faster_and_doubled() {
+        let graph = graph();
+        let ids: Vec<u32> = graph.edges().iter().map(|edge| edge.id).collect();
+        let changed = graph
+            .with_changes(&[(ids[0], EdgeChange::Speed(2.0)), (ids[0], EdgeChange::Double(1.2))]);
+        let changed = changed.expect("a graph");
+        let [first, second, third] = changed.edges() else { panic!("{:?}", changed.edges()) };
+        assert_eq!((first.speed, second.speed, third.speed), (3.0, 1.0, 3.0));
+        assert_eq!(
+            (third.id, third.origin, third.destination),
+            (ids[1] + 1, first.origin, first.destination)
+        );
+        let middle = third.path.at(0.5).0;
+        assert!(
+            (middle.x - 5.0).abs() < 1e-9 && (middle.y + 1.2).abs() < 1e-9,
+            "to the right of it: {middle}"
+        );
+        let closed = graph.with_changes(&[(ids[1], EdgeChange::Close)]).expect("a graph");
+        assert_eq!(closed.edges().len(), 1);
+        assert_eq!(closed.departures(closed.edges()[0].destination), []);
+    }
+
+    #[test]
+    fn what_cannot_be_changed_is_refused() {
+        let graph = graph();
+        let ids: Vec<u32> = graph.edges().iter().map(|edge| edge.id).collect();
+        assert_eq!(
+            graph.with_changes(&[(99, EdgeChange::Close)]).map(drop),
+            Err(ChangeError::Unknown(99))
+        );
+        let all: Vec<_> = ids.iter().map(|id| (*id, EdgeChange::Close)).collect();
+        assert_eq!(graph.with_changes(&all).map(drop), Err(ChangeError::NothingLeft));
+    }
+}

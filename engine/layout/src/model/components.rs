@@ -1,0 +1,217 @@
+//! The weakly and strongly connected components of a route graph.
+
+use regatta_base::graph::{Leg, NodeIndex};
+
+use super::route_graph::RouteGraph;
+
+/// A partition of the nodes into components.
+#[derive(Clone, Debug)]
+pub struct Components {
+    /// The component of each node, counted from 0.
+    pub of_node: Vec<u32>,
+    /// The number of nodes of each component.
+    pub sizes: Vec<u32>,
+}
+
+impl Components {
+    /// Returns the weakly connected components: the direction of edges doesn't matter.
+    pub fn weak(graph: &RouteGraph) -> Self {
+        let mut parent: Vec<u32> = (0..graph.nodes().len() as u32).collect();
+        for edge in graph.edges() {
+            let (a, b) = (root(&mut parent, edge.origin.0), root(&mut parent, edge.destination.0));
+            parent[a.max(b) as usize] = a.min(b);
+        }
+        let roots: Vec<u32> =
+            (0..parent.len() as u32).map(|node| root(&mut parent, node)).collect();
+        Self::numbered(&roots)
+    }
+
+    /// Returns the strongly connected components: all nodes of a component can reach each other
+    /// along legs, reverse gear included.
+    pub fn strong(graph: &RouteGraph) -> Self {
+        Tarjan::new(graph).run()
+    }
+
+    /// Returns the largest component, the first of several; 0 if there is none.
+    pub fn largest(&self) -> u32 {
+        let largest = self.sizes.iter().copied().max().unwrap_or(0);
+        self.sizes.iter().position(|&size| size == largest).unwrap_or(0) as u32
+    }
+
+    /// Numbers components in the order of their first nodes, given a representative node of each
+    /// node's component.
+    fn numbered(representatives: &[u32]) -> Self {
+        let mut number = vec![u32::MAX; representatives.len()];
+        let mut sizes = Vec::new();
+        let of_node = representatives
+            .iter()
+            .map(|&representative| {
+                let component = &mut number[representative as usize];
+                if *component == u32::MAX {
+                    *component = sizes.len() as u32;
+                    sizes.push(0);
+                }
+                sizes[*component as usize] += 1;
+                *component
+            })
+            .collect();
+        Self { of_node, sizes }
+    }
+}
+
+/// Finds the representative of a node's set, halving the path to it.
+fn root(parent: &mut [u32], mut node: u32) -> u32 {
+    while parent[node as usize] != node {
+        parent[node as usize] = parent[parent[node as usize] as usize];
+        node = parent[node as usize];
+    }
+    node
+}
+
+/// Tarjan's algorithm with an explicit stack: recursion would overflow the call stack on a long
+/// chain of nodes.
+struct Tarjan<'g> {
+    graph: &'g RouteGraph,
+    /// For each node: the order in which it was discovered, from 1; 0 if it isn't discovered yet.
+    discovery: Vec<u32>,
+    /// For each node: the least `discovery` of an open node known to be reachable from it.
+    low: Vec<u32>,
+    /// For each node: a node of its component once that is complete, else `u32::MAX`.
+    representative: Vec<u32>,
+    discovered: u32,
+    /// The discovered nodes whose components aren't complete.
+    open: Vec<u32>,
+    /// The path of the depth-first search: nodes, and the number of their departures that have been
+    /// followed.
+    path: Vec<(u32, usize)>,
+}
+
+impl<'g> Tarjan<'g> {
+    fn new(graph: &'g RouteGraph) -> Self {
+        let nodes = graph.nodes().len();
+        Self {
+            graph,
+            discovery: vec![0; nodes],
+            low: vec![0; nodes],
+            representative: vec![u32::MAX; nodes],
+            discovered: 0,
+            open: Vec::new(),
+            path: Vec::new(),
+        }
+    }
+
+    fn run(mut self) -> Components {
+        for node in 0..self.discovery.len() as u32 {
+            if self.discovery[node as usize] == 0 {
+                self.discover(node);
+                while let Some((node, next)) = self.path.pop() {
+                    self.visit(node, next);
+                }
+            }
+        }
+        Components::numbered(&self.representative)
+    }
+
+    fn discover(&mut self, node: u32) {
+        self.discovered += 1;
+        self.discovery[node as usize] = self.discovered;
+        self.low[node as usize] = self.discovered;
+        self.open.push(node);
+        self.path.push((node, 0));
+    }
+
+    /// Follows departure `next` of `node`, or finishes the node if there are no more.
+    fn visit(&mut self, node: u32, next: usize) {
+        let departures: &[Leg] = self.graph.departures(NodeIndex(node));
+        let Some(&leg) = departures.get(next) else { return self.finish(node) };
+        self.path.push((node, next + 1));
+        let to = self.graph.leg_end(leg).0;
+        if self.discovery[to as usize] == 0 {
+            self.discover(to);
+        } else if self.representative[to as usize] == u32::MAX {
+            self.low[node as usize] = self.low[node as usize].min(self.discovery[to as usize]);
+        }
+    }
+
+    fn finish(&mut self, node: u32) {
+        let low = self.low[node as usize];
+        if let Some(&(parent, _)) = self.path.last() {
+            self.low[parent as usize] = self.low[parent as usize].min(low);
+        }
+        if low < self.discovery[node as usize] {
+            return;
+        }
+        while let Some(member) = self.open.pop() {
+            self.representative[member as usize] = node;
+            if member == node {
+                break;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec2;
+    use proptest::prelude::*;
+    use regatta_base::bezier::CubicBezier;
+
+    use super::*;
+    use crate::model::route_graph::{Edge, Node};
+
+    fn graph(nodes: u32, edges: &[(u32, u32, bool)]) -> RouteGraph {
+        let nodes =
+            (0..nodes).map(|id| Node::new(id, DVec2::new(f64::from(id), 0.0), 0.0)).collect();
+        let curve = CubicBezier::straight(DVec2::ZERO, DVec2::X);
+        let edge = |(id, &(from, to, reverse)): (u32, &(u32, u32, bool))| {
+            Edge::new(id, [NodeIndex(from), NodeIndex(to)], curve, (1.0, reverse.then_some(1.0)))
+        };
+        RouteGraph::from_valid_parts(nodes, (0..).zip(edges).map(edge).collect())
+    }
+
+    /// Returns for each node whether it can be reached, by definition.
+    fn reachable_from(graph: &RouteGraph, from: u32) -> Vec<bool> {
+        let mut reached = vec![false; graph.nodes().len()];
+        let mut open = vec![from];
+        while let Some(node) = open.pop() {
+            if !std::mem::replace(&mut reached[node as usize], true) {
+                open.extend(
+                    graph.departures(NodeIndex(node)).iter().map(|&leg| graph.leg_end(leg).0),
+                );
+            }
+        }
+        reached
+    }
+
+    #[test]
+    fn a_ring_with_a_tail_has_three_strong_components() {
+        let graph = graph(5, &[(0, 1, false), (1, 2, false), (2, 0, false), (2, 3, false)]);
+        let strong = Components::strong(&graph);
+        assert_eq!(strong.sizes, [3, 1, 1]);
+        assert_eq!(strong.largest(), 0);
+        assert_eq!(Components::weak(&graph).sizes, [4, 1]);
+    }
+
+    #[test]
+    fn a_chain_longer_than_the_call_stack_has_components() {
+        let length = if cfg!(miri) { 2_000 } else { 500_000 };
+        let edges: Vec<_> = (0..length).map(|node| (node, node + 1, false)).collect();
+        assert_eq!(Components::strong(&graph(length + 1, &edges)).sizes.len(), length as usize + 1);
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(if cfg!(miri) { 4 } else { 256 }))]
+
+        #[test]
+        fn nodes_of_a_strong_component_reach_each_other(
+            edges in prop::collection::vec((0u32..9, 0u32..9, any::<bool>()), 0..20),
+        ) {
+            let graph = graph(9, &edges);
+            let strong = Components::strong(&graph);
+            let reach: Vec<_> = (0..9).map(|node| reachable_from(&graph, node)).collect();
+            for (a, b) in (0..9).flat_map(|a| (0..9).map(move |b| (a, b))) {
+                prop_assert_eq!(strong.of_node[a] == strong.of_node[b], reach[a][b] && reach[b][a]);
+            }
+        }
+    }
+}

@@ -1,0 +1,204 @@
+//! Findings: the errors and warnings of a route graph file, each with its place and what to do
+//! about it.
+
+use std::fmt;
+
+use super::line_index::LineIndex;
+
+/// The largest number of findings of one severity that are listed; any further findings are only
+/// counted.
+pub const MAX_LISTED: usize = 10_000;
+
+/// The severity of a finding.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Severity {
+    /// The graph can't be driven.
+    Error,
+    /// The graph can be driven, but perhaps not as intended.
+    Warning,
+}
+
+/// The part of the file that a finding is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Subject {
+    /// The file as a whole.
+    File,
+    /// The node with this id; `None` if it has no valid id.
+    Node(Option<u32>),
+    /// The edge with this id; `None` if it has no valid id.
+    Edge(Option<u32>),
+}
+
+/// An error or a warning about a route graph file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Finding {
+    /// The severity.
+    pub severity: Severity,
+    /// The file's name, as given by the caller.
+    pub file: String,
+    /// The line in the file, from 1.
+    pub line: u32,
+    /// The part of the file that it is about.
+    pub subject: Subject,
+    /// The problem and what to do about it.
+    pub message: String,
+}
+
+/// All findings about one file, in the order of their lines.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Findings {
+    list: Vec<Finding>,
+    errors: usize,
+    warnings: usize,
+}
+
+/// Collects the findings about one file and looks up their lines.
+pub(crate) struct Report<'text> {
+    file: String,
+    lines: LineIndex<'text>,
+    found: Findings,
+}
+
+impl fmt::Display for Severity {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Error => "error",
+            Self::Warning => "warning",
+        })
+    }
+}
+
+impl Subject {
+    /// Returns `file`, `node` or `edge`.
+    pub fn kind(self) -> &'static str {
+        match self {
+            Self::File => "file",
+            Self::Node(_) => "node",
+            Self::Edge(_) => "edge",
+        }
+    }
+
+    /// Returns the id of the node or edge, if it has a valid one.
+    pub fn id(self) -> Option<u32> {
+        match self {
+            Self::File => None,
+            Self::Node(id) | Self::Edge(id) => id,
+        }
+    }
+}
+
+impl fmt::Display for Subject {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.id() {
+            Some(id) => write!(f, "{} {id}", self.kind()),
+            None => f.write_str(self.kind()),
+        }
+    }
+}
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}: {}: ", self.file, self.line, self.severity)?;
+        if self.subject != Subject::File {
+            write!(f, "{}: ", self.subject)?;
+        }
+        f.write_str(&self.message)
+    }
+}
+
+impl Findings {
+    /// Returns the findings by line: at most [`MAX_LISTED`] errors and as many warnings.
+    pub fn as_slice(&self) -> &[Finding] {
+        &self.list
+    }
+
+    /// Returns the number of errors, listed or not.
+    pub fn errors(&self) -> usize {
+        self.errors
+    }
+
+    /// Returns the number of warnings, listed or not.
+    pub fn warnings(&self) -> usize {
+        self.warnings
+    }
+
+    /// Returns the first error by line.
+    pub fn first_error(&self) -> Option<&Finding> {
+        self.list.iter().find(|finding| finding.severity == Severity::Error)
+    }
+
+    fn count(&mut self, severity: Severity) -> &mut usize {
+        match severity {
+            Severity::Error => &mut self.errors,
+            Severity::Warning => &mut self.warnings,
+        }
+    }
+}
+
+impl<'text> Report<'text> {
+    pub fn new(file: &str, text: &'text str) -> Self {
+        Self { file: file.to_owned(), lines: LineIndex::new(text), found: Findings::default() }
+    }
+
+    /// Returns a report about the same file, without findings.
+    pub fn empty(&self) -> Self {
+        Self { file: self.file.clone(), lines: self.lines.clone(), found: Findings::default() }
+    }
+
+    /// Adds the findings of another report about the same file.
+    pub fn append(&mut self, other: Self) {
+        let Findings { list, errors, warnings } = other.found;
+        let [mut errors_left, mut warnings_left] = [self.found.errors, self.found.warnings]
+            .map(|listed| MAX_LISTED.saturating_sub(listed));
+        for finding in list {
+            let left = match finding.severity {
+                Severity::Error => &mut errors_left,
+                Severity::Warning => &mut warnings_left,
+            };
+            if *left > 0 {
+                *left -= 1;
+                self.found.list.push(finding);
+            }
+        }
+        self.found.errors += errors;
+        self.found.warnings += warnings;
+    }
+
+    pub fn error(&mut self, at: u32, subject: Subject, message: impl Into<String>) {
+        self.add(Severity::Error, at, subject, message);
+    }
+
+    pub fn warning(&mut self, at: u32, subject: Subject, message: impl Into<String>) {
+        self.add(Severity::Warning, at, subject, message);
+    }
+
+    /// Returns the line, from 1, of a byte offset.
+    pub fn line(&self, at: u32) -> u32 {
+        self.lines.line(at)
+    }
+
+    pub fn has_errors(&self) -> bool {
+        self.found.errors > 0
+    }
+
+    /// Returns the findings by line; those of one line in the order in which they were found.
+    pub fn into_findings(mut self) -> Findings {
+        self.found.list.sort_by_key(|finding| finding.line);
+        self.found
+    }
+
+    fn add(&mut self, severity: Severity, at: u32, subject: Subject, message: impl Into<String>) {
+        let count = self.found.count(severity);
+        *count += 1;
+        if *count <= MAX_LISTED {
+            let (file, line) = (self.file.clone(), self.lines.line(at));
+            self.found.list.push(Finding {
+                severity,
+                file,
+                line,
+                subject,
+                message: message.into(),
+            });
+        }
+    }
+}

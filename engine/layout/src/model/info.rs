@@ -1,0 +1,257 @@
+//! Statistics of a route graph.
+
+use std::fmt;
+
+use glam::DVec2;
+use regatta_base::bezier::CubicBezier;
+use regatta_base::graph::NodeIndex;
+use serde::Serialize;
+
+use super::components::Components;
+use super::route_graph::RouteGraph;
+
+/// The statistics of a route graph.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Info {
+    /// The number of nodes.
+    pub nodes: usize,
+    /// The number of edges.
+    pub edges: usize,
+    /// The number of edges that may also be driven in reverse gear.
+    pub reversible_edges: usize,
+    /// The number of nodes that no leg leaves.
+    pub dead_ends: usize,
+    /// The lengths of the edges in metres.
+    pub length: Lengths,
+    /// The smallest rectangle, in metres, that contains all nodes and curves.
+    pub bounding_box: BoundingBox,
+    /// The speeds from origin to destination in metres per second.
+    pub speed: Range,
+    /// The speeds in reverse gear in metres per second, of the edges that allow it; `None` if no
+    /// edge does.
+    pub reverse_speed: Option<Range>,
+    /// The weakly connected components.
+    pub weak_components: ComponentSummary,
+    /// The strongly connected components.
+    pub strong_components: ComponentSummary,
+}
+
+/// The lengths of edges in metres.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Lengths {
+    /// The sum over all edges.
+    pub total: f64,
+    /// The shortest edge.
+    pub shortest: f64,
+    /// The longest edge.
+    pub longest: f64,
+}
+
+/// An axis-parallel rectangle in metres.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct BoundingBox {
+    /// West.
+    pub min_x: f64,
+    /// South.
+    pub min_y: f64,
+    /// East.
+    pub max_x: f64,
+    /// North.
+    pub max_y: f64,
+}
+
+/// The range of a set of numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Range {
+    /// The least number.
+    pub least: f64,
+    /// The greatest number.
+    pub greatest: f64,
+}
+
+/// The number of components and the size of the largest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+pub struct ComponentSummary {
+    /// The number of components.
+    pub count: usize,
+    /// The number of nodes of the largest component.
+    pub largest: u32,
+}
+
+impl Info {
+    /// Computes the statistics of a graph.
+    pub fn of(graph: &RouteGraph) -> Self {
+        let edges = graph.edges();
+        let backwards = || edges.iter().filter_map(|edge| edge.reverse_speed);
+        let nodes = graph.nodes().len();
+        Self {
+            nodes,
+            edges: edges.len(),
+            reversible_edges: backwards().count(),
+            dead_ends: (0..nodes as u32)
+                .filter(|&node| graph.departures(NodeIndex(node)).is_empty())
+                .count(),
+            length: Lengths::of(graph),
+            bounding_box: BoundingBox::of(graph),
+            speed: Range::of(edges.iter().map(|edge| edge.speed)),
+            reverse_speed: Some(Range::of(backwards()))
+                .filter(|range| range.least <= range.greatest),
+            weak_components: ComponentSummary::of(&Components::weak(graph)),
+            strong_components: ComponentSummary::of(&Components::strong(graph)),
+        }
+    }
+}
+
+impl Lengths {
+    fn of(graph: &RouteGraph) -> Self {
+        let lengths: Vec<f64> = graph.edges().iter().map(|edge| edge.path.length()).collect();
+        let Range { least, greatest } = Range::of(lengths.iter().copied());
+        Self { total: lengths.iter().sum(), shortest: least, longest: greatest }
+    }
+}
+
+impl BoundingBox {
+    /// Returns the smallest rectangle that contains all nodes and curves of a graph.
+    pub fn of(graph: &RouteGraph) -> Self {
+        let nodes = graph.nodes().iter().map(|node| node.position);
+        let (min, max) = graph
+            .edges()
+            .iter()
+            .flat_map(|edge| edge.path.cubics().flat_map(extremes))
+            .chain(nodes)
+            .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(min, max), point| {
+                (min.min(point), max.max(point))
+            });
+        Self { min_x: min.x, min_y: min.y, max_x: max.x, max_y: max.y }
+    }
+
+    /// Returns the smallest rectangle that also contains these points.
+    pub fn with(self, points: impl Iterator<Item = DVec2>) -> Self {
+        points.fold(self, |bounds, point| Self {
+            min_x: bounds.min_x.min(point.x),
+            min_y: bounds.min_y.min(point.y),
+            max_x: bounds.max_x.max(point.x),
+            max_y: bounds.max_y.max(point.y),
+        })
+    }
+
+    /// Returns the extent from west to east and from south to north in metres.
+    pub fn size(&self) -> DVec2 {
+        DVec2::new(self.max_x - self.min_x, self.max_y - self.min_y)
+    }
+}
+
+/// Returns the points where a curve can have its extremes in x and y: its ends and the zeros of p'x
+/// and p'y.
+fn extremes(curve: &CubicBezier) -> impl Iterator<Item = DVec2> + use<> {
+    let curve = *curve;
+    let [p0, p1, p2, p3] = curve.control_points;
+    // p' / 3 = a λ² + b λ + c
+    let (a, b, c) = (p3 - p0 - (p2 - p1) * 3.0, (p2 - p1 * 2.0 + p0) * 2.0, p1 - p0);
+    let roots = [roots(a.x, b.x, c.x), roots(a.y, b.y, c.y)];
+    roots.into_iter().flatten().chain([0.0, 1.0]).map(move |lambda| curve.position(lambda))
+}
+
+/// Returns the roots of a λ² + b λ + c clamped to [0, 1]; 0 in place of roots that don't exist.
+fn roots(a: f64, b: f64, c: f64) -> [f64; 2] {
+    let q = -0.5 * (b + (b * b - 4.0 * a * c).max(0.0).sqrt().copysign(b));
+    [q / a, c / q].map(|root| if root.is_finite() { root.clamp(0.0, 1.0) } else { 0.0 })
+}
+
+impl Range {
+    fn of(numbers: impl Iterator<Item = f64>) -> Self {
+        numbers.fold(Self { least: f64::INFINITY, greatest: f64::NEG_INFINITY }, |range, number| {
+            Self { least: range.least.min(number), greatest: range.greatest.max(number) }
+        })
+    }
+}
+
+impl ComponentSummary {
+    fn of(components: &Components) -> Self {
+        Self {
+            count: components.sizes.len(),
+            largest: components.sizes.iter().copied().max().unwrap_or(0),
+        }
+    }
+}
+
+impl fmt::Display for Info {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { length, bounding_box: bounds, .. } = self;
+        let size = bounds.size();
+        writeln!(f, "nodes       {} ({} dead ends)", self.nodes, self.dead_ends)?;
+        writeln!(f, "edges       {} ({} also in reverse gear)", self.edges, self.reversible_edges)?;
+        writeln!(
+            f,
+            "length      {:.1} m (an edge has {:.2} to {:.2} m)",
+            length.total, length.shortest, length.longest
+        )?;
+        writeln!(
+            f,
+            "extent      {:.1} m × {:.1} m: x {:.2} to {:.2}, y {:.2} to {:.2}",
+            size.x, size.y, bounds.min_x, bounds.max_x, bounds.min_y, bounds.max_y
+        )?;
+        writeln!(f, "speed       {} forward", self.speed)?;
+        if let Some(backwards) = self.reverse_speed {
+            writeln!(f, "            {backwards} backwards")?;
+        }
+        write!(
+            f,
+            "components  {}, {} strong",
+            self.weak_components.count, self.strong_components.count
+        )?;
+        writeln!(f, " (the largest has {} nodes)", self.strong_components.largest)
+    }
+}
+
+impl fmt::Display for Range {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.least == self.greatest {
+            return write!(f, "{} m/s", self.least);
+        }
+        write!(f, "{} to {} m/s", self.least, self.greatest)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::model::options::ReadOptions;
+    use crate::parse;
+
+    #[test]
+    fn statistics_of_an_arch() {
+        let text = "Vertices:\n- {Id: 1, X: 0, Y: 0, Theta: 1.5707963267948966}\n- {Id: 2, X: 4, Y: 0, Theta: -1.5707963267948966}\n\
+            Edges:\n- {Id: 1, Origin_ID: 1, Destination_ID: 2, CurveType: Spline, ParamF: 4, ParamB: 4, VelocityForward: 2, VelocityBackwards: 1}\n";
+        let info = Info::of(&parse(text, "g", &ReadOptions::default()).unwrap().0);
+        let bounds = info.bounding_box;
+        assert!(
+            bounds.min_x.abs() < 1e-9
+                && bounds.min_y.abs() < 1e-9
+                && (bounds.max_x - 4.0).abs() < 1e-9
+        );
+        assert!(
+            (bounds.max_y - 3.0).abs() < 1e-9,
+            "the top is that of the arch, not of its handles"
+        );
+        assert_eq!((info.nodes, info.edges, info.reversible_edges, info.dead_ends), (2, 1, 1, 0));
+        assert_eq!(info.strong_components, ComponentSummary { count: 1, largest: 2 });
+        assert!(info.to_string().contains("2 m/s forward\n            1 m/s backwards"), "{info}");
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(if cfg!(miri) { 4 } else { 256 }))]
+
+        #[test]
+        fn a_curve_stays_within_its_extremes(points in prop::array::uniform8(-9.0..9.0), lambda in 0.0..=1.0) {
+            let at = |i: usize| DVec2::new(points[i], points[i + 1]);
+            let curve = CubicBezier { control_points: [at(0), at(2), at(4), at(6)] };
+            let point = curve.position(lambda);
+            let least = extremes(&curve).fold(DVec2::INFINITY, DVec2::min) - DVec2::splat(1e-9);
+            let most = extremes(&curve).fold(DVec2::NEG_INFINITY, DVec2::max) + DVec2::splat(1e-9);
+            prop_assert!(point.cmpge(least).all() && point.cmple(most).all());
+        }
+    }
+}

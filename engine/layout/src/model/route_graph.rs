@@ -1,0 +1,267 @@
+//! The validated route graph: its nodes, edges and legs.
+
+use std::collections::BTreeMap;
+
+use glam::DVec2;
+use regatta_base::graph::{EdgeIndex, Gear, Leg, NodeIndex, Rotation};
+
+use super::path::Path;
+use super::tags::{Orientation, Role, Station, Tags};
+
+/// A place with a heading.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Node {
+    /// The id in the file, unique among nodes.
+    pub id: u32,
+    /// Metres to the east and to the north of [`RouteGraph::origin`].
+    pub position: DVec2,
+    /// The heading in radians, in (-π, π].
+    pub theta: f64,
+    /// Whether the file gives the heading; if it doesn't, or allows any, `theta` is that of an
+    /// edge.
+    pub has_heading: bool,
+    /// What robots do here.
+    pub role: Role,
+    /// The name and everything else that the file says; `None` if it says nothing.
+    pub tags: Option<Box<Tags>>,
+}
+
+/// A directed curve from one node to another.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Edge {
+    /// The id in the file, unique among edges.
+    pub id: u32,
+    /// The node where the edge starts.
+    pub origin: NodeIndex,
+    /// The node where the edge ends.
+    pub destination: NodeIndex,
+    /// The shape of the edge. Straight edges are cubics with evenly spaced control points.
+    pub path: Path,
+    /// The speed from origin to destination in metres per second; above 0.
+    pub speed: f64,
+    /// The speed from destination to origin in reverse gear in metres per second; `None` if that
+    /// isn't allowed.
+    pub reverse_speed: Option<f64>,
+    /// The heading of robots along the edge.
+    pub orientation: Orientation,
+    /// The way in which robots turn on the spot at the origin and at the destination.
+    pub rotation: [Rotation; 2],
+    /// The name and everything else that the file says; `None` if it says nothing.
+    pub tags: Option<Box<Tags>>,
+}
+
+impl Node {
+    /// Returns a node with a heading that its file gives, without a role and without tags.
+    pub fn new(id: u32, position: DVec2, theta: f64) -> Self {
+        Self { id, position, theta, has_heading: true, role: Role::None, tags: None }
+    }
+
+    /// Returns the name, if it has one.
+    pub fn name(&self) -> Option<&str> {
+        self.tags.as_ref()?.name.as_deref()
+    }
+}
+
+impl Edge {
+    /// Returns an edge that robots drive along its tangent, without tags. The speeds are in metres
+    /// per second.
+    pub fn new(
+        id: u32,
+        [origin, destination]: [NodeIndex; 2],
+        path: impl Into<Path>,
+        speeds: (f64, Option<f64>),
+    ) -> Self {
+        Self {
+            id,
+            origin,
+            destination,
+            path: path.into(),
+            speed: speeds.0,
+            reverse_speed: speeds.1,
+            orientation: Orientation::Tangential,
+            rotation: [Rotation::Shorter; 2],
+            tags: None,
+        }
+    }
+
+    /// Returns the name, if it has one.
+    pub fn name(&self) -> Option<&str> {
+        self.tags.as_ref()?.name.as_deref()
+    }
+}
+
+/// A validated route graph: every index and every number is in range, every number is finite, every
+/// id is unique, and there is at least one edge.
+#[derive(Clone, Debug)]
+pub struct RouteGraph {
+    nodes: Vec<Node>,
+    edges: Vec<Edge>,
+    node_by_id: BTreeMap<u32, NodeIndex>,
+    edge_by_id: BTreeMap<u32, EdgeIndex>,
+    /// The legs that leave node `n` are `departures[departures_start[n]..departures_start[n + 1]]`.
+    departures: Vec<Leg>,
+    departures_start: Vec<u32>,
+    origin: DVec2,
+    stations: Vec<Station>,
+    background: Vec<Vec<DVec2>>,
+}
+
+impl RouteGraph {
+    /// Indexes nodes and edges that the caller has validated: numbers are finite and in range, ids
+    /// are unique, and there is at least one edge. Texts are read by [`parse`](crate::parse).
+    ///
+    /// # Panics
+    /// If an edge refers to a node that doesn't exist; `validate` rejects such files.
+    pub fn from_valid_parts(nodes: Vec<Node>, edges: Vec<Edge>) -> Self {
+        let node_by_id =
+            (0..).map(NodeIndex).zip(&nodes).map(|(index, node)| (node.id, index)).collect();
+        let edge_by_id =
+            (0..).map(EdgeIndex).zip(&edges).map(|(index, edge)| (edge.id, index)).collect();
+        let (departures, departures_start) = departures_by_node(nodes.len(), &edges);
+        Self {
+            nodes,
+            edges,
+            node_by_id,
+            edge_by_id,
+            departures,
+            departures_start,
+            origin: DVec2::ZERO,
+            stations: Vec::new(),
+            background: Vec::new(),
+        }
+    }
+
+    /// Sets the origin.
+    pub fn with_origin(self, origin: DVec2) -> Self {
+        Self { origin, ..self }
+    }
+
+    /// Sets the stations, whose nodes must exist, and the lines of the background.
+    pub fn with_surroundings(self, stations: Vec<Station>, background: Vec<Vec<DVec2>>) -> Self {
+        Self { stations, background, ..self }
+    }
+
+    /// Gives a node another role or name.
+    pub fn override_node(&mut self, node: NodeIndex, role: Option<Role>, name: Option<&str>) {
+        let node = &mut self.nodes[node.0 as usize];
+        node.role = role.unwrap_or(node.role);
+        if let Some(name) = name {
+            let tags = node.tags.take().map_or_else(Tags::default, |tags| *tags);
+            node.tags = Tags { name: (!name.is_empty()).then(|| name.into()), ..tags }.boxed();
+        }
+    }
+
+    /// Returns where (0, 0) of the graph is on the file's map, in metres: (0, 0), unless the file's
+    /// coordinates are too large for exact poses in single precision. A position in the file is
+    /// `origin + position`.
+    pub fn origin(&self) -> DVec2 {
+        self.origin
+    }
+
+    /// Returns the stations.
+    pub fn stations(&self) -> &[Station] {
+        &self.stations
+    }
+
+    /// Returns lines that the file has besides the graph, such as walls, in metres from
+    /// [`origin`](Self::origin).
+    pub fn background(&self) -> &[Vec<DVec2>] {
+        &self.background
+    }
+
+    /// Returns all nodes, by [`NodeIndex`].
+    pub fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    /// Returns all edges, by [`EdgeIndex`].
+    pub fn edges(&self) -> &[Edge] {
+        &self.edges
+    }
+
+    /// Returns the node at an index.
+    pub fn node(&self, index: NodeIndex) -> &Node {
+        &self.nodes[index.0 as usize]
+    }
+
+    /// Returns the edge at an index.
+    pub fn edge(&self, index: EdgeIndex) -> &Edge {
+        &self.edges[index.0 as usize]
+    }
+
+    /// Looks up a node by its id in the file.
+    pub fn node_by_id(&self, id: u32) -> Option<NodeIndex> {
+        self.node_by_id.get(&id).copied()
+    }
+
+    /// Looks up an edge by its id in the file.
+    pub fn edge_by_id(&self, id: u32) -> Option<EdgeIndex> {
+        self.edge_by_id.get(&id).copied()
+    }
+
+    /// Returns the legs that leave a node, in the order of the edges: forward legs on edges that
+    /// start at the node, reverse legs on edges that end there and allow reverse gear.
+    pub fn departures(&self, node: NodeIndex) -> &[Leg] {
+        let range = self.departures_start[node.0 as usize] as usize
+            ..self.departures_start[node.0 as usize + 1] as usize;
+        &self.departures[range]
+    }
+
+    /// Returns the node where a leg starts.
+    pub fn leg_start(&self, leg: Leg) -> NodeIndex {
+        let edge = self.edge(leg.edge);
+        match leg.gear {
+            Gear::Forward => edge.origin,
+            Gear::Reverse => edge.destination,
+        }
+    }
+
+    /// Returns the node where a leg ends.
+    pub fn leg_end(&self, leg: Leg) -> NodeIndex {
+        let edge = self.edge(leg.edge);
+        match leg.gear {
+            Gear::Forward => edge.destination,
+            Gear::Reverse => edge.origin,
+        }
+    }
+
+    /// Returns the speed of a leg in metres per second; `None` if the edge can't be driven in that
+    /// gear.
+    pub fn leg_speed(&self, leg: Leg) -> Option<f64> {
+        let edge = self.edge(leg.edge);
+        match leg.gear {
+            Gear::Forward => Some(edge.speed),
+            Gear::Reverse => edge.reverse_speed,
+        }
+    }
+}
+
+/// Sorts the legs by the node that they leave, by counting sort. Returns them with the start of
+/// each node's legs.
+fn departures_by_node(nodes: usize, edges: &[Edge]) -> (Vec<Leg>, Vec<u32>) {
+    let legs = || {
+        (0..).map(EdgeIndex).zip(edges).flat_map(|(index, edge)| {
+            let forward = (edge.origin, Leg { edge: index, gear: Gear::Forward });
+            let reverse = edge
+                .reverse_speed
+                .map(|_| (edge.destination, Leg { edge: index, gear: Gear::Reverse }));
+            std::iter::once(forward).chain(reverse)
+        })
+    };
+    let mut start = vec![0u32; nodes + 1];
+    for (node, _) in legs() {
+        start[node.0 as usize + 1] += 1;
+    }
+    for node in 0..nodes {
+        start[node + 1] += start[node];
+    }
+    let placeholder = Leg { edge: EdgeIndex(0), gear: Gear::Forward };
+    let mut departures = vec![placeholder; start[nodes] as usize];
+    let mut next = start.clone();
+    for (node, leg) in legs() {
+        let slot = &mut next[node.0 as usize];
+        departures[*slot as usize] = leg;
+        *slot += 1;
+    }
+    (departures, start)
+}

@@ -1,0 +1,351 @@
+//! Tables of nodes and edges, in one file or in two beside each other. See `docs/formats/csv.md`.
+
+mod columns;
+mod rows;
+#[cfg(test)]
+mod tests;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use ::csv::{ReaderBuilder, StringRecord, Trim};
+use glam::DVec2;
+use regatta_base::bezier::CubicBezier;
+
+use self::columns::Columns;
+use self::rows::{EdgeRow, Row};
+use crate::model::finding::{Report, Subject};
+use crate::model::options::ReadOptions;
+use crate::model::value::shorten;
+use crate::read::file::{Ignored, MAX_ENTRIES, MAX_NAME, Source, SyntaxError, read_file};
+use crate::read::layout::{Layout, LayoutEdge, LayoutNode, Shape};
+
+/// The largest number of columns of a table.
+const MAX_COLUMNS: usize = 200;
+
+/// The words by which a file of nodes and one of edges are told, by the file's name.
+const NODE_WORDS: [&str; 3] = ["nodes", "vertices", "points"];
+const EDGE_WORDS: [&str; 4] = ["edges", "lanes", "paths", "links"];
+
+/// Reads a table of nodes and a table of edges.
+///
+/// # Errors
+/// If the text has no header of a table, or one of the two tables is missing.
+pub(crate) fn read<'text>(
+    source: Source<'text>,
+    options: &ReadOptions,
+    report: &mut Report<'text>,
+) -> Result<Layout, SyntaxError> {
+    let scale = options.units.map_or(1.0, crate::model::options::LengthUnit::metres);
+    let mut reader = Reader {
+        report,
+        ignored: Ignored::default(),
+        other: None,
+        scale,
+        nodes: Vec::new(),
+        edges: Vec::new(),
+        first_error: None,
+    };
+    reader.file(source.text)?;
+    if reader.is_incomplete() {
+        reader.sibling(source)?;
+    }
+    reader.select_level(options.level.as_deref())?;
+    reader.layout()
+}
+
+struct Reader<'r, 'text> {
+    report: &'r mut Report<'text>,
+    ignored: Ignored,
+    /// The name of the second file while it is read.
+    other: Option<String>,
+    /// The metres of a unit of columns that give none.
+    scale: f64,
+    nodes: Vec<LayoutNode>,
+    edges: Vec<EdgeRow>,
+    /// The first error in a row, and the number of all.
+    first_error: Option<(SyntaxError, usize)>,
+}
+
+/// The place of a row.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    /// The byte offset.
+    at: u32,
+    line: u64,
+}
+
+impl Reader<'_, '_> {
+    fn file(&mut self, text: &str) -> Result<(), SyntaxError> {
+        let separator = separator(text);
+        let mut rows = ReaderBuilder::new()
+            .has_headers(false)
+            .flexible(true)
+            .comment(Some(b'#'))
+            .delimiter(separator)
+            .trim(Trim::All)
+            .from_reader(text.as_bytes());
+        let mut record = StringRecord::new();
+        let mut columns: Option<Columns> = None;
+        for count in 0.. {
+            let has_row = rows
+                .read_record(&mut record)
+                .map_err(|error| self.syntax(1, &error.to_string()))?;
+            if !has_row {
+                break;
+            }
+            let place = record.position().map_or(Place { at: 0, line: 1 }, |position| Place {
+                at: position.byte() as u32,
+                line: position.line(),
+            });
+            if count > MAX_ENTRIES || record.len() > MAX_COLUMNS {
+                let limit = format!(
+                    "more than {MAX_ENTRIES} rows or {MAX_COLUMNS} columns: split the table"
+                );
+                return Err(self.syntax(place.line, &limit));
+            }
+            if record.iter().all(str::is_empty) {
+                continue;
+            }
+            if let Some(header) =
+                may_be_header(&record).then(|| Columns::of_header(record.iter())).flatten()
+            {
+                if let Some(column) = header.list.iter().find(|column| column.name.len() > MAX_NAME)
+                {
+                    let name = shorten(&column.name);
+                    let message = format!(
+                        "the name of the column `{name}` is longer than {MAX_NAME} bytes: shorten it"
+                    );
+                    return Err(self.syntax(place.line, &message));
+                }
+                columns = Some(header);
+                continue;
+            }
+            let Some(columns) = &columns else {
+                let message = "the first row isn't a header: name the columns of nodes `id,x,y` or of edges `from,to`";
+                return Err(self.syntax(place.line, message));
+            };
+            self.row(Row { columns, cells: &record, place, has_decimal_comma: separator != b',' });
+        }
+        Ok(())
+    }
+
+    /// Returns whether a table is missing, and not only wrong, which has been reported.
+    fn is_incomplete(&self) -> bool {
+        (self.nodes.is_empty() || self.edges.is_empty()) && self.first_error.is_none()
+    }
+
+    fn row(&mut self, row: Row<'_>) {
+        if row.cells.len() > row.columns.list.len() {
+            self.ignored.add(self.at(row.place), "cells without a column name");
+        }
+        if row.columns.is_edges {
+            let edge = row.edge(self);
+            self.edges.extend(edge);
+        } else {
+            let node = row.node(self);
+            self.nodes.extend(node);
+        }
+    }
+
+    /// Reads the file with the other table.
+    fn sibling(&mut self, source: Source<'_>) -> Result<(), SyntaxError> {
+        let (missing, words, others) = match (self.nodes.is_empty(), self.edges.is_empty()) {
+            (true, true) => {
+                return Err(self.syntax(1, "the tables have no rows: add nodes and edges"));
+            }
+            (true, _) => ("nodes", EDGE_WORDS.as_slice(), NODE_WORDS.as_slice()),
+            (false, _) => ("edges", NODE_WORDS.as_slice(), EDGE_WORDS.as_slice()),
+        };
+        let file = sibling_files(source, words, others).into_iter().find(|file| file.is_file());
+        let Some(file) = file else {
+            let message = format!(
+                "there is no table of {missing}: add it below an empty line, or name the two files like \
+                 `map-nodes.csv` and `map-edges.csv` in one folder"
+            );
+            return Err(self.syntax(1, &message));
+        };
+        let text = read_file(&file).map_err(|error| self.syntax(1, &error.to_string()))?;
+        self.other = Some(file.display().to_string());
+        let result = self.file(text.strip_prefix('\u{feff}').unwrap_or(&text));
+        self.other = None;
+        result
+    }
+
+    fn select_level(&mut self, level: Option<&str>) -> Result<(), SyntaxError> {
+        let Some(level) = level else { return Ok(()) };
+        let (kept, others): (Vec<_>, Vec<_>) = std::mem::take(&mut self.nodes)
+            .into_iter()
+            .partition(|node| node.tags.level.as_deref() == Some(level));
+        if kept.is_empty() {
+            return Err(self.syntax(
+                1,
+                &format!("no node has the level `{}`: see the column `level`", shorten(level)),
+            ));
+        }
+        self.nodes = kept;
+        let others: std::collections::BTreeSet<_> =
+            others.iter().map(|node| node.id.as_str()).collect();
+        self.edges.retain(|edge| {
+            !others.contains(edge.from.as_str()) && !others.contains(edge.to.as_str())
+        });
+        Ok(())
+    }
+
+    fn layout(self) -> Result<Layout, SyntaxError> {
+        if self.nodes.is_empty() || self.edges.is_empty() {
+            if let Some((error, count)) = self.first_error {
+                let others = if count == 1 {
+                    String::new()
+                } else {
+                    format!(" (and {} more errors)", count - 1)
+                };
+                return Err(SyntaxError { message: error.message + &others, ..error });
+            }
+            let missing = if self.nodes.is_empty() { "nodes" } else { "edges" };
+            return Err(
+                self.syntax(1, &format!("the table of {missing} has no rows that can be used"))
+            );
+        }
+        // Curves are few in most tables.
+        let has_curves = self.edges.iter().any(|row| !row.control_points.is_empty());
+        let located = if has_curves { self.nodes.as_slice() } else { &[] };
+        let positions: BTreeMap<_, _> =
+            located.iter().map(|node| (node.id.as_str(), node.position)).collect();
+        let mut free = free_ids(&self.edges);
+        let edges =
+            self.edges.into_iter().flat_map(|row| edges(row, &positions, &mut free)).collect();
+        self.ignored.report(self.report);
+        Ok(Layout { edges, nodes: self.nodes, ..Layout::default() })
+    }
+
+    fn error(&mut self, place: Place, message: &str) {
+        let first = self.syntax(place.line, message);
+        self.first_error.get_or_insert((first, 0)).1 += 1;
+        let (at, message) = self.located(place, message);
+        self.report.error(at, Subject::File, message);
+    }
+
+    fn warning(&mut self, place: Place, message: &str) {
+        let (at, message) = self.located(place, message);
+        self.report.warning(at, Subject::File, message);
+    }
+
+    /// Messages about the second file name it, since findings have places in the first.
+    fn located(&self, place: Place, message: &str) -> (u32, String) {
+        match &self.other {
+            Some(name) => (0, format!("{name}:{}: {message}", place.line)),
+            None => (place.at, message.to_owned()),
+        }
+    }
+
+    fn at(&self, place: Place) -> u32 {
+        if self.other.is_some() { 0 } else { place.at }
+    }
+
+    fn syntax(&self, line: u64, message: &str) -> SyntaxError {
+        match &self.other {
+            Some(name) => SyntaxError { line: 1, message: format!("{name}:{line}: {message}") },
+            None => SyntaxError { line: line as usize, message: message.to_owned() },
+        }
+    }
+}
+
+/// Returns the most frequent separator of the first line.
+fn separator(text: &str) -> u8 {
+    let first = text
+        .lines()
+        .find(|line| !line.trim().is_empty() && !line.starts_with('#'))
+        .unwrap_or_default();
+    let count = |separator: &u8| first.bytes().filter(|byte| byte == separator).count();
+    // The last of several is chosen.
+    [b'\t', b';', b','].into_iter().max_by_key(count).unwrap_or(b',')
+}
+
+/// Returns the file with the other table of a file that has only one.
+pub(crate) fn sibling(path: &Path) -> Option<PathBuf> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let source = Source { text: "", folder, stem: path.file_stem()?.to_str()? };
+    let edges = sibling_files(source, &NODE_WORDS, &EDGE_WORDS);
+    let nodes = sibling_files(source, &EDGE_WORDS, &NODE_WORDS);
+    edges.into_iter().chain(nodes).find(|file| file.is_file() && file != path)
+}
+
+/// Returns the paths where the other table may be: the file's own name with another word.
+fn sibling_files(source: Source<'_>, words: &[&str], others: &[&str]) -> Vec<PathBuf> {
+    let lowercase = source.stem.to_ascii_lowercase();
+    let found = words.iter().find_map(|word| Some((lowercase.find(word)?, word.len())));
+    let Some((at, length)) = found else { return Vec::new() };
+    let (before, after) = (&source.stem[..at], &source.stem[at + length..]);
+    let is_capital = source.stem[at..].starts_with(|letter: char| letter.is_ascii_uppercase());
+    let mut files = Vec::new();
+    for word in others {
+        let (first, rest) = word.split_at(1);
+        let word = if is_capital {
+            format!("{}{rest}", first.to_ascii_uppercase())
+        } else {
+            (*word).to_owned()
+        };
+        for ending in ["csv", "tsv", "txt", "CSV"] {
+            files.push(source.folder.join(format!("{before}{word}{after}.{ending}")));
+        }
+    }
+    files
+}
+
+/// Whether a row can be a header: one names at least the two ends of an edge, or x and y.
+fn may_be_header(cells: &StringRecord) -> bool {
+    cells.iter().filter(|cell| cell.contains(char::is_alphabetic)).nth(1).is_some()
+}
+
+/// Returns ids for edges in the opposite direction: the numbers after the largest, or `None` if ids
+/// aren't numbers.
+fn free_ids(rows: &[EdgeRow]) -> Option<u32> {
+    let mut largest = 0;
+    for row in rows {
+        largest = row.edge.id.parse::<u32>().ok()?.max(largest);
+    }
+    largest.checked_add(1)
+}
+
+/// Returns the edge of a row, and the one in the opposite direction if it is bidirectional.
+fn edges(
+    row: EdgeRow,
+    positions: &BTreeMap<&str, DVec2>,
+    free: &mut Option<u32>,
+) -> impl Iterator<Item = LayoutEdge> + use<> {
+    let ends = positions.get(row.from.as_str()).zip(positions.get(row.to.as_str()));
+    let cubic = ends.and_then(|(from, to)| cubic(*from, &row.control_points, *to));
+    let shape = |cubic: Option<CubicBezier>| {
+        cubic.map_or(Shape::Straight, |cubic| Shape::Cubics(vec![cubic]))
+    };
+    let back = row.is_bidirectional.then(|| {
+        let id = free.map_or_else(|| format!("{} back", row.edge.id), |free| free.to_string());
+        *free = free.and_then(|free| free.checked_add(1));
+        LayoutEdge {
+            at: row.edge.at,
+            id,
+            origin: row.to.clone(),
+            destination: row.from.clone(),
+            shape: shape(cubic.map(|cubic| cubic.reversed())),
+            speed: row.edge.speed,
+            reverse_speed: row.edge.reverse_speed,
+            tags: row.edge.tags.clone(),
+            ..LayoutEdge::default()
+        }
+    });
+    let edge =
+        LayoutEdge { origin: row.from, destination: row.to, shape: shape(cubic), ..row.edge };
+    std::iter::once(edge).chain(back)
+}
+
+/// Returns the curve with two inner control points, or with the one of a quadratic curve.
+fn cubic(from: DVec2, control_points: &[DVec2], to: DVec2) -> Option<CubicBezier> {
+    match *control_points {
+        [a] => Some(CubicBezier {
+            control_points: [from, from.lerp(a, 2.0 / 3.0), to.lerp(a, 2.0 / 3.0), to],
+        }),
+        [a, b] => Some(CubicBezier { control_points: [from, a, b, to] }),
+        _ => None,
+    }
+}

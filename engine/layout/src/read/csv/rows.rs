@@ -1,0 +1,191 @@
+//! A row of a table: a node or an edge.
+
+use ::csv::StringRecord;
+use glam::DVec2;
+
+use super::columns::{Columns, Field};
+use super::{Place, Reader};
+use crate::model::tags::{Role, Tags};
+use crate::model::value::shorten;
+use crate::read::layout::{LayoutEdge, LayoutNode};
+
+/// A row, with the columns of its table.
+#[derive(Clone, Copy)]
+pub(super) struct Row<'a> {
+    pub columns: &'a Columns,
+    pub cells: &'a StringRecord,
+    pub place: Place,
+    /// Whether numbers may be written as `1,5`.
+    pub has_decimal_comma: bool,
+}
+
+/// An edge before its nodes are known.
+pub(super) struct EdgeRow {
+    /// Its ends and its shape aren't set.
+    pub edge: LayoutEdge,
+    pub from: String,
+    pub to: String,
+    /// Inner control points in metres: none, one or two.
+    pub control_points: Vec<DVec2>,
+    pub is_bidirectional: bool,
+}
+
+impl<'a> Row<'a> {
+    pub fn node(self, reader: &mut Reader<'_, '_>) -> Option<LayoutNode> {
+        let id = self.text(Field::Id);
+        if id.is_none() {
+            reader.error(self.place, "a node has no id: give one");
+        }
+        let [x, y] = [Field::X, Field::Y].map(|field| self.length(field, reader));
+        if x.is_none() || y.is_none() {
+            reader.error(
+                self.place,
+                &format!("node `{}` has no x and y that are numbers", shorten(id.unwrap_or("?"))),
+            );
+        }
+        let heading =
+            self.number(Field::Theta, reader).map(|(number, unit)| number * unit.unwrap_or(1.0));
+        let mut tags = self.tags();
+        let role = self.text(Field::Role).map_or(Role::None, |text| {
+            text.parse().unwrap_or_else(|error: crate::model::tags::ParseRoleError| {
+                reader.warning(self.place, &format!("{error}: it is kept as a property"));
+                tags.set("role", text);
+                Role::None
+            })
+        });
+        let position = DVec2::new(x?, y?);
+        Some(LayoutNode {
+            at: reader.at(self.place),
+            id: id?.to_owned(),
+            position,
+            heading,
+            role,
+            tags,
+        })
+    }
+
+    pub fn edge(self, reader: &mut Reader<'_, '_>) -> Option<EdgeRow> {
+        let has_ids = self.columns.list.iter().any(|column| column.field == Field::Id);
+        let counted = (!has_ids).then(|| (reader.edges.len() + 1).to_string());
+        let id = counted.or_else(|| self.text(Field::Id).map(str::to_owned));
+        if id.is_none() {
+            reader.error(self.place, "an edge has no id: give one, or remove the column");
+        }
+        let ends = self.text(Field::From).zip(self.text(Field::To));
+        if ends.is_none() {
+            reader.error(self.place, "an edge has no ends: give the ids of nodes in both columns");
+        }
+        let [speed, reverse] = [Field::Speed, Field::ReverseSpeed].map(|field| {
+            self.number(field, reader).map(|(number, unit)| number * unit.unwrap_or(1.0))
+        });
+        let mut tags = self.tags();
+        if let Some(heading) = self.text(Field::Theta) {
+            tags.set("heading", heading);
+        }
+        let is_bidirectional = self.truth(Field::Bidirectional, reader);
+        let control_points = self.control_points(reader);
+        let (from, to) = ends?;
+        let edge = LayoutEdge {
+            at: reader.at(self.place),
+            id: id?,
+            speed,
+            reverse_speed: reverse.filter(|speed| *speed != 0.0),
+            tags,
+            ..LayoutEdge::default()
+        };
+        Some(EdgeRow {
+            edge,
+            from: from.to_owned(),
+            to: to.to_owned(),
+            control_points,
+            is_bidirectional,
+        })
+    }
+
+    fn control_points(self, reader: &mut Reader<'_, '_>) -> Vec<DVec2> {
+        let [x1, y1, x2, y2] =
+            [Field::X1, Field::Y1, Field::X2, Field::Y2].map(|field| self.length(field, reader));
+        match [x1.zip(y1), x2.zip(y2)] {
+            [Some((x1, y1)), Some((x2, y2))] => vec![DVec2::new(x1, y1), DVec2::new(x2, y2)],
+            [Some((x, y)), None] if x2.is_none() && y2.is_none() => vec![DVec2::new(x, y)],
+            _ => {
+                if [x1, y1, x2, y2].iter().any(Option::is_some) {
+                    reader.error(
+                        self.place,
+                        "a control point is incomplete: give x1 and y1, or these and x2 and y2",
+                    );
+                }
+                Vec::new()
+            }
+        }
+    }
+
+    fn tags(self) -> Tags {
+        let text = |field| self.text(field).map(Box::from);
+        let mut tags = Tags {
+            name: text(Field::Name),
+            level: text(Field::Level),
+            zone: text(Field::Zone),
+            ..Tags::default()
+        };
+        let is_property = |field: Field| match field {
+            Field::Other => true,
+            // Nodes have no ends and no speeds, and edges no positions and no roles.
+            Field::X | Field::Y | Field::Role => self.columns.is_edges,
+            Field::From | Field::To | Field::Speed | Field::ReverseSpeed | Field::Bidirectional => {
+                !self.columns.is_edges
+            }
+            Field::X1 | Field::Y1 | Field::X2 | Field::Y2 => !self.columns.is_edges,
+            Field::Id | Field::Theta | Field::Name | Field::Level | Field::Zone => false,
+        };
+        for (column, cell) in self.columns.list.iter().zip(self.cells) {
+            if is_property(column.field) {
+                tags.set(&column.name, cell);
+            }
+        }
+        tags
+    }
+
+    /// Returns the cell of a column; `None` if there is none, or if it is empty.
+    fn text(self, field: Field) -> Option<&'a str> {
+        let index = self.columns.list.iter().position(|column| column.field == field)?;
+        self.cells.get(index).filter(|cell| !cell.is_empty())
+    }
+
+    /// Returns the number of a column with the factor of its unit. Other texts are errors.
+    fn number(self, field: Field, reader: &mut Reader<'_, '_>) -> Option<(f64, Option<f64>)> {
+        let text = self.text(field)?;
+        let column = self.columns.list.iter().find(|column| column.field == field)?;
+        let parse = |text: &str| text.parse().ok().filter(|number: &f64| number.is_finite());
+        let with_comma = || parse(&text.replacen(',', ".", 1)).filter(|_| self.has_decimal_comma);
+        let number = parse(text).or_else(with_comma);
+        if number.is_none() {
+            reader.error(
+                self.place,
+                &format!("`{}` is `{}`: give a number", shorten(&column.name), shorten(text)),
+            );
+        }
+        number.map(|number| (number, column.unit))
+    }
+
+    /// Returns a number in metres.
+    fn length(self, field: Field, reader: &mut Reader<'_, '_>) -> Option<f64> {
+        let (number, unit) = self.number(field, reader)?;
+        Some(number * unit.unwrap_or(reader.scale))
+    }
+
+    fn truth(self, field: Field, reader: &mut Reader<'_, '_>) -> bool {
+        match self.text(field).map(str::to_lowercase).as_deref() {
+            Some("true" | "yes" | "y" | "1" | "x") => true,
+            Some("false" | "no" | "n" | "0") | None => false,
+            Some(other) => {
+                let message = format!(
+                    "bidirectional is `{}`: it is read as no; use yes or no",
+                    shorten(other)
+                );
+                reader.warning(self.place, &message);
+                false
+            }
+        }
+    }
+}

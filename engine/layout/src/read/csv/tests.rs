@@ -1,0 +1,179 @@
+use proptest::prelude::*;
+
+use super::*;
+use crate::model::finding::Findings;
+use crate::model::format::Format;
+use crate::model::options::LengthUnit;
+use crate::model::route_graph::RouteGraph;
+use crate::model::tags::Role;
+use crate::{parse, read};
+
+fn options() -> ReadOptions {
+    ReadOptions { format: Some(Format::Csv), ..ReadOptions::default() }
+}
+
+fn graph(text: &str) -> (RouteGraph, Findings) {
+    parse(text, "map.csv", &options()).unwrap_or_else(|error| panic!("{error}\n{text}"))
+}
+
+fn error(text: &str) -> String {
+    parse(text, "map.csv", &options()).expect_err(text).to_string()
+}
+
+fn messages(findings: &Findings) -> String {
+    findings.as_slice().iter().map(|finding| format!("{finding}\n")).collect()
+}
+
+/// What the examples of the documentation are.
+const BOTH: &str = "\
+# A comment.
+ID,X,Y,Theta,Name,Level,Zone,Role,Colour
+1,0,0,1.5,Dock A,L1,Z,charge,red
+2,10,0,,,L1,,,
+7,10,5.5,,,L1,,,
+
+Id,From Node,to_node,Max Speed,Reverse Speed,Bidirectional,x1,y1,x2,y2,note
+5,1,2,2,0.3,no,,,,,\"wet, slow\"
+6,2,7,1.5,,yes,12,0,12,5,
+";
+
+#[test]
+fn both_tables_of_a_file_are_read() {
+    let (graph, findings) = graph(BOTH);
+    // Robots turn at both ends of edge 6.
+    assert!(
+        messages(&findings).lines().all(|line| line.contains("the heading changes by more than"))
+    );
+    let dock = &graph.nodes()[0];
+    assert_eq!(
+        (dock.id, dock.position, dock.theta, dock.role),
+        (1, DVec2::ZERO, 1.5, Role::Charge)
+    );
+    let tags = dock.tags.as_ref().expect("tags");
+    assert_eq!(
+        (dock.name(), tags.level.as_deref(), tags.zone.as_deref()),
+        (Some("Dock A"), Some("L1"), Some("Z"))
+    );
+    assert_eq!(tags.properties.get("Colour").map(AsRef::as_ref), Some("red"));
+    assert_eq!(graph.nodes()[2].position, DVec2::new(10.0, 5.5));
+    let ids: Vec<u32> = graph.edges().iter().map(|edge| edge.id).collect();
+    assert_eq!(ids, [5, 6, 7]);
+    let [straight, curve, back] = graph.edges() else { panic!("three edges") };
+    assert_eq!((straight.speed, straight.reverse_speed), (2.0, Some(0.3)));
+    assert_eq!(straight.path.single(), Some(&CubicBezier::straight(DVec2::ZERO, DVec2::X * 10.0)));
+    assert_eq!(
+        straight.tags.as_ref().and_then(|tags| tags.properties.get("note")).map(AsRef::as_ref),
+        Some("wet, slow")
+    );
+    let points = [[10.0, 0.0], [12.0, 0.0], [12.0, 5.0], [10.0, 5.5]];
+    assert_eq!(curve.path.single().expect("one cubic").control_points, points.map(DVec2::from));
+    assert_eq!((back.origin, back.destination), (curve.destination, curve.origin));
+    assert_eq!(back.path, curve.path.reversed());
+}
+
+#[test]
+fn separators_decimal_commas_units_and_names_vary() {
+    let text = "Vertex_ID;X [mm];Y [mm];Heading [deg]\nA;1500,5;0;90\nB;2500;0;\n\nSource;Target;vmax\nA;B;1,25\n";
+    let (graph, _) = graph(text);
+    assert_eq!(graph.nodes()[0].name(), Some("A"));
+    assert_eq!(graph.nodes()[0].position, DVec2::new(1.5005, 0.0));
+    assert_eq!(graph.nodes()[0].theta, std::f64::consts::FRAC_PI_2);
+    assert_eq!((graph.edges()[0].id, graph.edges()[0].speed), (1, 1.25));
+    let tabs = "from\tto\n1\t2\nnode\tx\ty\n1\t0\t0\n2\t100\t0\n";
+    let options = ReadOptions { units: Some(LengthUnit::Centimetre), ..options() };
+    let (graph, findings) = parse(tabs, "map.csv", &options).expect("a graph");
+    assert_eq!(graph.nodes()[1].position, DVec2::X);
+    assert!(messages(&findings).contains("no speed limit"));
+}
+
+#[test]
+fn the_tables_may_be_in_two_files() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (nodes, edges) = BOTH.split_once("\n\n").expect("two tables");
+    for [node_name, edge_name] in
+        [["map-nodes.csv", "map-edges.csv"], ["site_Vertices.csv", "site_Edges.tsv"]]
+    {
+        let [node_file, edge_file] = [node_name, edge_name].map(|name| folder.path().join(name));
+        std::fs::write(&node_file, nodes).expect("written");
+        std::fs::write(&edge_file, edges).expect("written");
+        for file in [node_file, edge_file] {
+            let (graph, _) = read(&file, &options()).expect("a graph");
+            assert_eq!((graph.nodes().len(), graph.edges().len()), (3, 3));
+        }
+    }
+    std::fs::write(folder.path().join("map-edges.csv"), edges.replace("0.3", "slow"))
+        .expect("written");
+    let message =
+        read(&folder.path().join("map-nodes.csv"), &options()).expect_err("no number").to_string();
+    assert!(
+        message.contains("map-edges.csv:2: `Reverse Speed` is `slow`: give a number"),
+        "{message}"
+    );
+}
+
+#[test]
+fn one_level_can_be_read() {
+    let text = "id,x,y,level\n1,0,0,A\n2,1,0,A\n3,1,0,B\nfrom,to\n1,2\n2,3\n";
+    let level = |level: &str| {
+        parse(text, "map.csv", &ReadOptions { level: Some(level.to_owned()), ..options() })
+    };
+    let (graph, _) = level("A").expect("a graph");
+    assert_eq!((graph.nodes().len(), graph.edges().len()), (2, 1));
+    assert!(level("C").expect_err("none").to_string().contains("no node has the level `C`"));
+}
+
+#[test]
+fn mistakes_are_reported() {
+    let nodes = "id,x,y\n1,0,0\n2,1,0\n";
+    assert!(
+        error("1,2,3\n").contains("map.csv:1: not a route graph: the first row isn't a header")
+    );
+    assert!(error(nodes).contains("there is no table of edges"));
+    assert!(error("id,x,y\nfrom,to\n").contains("the tables have no rows"));
+    assert!(
+        error(&format!("{nodes}\nfrom,to\n1,3\n"))
+            .contains("map.csv:6: error: edge `1` ends at node `3`")
+    );
+    assert!(
+        error(&format!("{nodes}\nfrom,to\n1,\n"))
+            .contains("map.csv:6: not a route graph: an edge has no ends")
+    );
+    assert!(
+        error(&format!("{nodes}3,one,0\nfrom,to\n1,2\n"))
+            .contains("map.csv:4: error: `x` is `one`: give a number")
+    );
+    assert!(
+        error(&format!("{nodes}\nfrom,to,x1\n1,2,5\n")).contains("a control point is incomplete")
+    );
+    assert!(error(&format!("{nodes}{}\n", "a,".repeat(300))).contains("200 columns"));
+    let (_, findings) = graph("id,x,y,role\n1,0,0,shelf\n2,1,0,\n\nfrom,to,two-way\n1,2,maybe,4\n");
+    let messages = messages(&findings);
+    for message in [
+        "map.csv:2: warning: `shelf` is not a role",
+        "bidirectional is `maybe`",
+        "cells without a column name",
+    ] {
+        assert!(messages.contains(message), "{messages}");
+    }
+}
+
+#[test]
+fn long_names_of_columns_are_refused() {
+    let name = "n".repeat(101);
+    let text = format!("id,x,y,{name}\n1,0,0,a\n2,1,0,b\n\nfrom,to\n1,2\n");
+    let error = error(&text);
+    assert!(error.contains("map.csv:1:") && error.contains("is longer than 100 bytes"), "{error}");
+    graph(&text.replace(&name, &name[1..]));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(if cfg!(miri) { 2 } else { 256 }))]
+
+    #[test]
+    fn no_text_makes_the_reader_panic(at in 0usize..300, removed in 0usize..60, inserted in "[,;\t\n\"'#a-z0-9.-]{0,8}", ends in any::<bool>()) {
+        let at = BOTH.floor_char_boundary(at);
+        let end = BOTH.floor_char_boundary(at + removed);
+        let rest = if ends { "" } else { &BOTH[end..] };
+        let _ = parse(&format!("{}{inserted}{rest}", &BOTH[..at]), "map.csv", &options());
+    }
+}

@@ -1,0 +1,265 @@
+//! Drawings: DXF in ASCII.
+//!
+//! Lines and curves of the chosen layers become edges in both directions, joined where their ends
+//! meet. Lines of the other layers become the background.
+
+mod curve;
+mod expand;
+mod join;
+mod scan;
+#[cfg(test)]
+mod tests;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use dxf::Drawing;
+use glam::DVec2;
+use regatta_base::bezier::CubicBezier;
+
+use crate::model::finding::{Report, Subject};
+use crate::model::options::ReadOptions;
+use crate::read::file::{Ignored, Source, SyntaxError};
+use crate::read::layout::{Layout, LayoutEdge, LayoutNode, Shape};
+use expand::{Curve, Expander};
+use join::{Link, Network, join};
+use scan::Scan;
+
+/// The largest number of near misses that are listed.
+const MAX_NEAR_MISSES: usize = 100;
+
+/// The layer of construction points, which isn't plotted.
+const DEFPOINTS: &str = "DEFPOINTS";
+
+/// The metres of the units that $INSUNITS numbers from 1 on.
+const UNITS: [f64; 16] = [
+    0.0254, 0.3048, 1609.344, 1e-3, 1e-2, 1.0, 1e3, 25.4e-9, 25.4e-6, 0.9144, 1e-10, 1e-9, 1e-6,
+    0.1, 10.0, 100.0,
+];
+
+/// Reads a drawing.
+///
+/// # Errors
+/// If the text isn't DXF in ASCII.
+pub(crate) fn read<'text>(
+    source: Source<'text>,
+    options: &ReadOptions,
+    report: &mut Report<'text>,
+) -> Result<Layout, SyntaxError> {
+    if source.text.starts_with("AutoCAD Binary DXF") || source.text.starts_with("AutoCAD DXB") {
+        let message = "this is a binary drawing: save it as DXF in ASCII".to_owned();
+        return Err(SyntaxError { line: 1, message });
+    }
+    let mut ignored = Ignored::default();
+    let scan = scan::scan(source.text, &mut ignored, report)?;
+    let drawing = Drawing::load(&mut scan.text.as_bytes()).map_err(|error| SyntaxError {
+        line: 1,
+        message: format!("the drawing can't be read: {error}"),
+    })?;
+    reject_lost(&scan, &drawing, report);
+    let unit = unit(options, &scan, report);
+    let curves = curves(&drawing, &scan, unit, &mut ignored, report);
+    let (edges, others) = Layers::new(&curves, &scan, options, report).divide(curves, &mut ignored);
+    let network = join(edges);
+    report_network(&network, report, &mut ignored);
+    ignored.report(report);
+    Ok(layout(network, &others))
+}
+
+/// Returns the start of a text for a message.
+fn shorten(text: &str) -> String {
+    text.trim().chars().take(40).collect::<String>().escape_debug().to_string()
+}
+
+/// The crate reads on after an error as if a section had ended.
+fn reject_lost(scan: &Scan, drawing: &Drawing, report: &mut Report<'_>) {
+    let read = drawing.entities().count();
+    let blocks: Vec<usize> = drawing.blocks().map(|block| block.entities.len()).collect();
+    if read != scan.offsets.len() || blocks != scan.block_sizes {
+        let at = scan.offsets.get(read).copied().unwrap_or_default();
+        let expected = scan.offsets.len() + scan.block_sizes.iter().sum::<usize>();
+        let message = format!(
+            "only {} of {expected} entities can be read",
+            read + blocks.iter().sum::<usize>()
+        );
+        report.error(at, Subject::File, message);
+    }
+}
+
+/// Returns the metres of a unit.
+fn unit(options: &ReadOptions, scan: &Scan, report: &mut Report<'_>) -> f64 {
+    if let Some(unit) = options.units {
+        return unit.metres();
+    }
+    let index = scan.units.and_then(|units| usize::try_from(units).ok()?.checked_sub(1));
+    index.and_then(|index| UNITS.get(index).copied()).unwrap_or_else(|| {
+        let message = "the drawing doesn't say its unit of length: metres are assumed; `--units mm` says another";
+        report.warning(0, Subject::File, message);
+        1.0
+    })
+}
+
+fn curves(
+    drawing: &Drawing,
+    scan: &Scan,
+    unit: f64,
+    ignored: &mut Ignored,
+    report: &mut Report<'_>,
+) -> Vec<Curve> {
+    let mut expander = Expander::new(drawing.blocks(), ignored);
+    let offsets = scan.offsets.iter().copied().chain(std::iter::repeat(0));
+    for (entity, at) in drawing.entities().zip(offsets) {
+        expander.add(entity, at, unit);
+    }
+    if expander.is_full() {
+        let message = "the drawing has too many entities when its blocks are expanded: remove what isn't a route";
+        report.error(0, Subject::File, message);
+        return Vec::new();
+    }
+    expander.curves
+}
+
+/// Which layers are edges. Names are in upper case: they are the same in any case.
+struct Layers {
+    edges: BTreeSet<String>,
+    background: BTreeSet<String>,
+}
+
+impl Layers {
+    fn new(curves: &[Curve], scan: &Scan, options: &ReadOptions, report: &mut Report<'_>) -> Self {
+        let names: BTreeMap<String, &str> =
+            curves.iter().map(|curve| (curve.layer.to_uppercase(), curve.layer.as_str())).collect();
+        let is_visible = |name: &&String| !scan.hidden_layers.contains(*name) && *name != DEFPOINTS;
+        let visible: BTreeSet<String> = names.keys().filter(is_visible).cloned().collect();
+        let of = |(upper, name): (&String, &&str)| {
+            let hidden = if visible.contains(upper) { "" } else { " (hidden)" };
+            format!("`{}`{hidden}", shorten(name))
+        };
+        let list = names.iter().map(of).collect::<Vec<_>>().join(", ");
+        if curves.is_empty() {
+            report.error(0, Subject::File, "the drawing has no lines or curves that can be routes");
+        }
+        if options.layers.is_empty() {
+            if visible.len() > 1 {
+                let message = format!(
+                    "all lines of the visible layers become edges; layers with lines are {list}: choose with `--layer NAME`"
+                );
+                report.warning(0, Subject::File, message);
+            }
+            return Self { edges: visible, background: BTreeSet::new() };
+        }
+        for layer in
+            options.layers.iter().filter(|layer| !names.contains_key(&layer.to_uppercase()))
+        {
+            let exists = if scan.layers.contains_key(&layer.to_uppercase()) {
+                "has no lines"
+            } else {
+                "doesn't exist"
+            };
+            let message =
+                format!("layer `{}` {exists}: layers with lines are {list}", shorten(layer));
+            report.error(0, Subject::File, message);
+        }
+        let edges: BTreeSet<String> =
+            options.layers.iter().map(|layer| layer.to_uppercase()).collect();
+        let background = visible.difference(&edges).cloned().collect();
+        Self { edges, background }
+    }
+
+    /// Divides curves into those that are edges and those of the background.
+    fn divide(&self, curves: Vec<Curve>, ignored: &mut Ignored) -> (Vec<Curve>, Vec<Curve>) {
+        let (mut edges, mut background) = (Vec::new(), Vec::new());
+        for curve in curves {
+            let layer = curve.layer.to_uppercase();
+            if self.edges.contains(&layer) {
+                edges.push(curve);
+            } else if self.background.contains(&layer) {
+                background.push(curve);
+            } else {
+                ignored
+                    .add(curve.at, format!("line on the hidden layer `{}`", shorten(&curve.layer)));
+            }
+        }
+        (edges, background)
+    }
+}
+
+fn report_network(network: &Network, report: &mut Report<'_>, ignored: &mut Ignored) {
+    for &at in &network.short {
+        ignored.add(at, "line shorter than 1 mm");
+    }
+    for &at in &network.repeated {
+        ignored.add(at, "line that is drawn a second time");
+    }
+    for &(node, distance) in network.near_misses.iter().take(MAX_NEAR_MISSES) {
+        let (DVec2 { x, y }, at) = network.nodes[node];
+        let millimetres = distance * 1000.0;
+        let message = format!(
+            "the line that ends at ({x:.3}, {y:.3}) m misses another by {millimetres:.0} mm: join them, if they should be \
+             connected"
+        );
+        report.warning(at, Subject::Node(u32::try_from(node + 1).ok()), message);
+    }
+    if network.is_partial {
+        let message = "too many lines are close together: not all ends that touch another line are connected with it";
+        report.warning(0, Subject::File, message);
+    }
+    if network.near_misses.len() > MAX_NEAR_MISSES {
+        let message = format!(
+            "{} further ends of lines miss another",
+            network.near_misses.len() - MAX_NEAR_MISSES
+        );
+        report.warning(0, Subject::File, message);
+    }
+}
+
+/// Makes two edges of each line: a drawing has no direction.
+fn layout(network: Network, background: &[Curve]) -> Layout {
+    let node = |(index, &(position, at)): (usize, &(DVec2, u32))| LayoutNode {
+        at,
+        id: (index + 1).to_string(),
+        position,
+        ..LayoutNode::default()
+    };
+    let nodes = network.nodes.iter().enumerate().map(node).collect();
+    let links = network.links.into_iter().enumerate();
+    let edges = links.flat_map(|(index, link)| {
+        let back = reversed(&link);
+        [edge(2 * index + 1, link), edge(2 * index + 2, back)]
+    });
+    let background = background.iter().map(|curve| polyline(&curve.cubics)).collect();
+    Layout { nodes, edges: edges.collect(), background, ..Layout::default() }
+}
+
+fn reversed(link: &Link) -> Link {
+    let Curve { at, layer, cubics } = &link.curve;
+    let cubics = cubics.iter().rev().map(CubicBezier::reversed).collect();
+    Link { from: link.to, to: link.from, curve: Curve { at: *at, layer: layer.clone(), cubics } }
+}
+
+fn edge(id: usize, link: Link) -> LayoutEdge {
+    let Curve { at, layer, cubics } = link.curve;
+    let mut edge = LayoutEdge {
+        at,
+        id: id.to_string(),
+        origin: (link.from + 1).to_string(),
+        destination: (link.to + 1).to_string(),
+        shape: if join::is_straight(&cubics) { Shape::Straight } else { Shape::Cubics(cubics) },
+        ..LayoutEdge::default()
+    };
+    // Layer 0 is where lines are that nobody put on a layer.
+    if layer != "0" {
+        edge.tags.set("layer", &layer);
+    }
+    edge
+}
+
+/// Returns points of a curve to draw lines between.
+fn polyline(cubics: &[CubicBezier]) -> Vec<DVec2> {
+    let mut points: Vec<DVec2> =
+        cubics.first().map(|cubic| cubic.control_points[0]).into_iter().collect();
+    for cubic in cubics {
+        let count = if join::is_straight(std::slice::from_ref(cubic)) { 1 } else { 12 };
+        points.extend((1..=count).map(|index| cubic.position(f64::from(index) / f64::from(count))));
+    }
+    points
+}

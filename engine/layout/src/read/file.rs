@@ -1,0 +1,211 @@
+//! The text of a file that is read: what readers share, and the errors of reading.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use crate::model::finding::{Findings, Report, Subject};
+
+/// The size of the largest file that is read, in bytes.
+pub const MAX_FILE_BYTES: u64 = 256 << 20;
+
+/// The largest number of keys and items, those repeated by aliases included. It protects against
+/// alias bombs.
+pub(crate) const MAX_ENTRIES: usize = 3_000_000;
+
+/// The largest number of bytes of a name that many nodes and edges share, or that is part of their
+/// ids: of a level, a block, a column. A small file with a longer one could take all memory.
+pub(crate) const MAX_NAME: usize = 100;
+
+/// The largest number of kinds that are told apart.
+const MAX_IGNORED_KINDS: usize = 100;
+
+/// The text of a file, with what a reader needs to find others that it names.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Source<'text> {
+    pub text: &'text str,
+    /// The folder that paths in the file are relative to.
+    pub folder: &'text Path,
+    /// The name of the file without folder and ending.
+    pub stem: &'text str,
+}
+
+/// The error of reading a text that isn't of its format at all.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct SyntaxError {
+    /// The line, from 1.
+    pub line: usize,
+    pub message: String,
+}
+
+/// The error of reading a route graph. It is displayed as one line; [`GraphError::findings`] has
+/// all details.
+#[derive(Debug, thiserror::Error)]
+pub enum GraphError {
+    /// The file can't be opened or read.
+    #[error("{}: can't be read: {source}", file.display())]
+    Unreadable {
+        /// The file.
+        file: PathBuf,
+        /// The system's error.
+        source: io::Error,
+    },
+    /// The path is a folder.
+    #[error("{}: this is a folder: give a file inside it", file.display())]
+    Folder {
+        /// The folder.
+        file: PathBuf,
+    },
+    /// The file has more than [`MAX_FILE_BYTES`], or more lists and maps than any graph needs.
+    #[error(
+        "{file}: too large: at most {limit} can be read; split the graph or remove what isn't needed"
+    )]
+    TooLarge {
+        /// The file's name.
+        file: String,
+        /// The exceeded limit.
+        limit: String,
+    },
+    /// The file has nothing but white space and comments.
+    #[error("{file}: the file is empty: a route graph has Edges and Vertices")]
+    Empty {
+        /// The file's name.
+        file: String,
+    },
+    /// The file isn't UTF-8 text.
+    #[error("{file}:{line}: not UTF-8 text: {reason}; check that this is a route graph file")]
+    NotText {
+        /// The file's name.
+        file: String,
+        /// The line of the first invalid byte, from 1.
+        line: usize,
+        /// The findings.
+        reason: &'static str,
+    },
+    /// The text isn't YAML, or not the YAML of a route graph.
+    #[error("{file}:{line}: not a route graph: {message}")]
+    Syntax {
+        /// The file's name.
+        file: String,
+        /// The line, from 1.
+        line: usize,
+        /// The YAML reader's message.
+        message: String,
+    },
+    /// The map for the background can't be read.
+    #[error(transparent)]
+    Background(#[from] BackgroundError),
+    /// The route graph has errors: at least one of the findings is an error.
+    #[error("{}", summary(.0))]
+    Invalid(Findings),
+}
+
+impl GraphError {
+    /// Returns all findings, errors and warnings, by line; `None` if the file couldn't be read as a
+    /// graph at all.
+    pub fn findings(&self) -> Option<&Findings> {
+        match self {
+            Self::Invalid(findings) => Some(findings),
+            _ => None,
+        }
+    }
+}
+
+fn summary(findings: &Findings) -> String {
+    let first = findings.first_error().map(ToString::to_string).unwrap_or_default();
+    match findings.errors() {
+        0 | 1 => first,
+        2 => format!("{first} (and 1 more error)"),
+        errors => format!("{first} (and {} more errors)", errors - 1),
+    }
+}
+
+/// The error of reading a map for the background of a layout.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{file}: {message}")]
+pub struct BackgroundError {
+    /// The file.
+    pub file: String,
+    /// The problem and what to do about it.
+    pub message: String,
+}
+
+/// Reads the text of a file for [`parse`](crate::parse).
+///
+/// # Errors
+/// If the file can't be read, is too large, or isn't text.
+pub fn read_file(path: &Path) -> Result<String, GraphError> {
+    let unreadable = |source| GraphError::Unreadable { file: path.to_owned(), source };
+    let file = File::open(path).map_err(unreadable)?;
+    let metadata = file.metadata().map_err(unreadable)?;
+    if metadata.is_dir() {
+        return Err(GraphError::Folder { file: path.to_owned() });
+    }
+    let name = path.display().to_string();
+    if metadata.len() > MAX_FILE_BYTES { Err(too_large(&name)) } else { read_stream(file, &name) }
+}
+
+/// Reads the text of a stream for [`parse`](crate::parse); `name` is its name in messages.
+///
+/// # Errors
+/// As [`read_file`].
+pub fn read_stream(stream: impl Read, name: &str) -> Result<String, GraphError> {
+    let mut bytes = Vec::new();
+    // Limited here too: a pipe has no length, and a file may grow.
+    let read = stream.take(MAX_FILE_BYTES + 1).read_to_end(&mut bytes);
+    read.map_err(|source| GraphError::Unreadable { file: name.into(), source })?;
+    if bytes.len() as u64 > MAX_FILE_BYTES {
+        return Err(too_large(name));
+    }
+    String::from_utf8(bytes)
+        .map_err(|error| not_text(name, error.as_bytes(), error.utf8_error().valid_up_to()))
+}
+
+pub(crate) fn too_large(name: &str) -> GraphError {
+    GraphError::TooLarge { file: name.to_owned(), limit: format!("{} MiB", MAX_FILE_BYTES >> 20) }
+}
+
+/// Kinds of things that a reader doesn't understand.
+#[derive(Debug, Default)]
+pub(crate) struct Ignored {
+    /// The byte offset of the first, and the number of all.
+    kinds: BTreeMap<String, (u32, usize)>,
+}
+
+impl Ignored {
+    /// Counts a thing of a kind, such as "key `foo` of a node".
+    pub fn add(&mut self, at: u32, kind: impl Into<String>) {
+        let kind = kind.into();
+        if let Some((_, count)) = self.kinds.get_mut(&kind) {
+            *count += 1;
+        } else if self.kinds.len() < MAX_IGNORED_KINDS {
+            self.kinds.insert(kind, (at, 1));
+        }
+    }
+
+    /// Reports a warning for each kind.
+    pub fn report(self, report: &mut Report<'_>) {
+        for (kind, (at, count)) in self.kinds {
+            let times = if count == 1 { String::new() } else { format!(" ({count} times)") };
+            report.warning(at, Subject::File, format!("{kind}: not used{times}"));
+        }
+    }
+}
+
+pub(crate) fn not_text(name: &str, bytes: &[u8], at: usize) -> GraphError {
+    let reason = match bytes {
+        _ if bytes.starts_with(b"AutoCAD Binary DXF") => {
+            "it is a binary drawing, save it as DXF in ASCII"
+        }
+        _ if bytes.starts_with(b"AC10") => "it is a drawing in DWG, save it as DXF in ASCII",
+        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => "it looks like UTF-16, save it as UTF-8",
+        _ if bytes[at..].first() == Some(&0) => "it contains a zero byte",
+        _ => "it contains bytes that are not valid UTF-8",
+    };
+    GraphError::NotText { file: name.to_owned(), line: line_at(bytes, at), reason }
+}
+
+pub(crate) fn line_at(bytes: &[u8], at: usize) -> usize {
+    1 + bytes[..at].iter().filter(|&&byte| byte == b'\n').count()
+}

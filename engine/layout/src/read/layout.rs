@@ -1,0 +1,375 @@
+//! A layout as a file of another system describes it, with that file's ids: what every reader in
+//! `format` makes.
+//!
+//! [`Layout::into_raw`] gives nodes and edges numbers, so that they pass the same validation as our
+//! own files.
+
+use std::collections::BTreeMap;
+
+use glam::DVec2;
+use regatta_base::bezier::CubicBezier;
+use regatta_base::graph::Rotation;
+
+use crate::model::finding::{Report, Subject};
+use crate::model::path::Path;
+use crate::model::raw::{RawCurve, RawEdge, RawGraph, RawNode, RawStation};
+use crate::model::tags::{Orientation, Role, Tags};
+use crate::model::value::shorten;
+
+/// Everything that a reader understands of a file. Numbers need not be in range, nor ids unique or
+/// known.
+#[derive(Debug, Default)]
+pub(crate) struct Layout {
+    pub nodes: Vec<LayoutNode>,
+    pub edges: Vec<LayoutEdge>,
+    pub stations: Vec<LayoutStation>,
+    /// Lines that are drawn behind the graph, in metres: walls, racks.
+    pub background: Vec<Vec<DVec2>>,
+}
+
+/// A node.
+#[derive(Debug, Default)]
+pub(crate) struct LayoutNode {
+    /// The byte offset in the file, for messages.
+    pub at: u32,
+    /// The file's id, unique among nodes.
+    pub id: String,
+    /// Metres; x to the east, y to the north.
+    pub position: DVec2,
+    /// Radians; `None` if the file doesn't say, or allows any.
+    pub heading: Option<f64>,
+    pub role: Role,
+    pub tags: Tags,
+}
+
+/// A directed edge.
+#[derive(Debug, Default)]
+pub(crate) struct LayoutEdge {
+    /// The byte offset in the file, for messages.
+    pub at: u32,
+    /// The file's id, unique among edges.
+    pub id: String,
+    /// The ids of nodes.
+    pub origin: String,
+    pub destination: String,
+    pub shape: Shape,
+    /// Metres per second from origin to destination; `None` if the file doesn't say.
+    pub speed: Option<f64>,
+    /// Metres per second in reverse gear from destination to origin; `None` if that isn't allowed.
+    pub reverse_speed: Option<f64>,
+    pub orientation: Orientation,
+    pub rotation: [Rotation; 2],
+    pub tags: Tags,
+}
+
+/// The shape of an edge.
+#[derive(Debug, Default)]
+pub(crate) enum Shape {
+    /// The straight segment between its nodes.
+    #[default]
+    Straight,
+    /// Cubics end to end, at least one, which should start and end at its nodes.
+    Cubics(Vec<CubicBezier>),
+}
+
+/// A place where robots do something.
+#[derive(Debug, Default)]
+pub(crate) struct LayoutStation {
+    /// The byte offset in the file, for messages.
+    pub at: u32,
+    /// The name, unique among stations.
+    pub name: String,
+    pub role: Role,
+    /// The ids of nodes.
+    pub nodes: Vec<String>,
+    /// Metres.
+    pub position: Option<DVec2>,
+    pub properties: BTreeMap<Box<str>, Box<str>>,
+}
+
+/// The speed in metres per second on edges for which a file gives none.
+pub(crate) const DEFAULT_SPEED: f64 = 1.0;
+
+impl Layout {
+    /// Numbers nodes and edges: by their ids if all of these are numbers, else from 1 in the order
+    /// of the file, and the ids become names.
+    pub fn into_raw(self, report: &mut Report<'_>) -> RawGraph {
+        // Elements with errors are left out, so that references to them lead nowhere: that was said
+        // already.
+        let is_complete = !report.has_errors();
+        let node_ids = Numbering::new(
+            self.nodes.iter().map(|node| (node.at, node.id.as_str())),
+            "node",
+            report,
+        );
+        let edge_ids = Numbering::new(
+            self.edges.iter().map(|edge| (edge.at, edge.id.as_str())),
+            "edge",
+            report,
+        );
+        warn_of_unknown_speeds(&self.edges, report);
+        let (ends, stations) = self.resolve(&node_ids);
+        let headings = self.headings(&ends);
+        let nodes = self.nodes.into_iter().zip(&headings).enumerate();
+        let nodes = nodes
+            .map(|(index, (node, &heading))| raw_node(node, heading, node_ids.number(index)))
+            .collect();
+        let edges = self.edges.into_iter().zip(ends).enumerate();
+        let mut raw = |(index, (edge, ends))| {
+            if is_complete {
+                report_unknown_ends(&edge, ends, report);
+            }
+            raw_edge(edge, edge_ids.number(index), ends, &node_ids)
+        };
+        let edges = edges.map(&mut raw).collect();
+        let stations = self.stations.into_iter().zip(stations);
+        let stations = stations.map(|(station, nodes)| {
+            if is_complete {
+                report_unknown_nodes(&station, &nodes, report);
+            }
+            raw_station(station, &nodes, &node_ids)
+        });
+        let stations = stations.collect();
+        RawGraph {
+            nodes,
+            edges,
+            stations,
+            background: self.background,
+            is_imported: true,
+            ..RawGraph::default()
+        }
+    }
+
+    /// Returns the nodes at the ends of each edge and those of each station, by index; `None` for
+    /// those that don't exist.
+    fn resolve(&self, numbering: &Numbering) -> (Vec<Ends>, Vec<Vec<Option<usize>>>) {
+        let index = Index::new(&self.nodes, numbering);
+        let ends = self
+            .edges
+            .iter()
+            .map(|edge| [&edge.origin, &edge.destination].map(|id| index.find(id)));
+        let stations = self
+            .stations
+            .iter()
+            .map(|station| station.nodes.iter().map(|id| index.find(id)).collect());
+        (ends.collect(), stations.collect())
+    }
+
+    /// Returns the headings of all nodes. On those for which the file gives none, robots stand as
+    /// on the first edge that leaves the node, else as on the first that ends there.
+    fn headings(&self, ends: &[Ends]) -> Vec<f64> {
+        let mut headings: Vec<Option<f64>> = self.nodes.iter().map(|node| node.heading).collect();
+        for which in [0, 1] {
+            for (edge, ends) in self.edges.iter().zip(ends) {
+                let &[Some(origin), Some(destination)] = ends else { continue };
+                let heading = &mut headings[[origin, destination][which]];
+                if heading.is_none() {
+                    let tangents = edge
+                        .shape
+                        .tangents([origin, destination].map(|node| self.nodes[node].position));
+                    *heading = tangents
+                        .map(|tangents| edge.orientation.heading(tangents[which].to_angle()));
+                }
+            }
+        }
+        headings.into_iter().map(Option::unwrap_or_default).collect()
+    }
+}
+
+/// The indices of the nodes at an edge's origin and destination; `None` if they don't exist.
+type Ends = [Option<usize>; 2];
+
+impl Shape {
+    /// Returns the tangents at origin and destination, whose positions are given; `None` for a
+    /// curve without cubics.
+    fn tangents(&self, [origin, destination]: [DVec2; 2]) -> Option<[DVec2; 2]> {
+        let path = match self {
+            Self::Straight => CubicBezier::straight(origin, destination).into(),
+            Self::Cubics(cubics) => Path::from_cubics(cubics)?,
+        };
+        Some([path.start_tangent(), path.end_tangent()])
+    }
+}
+
+/// The numbers that stand for the ids of a file.
+struct Numbering {
+    /// By index; `None` if they are counted from 1.
+    numbers: Option<Vec<u32>>,
+}
+
+impl Numbering {
+    fn new<'id>(
+        ids: impl Iterator<Item = (u32, &'id str)> + Clone,
+        kind: &str,
+        report: &mut Report<'_>,
+    ) -> Self {
+        let numbers: Option<Vec<u32>> = ids.clone().map(|(_, id)| number(id)).collect();
+        if numbers.is_none() {
+            let mut sorted: Vec<(&str, usize, u32)> =
+                ids.enumerate().map(|(index, (at, id))| (id, index, at)).collect();
+            sorted.sort_unstable();
+            let repeated =
+                sorted.windows(2).filter(|pair| pair[0].0 == pair[1].0).map(|pair| pair[1]);
+            let mut repeated: Vec<_> = repeated.collect();
+            repeated.sort_unstable_by_key(|&(_, index, _)| index);
+            for (id, _, at) in repeated {
+                let message =
+                    format!("{kind} `{}` is given twice: give each a unique id", shorten(id));
+                report.error(at, Subject::File, message);
+            }
+        }
+        Self { numbers }
+    }
+
+    fn number(&self, index: usize) -> Number {
+        match &self.numbers {
+            Some(numbers) => Number { number: numbers[index], is_id: true },
+            None => Number { number: index as u32 + 1, is_id: false },
+        }
+    }
+}
+
+/// Returns the number that an id is.
+fn number(id: &str) -> Option<u32> {
+    let is_canonical = id == "0" || !id.starts_with(['0', '+']);
+    if is_canonical { id.parse().ok() } else { None }
+}
+
+/// Finds nodes by their ids.
+enum Index<'id> {
+    /// Sorted by number, with the index.
+    Numbers(Vec<(u32, usize)>),
+    /// Sorted by id, with the index.
+    Names(Vec<(&'id str, usize)>),
+}
+
+impl<'id> Index<'id> {
+    fn new(nodes: &'id [LayoutNode], numbering: &Numbering) -> Self {
+        fn sorted<Id: Ord>(ids: impl Iterator<Item = Id>) -> Vec<(Id, usize)> {
+            let mut ids: Vec<_> = ids.zip(0..).collect();
+            ids.sort_unstable();
+            ids
+        }
+        match &numbering.numbers {
+            Some(numbers) => Self::Numbers(sorted(numbers.iter().copied())),
+            None => Self::Names(sorted(nodes.iter().map(|node| node.id.as_str()))),
+        }
+    }
+
+    fn find(&self, id: &str) -> Option<usize> {
+        match self {
+            Self::Numbers(numbers) => {
+                let number = number(id)?;
+                numbers.binary_search_by_key(&number, |entry| entry.0).ok().map(|at| numbers[at].1)
+            }
+            Self::Names(names) => {
+                names.binary_search_by_key(&id, |entry| entry.0).ok().map(|at| names[at].1)
+            }
+        }
+    }
+}
+
+/// A number of a node or an edge.
+#[derive(Clone, Copy)]
+struct Number {
+    number: u32,
+    /// Whether the file has this number as its id; otherwise the id becomes the name.
+    is_id: bool,
+}
+
+/// Returns tags that have the file's id as their name, if that isn't the number. A name besides the
+/// id becomes a property.
+fn tags_with_id(mut tags: Tags, id: &str, number: Number) -> Option<Box<Tags>> {
+    if !number.is_id
+        && let Some(name) = tags.name.replace(id.into()).filter(|name| **name != *id)
+    {
+        tags.set("name", &name);
+    }
+    tags.boxed()
+}
+
+fn raw_node(node: LayoutNode, heading: f64, number: Number) -> RawNode {
+    RawNode {
+        at: node.at,
+        id: Some(number.number),
+        x: Some(node.position.x),
+        y: Some(node.position.y),
+        theta: Some(heading),
+        has_heading: node.heading.is_some(),
+        body_heading: None,
+        role: node.role,
+        tags: tags_with_id(node.tags, &node.id, number),
+    }
+}
+
+fn report_unknown_ends(edge: &LayoutEdge, ends: Ends, report: &mut Report<'_>) {
+    for (index, (id, which)) in
+        ends.into_iter().zip([(&edge.origin, "starts at"), (&edge.destination, "ends at")])
+    {
+        if index.is_none() {
+            let (name, node) = (shorten(&edge.id), shorten(id));
+            let message = format!(
+                "edge `{name}` {which} node `{node}`, which doesn't exist: add it or correct the id"
+            );
+            report.error(edge.at, Subject::File, message);
+        }
+    }
+}
+
+fn raw_edge(edge: LayoutEdge, number: Number, ends: Ends, nodes: &Numbering) -> RawEdge {
+    let [origin, destination] = ends.map(|index| index.map(|index| nodes.number(index).number));
+    RawEdge {
+        at: edge.at,
+        id: Some(number.number),
+        origin,
+        destination,
+        curve: Some(match edge.shape {
+            Shape::Straight => RawCurve::Linear,
+            Shape::Cubics(cubics) => RawCurve::Cubics(cubics),
+        }),
+        forward: None,
+        backward: None,
+        speed: Some(edge.speed.unwrap_or(DEFAULT_SPEED)),
+        reverse_speed: Some(edge.reverse_speed.unwrap_or(0.0)),
+        orientation: edge.orientation,
+        rotation: edge.rotation,
+        tags: tags_with_id(edge.tags, &edge.id, number),
+    }
+}
+
+fn report_unknown_nodes(
+    station: &LayoutStation,
+    indices: &[Option<usize>],
+    report: &mut Report<'_>,
+) {
+    for (id, _) in station.nodes.iter().zip(indices).filter(|(_, index)| index.is_none()) {
+        let (name, node) = (shorten(&station.name), shorten(id));
+        let message = format!("station `{name}` names node `{node}`, which doesn't exist: ignored");
+        report.warning(station.at, Subject::File, message);
+    }
+}
+
+fn raw_station(station: LayoutStation, indices: &[Option<usize>], nodes: &Numbering) -> RawStation {
+    RawStation {
+        at: station.at,
+        nodes: indices.iter().flatten().map(|&index| nodes.number(index).number).collect(),
+        name: station.name,
+        role: station.role,
+        position: station.position,
+        properties: station.properties,
+    }
+}
+
+fn warn_of_unknown_speeds(edges: &[LayoutEdge], report: &mut Report<'_>) {
+    let mut unknown = edges.iter().filter(|edge| edge.speed.is_none());
+    let Some(first) = unknown.next() else { return };
+    let others = unknown.count();
+    let who = if others == 0 {
+        format!("edge `{}` has", shorten(&first.id))
+    } else {
+        format!("{} edges have", others + 1)
+    };
+    let message =
+        format!("{who} no speed limit: {DEFAULT_SPEED} m/s is used; robot types limit it further");
+    report.warning(first.at, Subject::File, message);
+}

@@ -1,0 +1,117 @@
+//! Edges.
+
+use regatta_base::graph::Rotation;
+
+use super::ids::Target;
+use super::node::{checked_angle, take_actions};
+use super::object::{Context, Object, Raw};
+use super::vehicle::Choice;
+use super::{Reader, Sheet, trajectory};
+use crate::model::tags::{Orientation, Role, Tags};
+use crate::read::layout::LayoutEdge;
+
+impl<'text> Reader<'_, '_, 'text> {
+    /// Reads an edge, with what robots do on it. The numbers are the index of the layout, and that
+    /// of the edge from 1.
+    pub fn edge(
+        &mut self,
+        raw: Raw<'text>,
+        sheet: &Sheet<'text>,
+        [layout, number]: [usize; 2],
+    ) -> Option<(LayoutEdge, Role)> {
+        let context = &mut self.context;
+        let mut object = Object::parse(raw, "an edge", context)?;
+        let at = object.at;
+        let [id, start, end] =
+            ["edgeId", "startNodeId", "endNodeId"].map(|key| object.take_text(key, context));
+        let (Some(start), Some(end)) = (start, end) else {
+            context.error(at, "an edge has no `startNodeId` or no `endNodeId`: give it both");
+            return None;
+        };
+        let id = id.unwrap_or_else(|| {
+            context.note(at, "an edge has no `edgeId`: it is named after its nodes");
+            format!("{start}-{end}#{number}")
+        });
+        let ends = [start, end].map(|node| self.node_ids.resolve(node, layout));
+        let [Target::Known(origin), Target::Known(destination)] = ends else {
+            context.note(at, "an edge leads to a layout that isn't read: left out");
+            return None;
+        };
+        let list = object.take_list("vehicleTypeEdgeProperties", context);
+        let (choice, types) =
+            self.vehicles.choose(&list, "an element of `vehicleTypeEdgeProperties`", context);
+        let name = object.take_text("edgeName", context).map(Into::into);
+        let tags = Tags { name, level: sheet.level.clone(), ..Tags::default() };
+        let id = self.edge_ids.unique(id, layout);
+        let mut edge = LayoutEdge { at, id, origin, destination, tags, ..LayoutEdge::default() };
+        edge.tags.set("vehicleTypeId", &types);
+        object.keep_rest(&mut edge.tags.properties, context);
+        match choice {
+            Choice::Some(properties) => Some(read_properties(edge, properties, context)),
+            Choice::Empty => Some((edge, Role::None)),
+            Choice::Others => {
+                context.note(at, "an edge isn't for the chosen vehicle type: left out");
+                None
+            }
+        }
+    }
+}
+
+/// Completes an edge by its properties for the vehicle type.
+fn read_properties<'text>(
+    mut edge: LayoutEdge,
+    mut object: Object<'text>,
+    context: &mut Context<'_, 'text>,
+) -> (LayoutEdge, Role) {
+    let speed = object.take_number("maxSpeed", context);
+    if speed.is_some_and(|speed| speed <= 0.0) {
+        context.note(edge.at, "`maxSpeed` of an edge isn't above 0: taken for no limit");
+    }
+    edge.speed = speed.filter(|speed| *speed > 0.0);
+    edge.orientation = orientation(&mut object, edge.at, context);
+    if let Some(trajectory) = object.take_object("trajectory", "a trajectory", context) {
+        edge.shape = trajectory::read(trajectory, &edge.id, context);
+    }
+    if let Some(json) = object.take_json("loadRestriction") {
+        edge.tags.set("loadRestriction", &json);
+    }
+    let role = take_actions(&mut object, &mut edge.tags, context);
+    object.keep_rest(&mut edge.tags.properties, context);
+    edge.rotation = ["rotationAtStartNodeAllowed", "rotationAtEndNodeAllowed"]
+        .map(|key| rotation(&edge.tags, key));
+    (edge, role)
+}
+
+/// Returns the way to turn at an end of an edge, by the property that also stays as it is.
+fn rotation(tags: &Tags, key: &str) -> Rotation {
+    match tags.properties.get(key).map(|value| value.to_ascii_uppercase()).as_deref() {
+        Some("NONE") => Rotation::None,
+        Some("CCW") => Rotation::CounterClockwise,
+        Some("CW") => Rotation::Clockwise,
+        _ => Rotation::Shorter,
+    }
+}
+
+fn orientation<'text>(
+    object: &mut Object<'text>,
+    at: u32,
+    context: &mut Context<'_, 'text>,
+) -> Orientation {
+    let kind = object.take_text("orientationType", context);
+    let angle = object.take_number("vehicleOrientation", context);
+    let Some(angle) = angle.map(|angle| checked_angle(at, angle, context)) else {
+        return Orientation::Tangential;
+    };
+    match kind.map(|kind| kind.to_ascii_uppercase()).as_deref() {
+        Some("GLOBAL") => Orientation::Fixed(angle),
+        kind => {
+            if !matches!(kind, None | Some("TANGENTIAL")) {
+                context.note(
+                    at,
+                    "`orientationType` is neither GLOBAL nor TANGENTIAL: read as TANGENTIAL",
+                );
+            }
+            if angle == 0.0 { Orientation::Tangential } else { Orientation::Offset(angle) }
+        }
+    }
+}

@@ -1,0 +1,177 @@
+//! Nodes, stations, and what robots do there.
+
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+use glam::DVec2;
+use serde_json::Value;
+
+use super::ids::Target;
+use super::object::{Context, Object, Raw, plain, shown};
+use super::vehicle::Choice;
+use super::{Reader, Sheet};
+use crate::model::tags::{Role, Tags};
+use crate::read::layout::{LayoutNode, LayoutStation};
+
+impl<'text> Reader<'_, '_, 'text> {
+    /// Reads a node of the layout with this index.
+    pub fn node(
+        &mut self,
+        raw: Raw<'text>,
+        sheet: &Sheet<'text>,
+        layout: usize,
+    ) -> Option<LayoutNode> {
+        let context = &mut self.context;
+        let mut object = Object::parse(raw, "a node", context)?;
+        let at = object.at;
+        let Some(id) = object.take_text("nodeId", context) else {
+            context.error(at, "a node has no `nodeId`: give it one");
+            return None;
+        };
+        let position = object.take_object("nodePosition", "`nodePosition`", context);
+        let Some(position) = position.and_then(|position| point(position, context)) else {
+            context.error(
+                at,
+                format!(
+                    "node `{}` has no `nodePosition` with `x` and `y`: give it one",
+                    shown(&id)
+                ),
+            );
+            return None;
+        };
+        let name = object.take_text("nodeName", context).map(Into::into);
+        let mut node = LayoutNode {
+            at,
+            position,
+            tags: Tags { name, level: sheet.level.clone(), ..Tags::default() },
+            ..LayoutNode::default()
+        };
+        let list = object.take_list("vehicleTypeNodeProperties", context);
+        let (choice, types) =
+            self.vehicles.choose(&list, "an element of `vehicleTypeNodeProperties`", context);
+        node.tags.set("vehicleTypeId", &types);
+        if let Choice::Some(mut properties) = choice {
+            node.heading = properties
+                .take_number("theta", context)
+                .map(|angle| checked_angle(at, angle, context));
+            node.role = take_actions(&mut properties, &mut node.tags, context);
+            properties.keep_rest(&mut node.tags.properties, context);
+        }
+        object.keep_rest(&mut node.tags.properties, context);
+        node.id = self.node_ids.unique(id, layout);
+        Some(node)
+    }
+
+    /// Reads the stations of the layout with this index.
+    pub fn stations(
+        &mut self,
+        list: &[Raw<'text>],
+        layout: usize,
+        nodes: &[LayoutNode],
+    ) -> Vec<LayoutStation> {
+        if list.is_empty() {
+            return Vec::new();
+        }
+        let roles: BTreeMap<&str, Role> =
+            nodes.iter().map(|node| (node.id.as_str(), node.role)).collect();
+        list.iter().filter_map(|raw| self.station(raw, layout, &roles)).collect()
+    }
+
+    fn station(
+        &mut self,
+        raw: Raw<'text>,
+        layout: usize,
+        roles: &BTreeMap<&str, Role>,
+    ) -> Option<LayoutStation> {
+        let context = &mut self.context;
+        let mut object = Object::parse(raw, "a station", context)?;
+        let mut station = LayoutStation { at: object.at, ..LayoutStation::default() };
+        let Some(id) = object.take_text("stationId", context) else {
+            context.error(object.at, "a station has no `stationId`: give it one");
+            return None;
+        };
+        for node in object.take_list("interactionNodeIds", context).into_iter().filter_map(plain) {
+            match self.node_ids.resolve(node, layout) {
+                Target::Known(node) => station.nodes.push(node),
+                Target::Elsewhere => {
+                    context.note(object.at, "a node of a station is in a layout that isn't read")
+                }
+            }
+        }
+        if station.nodes.is_empty() {
+            context.warning(
+                object.at,
+                format!("station `{}` has no `interactionNodeIds`", shown(&id)),
+            );
+        }
+        let role =
+            |node: &String| roles.get(node.as_str()).copied().filter(|role| *role != Role::None);
+        station.role = station.nodes.iter().find_map(role).unwrap_or_default();
+        if let Some(mut position) =
+            object.take_object("stationPosition", "`stationPosition`", context)
+        {
+            if let Some(theta) = position.take_number("theta", context) {
+                station.properties.insert("theta".into(), theta.to_string().into());
+            }
+            station.position = point(position, context);
+        }
+        object.keep_rest(&mut station.properties, context);
+        station.name = self.station_ids.unique(id, layout);
+        Some(station)
+    }
+}
+
+/// Reads `x` and `y`, in metres.
+fn point<'text>(mut object: Object<'text>, context: &mut Context<'_, 'text>) -> Option<DVec2> {
+    let [x, y] = ["x", "y"].map(|key| object.take_number(key, context));
+    object.ignore_rest(context);
+    Some(DVec2::new(x?, y?))
+}
+
+/// Returns an angle, and notes one that is probably in degrees.
+pub(super) fn checked_angle(at: u32, angle: f64, context: &mut Context<'_, '_>) -> f64 {
+    if angle.abs() > 2.0 * PI + 0.01 {
+        let message = "an angle is more than a full turn: LIF has radians; if these are degrees, `regatta graph check --fix` converts them";
+        context.note(at, message);
+    }
+    angle
+}
+
+/// Keeps actions as a property and returns the first role that they say.
+pub(super) fn take_actions(
+    object: &mut Object<'_>,
+    tags: &mut Tags,
+    context: &mut Context<'_, '_>,
+) -> Role {
+    let Some(json) = object.take_json("actions").filter(|json| json != "[]") else {
+        return Role::None;
+    };
+    tags.set("actions", &json);
+    let roles = roles(&json);
+    let first = roles.first().copied().unwrap_or_default();
+    if roles.iter().any(|role| *role != first) {
+        context.note(
+            object.at,
+            "a node or edge has actions of several roles, such as pick and drop: the first is its role",
+        );
+    }
+    first
+}
+
+/// Returns the roles of a list of actions.
+pub(crate) fn roles(actions: &str) -> Vec<Role> {
+    let actions: Vec<Value> = serde_json::from_str(actions).unwrap_or_default();
+    let roles = actions.iter().filter_map(|action| action.get("actionType")?.as_str()).map(role);
+    roles.filter(|role| *role != Role::None).collect()
+}
+
+/// Returns the role that an action type of VDA 5050, or a common one besides, stands for.
+fn role(action: &str) -> Role {
+    match action.to_ascii_lowercase().as_str() {
+        "pick" | "pickup" | "load" => Role::Pick,
+        "drop" | "dropoff" | "unload" => Role::Drop,
+        "park" | "parking" | "startparking" => Role::Park,
+        "startcharging" | "charge" | "charging" => Role::Charge,
+        _ => Role::None,
+    }
+}

@@ -1,0 +1,202 @@
+//! An object of a JSON text whose values are taken out one by one, and what is noted while doing
+//! so.
+
+use std::borrow::Cow;
+use std::collections::BTreeMap;
+
+use serde_json::Value;
+use serde_json::value::RawValue;
+
+use crate::model::finding::{Report, Subject};
+use crate::read::file::Ignored;
+
+/// What is shared by all steps of reading a file.
+pub(super) struct Context<'r, 'text> {
+    pub text: &'text str,
+    pub report: &'r mut Report<'text>,
+    pub ignored: Ignored,
+    /// By message: the byte offset of the first, and the number of all.
+    notes: BTreeMap<Cow<'static, str>, (u32, usize)>,
+}
+
+/// A list or an object that has still to be parsed.
+pub(super) type Raw<'text> = &'text RawValue;
+
+impl<'r, 'text> Context<'r, 'text> {
+    pub fn new(text: &'text str, report: &'r mut Report<'text>) -> Self {
+        Self { text, report, ignored: Ignored::default(), notes: BTreeMap::new() }
+    }
+
+    /// Returns the byte offset of a part of the text.
+    pub fn at(&self, raw: Raw<'text>) -> u32 {
+        let offset = (raw.get().as_ptr() as usize).saturating_sub(self.text.as_ptr() as usize);
+        u32::try_from(offset).unwrap_or(0)
+    }
+
+    pub fn error(&mut self, at: u32, message: impl Into<String>) {
+        self.report.error(at, Subject::File, message);
+    }
+
+    pub fn warning(&mut self, at: u32, message: impl Into<String>) {
+        self.report.warning(at, Subject::File, message);
+    }
+
+    /// Adds a warning that is given once, with the number of times.
+    pub fn note(&mut self, at: u32, message: impl Into<Cow<'static, str>>) {
+        self.notes.entry(message.into()).or_insert((at, 0)).1 += 1;
+    }
+
+    /// Reports what was noted and ignored.
+    pub fn finish(self) {
+        for (message, (at, count)) in self.notes {
+            let times = if count == 1 { String::new() } else { format!(" ({count} times)") };
+            self.report.warning(at, Subject::File, format!("{message}{times}"));
+        }
+        self.ignored.report(self.report);
+    }
+}
+
+/// An object of the text. Keys that nobody takes are kept by [`Object::keep_rest`] or counted as
+/// ignored.
+pub(super) struct Object<'text> {
+    pub at: u32,
+    /// Such as "a node", for messages.
+    pub kind: &'static str,
+    fields: BTreeMap<String, Raw<'text>>,
+}
+
+impl<'text> Object<'text> {
+    /// Parses an object; anything else is an error.
+    pub fn parse(
+        raw: Raw<'text>,
+        kind: &'static str,
+        context: &mut Context<'_, 'text>,
+    ) -> Option<Self> {
+        let at = context.at(raw);
+        match serde_json::from_str(raw.get()) {
+            Ok(fields) => Some(Self { at, kind, fields }),
+            Err(_) => {
+                context.error(at, format!("{kind} is expected here, in braces"));
+                None
+            }
+        }
+    }
+
+    /// Takes a value out; `None` if the key is missing or its value is null.
+    pub fn take(&mut self, key: &str) -> Option<Raw<'text>> {
+        self.fields.remove(key).filter(|raw| raw.get() != "null")
+    }
+
+    /// Takes a text out; numbers and booleans are texts too.
+    pub fn take_text(&mut self, key: &str, context: &mut Context<'_, 'text>) -> Option<String> {
+        let raw = self.take(key)?;
+        let text = plain(raw);
+        if text.is_none() {
+            self.unexpected(key, "a text", raw, context);
+        }
+        text.filter(|text| !text.is_empty())
+    }
+
+    /// Takes a finite number out; a text that is a number counts.
+    pub fn take_number(&mut self, key: &str, context: &mut Context<'_, 'text>) -> Option<f64> {
+        let raw = self.take(key)?;
+        let number = number(raw, context);
+        if number.is_none() {
+            self.unexpected(key, "a number", raw, context);
+        }
+        number
+    }
+
+    /// Takes the elements of a list out; none if the key is missing.
+    pub fn take_list(&mut self, key: &str, context: &mut Context<'_, 'text>) -> Vec<Raw<'text>> {
+        let Some(raw) = self.take(key) else { return Vec::new() };
+        serde_json::from_str(raw.get()).unwrap_or_else(|_| {
+            self.unexpected(key, "a list", raw, context);
+            Vec::new()
+        })
+    }
+
+    /// Takes an object out.
+    pub fn take_object(
+        &mut self,
+        key: &str,
+        kind: &'static str,
+        context: &mut Context<'_, 'text>,
+    ) -> Option<Object<'text>> {
+        Object::parse(self.take(key)?, kind, context)
+    }
+
+    /// Takes a value of any kind out as a property; lists and objects as JSON without white space.
+    pub fn take_json(&mut self, key: &str) -> Option<String> {
+        let raw = self.take(key)?;
+        plain(raw).or_else(|| Some(serde_json::from_str::<Value>(raw.get()).ok()?.to_string()))
+    }
+
+    /// Keeps the plain values of all other keys as properties, and counts the rest as ignored.
+    pub fn keep_rest(
+        self,
+        properties: &mut BTreeMap<Box<str>, Box<str>>,
+        context: &mut Context<'_, 'text>,
+    ) {
+        for (key, raw) in self.fields {
+            match plain(raw) {
+                Some(text) if text.is_empty() => {}
+                Some(text) => drop(properties.insert(key.into(), text.into())),
+                None if raw.get() == "null" => {}
+                None => context
+                    .ignored
+                    .add(context.at(raw), format!("key `{}` of {}", shown(&key), self.kind)),
+            }
+        }
+    }
+
+    /// Takes a key out if it has this value, which our own writer gives it and which says nothing.
+    pub fn drop_own(&mut self, key: &str, value: &str) {
+        if self.fields.get(key).and_then(|raw| plain(raw)).as_deref() == Some(value) {
+            self.fields.remove(key);
+        }
+    }
+
+    /// Counts all other keys as ignored, unless there is nothing in their values.
+    pub fn ignore_rest(self, context: &mut Context<'_, 'text>) {
+        let is_empty = |raw: &Raw<'text>| ["null", "\"\"", "[]", "{}"].contains(&raw.get());
+        for (key, raw) in self.fields.into_iter().filter(|(_, raw)| !is_empty(raw)) {
+            context.ignored.add(context.at(raw), format!("key `{}` of {}", shown(&key), self.kind));
+        }
+    }
+
+    fn unexpected(
+        &self,
+        key: &str,
+        expected: &str,
+        raw: Raw<'text>,
+        context: &mut Context<'_, 'text>,
+    ) {
+        let message = format!("`{key}` of {} isn't {expected}: not used", self.kind);
+        context.note(context.at(raw), message);
+    }
+}
+
+/// Returns the number of a value, or of the text that it is.
+pub(super) fn number<'text>(raw: Raw<'text>, context: &mut Context<'_, 'text>) -> Option<f64> {
+    let is_text = raw.get().starts_with('"');
+    let number: f64 = plain(raw)?.trim().parse().ok().filter(|number: &f64| number.is_finite())?;
+    if is_text {
+        context.note(context.at(raw), "a number is written as a text, in quotes: read as a number");
+    }
+    Some(number)
+}
+
+/// Returns a text, number or boolean as a text.
+pub(super) fn plain(raw: Raw<'_>) -> Option<String> {
+    match serde_json::from_str(raw.get()).ok()? {
+        Value::String(text) => Some(text),
+        Value::Number(_) | Value::Bool(_) => Some(raw.get().to_owned()),
+        _ => None,
+    }
+}
+
+/// Returns a text of the file for a message: without control characters, and not too long.
+pub(super) fn shown(text: &str) -> String {
+    crate::model::value::shorten(text)
+}

@@ -1,0 +1,341 @@
+//! Graphs of Nav2's Route Server: GeoJSON. Points are nodes, line strings are directed edges.
+//!
+//! The Route Server takes an edge's ends from `startid` and `endid`, and drives straight from one
+//! to the other; it doesn't look at the geometry of lines. Here, a line with inner points is a
+//! polyline.
+
+mod feature;
+mod metadata;
+#[cfg(test)]
+mod tests;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use glam::DVec2;
+use regatta_base::bezier::CubicBezier;
+use regatta_base::graph::Rotation;
+use serde_json::value::RawValue;
+
+use crate::check::validate::MIN_LENGTH;
+use crate::model::finding::{Report, Subject};
+use crate::model::options::ReadOptions;
+use crate::model::value::shorten;
+use crate::read::file::{Ignored, Source, SyntaxError};
+use crate::read::layout::{Layout, LayoutEdge, LayoutNode, Shape};
+use feature::{Feature, Geometry};
+
+/// The key of edges that are another edge in reverse gear, as our writer marks them.
+pub(crate) const REVERSE_OF: &str = "reverse_of";
+
+/// The distance in metres up to which the end of a line counts as at its node.
+const MAX_GAP: f64 = 0.01;
+
+/// Reads a Route Server graph.
+pub(crate) fn read<'text>(
+    source: Source<'text>,
+    options: &ReadOptions,
+    report: &mut Report<'text>,
+) -> Result<Layout, SyntaxError> {
+    let syntax =
+        |error: &serde_json::Error| SyntaxError { line: error.line(), message: error.to_string() };
+    let root: BTreeMap<String, &RawValue> =
+        serde_json::from_str(source.text).map_err(|error| syntax(&error))?;
+    let mut reader = Reader {
+        text: source.text,
+        report,
+        ignored: Ignored::default(),
+        counts: Counts::default(),
+    };
+    reader.check_root(&root);
+    let Some(features) = root.get("features") else {
+        let message =
+            "it has no `features`: a graph of Nav2 is a FeatureCollection of points and lines"
+                .to_owned();
+        return Err(SyntaxError { line: 1, message });
+    };
+    let features: Vec<&RawValue> =
+        serde_json::from_str(features.get()).map_err(|error| syntax(&error))?;
+    let features: Vec<Feature> =
+        features.into_iter().filter_map(|feature| reader.feature(feature)).collect();
+    let mut layout = Layout { nodes: reader.nodes(&features), ..Layout::default() };
+    layout.edges = reader.edges(&features, &layout.nodes);
+    reader.finish();
+    keep_level(&mut layout, options, report);
+    Ok(layout)
+}
+
+/// Drops what is on other levels than the wanted one, by the level that our writer gives.
+fn keep_level(layout: &mut Layout, options: &ReadOptions, report: &mut Report<'_>) {
+    let Some(wanted) = &options.level else { return };
+    let is_wanted = |level: &Option<Box<str>>| level.as_deref() == Some(wanted.as_str());
+    layout.nodes.retain(|node| is_wanted(&node.tags.level));
+    if layout.nodes.is_empty() {
+        let message =
+            format!("there is no level `{}`: graphs of Nav2 have no levels", shorten(wanted));
+        report.error(0, Subject::File, message);
+    }
+    let kept: BTreeSet<&str> = layout.nodes.iter().map(|node| node.id.as_str()).collect();
+    layout.edges.retain(|edge| kept.contains(&*edge.origin) && kept.contains(&*edge.destination));
+}
+
+/// What is reported once: the first place, and the number of times.
+#[derive(Debug, Default)]
+struct Counts {
+    relative_speeds: Count,
+    polylines: Count,
+    gaps: Count,
+    flipped: Count,
+    loops: Count,
+    repeated: Count,
+    frames: BTreeSet<String>,
+}
+
+#[derive(Debug, Default)]
+struct Count {
+    first: Option<(u32, String)>,
+    count: usize,
+}
+
+impl Count {
+    fn add(&mut self, at: u32, id: &str) {
+        self.count += 1;
+        self.first.get_or_insert_with(|| (at, id.to_owned()));
+    }
+
+    fn report(self, what: &str, report: &mut Report<'_>) {
+        let Some((at, id)) = self.first else { return };
+        let others = match self.count {
+            1 => String::new(),
+            count => format!(" and {} more", count - 1),
+        };
+        report.warning(at, Subject::File, format!("edge `{}`{others}: {what}", shorten(&id)));
+    }
+}
+
+struct Reader<'a, 'text> {
+    text: &'text str,
+    report: &'a mut Report<'text>,
+    ignored: Ignored,
+    counts: Counts,
+}
+
+impl<'text> Reader<'_, 'text> {
+    fn check_root(&mut self, root: &BTreeMap<String, &'text RawValue>) {
+        const KNOWN: [&str; 3] = ["type", "crs", "features"];
+        // Our writer gives all files this name.
+        let is_known = |key: &str, value: &RawValue| {
+            KNOWN.contains(&key) || key == "name" && value.get() == "\"graph\""
+        };
+        for (key, value) in root.iter().filter(|(key, value)| !is_known(key, value)) {
+            self.ignored.add(self.offset(value), format!("key `{}` of the file", shorten(key)));
+        }
+        let Some(crs) = root.get("crs") else { return };
+        if ["CRS84", "4326"].iter().any(|degrees| crs.get().contains(degrees)) {
+            let message = "its coordinate system is in degrees, but a graph of Nav2 is in metres: they are read as metres";
+            self.report.warning(self.offset(crs), Subject::File, message);
+        }
+    }
+
+    /// Returns the byte offset of a part of the text.
+    fn offset(&self, value: &RawValue) -> u32 {
+        let offset = value.get().as_ptr().addr().wrapping_sub(self.text.as_ptr().addr());
+        if offset < self.text.len() { offset as u32 } else { 0 }
+    }
+
+    fn feature(&mut self, raw: &'text RawValue) -> Option<Feature> {
+        let at = self.offset(raw);
+        match Feature::parse(raw.get(), at, &mut self.ignored) {
+            Ok(feature) => feature,
+            Err(error) => {
+                self.report.error(at, Subject::File, format!("a feature can't be read: {error}"));
+                None
+            }
+        }
+    }
+
+    fn nodes(&mut self, features: &[Feature]) -> Vec<LayoutNode> {
+        features.iter().filter_map(|feature| self.node(feature)).collect()
+    }
+
+    fn node(&mut self, feature: &Feature) -> Option<LayoutNode> {
+        let Geometry::Point(position) = feature.geometry else { return None };
+        let Some(id) = feature.id("id") else {
+            self.report.error(
+                feature.at,
+                Subject::File,
+                "a point has no `id`: give it a whole number",
+            );
+            return None;
+        };
+        let frame = feature
+            .properties
+            .get("frame")
+            .and_then(metadata::text)
+            .unwrap_or_else(|| "map".to_owned());
+        let (mut tags, special) = metadata::read(feature, &["id", "frame"], &mut self.ignored);
+        if frame != "map" {
+            tags.set("frame", &frame);
+        }
+        if self.counts.frames.len() < 10 {
+            self.counts.frames.insert(frame);
+        }
+        Some(LayoutNode {
+            at: feature.at,
+            id,
+            position,
+            heading: special.heading,
+            role: special.role,
+            tags,
+        })
+    }
+
+    fn edges(&mut self, features: &[Feature], nodes: &[LayoutNode]) -> Vec<LayoutEdge> {
+        let positions: BTreeMap<&str, DVec2> =
+            nodes.iter().map(|node| (node.id.as_str(), node.position)).collect();
+        let lines =
+            || features.iter().filter(|feature| matches!(feature.geometry, Geometry::Line(_)));
+        let mut free =
+            lines().filter_map(|feature| feature.id("id")?.parse::<u32>().ok()).max().unwrap_or(0);
+        let mut seen = BTreeSet::new();
+        let mut edges = Vec::new();
+        let mut reverse = Vec::new();
+        for feature in lines() {
+            let id = feature.id("id").filter(|id| seen.insert(id.clone())).unwrap_or_else(|| {
+                free = free.saturating_add(1);
+                self.counts.repeated.add(feature.at, &feature.id("id").unwrap_or_default());
+                free.to_string()
+            });
+            let Some((edge, reverse_of)) = self.edge(feature, id, &positions) else { continue };
+            match reverse_of {
+                Some(of) => reverse.push((of, edge)),
+                None => edges.push(edge),
+            }
+        }
+        merge_reverse(reverse, &mut edges);
+        edges
+    }
+
+    /// Returns an edge, and the id of the edge of which it is the reverse gear.
+    fn edge(
+        &mut self,
+        feature: &Feature,
+        id: String,
+        positions: &BTreeMap<&str, DVec2>,
+    ) -> Option<(LayoutEdge, Option<String>)> {
+        let Geometry::Line(line) = &feature.geometry else { return None };
+        let (Some(origin), Some(destination)) = (feature.id("startid"), feature.id("endid")) else {
+            let message =
+                format!("edge `{id}` lacks `startid` or `endid`: give the ids of two points");
+            self.report.error(feature.at, Subject::File, message);
+            return None;
+        };
+        if origin == destination {
+            self.counts.loops.add(feature.at, &id);
+            return None;
+        }
+        let (mut tags, special) =
+            metadata::read(feature, &["id", "startid", "endid"], &mut self.ignored);
+        if feature.id("id").is_some_and(|own| own != id) {
+            tags.set("id", &feature.id("id").unwrap_or_default());
+        }
+        if special.speed.is_none() && tags.properties.contains_key("speed_limit") {
+            self.counts.relative_speeds.add(feature.at, &id);
+        }
+        let ends = positions.get(&*origin).copied().zip(positions.get(&*destination).copied());
+        let shape = ends.map_or(Shape::Straight, |ends| self.shape(feature.at, &id, line, ends));
+        let edge = LayoutEdge {
+            at: feature.at,
+            id,
+            origin,
+            destination,
+            shape,
+            speed: special.speed,
+            reverse_speed: None,
+            orientation: special.orientation,
+            rotation: [Rotation::Shorter; 2],
+            tags,
+        };
+        Some((edge, special.reverse_of))
+    }
+
+    /// Returns the polyline through the inner points of a line, between the nodes.
+    fn shape(&mut self, at: u32, id: &str, line: &[DVec2], (from, to): (DVec2, DVec2)) -> Shape {
+        let [first, inner @ .., last] = line else { return Shape::Straight };
+        let mut inner = inner.to_vec();
+        let gap = first.distance(from).max(last.distance(to));
+        if gap > MAX_GAP {
+            // Drawn from its end to its start: nodes decide.
+            if first.distance(to).max(last.distance(from)) <= MAX_GAP {
+                self.counts.flipped.add(at, id);
+                inner.reverse();
+            } else {
+                self.counts.gaps.add(at, id);
+            }
+        }
+        let mut points = vec![from];
+        points.append(&mut inner);
+        points.dedup_by(|after, before| after.distance(*before) < MIN_LENGTH);
+        points.truncate(
+            points
+                .iter()
+                .rposition(|point| point.distance(to) >= MIN_LENGTH)
+                .map_or(1, |at| at + 1),
+        );
+        points.push(to);
+        if points.len() < 3 {
+            return Shape::Straight;
+        }
+        self.counts.polylines.add(at, id);
+        Shape::Cubics(
+            points.windows(2).map(|pair| CubicBezier::straight(pair[0], pair[1])).collect(),
+        )
+    }
+
+    fn finish(self) {
+        let Self { report, ignored, counts, .. } = self;
+        ignored.report(report);
+        counts.relative_speeds.report(
+            "`speed_limit` is a share of the robot's own maximum: kept as a property; `abs_speed_limit` gives metres per second",
+            report,
+        );
+        counts.polylines.report(
+            "its line has inner points and is read as a polyline; Nav2 itself drives straight",
+            report,
+        );
+        counts
+            .gaps
+            .report("its line doesn't begin and end at its nodes: moved there, as `startid` and `endid` say", report);
+        counts.flipped.report("its line is drawn from its end to its start: turned round", report);
+        counts.loops.report("it starts and ends at the same node: not used", report);
+        counts.repeated.report("its id is missing or given twice: it gets another one", report);
+        if counts.frames.len() > 1 {
+            let frames: Vec<_> = counts.frames.iter().map(|frame| shorten(frame)).collect();
+            let message = format!(
+                "its points are in the frames {}: all are read as if in one",
+                frames.join(", ")
+            );
+            report.warning(0, Subject::File, message);
+        }
+    }
+}
+
+/// Makes edges that are marked as the reverse gear of another one its second speed. Others stay
+/// edges of their own.
+fn merge_reverse(reverse: Vec<(String, LayoutEdge)>, edges: &mut Vec<LayoutEdge>) {
+    let by_id: BTreeMap<String, usize> =
+        edges.iter().enumerate().map(|(at, edge)| (edge.id.clone(), at)).collect();
+    for (of, edge) in reverse {
+        let forward = by_id.get(&of).and_then(|index| edges.get_mut(*index));
+        match forward.filter(|forward| {
+            forward.origin == edge.destination
+                && forward.destination == edge.origin
+                && forward.reverse_speed.is_none()
+        }) {
+            Some(forward) => {
+                forward.reverse_speed =
+                    Some(edge.speed.unwrap_or(crate::read::layout::DEFAULT_SPEED))
+            }
+            None => edges.push(edge),
+        }
+    }
+}

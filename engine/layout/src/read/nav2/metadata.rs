@@ -1,0 +1,125 @@
+//! The metadata of a feature: what Nav2 and our writer give a meaning, and everything else as
+//! properties.
+//!
+//! Lists and maps are kept as JSON, from which our writer makes lists and maps again.
+
+use std::f64::consts::PI;
+
+use serde_json::Value;
+
+use super::REVERSE_OF;
+use super::feature::Feature;
+use crate::model::tags::{Orientation, Role, Tags};
+use crate::model::value::shorten;
+use crate::read::file::Ignored;
+
+/// The largest number of bytes of a list or map that is kept as a property.
+const MAX_JSON: usize = 10_000;
+
+/// Metadata with a meaning.
+#[derive(Debug, Default)]
+pub(super) struct Special {
+    /// Radians.
+    pub heading: Option<f64>,
+    pub role: Role,
+    /// Metres per second.
+    pub speed: Option<f64>,
+    pub orientation: Orientation,
+    pub reverse_of: Option<String>,
+}
+
+/// Returns the tags of a feature, and what its metadata means. `known` are properties that are read
+/// elsewhere.
+pub(super) fn read(feature: &Feature, known: &[&str], ignored: &mut Ignored) -> (Tags, Special) {
+    let (mut tags, mut special) = (Tags::default(), Special::default());
+    for (key, value) in feature.properties.iter().filter(|(key, _)| !known.contains(&key.as_str()))
+    {
+        match value {
+            Value::Object(metadata) if key == "metadata" => {
+                for (key, value) in metadata {
+                    if !take(key, value, &mut tags, &mut special) {
+                        keep(key, value, feature, &mut tags, ignored);
+                    }
+                }
+            }
+            value => keep(key, value, feature, &mut tags, ignored),
+        }
+    }
+    (tags, special)
+}
+
+fn keep(key: &str, value: &Value, feature: &Feature, tags: &mut Tags, ignored: &mut Ignored) {
+    match text(value).or_else(|| {
+        Some(value.to_string()).filter(|json| json.len() <= MAX_JSON && !value.is_null())
+    }) {
+        // A key of the metadata may be that of a property too.
+        Some(text) if tags.properties.contains_key(key) => {
+            tags.set(&format!("metadata.{key}"), &text)
+        }
+        Some(text) => tags.set(key, &text),
+        None if value.is_null() => {}
+        None => ignored.add(feature.at, format!("large key `{}` of a feature", shorten(key))),
+    }
+}
+
+/// Takes a value with a meaning. Returns whether it was one.
+fn take(key: &str, value: &Value, tags: &mut Tags, special: &mut Special) -> bool {
+    match key {
+        "name" | "level" | "class" => {
+            let Some(text) = value.as_str().filter(|text| !text.is_empty()) else { return false };
+            *(match key {
+                "name" => &mut tags.name,
+                "level" => &mut tags.level,
+                _ => &mut tags.zone,
+            }) = Some(text.into());
+        }
+        "role" => match value.as_str().and_then(|text| text.parse().ok()) {
+            Some(role) => special.role = role,
+            None => return false,
+        },
+        "abs_speed_limit" => match value.as_f64() {
+            Some(speed) if speed > 0.0 => special.speed = Some(speed),
+            _ => return false,
+        },
+        "theta" | "yaw" | "orientation" => match angle(value) {
+            Some(angle) => special.heading = Some(angle),
+            None => return false,
+        },
+        "heading_offset" => match angle(value) {
+            Some(angle) => special.orientation = Orientation::Offset(angle),
+            None => return false,
+        },
+        "heading" => match angle(value) {
+            Some(angle) => special.orientation = Orientation::Fixed(angle),
+            None => return false,
+        },
+        REVERSE_OF => match text(value) {
+            Some(id) => special.reverse_of = Some(id),
+            None => return false,
+        },
+        _ => return false,
+    }
+    true
+}
+
+/// Returns an angle in radians of a number, if it is no more than a full turn, or of a quaternion.
+fn angle(value: &Value) -> Option<f64> {
+    if let Some(angle) = value.as_f64() {
+        return (angle.abs() <= 2.0 * PI).then_some(angle);
+    }
+    let part = |name: &str| value.get(name).and_then(Value::as_f64);
+    let (z, w) = (part("z")?, part("w")?);
+    let (x, y) = (part("x").unwrap_or(0.0), part("y").unwrap_or(0.0));
+    let yaw = (2.0 * (w * z + x * y)).atan2(1.0 - 2.0 * (y * y + z * z));
+    yaw.is_finite().then_some(yaw)
+}
+
+/// Returns a plain value as text.
+pub(super) fn text(value: &Value) -> Option<String> {
+    match value {
+        Value::String(text) => Some(text.clone()),
+        Value::Number(number) => Some(number.to_string()),
+        Value::Bool(flag) => Some(flag.to_string()),
+        _ => None,
+    }
+}

@@ -1,0 +1,277 @@
+//! Navigation graphs of Open-RMF, and in [`building`] the maps of its traffic editor that they are
+//! made of: YAML.
+//!
+//! Both are read into the same model ([`model`]): levels of vertices and of straight, directed
+//! lanes.
+
+pub(crate) mod building;
+mod ids;
+mod lifts;
+mod model;
+#[cfg(test)]
+mod tests;
+mod tree;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use glam::DVec2;
+
+use crate::model::finding::{Report, Subject};
+use crate::model::options::ReadOptions;
+use crate::model::value::shorten;
+use crate::read::file::{Ignored, MAX_NAME, Source, SyntaxError};
+use crate::read::layout::Layout;
+use model::{Building, Lane, Level, Vertex};
+use tree::{Content, Tree};
+
+/// Keys of the file that are used.
+const FILE_KEYS: [&str; 3] = ["levels", "doors", "lifts"];
+
+/// Reads a navigation graph.
+pub(crate) fn read<'text>(
+    source: Source<'text>,
+    options: &ReadOptions,
+    report: &mut Report<'text>,
+) -> Result<Layout, SyntaxError> {
+    let root = Tree::parse(source.text)?;
+    if is_building(&root) {
+        return building::read_tree(&root, options, report);
+    }
+    let mut ignored = Ignored::default();
+    let mut building = Building::default();
+    for (name, tree) in levels(&root, report)? {
+        building.levels.push(Reader { report, ignored: &mut ignored }.level(name, tree));
+    }
+    ignore_unknown(&root, &FILE_KEYS, "the file", &mut ignored);
+    let by_name: BTreeMap<String, usize> = building
+        .levels
+        .iter()
+        .enumerate()
+        .map(|(index, level)| (level.name.clone(), index))
+        .collect();
+    add_doors(&root, &by_name, &mut building.levels, &mut ignored);
+    add_lifts(&root, &mut building.levels);
+    ignored.report(report);
+    Ok(building.into_layout(options, report))
+}
+
+/// Whether a file is a building map: its vertices have a third coordinate. Without
+/// `coordinate_system`, as in old files, only that tells them apart.
+fn is_building(root: &Tree<'_>) -> bool {
+    let levels = root.get("levels").map(Tree::entries).unwrap_or_default();
+    let first = levels.iter().find_map(|(_, level)| level.get("vertices")?.items().first());
+    first.and_then(|vertex| vertex.items().get(2)).is_some_and(|third| third.number().is_some())
+}
+
+/// Returns the levels of a file.
+fn levels<'a, 'text>(
+    root: &'a Tree<'text>,
+    report: &mut Report<'text>,
+) -> Result<Vec<(&'a str, &'a Tree<'text>)>, SyntaxError> {
+    let levels = root.get("levels").filter(|levels| !levels.entries().is_empty());
+    let Some(levels) = levels else {
+        let message =
+            "it has no `levels`: a map of Open-RMF has a map of levels, with vertices and lanes"
+                .to_owned();
+        return Err(SyntaxError { line: 1, message });
+    };
+    let (short, long): (Vec<_>, Vec<_>) =
+        levels.entries().iter().partition(|(name, _)| name.len() <= MAX_NAME);
+    for (name, level) in long {
+        let message = format!(
+            "the name of the level `{}` is too long: at most {MAX_NAME} bytes",
+            shorten(name)
+        );
+        report.error(level.at, Subject::File, message);
+    }
+    Ok(short.into_iter().map(|(name, level)| (name.as_str(), level)).collect())
+}
+
+/// Counts the keys of a map that aren't known, unless there is nothing in their values.
+fn ignore_unknown(map: &Tree<'_>, known: &[&str], owner: &str, ignored: &mut Ignored) {
+    let is_unknown =
+        |(key, value): &&(String, Tree<'_>)| !known.contains(&key.as_str()) && !value.is_empty();
+    for (key, value) in map.entries().iter().filter(is_unknown) {
+        ignored.add(value.key_at, format!("key `{}` of {owner}", shorten(key)));
+    }
+}
+
+/// The lines of doors, on their levels.
+fn add_doors(
+    root: &Tree<'_>,
+    by_name: &BTreeMap<String, usize>,
+    levels: &mut [Level],
+    ignored: &mut Ignored,
+) {
+    for (_, door) in root.get("doors").map(Tree::entries).unwrap_or_default() {
+        let map = door.get("map").and_then(Tree::text);
+        let level = map.and_then(|map| by_name.get(&map)).and_then(|index| levels.get_mut(*index));
+        let endpoints = door.get("endpoints").map(Tree::items).unwrap_or_default();
+        let line: Option<Vec<DVec2>> =
+            endpoints.iter().map(|point| self::point(point.items())).collect();
+        if let (Some(level), Some(line)) = (level, line.filter(|line| line.len() > 1)) {
+            level.lines.push(line);
+        } else {
+            ignored.add(door.at, "door without two endpoints on a level");
+        }
+    }
+}
+
+/// The outlines of lifts, on each level that they serve.
+fn add_lifts(root: &Tree<'_>, levels: &mut [Level]) {
+    let lifts = root.get("lifts").map(Tree::entries).unwrap_or_default();
+    let outlines: BTreeMap<&str, Vec<DVec2>> =
+        lifts.iter().filter_map(|(name, lift)| Some((name.as_str(), outline(lift)?))).collect();
+    for level in levels {
+        let served: BTreeSet<&str> = level.vertices.iter().filter_map(Vertex::lift).collect();
+        let lines = served.into_iter().filter_map(|lift| outlines.get(lift).cloned());
+        level.lines.extend(lines);
+    }
+}
+
+fn outline(lift: &Tree<'_>) -> Option<Vec<DVec2>> {
+    let position = lift.get("position")?.items();
+    let yaw = position.get(2).and_then(Tree::number).unwrap_or_default();
+    Some(rectangle(point(position)?, point(lift.get("dims")?.items())?, yaw))
+}
+
+/// Returns the closed outline of a rectangle.
+fn rectangle(centre: DVec2, size: DVec2, yaw: f64) -> Vec<DVec2> {
+    let corners = [(0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5), (0.5, -0.5), (0.5, 0.5)];
+    let turn = DVec2::from_angle(yaw);
+    corners.map(|(x, y)| centre + turn.rotate(size * DVec2::new(x, y))).into()
+}
+
+/// Returns the point of a tuple that starts with two numbers.
+fn point(tuple: &[Tree<'_>]) -> Option<DVec2> {
+    match tuple {
+        [x, y, ..] => Some(DVec2::new(x.number()?, y.number()?)),
+        _ => None,
+    }
+}
+
+/// The reader of vertices and lanes.
+struct Reader<'a, 'text> {
+    report: &'a mut Report<'text>,
+    ignored: &'a mut Ignored,
+}
+
+impl Reader<'_, '_> {
+    fn level(&mut self, name: &str, tree: &Tree<'_>) -> Level {
+        let mut level = Level { at: tree.at, name: name.to_owned(), ..Level::default() };
+        let items = |key: &str| tree.get(key).map(Tree::items).unwrap_or_default();
+        level.vertices = items("vertices").iter().map(|vertex| self.vertex(vertex)).collect();
+        for (index, lane) in items("lanes").iter().enumerate() {
+            level.lanes.extend(self.lane(index, lane, level.vertices.len()).into_iter().flatten());
+        }
+        ignore_unknown(tree, &["vertices", "lanes"], "a level", self.ignored);
+        level
+    }
+
+    fn vertex(&mut self, tree: &Tree<'_>) -> Vertex {
+        let items = tree.items();
+        let position = point(items);
+        if position.is_none() {
+            let message = format!("a vertex is {}: expected [x, y, {{name: …}}]", tree.describe());
+            self.report.error(tree.at, Subject::File, message);
+        }
+        let mut properties =
+            items.get(2).map(|map| self.properties(map, "a vertex")).unwrap_or_default();
+        let name = properties.remove("name").unwrap_or_default();
+        Vertex {
+            at: tree.at,
+            position: position.unwrap_or_default(),
+            name,
+            properties,
+            is_kept: true,
+        }
+    }
+
+    /// Returns one lane, or two if it has both directions.
+    fn lane(&mut self, index: usize, tree: &Tree<'_>, vertices: usize) -> Option<Vec<Lane>> {
+        let ends = self.ends(tree, vertices, "lane")?;
+        let mut properties =
+            tree.items().get(2).map(|map| self.properties(map, "a lane")).unwrap_or_default();
+        let is_bidirectional =
+            properties.remove("is_bidirectional").is_some_and(|value| value == "true");
+        let lane = Lane { at: tree.at, index, is_reverse: false, ends, properties };
+        Some(if is_bidirectional {
+            [lane.reversed(), lane].into_iter().rev().collect()
+        } else {
+            vec![lane]
+        })
+    }
+
+    /// Returns the two vertices of a lane, wall, door or measurement.
+    fn ends(&mut self, tree: &Tree<'_>, vertices: usize, what: &str) -> Option<[usize; 2]> {
+        let ends = match tree.items() {
+            [start, end, ..] => start.index().zip(end.index()),
+            _ => None,
+        };
+        match ends {
+            None => {
+                let message = format!(
+                    "a {what} is {}: expected two indices of vertices and a map",
+                    tree.describe()
+                );
+                self.report.error(tree.at, Subject::File, message);
+                None
+            }
+            Some((start, end)) if start >= vertices || end >= vertices => {
+                let message = format!(
+                    "a {what} joins the vertices {start} and {end}, but its level has only {vertices}: correct the indices, \
+                     which count from 0"
+                );
+                self.report.error(tree.at, Subject::File, message);
+                None
+            }
+            Some((start, end)) => Some([start, end]),
+        }
+    }
+
+    /// Returns the plain values of a map, or of `[type, value]` in it.
+    fn properties(&mut self, map: &Tree<'_>, owner: &str) -> BTreeMap<String, String> {
+        let mut properties = BTreeMap::new();
+        for (key, value) in map.entries() {
+            match plain(value) {
+                Some(text) => drop(properties.insert(key.clone(), text)),
+                None if value.is_null() => {}
+                None => self.ignored.add(value.at, format!("key `{}` of {owner}", shorten(key))),
+            }
+        }
+        properties
+    }
+}
+
+/// Returns the text of a plain value, or of a value with its type.
+fn plain(value: &Tree<'_>) -> Option<String> {
+    match &value.content {
+        Content::List(typed) => match typed.as_slice() {
+            [_, value] => value.text(),
+            _ => None,
+        },
+        _ => value.text(),
+    }
+}
+
+impl Lane {
+    /// Returns the lane in the opposite direction.
+    fn reversed(&self) -> Self {
+        let [start, end] = self.ends;
+        let mut properties = self.properties.clone();
+        let exchange = |properties: &mut BTreeMap<String, String>, one: &str, other: &str| {
+            let (first, second) = (properties.remove(one), properties.remove(other));
+            properties.extend(first.map(|value| (other.to_owned(), value)));
+            properties.extend(second.map(|value| (one.to_owned(), value)));
+        };
+        exchange(&mut properties, "dock_name", "undock_name");
+        if let Some(orientation) = properties.get_mut("orientation_constraint") {
+            match orientation.as_str() {
+                "forward" => *orientation = "backward".to_owned(),
+                "backward" => *orientation = "forward".to_owned(),
+                _ => {}
+            }
+        }
+        Self { at: self.at, index: self.index, is_reverse: true, ends: [end, start], properties }
+    }
+}

@@ -1,0 +1,208 @@
+//! Walls, floors, doors and lifts of a building map.
+
+use glam::DVec2;
+
+use super::super::model::Level;
+use super::super::tree::Tree;
+use super::super::{MAX_NAME, plain, point, rectangle};
+use super::{Points, Transforms};
+use crate::model::finding::{Report, Subject};
+use crate::model::value::shorten;
+
+/// The largest number of comparisons of lanes with doors, or of vertices with lifts.
+const MAX_COMPARISONS: usize = 100_000_000;
+
+/// The largest number of shafts that are drawn: one for each lift on each level.
+const MAX_SHAFTS: usize = 1_000_000;
+
+/// The distance in metres between the cabin of a lift and its shaft, as in Open-RMF.
+const SHAFT_GAP: f64 = 0.05;
+
+/// Adds the walls and floors of a level, and the doors that its lanes pass.
+pub(super) fn add(points: &Points<'_, '_>, level: &mut Level, report: &mut Report<'_>) {
+    let at = |tree: &Tree<'_>| Some(level.vertices.get(tree.index()?)?.position);
+    let line = |tree: &Tree<'_>| match tree.items() {
+        [start, end, ..] => Some(vec![at(start)?, at(end)?]),
+        _ => None,
+    };
+    let floor = |tree: &Tree<'_>| -> Option<Vec<DVec2>> {
+        let corners = tree.get("vertices")?.items();
+        corners
+            .iter()
+            .chain(corners.first())
+            .map(at)
+            .collect::<Option<_>>()
+            .filter(|line: &Vec<_>| line.len() > 2)
+    };
+    let lines: [Vec<Option<Vec<DVec2>>>; 3] = [
+        points.items("walls").iter().map(line).collect(),
+        points.items("doors").iter().map(line).collect(),
+        points.items("floors").iter().map(floor).collect(),
+    ];
+    let total = lines.iter().map(Vec::len).sum::<usize>();
+    let lines: Vec<Vec<DVec2>> = lines.into_iter().flatten().flatten().collect();
+    if lines.len() < total {
+        let message = format!(
+            "{} walls, doors or floors of level `{}` name vertices that don't exist: not used",
+            total - lines.len(),
+            level.name
+        );
+        report.warning(level.at, Subject::File, message);
+    }
+    level.lines =
+        lines.into_iter().filter(|line| line.iter().all(|point| point.is_finite())).collect();
+    add_doors(points, level, report);
+}
+
+/// Sets the doors of lanes that cross them, in the coordinates of the file as the generator does:
+/// the last one wins.
+fn add_doors(points: &Points<'_, '_>, level: &mut Level, report: &mut Report<'_>) {
+    let vertices = points.items("vertices");
+    let segment = |ends: [usize; 2]| -> Option<[DVec2; 2]> {
+        Some([point(vertices.get(ends[0])?.items())?, point(vertices.get(ends[1])?.items())?])
+    };
+    let door = |tree: &Tree<'_>| {
+        let [start, end, map, ..] = tree.items() else { return None };
+        let name = map.get("name").and_then(plain).filter(|name| !name.is_empty())?;
+        if name.len() > MAX_NAME {
+            warn_of_long_name(tree, "door", &name, report);
+            return None;
+        }
+        Some((segment([start.index()?, end.index()?])?, name))
+    };
+    let doors: Vec<_> = points.items("doors").iter().filter_map(door).collect();
+    if doors.len().saturating_mul(level.lanes.len()) > MAX_COMPARISONS {
+        let message = format!(
+            "level `{}` has too many lanes and doors: doors aren't assigned to lanes",
+            level.name
+        );
+        report.warning(level.at, Subject::File, message);
+        return;
+    }
+    for lane in &mut level.lanes {
+        let Some(path) = segment(lane.ends) else { continue };
+        if let Some((_, name)) = doors.iter().rev().find(|(door, _)| intersect(path, *door)) {
+            lane.properties.insert("door_name".to_owned(), name.clone());
+        }
+    }
+}
+
+fn warn_of_long_name(tree: &Tree<'_>, what: &str, name: &str, report: &mut Report<'_>) {
+    let message = format!(
+        "the name of the {what} `{}` is longer than {MAX_NAME} bytes: not used",
+        shorten(name)
+    );
+    report.warning(tree.at, Subject::File, message);
+}
+
+/// Whether two segments cross, with the generator's tolerance for parallel ones.
+fn intersect([a, b]: [DVec2; 2], [c, d]: [DVec2; 2]) -> bool {
+    let (first, second, between) = (a - b, c - d, a - c);
+    let determinant = first.perp_dot(second);
+    if determinant.abs() < 0.01 {
+        return false;
+    }
+    let t = between.perp_dot(second) / determinant;
+    let u = -first.perp_dot(between) / determinant;
+    (0.0..=1.0).contains(&t) && (0.0..=1.0).contains(&u)
+}
+
+/// Sets the lifts of vertices that are in their shafts, and draws these on the levels that they
+/// serve.
+pub(super) fn add_lifts(
+    root: &Tree<'_>,
+    trees: &[(&str, &Tree<'_>)],
+    transforms: &Transforms,
+    levels: &mut [Level],
+    report: &mut Report<'_>,
+) {
+    let lifts = root.get("lifts").map(Tree::entries).unwrap_or_default();
+    let index_of = |name: &str| trees.iter().position(|(level, _)| *level == name);
+    let elevation = |index: usize| {
+        trees.get(index).and_then(|(_, level)| level.number_of("elevation")).unwrap_or(0.0)
+    };
+    let reference = root
+        .get("reference_level_name")
+        .and_then(Tree::text)
+        .and_then(|name| index_of(&name))
+        .unwrap_or(0);
+    let vertices: usize = levels.iter().map(|level| level.vertices.len()).sum();
+    let shafts = lifts.len().saturating_mul(trees.len());
+    if shafts > MAX_SHAFTS || lifts.len().saturating_mul(vertices) > MAX_COMPARISONS {
+        report.warning(
+            0,
+            Subject::File,
+            "it has too many lifts and vertices: vertices aren't assigned to lifts",
+        );
+        return;
+    }
+    for (name, lift) in lifts {
+        let floor = |key: &str| lift.get(key).and_then(Tree::text).and_then(|name| index_of(&name));
+        let [lowest, highest] =
+            ["lowest_floor", "highest_floor"].map(|key| floor(key).map(elevation));
+        let range = lowest.unwrap_or(f64::NEG_INFINITY)..=highest.unwrap_or(f64::INFINITY);
+        let has_doors = lift.get("level_doors").is_some_and(|doors| !doors.entries().is_empty());
+        let home = floor("reference_floor_name").unwrap_or(reference);
+        let Some(shaft) = shaft(lift, home, transforms) else {
+            let message =
+                format!("lift `{}` has no x, y, width and depth: not used", shorten(name));
+            report.warning(lift.at, Subject::File, message);
+            continue;
+        };
+        if !has_doors {
+            continue;
+        }
+        if name.len() > MAX_NAME {
+            warn_of_long_name(lift, "lift", name, report);
+            continue;
+        }
+        let served =
+            levels.iter_mut().enumerate().filter(|(index, _)| range.contains(&elevation(*index)));
+        for (_, level) in served {
+            shaft.add_to(level, name);
+        }
+    }
+}
+
+/// The shaft of a lift.
+struct Shaft {
+    centre: DVec2,
+    size: DVec2,
+    yaw: f64,
+}
+
+fn shaft(lift: &Tree<'_>, level: usize, transforms: &Transforms) -> Option<Shaft> {
+    let centre = transforms.apply(level, DVec2::new(lift.number_of("x")?, lift.number_of("y")?));
+    let size = DVec2::new(lift.number_of("width")?, lift.number_of("depth")?) + 2.0 * SHAFT_GAP;
+    let yaw = lift.number_of("yaw").unwrap_or_default();
+    Some(Shaft { centre, size, yaw }).filter(|shaft| shaft.centre.is_finite())
+}
+
+impl Shaft {
+    fn add_to(&self, level: &mut Level, name: &str) {
+        let turn = DVec2::from_angle(-self.yaw);
+        for vertex in &mut level.vertices {
+            let inside = turn.rotate(vertex.position - self.centre).abs();
+            if inside.cmple(self.size / 2.0).all() {
+                vertex.properties.entry("lift".to_owned()).or_insert_with(|| name.to_owned());
+            }
+        }
+        let cabin = self.size - 2.0 * SHAFT_GAP;
+        level.lines.push(rectangle(self.centre, cabin, self.yaw));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn segments_cross_or_touch() {
+        let segment = |x0: f64, y0: f64, x1: f64, y1: f64| [DVec2::new(x0, y0), DVec2::new(x1, y1)];
+        let door = segment(5.0, -1.0, 5.0, 1.0);
+        assert!(intersect(segment(0.0, 0.0, 9.0, 0.0), door));
+        assert!(intersect(segment(0.0, 0.0, 5.0, 1.0), door));
+        assert!(!intersect(segment(0.0, 0.0, 4.9, 0.0), door));
+        assert!(!intersect(segment(5.0, -9.0, 5.0, 9.0), door));
+    }
+}

@@ -1,0 +1,249 @@
+//! From the coordinates of a building map to metres.
+
+use std::collections::BTreeMap;
+
+use glam::DVec2;
+
+use super::projection::Projection;
+use super::{Tree, parameter, plain};
+use crate::model::finding::{Report, Subject};
+use crate::model::value::shorten;
+use crate::read::file::SyntaxError;
+
+/// The difference between measurements of a level that is worth a warning.
+const SPREAD: f64 = 0.05;
+
+/// What coordinates are.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum CoordinateSystem {
+    /// Pixels of a picture, y down.
+    ReferenceImage,
+    /// Metres, y up.
+    CartesianMeters,
+    /// Degrees: longitude, latitude.
+    Wgs84(Projection),
+}
+
+impl CoordinateSystem {
+    pub fn of(
+        root: &Tree<'_>,
+        levels: &[(&str, &Tree<'_>)],
+        report: &mut Report<'_>,
+    ) -> Result<Self, SyntaxError> {
+        let name = root.get("coordinate_system").and_then(Tree::text).unwrap_or_default();
+        match name.as_str() {
+            "" | "reference_image" => Ok(Self::ReferenceImage),
+            "cartesian_meters" => Ok(Self::CartesianMeters),
+            "wgs84" => Ok(Self::Wgs84(projection(root, levels, report))),
+            other => {
+                let message = format!(
+                    "the coordinate system `{}` can't be read: use reference_image, cartesian_meters or wgs84, or read the \
+                     navigation graph that building_map_generator makes of the map",
+                    shorten(other)
+                );
+                let at = root.get("coordinate_system").map_or(0, |tree| tree.at);
+                Err(SyntaxError { line: report.line(at) as usize, message })
+            }
+        }
+    }
+}
+
+/// Returns the projection that the map names, or one around its first vertex.
+fn projection(
+    root: &Tree<'_>,
+    levels: &[(&str, &Tree<'_>)],
+    report: &mut Report<'_>,
+) -> Projection {
+    let name = parameter(root, "generate_crs").unwrap_or_default();
+    if let Some(projection) = Projection::by_name(&name) {
+        return projection;
+    }
+    let mut vertices = levels
+        .iter()
+        .flat_map(|(_, level)| level.get("vertices").map(Tree::items).unwrap_or_default());
+    let centre =
+        vertices.find_map(|vertex| super::super::point(vertex.items())).unwrap_or_default();
+    let message = format!(
+        "the map projection `{}` isn't known (EPSG:3414 and UTM, EPSG:326NN and EPSG:327NN, are): positions are in metres \
+         from the first vertex",
+        shorten(&name)
+    );
+    report.warning(root.get("parameters").map_or(0, |tree| tree.at), Subject::File, message);
+    Projection::around(centre)
+}
+
+/// A rotation, a scale and a translation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Similarity {
+    rotation: DVec2,
+    scale: f64,
+    translation: DVec2,
+}
+
+impl Similarity {
+    fn scale(scale: f64) -> Self {
+        Self { rotation: DVec2::X, scale, translation: DVec2::ZERO }
+    }
+
+    fn apply(&self, point: DVec2) -> DVec2 {
+        self.rotation.rotate(point) * self.scale + self.translation
+    }
+
+    /// Returns the transform that takes the second point of each pair to about `reference_scale`
+    /// times the first: mean bearing, mean scale, mean translation. `None` for fewer than two
+    /// different pairs.
+    fn from_pairs(pairs: &[[DVec2; 2]], reference_scale: f64) -> Option<Self> {
+        let (mut turn, mut relative, mut count) = (DVec2::ZERO, 0.0, 0.0);
+        for (index, one) in pairs.iter().enumerate() {
+            for other in pairs.iter().skip(index + 1) {
+                let [reference, target] = [other[0] - one[0], other[1] - one[1]];
+                let (reference_distance, target_distance) = (reference.length(), target.length());
+                if reference_distance == 0.0 || target_distance == 0.0 {
+                    continue;
+                }
+                turn += DVec2::from_angle(reference.to_angle() - target.to_angle());
+                relative += target_distance / reference_distance;
+                count += 1.0;
+            }
+        }
+        let rotation = turn.try_normalize()?;
+        let relative = relative / count;
+        let offset = |pair: &[DVec2; 2]| pair[0] - rotation.rotate(pair[1] / relative);
+        let translation =
+            pairs.iter().map(offset).sum::<DVec2>() * (reference_scale / pairs.len() as f64);
+        Some(Self { rotation, scale: reference_scale / relative, translation })
+    }
+}
+
+/// The transforms of all levels.
+#[derive(Debug)]
+pub(super) struct Transforms {
+    system: CoordinateSystem,
+    /// By index of the level, of pictures only.
+    levels: Vec<Similarity>,
+}
+
+/// The largest number of fiducials of a level, all pairs of which are compared.
+const MAX_FIDUCIALS: usize = 300;
+
+impl Transforms {
+    pub fn new(
+        root: &Tree<'_>,
+        levels: &[(&str, &Tree<'_>)],
+        system: CoordinateSystem,
+        report: &mut Report<'_>,
+    ) -> Self {
+        if !matches!(system, CoordinateSystem::ReferenceImage) {
+            return Self { system, levels: Vec::new() };
+        }
+        let name = root.get("reference_level_name").and_then(Tree::text);
+        let named = name.and_then(|name| levels.iter().position(|(level, _)| *level == name));
+        let reference = named.unwrap_or_default();
+        let Some((name, tree)) = levels.get(reference) else {
+            return Self { system, levels: Vec::new() };
+        };
+        let scale = measured_scale(name, tree, report).unwrap_or_else(|| {
+            let message =
+                format!("level `{name}` has no measurements: one pixel is taken for one metre");
+            report.warning(tree.at, Subject::File, message);
+            1.0
+        });
+        let fiducials = fiducials(tree);
+        let others = levels.iter().enumerate().map(|(index, (name, level))| {
+            if index == reference {
+                Similarity::scale(scale)
+            } else {
+                aligned(name, level, &fiducials, scale, report)
+            }
+        });
+        Self { system, levels: others.collect() }
+    }
+
+    /// Returns a point of a level in metres.
+    pub fn apply(&self, level: usize, point: DVec2) -> DVec2 {
+        match self.system {
+            CoordinateSystem::CartesianMeters => point,
+            CoordinateSystem::Wgs84(projection) => projection.apply(point),
+            CoordinateSystem::ReferenceImage => {
+                let point = DVec2::new(point.x, -point.y);
+                self.levels.get(level).map_or(point, |transform| transform.apply(point))
+            }
+        }
+    }
+}
+
+/// Returns the transform of a level to the reference level, by the fiducials of both.
+fn aligned(
+    name: &str,
+    level: &Tree<'_>,
+    reference: &BTreeMap<String, DVec2>,
+    scale: f64,
+    report: &mut Report<'_>,
+) -> Similarity {
+    let own = fiducials(level);
+    let pairs: Vec<[DVec2; 2]> =
+        reference.iter().filter_map(|(name, at)| Some([*at, *own.get(name)?])).collect();
+    let has_lanes = level.get("lanes").is_some_and(|lanes| !lanes.items().is_empty());
+    let measured = measured_scale(name, level, report);
+    if let Some(transform) = Similarity::from_pairs(&pairs, scale) {
+        if let Some(measured) =
+            measured.filter(|measured| (measured / transform.scale - 1.0).abs() > SPREAD)
+        {
+            let message = format!(
+                "level `{name}` is {:.5} m per pixel by its fiducials, which are used, but {measured:.5} by its measurements",
+                transform.scale
+            );
+            report.warning(level.at, Subject::File, message);
+        }
+        return transform;
+    }
+    if has_lanes {
+        let message = format!(
+            "level `{name}` has {} fiducials in common with the reference level, 2 are needed: it isn't aligned with it",
+            pairs.len()
+        );
+        report.warning(level.at, Subject::File, message);
+    }
+    Similarity::scale(measured.unwrap_or(scale))
+}
+
+fn fiducials(level: &Tree<'_>) -> BTreeMap<String, DVec2> {
+    let fiducials = level.get("fiducials").map(Tree::items).unwrap_or_default();
+    let named = |fiducial: &Tree<'_>| {
+        let point = super::super::point(fiducial.items())?;
+        Some((fiducial.items().get(2)?.text()?, DVec2::new(point.x, -point.y)))
+    };
+    fiducials.iter().take(MAX_FIDUCIALS).filter_map(named).collect()
+}
+
+/// Returns the mean scale of the measurements of a level in metres per pixel.
+fn measured_scale(name: &str, level: &Tree<'_>, report: &mut Report<'_>) -> Option<f64> {
+    let vertices = level.get("vertices").map(Tree::items).unwrap_or_default();
+    let scale = |measurement: &Tree<'_>| {
+        let [start, end, map, ..] = measurement.items() else { return None };
+        let end_of = |tree: &Tree<'_>| super::super::point(vertices.get(tree.index()?)?.items());
+        let distance: f64 = map.get("distance").and_then(plain)?.parse().ok()?;
+        let scale = distance / end_of(start)?.distance(end_of(end)?);
+        (scale.is_finite() && scale > 0.0).then_some(scale)
+    };
+    let measurements = level.get("measurements").map(Tree::items).unwrap_or_default();
+    let scales: Vec<f64> = measurements.iter().filter_map(scale).collect();
+    if scales.len() < measurements.len() {
+        let message = format!(
+            "{} measurements of level `{name}` have no length: not used",
+            measurements.len() - scales.len()
+        );
+        report.warning(level.at, Subject::File, message);
+    }
+    let mean = scales.iter().sum::<f64>() / scales.len() as f64;
+    let (least, most) = scales.iter().fold((f64::INFINITY, 0.0_f64), |(least, most), scale| {
+        (least.min(*scale), most.max(*scale))
+    });
+    if most > least * (1.0 + SPREAD) {
+        let message = format!(
+            "the measurements of level `{name}` disagree: {least:.5} to {most:.5} m per pixel; the mean is used, {mean:.5}"
+        );
+        report.warning(level.at, Subject::File, message);
+    }
+    mean.is_finite().then_some(mean)
+}

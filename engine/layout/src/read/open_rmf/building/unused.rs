@@ -1,0 +1,118 @@
+//! What a building map says that routes don't need, such as pictures and the simulation of physics:
+//! counted by kind.
+
+use std::collections::BTreeSet;
+
+use super::super::model::Level;
+use super::super::tree::Tree;
+use super::{Ignored, ignore_unknown};
+use crate::model::value::shorten;
+
+/// Keys of the file that are used.
+const FILE_KEYS: [&str; 5] =
+    ["levels", "lifts", "coordinate_system", "parameters", "reference_level_name"];
+
+/// Keys of a level that are used, or whose values are looked at one by one.
+const LEVEL_KEYS: [&str; 9] = [
+    "vertices",
+    "lanes",
+    "walls",
+    "doors",
+    "floors",
+    "measurements",
+    "fiducials",
+    "models",
+    "elevation",
+];
+
+/// Keys of a lift that are used.
+const LIFT_KEYS: [&str; 9] = [
+    "x",
+    "y",
+    "yaw",
+    "width",
+    "depth",
+    "lowest_floor",
+    "highest_floor",
+    "level_doors",
+    "reference_floor_name",
+];
+
+/// Keys of vertices that name dispensers and ingestors.
+const PLACE_KEYS: [&str; 2] = ["pickup_dispenser", "dropoff_ingestor"];
+
+/// Counts what isn't used of the file as a whole and of its lifts.
+pub(super) fn of_file(root: &Tree<'_>, ignored: &mut Ignored) {
+    ignore_unknown(root, &FILE_KEYS, "the file", ignored);
+    if let Some(parameters) = root.get("parameters") {
+        ignore_unknown(parameters, &["generate_crs"], "the file's `parameters`", ignored);
+    }
+    for (_, lift) in root.get("lifts").map(Tree::entries).unwrap_or_default() {
+        ignore_unknown(lift, &LIFT_KEYS, "a lift", ignored);
+    }
+}
+
+/// Counts what isn't used of the levels.
+pub(super) fn of_levels(trees: &[(&str, &Tree<'_>)], levels: &[Level], ignored: &mut Ignored) {
+    let vertices = || levels.iter().flat_map(|level| &level.vertices);
+    let places: BTreeSet<&str> = vertices()
+        .flat_map(|vertex| PLACE_KEYS.into_iter().filter_map(|key| vertex.properties.get(key)))
+        .map(String::as_str)
+        .collect();
+    for ((_, tree), level) in trees.iter().zip(levels) {
+        of_level(tree, ignored);
+        of_models(tree, &places, ignored);
+        of_vertices(tree, level, ignored);
+    }
+}
+
+fn of_level(tree: &Tree<'_>, ignored: &mut Ignored) {
+    ignore_unknown(tree, &LEVEL_KEYS, "a level", ignored);
+    if let Some(elevation) = tree.get("elevation").filter(|elevation| !elevation.is_empty()) {
+        ignored.add(elevation.at, "key `elevation` of a level, except to find the levels of lifts");
+    }
+    let tuples = [("walls", "a wall", None), ("doors", "a door", Some("name"))];
+    for (key, owner, known) in
+        tuples.into_iter().chain([("measurements", "a measurement", Some("distance"))])
+    {
+        for map in items(tree, key).iter().filter_map(|tuple| tuple.items().get(2)) {
+            ignore_unknown(map, known.as_slice(), owner, ignored);
+        }
+    }
+    for floor in items(tree, "floors") {
+        ignore_unknown(floor, &["vertices"], "a floor", ignored);
+    }
+}
+
+/// Counts models that are no stations, and what isn't used of those that are.
+fn of_models(tree: &Tree<'_>, places: &BTreeSet<&str>, ignored: &mut Ignored) {
+    for model in items(tree, "models") {
+        let name = model.get("name").and_then(Tree::text);
+        if name.is_some_and(|name| places.contains(name.as_str())) {
+            ignore_unknown(model, &["name", "x", "y"], "a dispenser or an ingestor", ignored);
+        } else {
+            ignored.add(model.at, "model that is neither a dispenser nor an ingestor");
+        }
+    }
+}
+
+/// Counts heights, and the names and properties of vertices that don't become nodes.
+fn of_vertices(tree: &Tree<'_>, level: &Level, ignored: &mut Ignored) {
+    let ends: BTreeSet<usize> = level.lanes.iter().flat_map(|lane| lane.ends).collect();
+    for (index, (tuple, vertex)) in items(tree, "vertices").iter().zip(&level.vertices).enumerate()
+    {
+        if tuple.items().get(2).and_then(Tree::number).is_some_and(|height| height != 0.0) {
+            ignored.add(tuple.at, "third coordinate of a vertex");
+        }
+        if !ends.contains(&index) && !vertex.name.is_empty() {
+            ignored.add(tuple.at, "name of a vertex without a lane");
+        }
+        for key in vertex.properties.keys().filter(|_| !ends.contains(&index)) {
+            ignored.add(tuple.at, format!("key `{}` of a vertex without a lane", shorten(key)));
+        }
+    }
+}
+
+fn items<'a, 'text>(tree: &'a Tree<'text>, key: &str) -> &'a [Tree<'text>] {
+    tree.get(key).map(Tree::items).unwrap_or_default()
+}

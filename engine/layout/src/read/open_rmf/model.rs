@@ -1,0 +1,291 @@
+//! What navigation graphs and building maps have in common: levels of vertices and lanes, in
+//! metres.
+
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+use glam::DVec2;
+use regatta_base::graph::Rotation;
+
+use super::{ids, lifts};
+use crate::model::finding::{Report, Subject};
+use crate::model::options::ReadOptions;
+use crate::model::tags::{Orientation, Role, Tags};
+use crate::model::value::shorten;
+use crate::read::layout::{Layout, LayoutEdge, LayoutNode, LayoutStation, Shape};
+
+/// Keys of vertices that are `false` unless given, so that `false` says nothing.
+const FLAGS: [&str; 4] =
+    ["is_parking_spot", "is_holding_point", "is_charger", "is_passthrough_point"];
+
+/// A building.
+#[derive(Debug, Default)]
+pub(super) struct Building {
+    pub levels: Vec<Level>,
+    /// Where dispensers and ingestors stand, in metres.
+    pub places: BTreeMap<String, DVec2>,
+}
+
+/// A level.
+#[derive(Debug, Default)]
+pub(super) struct Level {
+    pub at: u32,
+    pub name: String,
+    pub vertices: Vec<Vertex>,
+    pub lanes: Vec<Lane>,
+    /// Walls, doors and lifts, in metres.
+    pub lines: Vec<Vec<DVec2>>,
+}
+
+/// A vertex. Its index in the level's list is that in the file.
+#[derive(Debug, Default)]
+pub(super) struct Vertex {
+    pub at: u32,
+    /// Metres; x to the east, y to the north.
+    pub position: DVec2,
+    pub name: String,
+    /// By key, as text.
+    pub properties: BTreeMap<String, String>,
+    /// Whether it becomes a node even if it has no lane.
+    pub is_kept: bool,
+}
+
+/// A directed lane.
+#[derive(Debug, Default)]
+pub(super) struct Lane {
+    pub at: u32,
+    /// The index in the file's list, and whether this is its second direction.
+    pub index: usize,
+    pub is_reverse: bool,
+    /// Indices of vertices, which exist.
+    pub ends: [usize; 2],
+    /// By key, as text.
+    pub properties: BTreeMap<String, String>,
+}
+
+impl Building {
+    /// Returns the layout of one level, or of all of them.
+    pub fn into_layout(mut self, options: &ReadOptions, report: &mut Report<'_>) -> Layout {
+        // Ids don't depend on the choice of the level.
+        let ids = ids::of_vertices(&self.levels);
+        let mut kept: Vec<(Level, Vec<String>)> =
+            std::mem::take(&mut self.levels).into_iter().zip(ids).collect();
+        if let Some(wanted) = &options.level {
+            if !kept.iter().any(|(level, _)| level.name == *wanted) {
+                let names: Vec<_> =
+                    kept.iter().take(20).map(|(level, _)| shorten(&level.name)).collect();
+                let message = format!(
+                    "there is no level `{}`: use one of {}",
+                    shorten(wanted),
+                    names.join(", ")
+                );
+                report.error(0, Subject::File, message);
+            }
+            kept.retain(|(level, _)| level.name == *wanted);
+        }
+        let mut layout = Layout::default();
+        warn_of_levels(&kept, report);
+        lifts::connect(&kept, &mut layout, report);
+        for (level, ids) in kept {
+            level.add_to(&ids, &mut layout, report);
+        }
+        layout.stations = self.stations(&layout.nodes);
+        layout
+    }
+
+    /// Returns a station for each dispenser and each ingestor.
+    fn stations(&self, nodes: &[LayoutNode]) -> Vec<LayoutStation> {
+        let mut stations: BTreeMap<String, LayoutStation> = BTreeMap::new();
+        for node in nodes {
+            for (key, role) in [("pickup_dispenser", Role::Pick), ("dropoff_ingestor", Role::Drop)]
+            {
+                let Some(name) = node.tags.properties.get(key) else { continue };
+                let station = stations.entry(name.to_string()).or_insert_with(|| LayoutStation {
+                    at: node.at,
+                    name: name.to_string(),
+                    role,
+                    position: self.places.get(&**name).copied(),
+                    ..LayoutStation::default()
+                });
+                station.nodes.push(node.id.clone());
+            }
+        }
+        stations.into_values().collect()
+    }
+}
+
+fn warn_of_levels(levels: &[(Level, Vec<String>)], report: &mut Report<'_>) {
+    let used: Vec<_> = levels.iter().filter(|(level, _)| !level.lanes.is_empty()).collect();
+    let [(first, _), _, ..] = used.as_slice() else { return };
+    let names: Vec<_> = used.iter().take(20).map(|(level, _)| shorten(&level.name)).collect();
+    let message = format!(
+        "its {} levels ({}) are read into one plane, so that robots of different levels may seem to collide: `--level \
+         NAME` picks one",
+        used.len(),
+        names.join(", ")
+    );
+    report.warning(first.at, Subject::File, message);
+}
+
+impl Level {
+    fn add_to(self, ids: &[String], layout: &mut Layout, report: &mut Report<'_>) {
+        let Self { name: level, vertices, lanes, lines, .. } = self;
+        let mut has_lane: Vec<bool> = vertices.iter().map(|vertex| vertex.is_kept).collect();
+        for lane in &lanes {
+            lane.ends.into_iter().for_each(|end| has_lane[end] = true);
+        }
+        warn_of_unused(&vertices, &has_lane, report);
+        for lane in lanes {
+            layout.edges.extend(lane.into_edge(&level, ids, report));
+        }
+        let used = vertices.into_iter().zip(ids).zip(has_lane).filter(|(_, has_lane)| *has_lane);
+        layout
+            .nodes
+            .extend(used.map(|((vertex, id), _)| vertex.into_node(&level, id.clone(), report)));
+        layout.background.extend(lines);
+    }
+}
+
+/// Warns of vertices that mean something, but that no robot can reach. Most vertices without lanes
+/// are corners of walls.
+fn warn_of_unused(vertices: &[Vertex], has_lane: &[bool], report: &mut Report<'_>) {
+    let is_meant = |vertex: &Vertex| !vertex.name.is_empty() || vertex.role() != Role::None;
+    let mut unused = vertices
+        .iter()
+        .zip(has_lane)
+        .filter(|(vertex, has_lane)| !**has_lane && is_meant(vertex))
+        .map(|(vertex, _)| vertex);
+    let Some(first) = unused.next() else { return };
+    let others = match unused.count() {
+        0 => String::new(),
+        count => format!(" (and {count} more)"),
+    };
+    let message = format!("vertex `{}` has no lane{others}: not used", shorten(&first.name));
+    report.warning(first.at, Subject::File, message);
+}
+
+impl Vertex {
+    fn role(&self) -> Role {
+        let is = |key: &str| {
+            self.properties.get(key).is_some_and(|value| value.eq_ignore_ascii_case("true"))
+        };
+        let has = |key: &str| self.properties.get(key).is_some_and(|value| !value.is_empty());
+        if is("is_charger") {
+            Role::Charge
+        } else if has("pickup_dispenser") {
+            Role::Pick
+        } else if has("dropoff_ingestor") {
+            Role::Drop
+        } else if is("is_parking_spot") {
+            Role::Park
+        } else {
+            Role::None
+        }
+    }
+
+    /// Returns the name of the lift in which the vertex is.
+    pub fn lift(&self) -> Option<&str> {
+        let lift = self.properties.get("lift").or(self.properties.get("lift_cabin"))?;
+        (!lift.is_empty()).then_some(lift)
+    }
+
+    fn into_node(self, level: &str, id: String, report: &mut Report<'_>) -> LayoutNode {
+        if !self.position.is_finite() {
+            let message = format!("vertex `{id}` has no position: give finite numbers");
+            report.error(self.at, Subject::File, message);
+        }
+        let role = self.role();
+        let zone = zone(&self.properties, self.lift().map(|lift| format!("lift {lift}")));
+        let mut tags = Tags { level: Some(level.into()), zone, ..Tags::default() };
+        if !self.name.is_empty() && self.name != id {
+            tags.name = Some(self.name.into());
+        }
+        let says_nothing = |key: &str, value: &str| FLAGS.contains(&key) && value == "false";
+        for (key, value) in self.properties.iter().filter(|(key, value)| !says_nothing(key, value))
+        {
+            tags.set(key, value);
+        }
+        let position = if self.position.is_finite() { self.position } else { DVec2::ZERO };
+        LayoutNode { at: self.at, id, position, heading: None, role, tags }
+    }
+}
+
+/// Returns the mutex group, or a zone for what only one robot can use at a time.
+fn zone(properties: &BTreeMap<String, String>, other: Option<String>) -> Option<Box<str>> {
+    let mutex =
+        properties.get("mutex").or(properties.get("in_mutex")).filter(|mutex| !mutex.is_empty());
+    mutex.cloned().or(other).map(String::into_boxed_str)
+}
+
+impl Lane {
+    fn into_edge(self, level: &str, ids: &[String], report: &mut Report<'_>) -> Option<LayoutEdge> {
+        let [origin, destination] = self.ends.map(|end| ids.get(end));
+        let reverse = if self.is_reverse { "/reverse" } else { "" };
+        let id = format!("{level}/{}{reverse}", self.index);
+        let (origin, destination) = (origin?.clone(), destination?.clone());
+        if origin == destination {
+            report.warning(
+                self.at,
+                Subject::File,
+                format!("lane `{id}` starts and ends at vertex `{origin}`: not used"),
+            );
+            return None;
+        }
+        let door = self
+            .properties
+            .get("door_name")
+            .filter(|name| !name.is_empty())
+            .map(|name| format!("door {name}"));
+        let mut tags = Tags {
+            level: Some(level.into()),
+            zone: zone(&self.properties, door),
+            ..Tags::default()
+        };
+        for (key, value) in self.properties.iter().filter(|(key, _)| *key != "speed_limit") {
+            tags.set(key, value);
+        }
+        Some(LayoutEdge {
+            speed: self.speed(report),
+            orientation: self.orientation(&id, report),
+            rotation: [Rotation::Shorter; 2],
+            at: self.at,
+            id,
+            origin,
+            destination,
+            shape: Shape::Straight,
+            reverse_speed: None,
+            tags,
+        })
+    }
+
+    /// Returns the speed limit; 0 means none.
+    fn speed(&self, report: &mut Report<'_>) -> Option<f64> {
+        let text = self.properties.get("speed_limit").filter(|text| !text.is_empty())?;
+        match text.parse::<f64>() {
+            Ok(speed) if speed >= 0.0 && speed.is_finite() => (speed > 0.0).then_some(speed),
+            _ => {
+                let message = format!(
+                    "`speed_limit` is `{}`: no limit is used; give metres per second",
+                    shorten(text)
+                );
+                report.warning(self.at, Subject::File, message);
+                None
+            }
+        }
+    }
+
+    fn orientation(&self, id: &str, report: &mut Report<'_>) -> Orientation {
+        match self.properties.get("orientation_constraint").map(String::as_str) {
+            Some("backward") => Orientation::Offset(PI),
+            None | Some("" | "forward") => Orientation::Tangential,
+            Some(other) => {
+                let message = format!(
+                    "lane `{id}` has the orientation `{}`: read as forward; use forward or backward",
+                    shorten(other)
+                );
+                report.warning(self.at, Subject::File, message);
+                Orientation::Tangential
+            }
+        }
+    }
+}

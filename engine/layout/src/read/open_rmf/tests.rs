@@ -1,0 +1,436 @@
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+use proptest::prelude::*;
+
+use super::*;
+use crate::model::finding::Findings;
+use crate::model::format::Format;
+use crate::model::options::ReadOptions;
+use crate::model::tags::{Orientation, Role};
+use crate::parse;
+use crate::read::file::{GraphError, Source};
+use crate::read::layout::{Layout, LayoutNode};
+use crate::read::read_layout;
+
+fn sample(name: &str) -> String {
+    let path = format!("{}/../../graphs/imported/open-rmf/{name}", env!("CARGO_MANIFEST_DIR"));
+    std::fs::read_to_string(&path).expect(&path)
+}
+
+/// Reads a text; it must not have errors.
+fn layout_of(text: &str, level: Option<&str>) -> (Layout, Findings) {
+    let mut report = Report::new("test", text);
+    let source = Source { text, folder: std::path::Path::new(""), stem: "test" };
+    let options = ReadOptions { level: level.map(str::to_owned), ..ReadOptions::default() };
+    let layout = read_layout(Format::detect(text), source, &options, &mut report).expect("a map");
+    let findings = report.into_findings();
+    assert_eq!(findings.errors(), 0, "{:?}", findings.as_slice());
+    (layout, findings)
+}
+
+fn messages(findings: &Findings) -> String {
+    findings.as_slice().iter().map(|finding| format!("{finding}\n")).collect()
+}
+
+fn node<'a>(layout: &'a Layout, id: &str) -> &'a LayoutNode {
+    layout.nodes.iter().find(|node| node.id == id).unwrap_or_else(|| panic!("no node {id}"))
+}
+
+fn errors_of(text: &str) -> String {
+    match parse(text, "map.yaml", &ReadOptions::default()) {
+        Err(GraphError::Invalid(findings)) => messages(&findings),
+        Err(other) => other.to_string(),
+        Ok(_) => String::new(),
+    }
+}
+
+#[test]
+fn every_sample_is_read_completely() {
+    let cases = [
+        ("battle_royale/0.yaml", 21, 40),
+        ("campus/0.yaml", 145, 181),
+        ("hotel/0.yaml", 55, 104 + 6),
+        ("hotel/1.yaml", 20, 38),
+        ("hotel/2.yaml", 54, 102 + 6),
+        ("office/0.yaml", 29, 60),
+        ("battle_royale.building.yaml", 21, 40),
+        ("campus.building.yaml", 145, 181),
+        ("hotel.building.yaml", 75, 244 + 6),
+        ("office.building.yaml", 29, 60),
+    ];
+    for (name, nodes, edges) in cases {
+        let text = sample(name);
+        let (graph, findings) = parse(&text, name, &ReadOptions::default()).expect(name);
+        assert_eq!((graph.nodes().len(), graph.edges().len()), (nodes, edges), "{name}");
+        let of_routes = ["of a lane", "of a vertex:"];
+        assert!(
+            !of_routes.iter().any(|what| messages(&findings).contains(what)),
+            "{name}: {}",
+            messages(&findings)
+        );
+    }
+}
+
+#[test]
+fn positions_names_and_roles_of_the_office() {
+    let (layout, _) = layout_of(&sample("office/0.yaml"), None);
+    let supplies = node(&layout, "presupplies");
+    assert_eq!(supplies.position, DVec2::new(7.034_165_963_251_511, -2.110_989_673_230_760_5));
+    assert_eq!(supplies.tags.level.as_deref(), Some("L1"));
+    assert_eq!(
+        node(&layout, "L1/3").position,
+        DVec2::new(18.739_524_294_973_8, -6.873_981_868_527_042)
+    );
+    assert_eq!(node(&layout, "tinyRobot1_charger").role, Role::Charge);
+    assert_eq!(node(&layout, "pantry").role, Role::Pick);
+    assert_eq!(node(&layout, "coe").role, Role::Drop);
+    assert_eq!(node(&layout, "supplies").role, Role::Park);
+    let doors: Vec<_> = layout
+        .edges
+        .iter()
+        .filter(|edge| edge.tags.zone.as_deref() == Some("door coe_door"))
+        .collect();
+    assert_eq!(doors.iter().map(|edge| edge.id.as_str()).collect::<Vec<_>>(), ["L1/38", "L1/39"]);
+    assert_eq!(doors[0].tags.properties.get("door_name").map(|name| &**name), Some("coe_door"));
+    let stations: Vec<_> =
+        layout.stations.iter().map(|station| (station.name.as_str(), station.role)).collect();
+    assert_eq!(
+        stations,
+        [
+            ("coke_dispenser", Role::Pick),
+            ("coke_ingestor", Role::Drop),
+            ("coke_ingestor_2", Role::Drop)
+        ]
+    );
+    assert_eq!(layout.background.len(), 3);
+}
+
+#[test]
+fn lifts_join_the_levels_of_the_hotel() {
+    let (layout, findings) = layout_of(&sample("hotel/0.yaml"), None);
+    assert!(
+        messages(&findings).contains("3 levels (L1, L2, L3) are read into one plane"),
+        "{}",
+        messages(&findings)
+    );
+    let lifts: Vec<_> = layout.edges.iter().filter(|edge| edge.id.starts_with("lift ")).collect();
+    assert_eq!(lifts.len(), 6);
+    let same_place =
+        "lift `Lift2` doesn't join the levels L2 and L3: its vertices are at the same place";
+    assert!(messages(&findings).contains(same_place), "{}", messages(&findings));
+    assert_eq!((lifts[0].origin.as_str(), lifts[0].destination.as_str()), ("L1/9", "L2/15"));
+    assert_eq!(lifts[0].tags.zone.as_deref(), Some("lift Lift1"));
+    assert_eq!(node(&layout, "L1/9").tags.zone.as_deref(), Some("lift Lift1"));
+    let (layout, findings) = layout_of(&sample("hotel/0.yaml"), Some("L2"));
+    assert_eq!((layout.nodes.len(), layout.edges.len()), (17, 32));
+    assert!(!messages(&findings).contains("plane"));
+    assert!(errors_of(&sample("office/0.yaml")).is_empty());
+    let options = ReadOptions { level: Some("L9".into()), ..ReadOptions::default() };
+    let error = parse(&sample("hotel/0.yaml"), "h.yaml", &options).expect_err("no such level");
+    assert!(
+        messages(error.findings().expect("findings"))
+            .contains("there is no level `L9`: use one of L1, L2, L3")
+    );
+}
+
+/// The vertices of the generator's graph, and its lanes as pairs of them, each by its nearest in
+/// ours.
+fn compare(ours: &Layout, theirs: &Layout) {
+    let nearest = |node: &LayoutNode| {
+        let level = ours.nodes.iter().filter(|ours| ours.tags.level == node.tags.level);
+        level.min_by(|a, b| {
+            a.position.distance(node.position).total_cmp(&b.position.distance(node.position))
+        })
+    };
+    let mut ids = BTreeMap::new();
+    for node in &theirs.nodes {
+        let our = nearest(node).expect("a node");
+        let distance = our.position.distance(node.position);
+        assert!(distance < 1e-3, "{} is {distance} m from {}", node.id, our.id);
+        let name = |node: &LayoutNode| {
+            node.id
+                .split('/')
+                .next_back()
+                .filter(|id| id.parse::<u32>().is_err())
+                .map(str::to_owned)
+        };
+        assert_eq!(name(our), name(node));
+        assert_eq!(our.role, node.role, "{}", node.id);
+        assert_eq!(our.tags.zone, node.tags.zone, "{}", node.id);
+        ids.insert(node.id.as_str(), our.id.as_str());
+    }
+    for edge in &theirs.edges {
+        let ends = (ids[edge.origin.as_str()], ids[edge.destination.as_str()]);
+        let found: Vec<_> = ours
+            .edges
+            .iter()
+            .filter(|our| (our.origin.as_str(), our.destination.as_str()) == ends)
+            .collect();
+        assert_eq!(found.len(), 1, "{}", edge.id);
+        assert_eq!(found[0].tags.zone, edge.tags.zone, "{}", edge.id);
+        assert_eq!(found[0].orientation, edge.orientation);
+    }
+}
+
+#[test]
+fn maps_agree_with_the_graphs_that_open_rmf_makes_of_them() {
+    for name in ["office", "campus", "battle_royale"] {
+        let (ours, _) = layout_of(&sample(&format!("{name}.building.yaml")), None);
+        let (theirs, _) = layout_of(&sample(&format!("{name}/0.yaml")), None);
+        assert_eq!(
+            (ours.nodes.len(), ours.edges.len()),
+            (theirs.nodes.len(), theirs.edges.len()),
+            "{name}"
+        );
+        compare(&ours, &theirs);
+    }
+}
+
+#[test]
+fn levels_are_aligned_as_open_rmf_does() {
+    let text = sample("hotel.building.yaml");
+    for level in ["L1", "L2", "L3"] {
+        let (all, findings) = layout_of(&text, Some(level));
+        assert!(messages(&findings).contains("3 graphs of different fleets"));
+        for graph in ["0", "1", "2"] {
+            let (theirs, _) = layout_of(&sample(&format!("hotel/{graph}.yaml")), Some(level));
+            let (mut ours, _) = layout_of(&text, Some(level));
+            ours.edges.retain(|edge| {
+                edge.tags.properties.get("graph_idx").map(|index| &**index) == Some(graph)
+            });
+            ours.nodes.retain(|node| {
+                ours.edges.iter().any(|edge| edge.origin == node.id || edge.destination == node.id)
+            });
+            assert_eq!(
+                (ours.nodes.len(), ours.edges.len()),
+                (theirs.nodes.len(), theirs.edges.len()),
+                "{level} {graph}"
+            );
+            compare(&ours, &theirs);
+        }
+        assert!(!all.background.is_empty());
+    }
+}
+
+#[test]
+fn walls_and_floors_are_the_background() {
+    let (layout, findings) = layout_of(&sample("office.building.yaml"), None);
+    assert_eq!(layout.background.len(), 33 + 3 + 4);
+    assert_eq!(layout.stations[0].name, "coke_dispenser");
+    assert!(layout.stations[0].position.expect("a place").distance(DVec2::new(17.76, -5.50)) < 0.1);
+    assert!(
+        messages(&findings).is_empty() || !messages(&findings).contains("disagree"),
+        "{}",
+        messages(&findings)
+    );
+}
+
+#[test]
+fn orientation_speed_and_zones_of_lanes() {
+    let text = "levels:\n  A:\n    vertices:\n    - [0, 0, {name: a, mutex: m}]\n    - [5, 0, {name: b}]\n    - [5, 5, {name: b}]\n    \
+                lanes:\n    - [0, 1, {orientation_constraint: backward, speed_limit: 0.5, mutex: x, door_name: d}]\n    \
+                - [1, 2, {speed_limit: 0, is_bidirectional: true, dock_name: dock}]\n    - [2, 2, {}]\n    - [2, 0, {odd: {a: 1}}]\n";
+    let (layout, findings) = layout_of(text, None);
+    assert_eq!(
+        layout.nodes.iter().map(|node| node.id.as_str()).collect::<Vec<_>>(),
+        ["a", "A/1", "A/2"]
+    );
+    assert_eq!(node(&layout, "A/1").tags.name.as_deref(), Some("b"));
+    assert_eq!(node(&layout, "a").tags.zone.as_deref(), Some("m"));
+    let [first, second, third, last] = layout.edges.as_slice() else {
+        panic!("{:?}", layout.edges)
+    };
+    assert_eq!((first.orientation, first.speed), (Orientation::Offset(PI), Some(0.5)));
+    assert_eq!(first.tags.zone.as_deref(), Some("x"));
+    assert_eq!((second.id.as_str(), second.speed), ("A/1", None));
+    assert_eq!((third.id.as_str(), third.origin.as_str()), ("A/1/reverse", "A/2"));
+    assert_eq!(third.tags.properties.get("undock_name").map(|name| &**name), Some("dock"));
+    assert_eq!(last.id, "A/3");
+    let messages = messages(&findings);
+    assert!(messages.contains("test:10: warning: lane `A/2` starts and ends"), "{messages}");
+    assert!(messages.contains("key `odd` of a lane: not used"), "{messages}");
+}
+
+#[test]
+fn measurements_that_disagree_are_reported() {
+    let map = |second: f64| {
+        format!(
+            "levels:\n  A:\n    measurements:\n    - [0, 1, {{distance: [3, 1]}}]\n    - [1, 2, {{distance: [3, {second}]}}]\n    \
+             vertices:\n    - [0, 0, 0, a]\n    - [100, 0, 0, b]\n    - [100, 50, 0, '']\n    lanes:\n    \
+             - [0, 1, {{bidirectional: [4, true], orientation: [1, forward]}}]\n"
+        )
+    };
+    let (layout, findings) = layout_of(&map(0.5), None);
+    assert_eq!(node(&layout, "b").position, DVec2::new(1.0, 0.0));
+    assert_eq!(
+        layout.edges.iter().map(|edge| edge.orientation).collect::<Vec<_>>(),
+        [Orientation::Tangential, Orientation::Offset(PI)]
+    );
+    assert_eq!(messages(&findings), "");
+    let (layout, findings) = layout_of(&map(1.0), None);
+    assert!(node(&layout, "b").position.distance(DVec2::new(1.5, 0.0)) < 1e-12);
+    assert!(
+        messages(&findings).contains("disagree: 0.01000 to 0.02000 m per pixel"),
+        "{}",
+        messages(&findings)
+    );
+}
+
+#[test]
+fn cartesian_maps_keep_their_coordinates() {
+    let text = "coordinate_system: cartesian_meters\nlevels:\n  A:\n    vertices:\n    - [1, 2, 0, a]\n    - [3, 4, 0, b]\n    lanes:\n    \
+                - [0, 1, {}]\n";
+    assert_eq!(node(&layout_of(text, None).0, "b").position, DVec2::new(3.0, 4.0));
+    let text = text.replace("cartesian_meters", "web_mercator");
+    assert!(
+        errors_of(&text).contains("coordinate system `web_mercator` can't be read"),
+        "{}",
+        errors_of(&text)
+    );
+}
+
+#[test]
+fn broken_files_say_what_to_do() {
+    let cases = [
+        ("levels: {}\n", "no `levels`"),
+        (
+            "levels:\n  A:\n    vertices:\n    - [x, 1]\n    lanes: []\n",
+            "4: error: a vertex is a list",
+        ),
+        (
+            "levels:\n  A:\n    vertices:\n    - [0, 1]\n    lanes:\n    - [0, 7, {}]\n",
+            "6: error: a lane joins the vertices 0 and 7",
+        ),
+        (
+            "levels:\n  A:\n    vertices:\n    - [0, 1]\n    lanes:\n    - [0, -1, {}]\n",
+            "6: error: a lane is a list",
+        ),
+        ("levels:\n  A:\n    vertices: []\n", "has no nodes"),
+        (
+            "levels:\n  A:\n    vertices:\n    - [.inf, 1]\n    - [.nan, 1]\n",
+            "4: error: a vertex is",
+        ),
+        ("levels: [\n", "map.yaml:"),
+    ];
+    for (text, expected) in cases {
+        assert!(errors_of(text).contains(expected), "{text}\n{}", errors_of(text));
+    }
+}
+
+#[test]
+fn long_names_are_not_copied() {
+    let long = "n".repeat(101);
+    let text = format!(
+        "levels:\n  A:\n    vertices: [[0, 1, {{name: {long}}}], [3, 4, {{}}]]\n    lanes: [[0, 1, {{}}]]\n"
+    );
+    let (layout, _) = layout_of(&text, None);
+    assert_eq!(
+        (layout.nodes[0].id.as_str(), layout.nodes[0].tags.name.as_deref()),
+        ("A/0", Some(long.as_str()))
+    );
+    let (layout, _) = layout_of(&text.replace(&long, &long[1..]), None);
+    assert_eq!(layout.edges[0].origin, long[1..]);
+    let map = |name: &str| {
+        format!(
+            "coordinate_system: cartesian_meters\nlevels:\n  A:\n    vertices: [[0, 0, 0, a, {{dock_name: [1, {name}]}}], \
+             [2, 0, 0, b], [1, -1, 0, c], [1, 1, 0, d]]\n    lanes: [[0, 1, {{}}]]\n    doors: [[2, 3, {{name: [1, {name}]}}]]\n\
+             lifts:\n  {name}: {{x: 2, y: 0, width: 1, depth: 1, level_doors: {{A: [d]}}}}\n"
+        )
+    };
+    let (layout, _) = layout_of(&map(&long[1..]), None);
+    let properties = &layout.edges[0].tags.properties;
+    assert_eq!(["door_name", "undock_name"].map(|key| &*properties[key]), [&long[1..]; 2]);
+    assert_eq!(*node(&layout, "b").tags.properties["lift"], long[1..]);
+    let (layout, findings) = layout_of(&map(&long), None);
+    let properties = &layout.edges[0].tags.properties;
+    assert!(["door_name", "undock_name"].iter().all(|key| !properties.contains_key(*key)));
+    assert!(node(&layout, "b").tags.properties.is_empty());
+    let messages = messages(&findings);
+    for what in
+        ["name of the door `n", "name of the lift `n", "dock with a name of more than 100 bytes"]
+    {
+        assert!(messages.contains(what), "{messages}");
+    }
+}
+
+/// Reads any text in both ways: it must return.
+fn read_both(text: &str) {
+    for format in [Format::OpenRmf, Format::OpenRmfBuilding] {
+        let options = ReadOptions { format: Some(format), ..ReadOptions::default() };
+        drop(parse(text, "map.yaml", &options));
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(150))]
+
+    #[test]
+    fn changed_samples_dont_panic(which in 0..3_usize, at in 0.0..1.0_f64, length in 0..40_usize, with in "[-0-9a-z:,.{}\\[\\]&*# \n]{0,12}") {
+        let name = ["office/0.yaml", "battle_royale.building.yaml", "hotel/1.yaml"][which];
+        let text = sample(name);
+        let start = text.floor_char_boundary((text.len() as f64 * at) as usize);
+        let end = text.floor_char_boundary((start + length).min(text.len()));
+        read_both(&format!("{}{with}{}", &text[..start], &text[end..]));
+        read_both(&text[..start]);
+    }
+
+    #[test]
+    fn any_numbers_dont_panic(numbers in prop::collection::vec(prop_oneof![any::<f64>(), -3.0..3.0_f64], 12)) {
+        let n = |index: usize| numbers[index];
+        let text = format!(
+            "levels:\n  A:\n    vertices: [[{}, {}, 0, a], [{}, {}, 0, b]]\n    lanes: [[0, 1, {{speed_limit: [3, {}]}}]]\n    \
+             fiducials: [[{}, {}, f], [{}, {}, g]]\n    measurements: [[0, 1, {{distance: [3, {}]}}]]\n  \
+             B:\n    vertices: [[1, 2, 0, c], [3, 4, 0, d]]\n    lanes: [[0, 1, {{}}]]\n    fiducials: [[{}, {}, f], [3, 4, g]]\n",
+            n(0), n(1), n(2), n(3), n(4), n(5), n(6), n(7), n(8), n(9), n(10), n(11)
+        );
+        read_both(&text);
+        read_both(&format!("coordinate_system: wgs84\nparameters: {{generate_crs: [1, 'EPSG:32632']}}\n{text}"));
+    }
+}
+
+#[test]
+fn old_maps_without_a_coordinate_system_are_told_by_their_vertices() {
+    let text = "levels:\n  A:\n    vertices: [[0, 1, 0, a], [3, 4, 0, b]]\n    lanes: [[0, 1, {bidirectional: [4, true]}]]\n";
+    assert_eq!(Format::detect(text), Format::OpenRmf);
+    let (layout, findings) = layout_of(text, None);
+    assert_eq!((node(&layout, "b").position, layout.edges.len()), (DVec2::new(3.0, -4.0), 2));
+    assert!(messages(&findings).contains("one pixel is taken for one metre"));
+}
+
+#[test]
+fn what_a_building_map_says_besides_routes_is_listed_once_by_kind() {
+    let (_, findings) = layout_of(&sample("office.building.yaml"), None);
+    let messages = messages(&findings);
+    for kind in [
+        "`crowd_sim` of the file",
+        "`drawing` of a level",
+        "`layers` of a level",
+        "`parameters` of a floor",
+    ] {
+        assert_eq!(
+            messages.matches(&format!("key {kind}: not used")).count(),
+            1,
+            "{kind}: {messages}"
+        );
+    }
+    assert_eq!(
+        messages.matches("model that is neither a dispenser nor an ingestor: not used (").count(),
+        1
+    );
+    assert!(messages.contains("test:2: warning: key `crowd_sim` of the file"), "{messages}");
+}
+
+#[test]
+fn empty_values_and_zero_heights_are_not_listed() {
+    let map = |z: u32, more: &str| {
+        format!(
+            "coordinate_system: cartesian_meters\n{more}levels:\n  L:\n    vertices: [[0, 0, {z}, a], [9, 0, {z}, b]]\n    \
+             lanes: [[0, 1, {{}}]]\n    models: []\n    drawing: {{filename: ''}}\n"
+        )
+    };
+    let not_used = |text: &str| messages(&layout_of(text, None).1).matches("not used").count();
+    assert_eq!(not_used(&map(0, "crowd_sim: {goal_sets: []}\n")), 0);
+    assert_eq!(not_used(&map(1, "")), 1);
+    assert_eq!(not_used(&map(1, "odd: 1\n")), 2);
+}

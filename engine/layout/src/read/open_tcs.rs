@@ -1,0 +1,424 @@
+//! Plant models of openTCS: XML, of the versions 0.0.2 to 7.
+//!
+//! Points are nodes, paths are edges, and locations are stations. Positions are in millimetres; the
+//! shape of a path is that of its drawing. See `docs/formats/opentcs.md`.
+
+mod drawing;
+mod element;
+mod locations;
+#[cfg(test)]
+pub(crate) mod tests;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::PI;
+
+use glam::DVec2;
+use regatta_base::bezier::CubicBezier;
+
+use self::drawing::Drawing;
+use self::element::Element;
+use crate::model::finding::{Report, Subject};
+use crate::model::options::ReadOptions;
+use crate::model::path::Path;
+use crate::model::tags::{Orientation, Role, Tags};
+use crate::model::value::shorten;
+use crate::read::file::{Ignored, MAX_NAME, Source, SyntaxError};
+use crate::read::layout::{Layout, LayoutEdge, LayoutNode, Shape};
+
+/// The start of the names of properties that our writer adds.
+pub(crate) const OWN: &str = "regatta:";
+
+/// The largest number of blocks of a point, path or location that are listed.
+const MAX_BLOCKS: usize = 20;
+
+type Properties = BTreeMap<Box<str>, Box<str>>;
+
+/// Reads a plant model.
+///
+/// # Errors
+/// If the text isn't XML with the root element `model`, or has no points or no paths that can be
+/// driven.
+pub(crate) fn read<'text>(
+    source: Source<'text>,
+    options: &ReadOptions,
+    report: &mut Report<'text>,
+) -> Result<Layout, SyntaxError> {
+    let mut ignored = Ignored::default();
+    let mut model = element::parse(source.text, &mut ignored)?;
+    let line = report.line(model.at) as usize;
+    let error = |message: &str| SyntaxError { line, message: message.to_owned() };
+    if model.name != "model" {
+        return Err(error(&format!(
+            "the outermost element is `{}`, not `model`",
+            shorten(model.name)
+        )));
+    }
+    if options.level.is_some() {
+        report.warning(
+            0,
+            Subject::File,
+            "plant models of openTCS have no levels: all of it is read",
+        );
+    }
+    let mut reader = Reader { ignored, report, drawing: Drawing::default(), inherited: 0 };
+    reader.version(&mut model);
+    reader.drawing = Drawing::read(&mut model, &mut reader.ignored);
+    let layout = reader.layout(&mut model);
+    reader.ignored.report(report);
+    match (layout.nodes.is_empty(), layout.edges.is_empty()) {
+        (true, _) => Err(error("the plant model has no points: draw some with paths between them")),
+        (_, true) => Err(error(
+            "the plant model has no path that can be driven: add paths, unlock them or raise maxVelocity",
+        )),
+        _ => Ok(layout),
+    }
+}
+
+struct Reader<'r, 'text> {
+    ignored: Ignored,
+    report: &'r mut Report<'text>,
+    drawing: Drawing,
+    /// The bytes that locations have got from their types.
+    inherited: usize,
+}
+
+/// The id and the name that our writer has given as properties.
+#[derive(Default)]
+struct Own {
+    id: Option<u32>,
+    name: Option<Box<str>>,
+}
+
+impl Reader<'_, '_> {
+    fn version(&mut self, model: &mut Element<'_>) {
+        let version = model.take_text("version");
+        let is_known = ["0.0.2", "0.0.3", "0.0.4", "0.0.5", "6.", "7."]
+            .iter()
+            .any(|known| version.starts_with(known));
+        if !is_known {
+            let message = format!(
+                "plant model version `{}` isn't one of 0.0.2 to 0.0.5, 6 and 7: it is read like version 7",
+                shorten(&version)
+            );
+            self.report.warning(model.at, Subject::File, message);
+        }
+    }
+
+    fn layout(&mut self, model: &mut Element<'_>) -> Layout {
+        let blocks = self.blocks(model);
+        let (mut nodes, node_owns): (Vec<_>, Vec<_>) = model
+            .take_children("point")
+            .into_iter()
+            .map(|element| self.node(element, &blocks))
+            .unzip();
+        let positions = nodes.iter().map(|node| (node.id.clone(), node.position)).collect();
+        let paths = model.take_children("path").into_iter();
+        let (mut edges, edge_owns): (Vec<_>, Vec<_>) =
+            paths.filter_map(|element| self.edge(element, &positions, &blocks)).unzip();
+        self.drawing.report(self.report);
+        let mut stations = self.stations(model, &blocks);
+        self.vehicles(model);
+        for property in model.take_children("property") {
+            let name = property
+                .attributes
+                .iter()
+                .find(|(key, _)| *key == "name")
+                .map_or("", |(_, name)| name);
+            self.ignored.add(property.at, format!("property `{}` of the model", shorten(name)));
+        }
+        model.ignore_rest("the model", &mut self.ignored);
+        if let Some(ids) = own_ids(&node_owns) {
+            let by_name: BTreeMap<_, _> =
+                nodes.iter().map(|node| node.id.clone()).zip(ids.iter().cloned()).collect();
+            let rename = |name: &mut String| *name = by_name.get(name).unwrap_or(name).clone();
+            let ends = edges.iter_mut().flat_map(|edge| [&mut edge.origin, &mut edge.destination]);
+            let linked = stations.iter_mut().flat_map(|station| &mut station.nodes);
+            ends.chain(linked).for_each(rename);
+            for ((node, id), own) in nodes.iter_mut().zip(ids).zip(node_owns) {
+                (node.id, node.tags.name) = (id, own.name);
+            }
+        }
+        if let Some(ids) = own_ids(&edge_owns) {
+            for ((edge, id), own) in edges.iter_mut().zip(ids).zip(edge_owns) {
+                (edge.id, edge.tags.name) = (id, own.name);
+            }
+        }
+        Layout { nodes, edges, stations, background: Vec::new() }
+    }
+
+    fn node(&mut self, mut element: Element<'_>, blocks: &Blocks) -> (LayoutNode, Own) {
+        let at = element.at;
+        let id = element.take_text("name");
+        let position = self.position(&mut element, &format!("point `{}`", shorten(&id)));
+        // NaN stands for any angle.
+        let heading = element.take_number(&["vehicleOrientationAngle"]).map(f64::to_radians);
+        let mut role = Role::None;
+        let mut tags = self.tags(&mut element, "a point");
+        match element.take(&["type"]).as_deref() {
+            Some("HALT_POSITION") | None => {}
+            Some("PARK_POSITION") => role = Role::Park,
+            Some(other) => tags.set("type", other),
+        }
+        for layout in element.take_children("pointLayout") {
+            self.drawing.place(&id, layout, &mut self.ignored);
+        }
+        // The paths have their source points.
+        element.take_children("outgoingPath");
+        self.rest(element, "a point", &mut tags);
+        blocks.tag(&id, &mut tags);
+        if let Some(own) = take_own(&mut tags.properties, "role").and_then(|role| role.parse().ok())
+        {
+            role = own;
+        }
+        let own = own(&mut tags);
+        (LayoutNode { at, id, position, heading, role, tags }, own)
+    }
+
+    /// Returns the position in metres; positions are in millimetres.
+    fn position(&mut self, element: &mut Element<'_>, what: &str) -> DVec2 {
+        let [x, y] = [["positionX", "xPosition"], ["positionY", "yPosition"]]
+            .map(|names| element.take_number(&names));
+        // Graphs are flat.
+        if element
+            .attributes
+            .iter()
+            .any(|(name, value)| ["positionZ", "zPosition"].contains(name) && **value == *"0")
+        {
+            element.take(&["positionZ", "zPosition"]);
+        }
+        let (Some(x), Some(y)) = (x, y) else {
+            let message = format!(
+                "{what} has no positionX and positionY that are numbers: give them in millimetres"
+            );
+            self.report.error(element.at, Subject::File, message);
+            return DVec2::ZERO;
+        };
+        DVec2::new(x, y) / 1000.0
+    }
+
+    /// Returns the edge of a path, unless it is locked or can't be driven in either direction.
+    fn edge(
+        &mut self,
+        mut element: Element<'_>,
+        positions: &BTreeMap<String, DVec2>,
+        blocks: &Blocks,
+    ) -> Option<(LayoutEdge, Own)> {
+        let at = element.at;
+        let id = element.take_text("name");
+        let [origin, destination] =
+            ["sourcePoint", "destinationPoint"].map(|name| element.take_text(name));
+        let [speed, reverse] =
+            ["maxVelocity", "maxReverseVelocity"].map(|name| element.take_number(&[name]));
+        let reason = match (element.take(&["locked"]).as_deref(), speed, reverse) {
+            (Some("true" | "1"), ..) => Some("is locked"),
+            (_, Some(speed), reverse)
+                if speed <= 0.0 && reverse.is_none_or(|reverse| reverse <= 0.0) =>
+            {
+                Some("may be driven in neither direction")
+            }
+            _ => None,
+        };
+        if let Some(reason) = reason {
+            self.report.warning(
+                at,
+                Subject::File,
+                format!("path `{}` {reason}: left out", shorten(&id)),
+            );
+            return None;
+        }
+        let ends = [&origin, &destination].map(|end| (end.as_str(), positions.get(end).copied()));
+        let shape = self.drawing.shape(&id, &mut element, ends, &mut self.ignored);
+        drop_length(&mut element, &shape, ends.map(|(_, position)| position));
+        let mut tags = self.tags(&mut element, "a path");
+        self.rest(element, "a path", &mut tags);
+        blocks.tag(&id, &mut tags);
+        let own = own(&mut tags);
+        let [speed, reverse_speed] =
+            [speed, reverse].map(|speed| speed.map(|speed| speed / 1000.0));
+        let edge = LayoutEdge {
+            at,
+            id,
+            origin,
+            destination,
+            shape,
+            speed,
+            reverse_speed,
+            tags,
+            ..LayoutEdge::default()
+        };
+        Some((forward(edge), own))
+    }
+
+    /// Returns the name-independent tags of a point or a path.
+    fn tags(&mut self, element: &mut Element<'_>, what: &str) -> Tags {
+        Tags { properties: self.properties(element, what), ..Tags::default() }
+    }
+
+    fn properties(&mut self, element: &mut Element<'_>, what: &str) -> Properties {
+        let mut properties = Properties::new();
+        for mut property in element.take_children("property") {
+            if let Some((name, value)) = property.take(&["name"]).zip(property.take(&["value"])) {
+                properties.insert(name, value);
+            }
+            property.ignore_rest(&format!("a property of {what}"), &mut self.ignored);
+        }
+        properties
+    }
+
+    /// Keeps the attributes that remain, and counts the elements.
+    fn rest(&mut self, mut element: Element<'_>, what: &str, tags: &mut Tags) {
+        for (name, value) in element.attributes.drain(..) {
+            tags.properties.entry(name.into()).or_insert(value);
+        }
+        element.ignore_rest(what, &mut self.ignored);
+    }
+
+    fn vehicles(&mut self, model: &mut Element<'_>) {
+        for mut vehicle in model.take_children("vehicle") {
+            self.ignored.add(vehicle.at, "element `vehicle` of the model");
+            for (name, _) in self.properties(&mut vehicle, "a vehicle") {
+                self.ignored.add(vehicle.at, format!("property `{}` of a vehicle", shorten(&name)));
+            }
+        }
+    }
+
+    fn blocks(&mut self, model: &mut Element<'_>) -> Blocks {
+        let mut blocks = Blocks::default();
+        for mut element in model.take_children("block") {
+            let (name, kind) = (element.take_text("name"), element.take_text("type"));
+            if name.len().max(kind.len()) > MAX_NAME {
+                let message = format!(
+                    "block `{}` has a name or a type of more than {MAX_NAME} bytes: shorten it",
+                    shorten(&name)
+                );
+                self.report.error(element.at, Subject::File, message);
+                continue;
+            }
+            for mut member in element.take_children("member") {
+                let indices = blocks.by_member.entry(member.take_text("name")).or_default();
+                if indices.last() == Some(&blocks.names.len()) {
+                    continue;
+                }
+                if indices.len() < MAX_BLOCKS {
+                    indices.push(blocks.names.len());
+                } else {
+                    self.ignored
+                        .add(element.at, format!("block whose member is in {MAX_BLOCKS} others"));
+                }
+            }
+            blocks.names.push((name, kind));
+            for property in self.properties(&mut element, "a block").into_keys() {
+                self.ignored
+                    .add(element.at, format!("property `{}` of a block", shorten(&property)));
+            }
+            element.ignore_rest("a block", &mut self.ignored);
+        }
+        blocks
+    }
+}
+
+/// The blocks of a model: groups of points, paths and locations.
+#[derive(Default)]
+struct Blocks {
+    /// Names and types.
+    names: Vec<(String, String)>,
+    /// The indices of the first blocks of a point, path or location.
+    by_member: BTreeMap<String, Vec<usize>>,
+}
+
+impl Blocks {
+    /// Sets the zone to the first block of a member. All of them are a property if there are
+    /// several.
+    fn tag(&self, member: &str, tags: &mut Tags) {
+        if let Some([(first, kind), others @ ..]) = self.of(member).as_deref() {
+            tags.zone = (!first.is_empty()).then(|| first.as_str().into());
+            tags.set("blockType", kind);
+            if !others.is_empty() {
+                let names: Vec<&str> = self
+                    .of(member)
+                    .unwrap_or_default()
+                    .iter()
+                    .map(|(name, _)| name.as_str())
+                    .collect();
+                tags.set("blocks", &names.join(", "));
+            }
+        }
+        tags.zone = take_own(&mut tags.properties, "zone").or(tags.zone.take());
+        tags.level = take_own(&mut tags.properties, "level");
+    }
+
+    fn of(&self, member: &str) -> Option<Vec<&(String, String)>> {
+        Some(
+            self.by_member.get(member)?.iter().filter_map(|&index| self.names.get(index)).collect(),
+        )
+    }
+}
+
+/// The property for the length of a path in millimetres.
+pub(crate) const LENGTH: &str = "opentcs:length";
+
+/// Drops the length of a path if it is that of its shape. Others are costs for the choice of
+/// routes.
+fn drop_length(element: &mut Element<'_>, shape: &Shape, [from, to]: [Option<DVec2>; 2]) {
+    let metres = match shape {
+        Shape::Straight => from.zip(to).map(|(from, to)| from.distance(to)),
+        Shape::Cubics(cubics) => Path::from_cubics(cubics).map(|path| path.length()),
+    };
+    let given = element.attributes.iter().find(|(name, _)| *name == "length");
+    let given = given.and_then(|(_, length)| length.trim().parse::<f64>().ok());
+    let is_same = |(given, metres): (f64, f64)| (given - millimetres_of(metres)).abs() <= 1.0;
+    if given.zip(metres).is_some_and(is_same) {
+        element.take(&["length"]);
+    }
+    // Layouts of other formats may have a property `length` in another unit.
+    for (name, _) in element.attributes.iter_mut().filter(|(name, _)| *name == "length") {
+        *name = LENGTH;
+    }
+}
+
+/// Returns a length in whole millimetres: at least 1, since paths need a length.
+pub(crate) fn millimetres_of(metres: f64) -> f64 {
+    (metres * 1000.0).round().max(1.0)
+}
+
+/// Turns an edge that may be driven in reverse only: robots drive it from its destination to its
+/// origin, tail first.
+fn forward(edge: LayoutEdge) -> LayoutEdge {
+    let allowed = |speed: Option<f64>| speed.filter(|speed| *speed > 0.0);
+    let reverse_speed = allowed(edge.reverse_speed);
+    if edge.speed.is_none_or(|speed| speed > 0.0) {
+        return LayoutEdge { reverse_speed, ..edge };
+    }
+    let shape = match edge.shape {
+        Shape::Straight => Shape::Straight,
+        Shape::Cubics(cubics) => {
+            Shape::Cubics(cubics.iter().rev().map(CubicBezier::reversed).collect())
+        }
+    };
+    LayoutEdge {
+        origin: edge.destination,
+        destination: edge.origin,
+        shape,
+        speed: reverse_speed,
+        reverse_speed: None,
+        orientation: Orientation::Offset(PI),
+        ..edge
+    }
+}
+
+fn take_own(properties: &mut Properties, key: &str) -> Option<Box<str>> {
+    properties.remove(&*format!("{OWN}{key}"))
+}
+
+fn own(tags: &mut Tags) -> Own {
+    let id = take_own(&mut tags.properties, "id").and_then(|id| id.parse().ok());
+    Own { id, name: take_own(&mut tags.properties, "name") }
+}
+
+/// Returns the ids that our writer has given, unless some have none, as those that were drawn in
+/// openTCS since.
+fn own_ids(owns: &[Own]) -> Option<Vec<String>> {
+    let ids: Vec<u32> = owns.iter().map(|own| own.id).collect::<Option<_>>()?;
+    let unique = ids.iter().collect::<BTreeSet<_>>().len() == ids.len();
+    unique.then(|| ids.iter().map(u32::to_string).collect())
+}

@@ -1,0 +1,161 @@
+//! Locations of a plant model: stations, whose roles follow from the names of their operations.
+
+use std::collections::BTreeMap;
+
+use super::element::Element;
+use super::{Blocks, Properties, Reader, take_own};
+use crate::model::tags::{Role, Tags};
+use crate::read::layout::LayoutStation;
+
+/// The first words of operations, by role. An operation like `Load cargo` or `unload_cargo` has one
+/// of them.
+const WORDS: [(Role, &[&str]); 4] = [
+    (Role::Charge, &["charge", "charging", "recharge"]),
+    (Role::Pick, &["load", "pick", "collect", "fetch", "take", "get"]),
+    (Role::Drop, &["unload", "drop", "deliver", "deposit", "put", "place"]),
+    (Role::Park, &["park"]),
+];
+
+/// The largest number of bytes that all locations get from their types: some large types could take
+/// much memory, once for each of their locations.
+const MAX_INHERITED: usize = 16 << 20;
+
+/// The bytes that a text takes besides its letters.
+const BYTES_PER_TEXT: usize = 64;
+
+/// A type of locations.
+#[derive(Default)]
+struct LocationType {
+    operations: Vec<String>,
+    peripheral_operations: Vec<String>,
+    properties: Properties,
+    /// What each location of the type takes.
+    bytes: usize,
+}
+
+impl Reader<'_, '_> {
+    pub(super) fn stations(
+        &mut self,
+        model: &mut Element<'_>,
+        blocks: &Blocks,
+    ) -> Vec<LayoutStation> {
+        let types: BTreeMap<_, _> = model
+            .take_children("locationType")
+            .into_iter()
+            .map(|element| self.location_type(element))
+            .collect();
+        model
+            .take_children("location")
+            .into_iter()
+            .map(|element| self.station(element, &types, blocks))
+            .collect()
+    }
+
+    fn location_type(&mut self, mut element: Element<'_>) -> (String, LocationType) {
+        let name = element.take_text("name");
+        let operations = ["allowedOperation", "allowedPeripheralOperation"]
+            .map(|kind| operations(&mut element, kind));
+        let properties = self.properties(&mut element, "a location type");
+        let texts = operations.iter().flatten().map(String::len);
+        let texts = texts.chain(properties.iter().map(|(key, value)| key.len() + value.len()));
+        let bytes = texts.map(|length| length + BYTES_PER_TEXT).sum();
+        let [operations, peripheral_operations] = operations;
+        let kind = LocationType { operations, peripheral_operations, properties, bytes };
+        element.ignore_rest("a location type", &mut self.ignored);
+        (name, kind)
+    }
+
+    fn station(
+        &mut self,
+        mut element: Element<'_>,
+        types: &BTreeMap<String, LocationType>,
+        blocks: &Blocks,
+    ) -> LayoutStation {
+        let at = element.at;
+        let name = element.take_text("name");
+        let has_position =
+            element.attributes.iter().any(|(name, _)| ["positionX", "xPosition"].contains(name));
+        let position =
+            has_position.then(|| self.position(&mut element, &format!("location `{name}`")));
+        let kind_name = element.take_text("type");
+        let kind = types.get(&kind_name).filter(|kind| self.inherits(kind, at));
+        let (nodes, linked) = self.links(&mut element, kind);
+        let mut tags = self.tags(&mut element, "a location");
+        if element.attributes.iter().any(|(name, value)| *name == "locked" && **value == *"false") {
+            element.take(&["locked"]);
+        }
+        self.rest(element, "a location", &mut tags);
+        tags.set("type", &kind_name);
+        tags.set("operations", &linked.join(", "));
+        tags.set(
+            "peripheralOperations",
+            &kind.map_or(String::new(), |kind| kind.peripheral_operations.join(", ")),
+        );
+        for (key, value) in kind.iter().flat_map(|kind| &kind.properties) {
+            tags.properties.entry(key.clone()).or_insert_with(|| value.clone());
+        }
+        let mut block = Tags::default();
+        blocks.tag(&name, &mut block);
+        tags.set("block", block.zone.as_deref().unwrap_or_default());
+        let name = take_own(&mut tags.properties, "name").map_or(name, Into::into);
+        LayoutStation {
+            at,
+            name,
+            role: role(&linked),
+            nodes,
+            position,
+            properties: tags.properties,
+        }
+    }
+
+    /// Whether a location at a byte offset gets what its type has: not where all locations have got
+    /// too much.
+    fn inherits(&mut self, kind: &LocationType, at: u32) -> bool {
+        self.inherited = self.inherited.saturating_add(kind.bytes);
+        if self.inherited > MAX_INHERITED {
+            self.ignored
+                .add(at, "type of a location, since there are too many large types and locations");
+        }
+        self.inherited <= MAX_INHERITED
+    }
+
+    /// Returns the linked points, and the operations that are possible at one of them at least.
+    fn links(
+        &mut self,
+        element: &mut Element<'_>,
+        kind: Option<&LocationType>,
+    ) -> (Vec<String>, Vec<String>) {
+        let all = kind.map(|kind| kind.operations.as_slice()).unwrap_or_default();
+        let links = element.take_children("link");
+        let (mut nodes, mut allowed) = (Vec::new(), Vec::new());
+        let mut allows_all = links.is_empty();
+        for mut link in links {
+            nodes.push(link.take_text("point"));
+            let here = operations(&mut link, "allowedOperation");
+            // A link without operations allows all of the type.
+            allows_all |= here.is_empty();
+            allowed.extend(here);
+            link.ignore_rest("a link", &mut self.ignored);
+        }
+        allowed.extend(all.iter().filter(|_| allows_all).cloned());
+        allowed.sort();
+        allowed.dedup();
+        (nodes, allowed)
+    }
+}
+
+fn operations(element: &mut Element<'_>, name: &str) -> Vec<String> {
+    element.take_children(name).iter_mut().map(|operation| operation.take_text("name")).collect()
+}
+
+/// Returns the role for which there is an operation; of several, the first of [`WORDS`].
+pub(super) fn role(operations: &[String]) -> Role {
+    let has = |starts: &[&str]| {
+        operations.iter().any(|operation| {
+            let lowercase = operation.to_lowercase();
+            let mut words = lowercase.split(|letter: char| !letter.is_alphanumeric());
+            words.any(|word| starts.iter().any(|start| word.starts_with(start)))
+        })
+    };
+    WORDS.into_iter().find(|(_, words)| has(words)).map_or(Role::None, |(role, _)| role)
+}

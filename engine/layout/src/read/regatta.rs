@@ -1,0 +1,132 @@
+//! Reads the YAML of a route graph file, in both spellings of the format. Only the structure is
+//! checked here; `validate` checks the numbers.
+//!
+//! The YAML library returns plain keys as slices of the text, so the address of a key gives its
+//! line, in block style and in flow style.
+
+mod reader;
+mod sections;
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use self::reader::Reader;
+pub(crate) use self::sections::Part;
+use crate::model::finding::{Report, Subject};
+use crate::model::raw::RawGraph;
+use crate::model::value::shorten;
+use crate::read::file::SyntaxError;
+
+/// The size in bytes from which a file is read part by part if that is possible.
+const LARGE: usize = 1 << 20;
+
+/// The largest number of different unknown keys that are reported.
+const MAX_UNKNOWN_KEYS: usize = 100;
+
+/// Reads a YAML text, or its parts.
+///
+/// # Errors
+/// If the text isn't YAML, or isn't one map. Errors inside the map are reported to `report`
+/// instead.
+pub(crate) fn read<'text>(
+    text: &'text str,
+    parts: Option<Vec<Part<'text>>>,
+    report: &mut Report<'text>,
+) -> Result<RawGraph, SyntaxError> {
+    let mut content = match parts {
+        None => Content::read(text, report, Part::Entry(text))?,
+        Some(parts) => {
+            let parts: Vec<_> =
+                parts.into_par_iter().map(|part| Content::read(text, report, part)).collect();
+            let mut content = Content::new(report);
+            for part in parts {
+                content.append(part?);
+            }
+            content
+        }
+    };
+    content.report_unknown_keys();
+    report.append(content.report);
+    Ok(content.graph)
+}
+
+/// Returns the parts of a large text, to read one by one; `None` if it is to be read as a whole. In
+/// parts, a text of any length takes little more memory than the graph itself.
+pub(crate) fn parts_of_large(text: &str) -> Option<Vec<Part<'_>>> {
+    (text.len() >= LARGE).then(|| sections::parts(text)).flatten()
+}
+
+/// What a text, or a part of it, says.
+struct Content<'text> {
+    graph: RawGraph,
+    unknown: BTreeMap<(Scope, String), UnknownKey>,
+    report: Report<'text>,
+}
+
+struct UnknownKey {
+    at: u32,
+    count: usize,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Scope {
+    File,
+    Node,
+    Edge,
+    Station,
+}
+
+impl<'text> Content<'text> {
+    /// Makes an empty one; `report` is about the file.
+    fn new(report: &Report<'text>) -> Self {
+        Self { graph: RawGraph::default(), unknown: BTreeMap::new(), report: report.empty() }
+    }
+
+    /// Reads a part of a file's text.
+    fn read(
+        text: &'text str,
+        report: &Report<'text>,
+        part: Part<'text>,
+    ) -> Result<Self, SyntaxError> {
+        Reader::new(text, Self::new(report)).read(part)
+    }
+
+    /// Adds what a later part says. Each key of the root map is in one of them.
+    fn append(&mut self, mut later: Self) {
+        self.graph.nodes.append(&mut later.graph.nodes);
+        self.graph.edges.append(&mut later.graph.edges);
+        self.graph.stations.append(&mut later.graph.stations);
+        self.graph.handles = self.graph.handles.or(later.graph.handles);
+        self.graph.degrees |= later.graph.degrees;
+        for ((scope, key), UnknownKey { at, count }) in later.unknown {
+            self.count_unknown_key(scope, &key, at, count);
+        }
+        self.report.append(later.report);
+    }
+
+    fn count_unknown_key(&mut self, scope: Scope, key: &str, at: u32, count: usize) {
+        let key = (scope, shorten(key));
+        if let Some(unknown) = self.unknown.get_mut(&key) {
+            unknown.count += count;
+        } else if self.unknown.len() < MAX_UNKNOWN_KEYS {
+            self.unknown.insert(key, UnknownKey { at, count });
+        }
+    }
+
+    fn report_unknown_keys(&mut self) {
+        for ((scope, key), UnknownKey { at, count }) in std::mem::take(&mut self.unknown) {
+            let owner = match scope {
+                Scope::File => "the file",
+                Scope::Node => "a node",
+                Scope::Edge => "an edge",
+                Scope::Station => "a station",
+            };
+            let times = if count == 1 { String::new() } else { format!(" ({count} times)") };
+            let message = format!(
+                "`{key}` is not a key of {owner}: ignored{times}; correct it if it is misspelt"
+            );
+            self.report.warning(at, Subject::File, message);
+        }
+    }
+}

@@ -1,0 +1,159 @@
+//! Large files, part by part: the YAML library takes some 50 times the size of a text in memory
+//! while it reads it.
+//!
+//! Files with one node or edge per line, as generators write them, are cut between lines, and each
+//! part is read on its own. Others are read as a whole.
+
+/// The number of lines of a part.
+const LINES: usize = 20_000;
+
+/// A part of a file that is YAML by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Part<'text> {
+    /// A key of the root map with its value.
+    Entry(&'text str),
+    /// Items of the list of a key of the root map.
+    Items { key: &'text str, items: &'text str },
+}
+
+/// Cuts a text into parts; `None` if it has to be read as a whole.
+pub(super) fn parts(text: &str) -> Option<Vec<Part<'_>>> {
+    // Anchors, aliases and documents connect lines.
+    if text.contains(['&', '*', '\t']) || text.contains("---") {
+        return None;
+    }
+    let mut parts = Vec::new();
+    let mut list: Option<List<'_>> = None;
+    let mut keys = Vec::new();
+    let mut at = 0;
+    for line in text.split_inclusive('\n') {
+        let start = at;
+        at += line.len();
+        let content = line.trim_end();
+        if content.is_empty() || content.starts_with('#') {
+            continue;
+        }
+        if content.starts_with("- {") && content.ends_with('}') && is_one_item(content) {
+            let list = list.as_mut()?;
+            list.extend(start, at);
+            if list.lines >= LINES {
+                parts.extend(list.take(text));
+            }
+            continue;
+        }
+        // A key of the root map, which ends the list before it.
+        let (key, value) = content.split_once(':')?;
+        if !key.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_') {
+            return None;
+        }
+        // Whoever reads the whole says which keys are given twice.
+        if keys.iter().any(|other: &&str| other.eq_ignore_ascii_case(key)) {
+            return None;
+        }
+        keys.push(key);
+        parts.extend(list.as_mut().and_then(|list| list.take(text)));
+        list = None;
+        if value.split('#').next().unwrap_or_default().trim().is_empty() {
+            list = Some(List { key, start: at, end: at, lines: 0 });
+        } else {
+            parts.push(Part::Entry(line));
+        }
+    }
+    parts.extend(list.as_mut().and_then(|list| list.take(text)));
+    Some(parts)
+}
+
+/// Whether a line in flow style closes its brackets only at its end. Brackets in texts are counted
+/// too, and texts with quotes may contain anything: such lines are read as a whole file.
+fn is_one_item(line: &str) -> bool {
+    let mut depth = 0;
+    let mut bytes = line.bytes().skip(2).peekable();
+    while let Some(byte) = bytes.next() {
+        match byte {
+            b'{' | b'[' => depth += 1,
+            b'}' | b']' => depth -= 1,
+            b'"' | b'\'' | b'#' => return false,
+            _ => {}
+        }
+        if depth <= 0 && bytes.peek().is_some() {
+            return false;
+        }
+    }
+    depth == 0
+}
+
+/// Lines of a list that aren't yet in a part.
+struct List<'text> {
+    key: &'text str,
+    start: usize,
+    end: usize,
+    lines: usize,
+}
+
+impl List<'_> {
+    fn extend(&mut self, start: usize, end: usize) {
+        if self.lines == 0 {
+            self.start = start;
+        }
+        self.end = end;
+        self.lines += 1;
+    }
+}
+
+impl<'text> List<'text> {
+    fn take(&mut self, text: &'text str) -> Option<Part<'text>> {
+        let items = (self.lines > 0)
+            .then(|| Part::Items { key: self.key, items: &text[self.start..self.end] });
+        self.lines = 0;
+        items
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_generated_file_is_cut_between_lines() {
+        let lines: String = (0..LINES + 1).map(|id| format!("- {{Id: {id}}}\n")).collect();
+        let text = format!(
+            "# a comment\nAngleUnit: deg\nEdges: # here\n{lines}\nVertices:\n- {{Id: 1, P: [1, [2]]}}\n"
+        );
+        let parts = parts(&text).expect("parts");
+        assert_eq!(parts[0], Part::Entry("AngleUnit: deg\n"));
+        let [
+            Part::Items { key: "Edges", items: first },
+            Part::Items { key: "Edges", items: second },
+        ] = parts[1..3]
+        else {
+            panic!("{parts:?}");
+        };
+        assert_eq!(
+            (first.lines().count(), second.trim_end()),
+            (LINES, format!("- {{Id: {LINES}}}").as_str())
+        );
+        assert_eq!(
+            parts[3..],
+            [Part::Items { key: "Vertices", items: "- {Id: 1, P: [1, [2]]}\n" }]
+        );
+    }
+
+    #[test]
+    fn other_files_are_read_as_a_whole() {
+        for text in [
+            "Edges:\n- Id: 1\n  Origin_ID: 2\n",
+            "Edges:\n- {Id: 1,\n   Origin_ID: 2}\n",
+            "Edges: &a\n- {Id: 1}\n",
+            "Edges:\n- {Name: \"}\"}\n",
+            "Edges:\n- {Id: 1} {Id: 2}\n",
+            "Edges:\n- {Id: 1}}\n",
+            "- {Id: 1}\n",
+            "{Edges: [], Vertices: []}",
+            "---\nEdges:\n- {Id: 1}\n",
+            "\"Edges\":\n- {Id: 1}\n",
+            "Edges:\n- {Id: 1}\nEdges:\n- {Id: 2}\n",
+        ] {
+            assert_eq!(parts(text), None, "{text}");
+        }
+    }
+}

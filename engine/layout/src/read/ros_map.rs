@@ -1,0 +1,150 @@
+//! Maps of the ROS map server: YAML and a picture of which space is free, occupied or unknown.
+//!
+//! A map has no graph: its occupied space becomes the background, and if the caller says how wide a
+//! robot is, the middle of the free space becomes a roadmap.
+
+mod chains;
+mod distance;
+mod grid;
+mod outline;
+mod roadmap;
+mod skeleton;
+#[cfg(test)]
+mod tests;
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec2;
+
+use crate::model::finding::{Report, Subject};
+use crate::model::format::Format;
+use crate::model::options::ReadOptions;
+use crate::read::file::{BackgroundError, Ignored, Source, SyntaxError};
+use crate::read::layout::{Layout, LayoutEdge, LayoutNode};
+use grid::{Grid, MapFile};
+use roadmap::Roadmap;
+
+/// The largest size of a map's YAML in bytes.
+const MAX_YAML_BYTES: u64 = 1 << 20;
+
+/// Reads a map, and makes a roadmap of it if the options have the width of a robot.
+///
+/// # Errors
+/// If the text isn't that of a map.
+pub(crate) fn read<'text>(
+    source: Source<'text>,
+    options: &ReadOptions,
+    report: &mut Report<'text>,
+) -> Result<Layout, SyntaxError> {
+    let mut ignored = Ignored::default();
+    let map = MapFile::read(source.text, &mut ignored)?;
+    ignored.report(report);
+    let Some(width) = options.skeleton else {
+        let message = "a map of ROS has no graph: `--skeleton WIDTH` makes one in the middle of the free space for a robot of \
+                       this width in metres, and `--background FILE` draws the map behind another layout";
+        report.error(0, Subject::File, message);
+        return Ok(Layout::default());
+    };
+    let grid = match Grid::read(&map, source.folder) {
+        Ok(grid) => grid,
+        Err(message) => {
+            report.error(0, Subject::File, message);
+            return Ok(Layout::default());
+        }
+    };
+    if grid.has_few_free_cells() {
+        report.warning(
+            0,
+            Subject::File,
+            "less than 1 % of the map is free: check `negate` and the thresholds",
+        );
+    }
+    let roadmap = Roadmap::new(&grid, f64::from(width.0) / 1000.0);
+    report_roadmap(&roadmap, width.0, report);
+    let background = outlines(&grid).unwrap_or_else(|message| {
+        report.warning(0, Subject::File, message);
+        Vec::new()
+    });
+    Ok(layout(&roadmap, &grid, background))
+}
+
+/// Reads the outlines of the occupied space of a map, in metres: closed lines whose last point is
+/// their first.
+///
+/// # Errors
+/// If the map or its picture can't be read.
+pub fn background(yaml_path: &Path) -> Result<Vec<Vec<DVec2>>, BackgroundError> {
+    let file = yaml_path.display().to_string();
+    let error = |message: String| BackgroundError { file: file.clone(), message };
+    let length = std::fs::metadata(yaml_path).map_err(|reason| error(unreadable(&reason)))?.len();
+    if length > MAX_YAML_BYTES {
+        return Err(error(format!("too large for a map's YAML: at most {MAX_YAML_BYTES} bytes")));
+    }
+    let text = std::fs::read_to_string(yaml_path).map_err(|reason| error(unreadable(&reason)))?;
+    let map =
+        MapFile::read(&text, &mut Ignored::default()).map_err(|reason| error(reason.message))?;
+    let grid = Grid::read(&map, yaml_path.parent().unwrap_or(Path::new(""))).map_err(error)?;
+    outlines(&grid).map_err(error)
+}
+
+fn unreadable(reason: &std::io::Error) -> String {
+    format!("this map for the background can't be read: {reason}; give the YAML file of a ROS map")
+}
+
+/// Returns the picture of a map, if the file is a map.
+pub(crate) fn picture(path: &Path) -> Option<PathBuf> {
+    let length = std::fs::metadata(path).ok()?.len();
+    let text = (length <= MAX_YAML_BYTES).then(|| std::fs::read_to_string(path).ok()).flatten()?;
+    let map = (Format::detect(&text) == Format::RosMap)
+        .then(|| MapFile::read(&text, &mut Ignored::default()).ok());
+    Some(map.flatten()?.image(path.parent().unwrap_or(Path::new(""))))
+}
+
+/// Returns outlines in metres.
+fn outlines(grid: &Grid) -> Result<Vec<Vec<DVec2>>, String> {
+    let lines = outline::outlines(grid).ok_or_else(|| {
+        let most = outline::MAX_POINTS;
+        format!("the outlines of the occupied space have more than {most} corners: they aren't drawn; clean the map up")
+    })?;
+    let to_metres = |line: Vec<[u32; 2]>| {
+        line.into_iter().map(|[x, y]| grid.metres(DVec2::new(x.into(), y.into())))
+    };
+    Ok(lines.into_iter().map(|line| to_metres(line).collect()).collect())
+}
+
+fn report_roadmap(roadmap: &Roadmap, width: u32, report: &mut Report<'_>) {
+    if roadmap.edges.is_empty() {
+        let message = format!(
+            "a robot of {width} mm can't drive anywhere on this map: check `resolution` and the width"
+        );
+        report.error(0, Subject::File, message);
+    }
+    if roadmap.dropped > 0 {
+        let (dropped, length) = (roadmap.dropped, roadmap.dropped_length);
+        let message = format!(
+            "{dropped} parts of the free space, with {length:.1} m of roads in all, aren't connected to the rest and are \
+             left out: each is shorter than five times the robot's width"
+        );
+        report.warning(0, Subject::File, message);
+    }
+}
+
+/// Makes two edges of each road, one each way.
+fn layout(roadmap: &Roadmap, grid: &Grid, background: Vec<Vec<DVec2>>) -> Layout {
+    let nodes = (1..).zip(&roadmap.nodes).map(|(id, &position): (usize, _)| LayoutNode {
+        id: id.to_string(),
+        position: grid.metres(position),
+        ..LayoutNode::default()
+    });
+    let edge = |id: usize, [from, to]: [usize; 2]| LayoutEdge {
+        id: id.to_string(),
+        origin: (from + 1).to_string(),
+        destination: (to + 1).to_string(),
+        ..LayoutEdge::default()
+    };
+    let roads = (0..).zip(&roadmap.edges);
+    let edges = roads.flat_map(|(index, &[from, to])| {
+        [edge(2 * index + 1, [from, to]), edge(2 * index + 2, [to, from])]
+    });
+    Layout { nodes: nodes.collect(), edges: edges.collect(), background, ..Layout::default() }
+}

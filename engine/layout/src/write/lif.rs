@@ -1,0 +1,227 @@
+//! Writes a graph as LIF 1.0.0, valid by the schema of the VDMA.
+
+mod edges;
+mod names;
+mod properties;
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use glam::DVec2;
+use serde_json::{Map, Value, json};
+
+use crate::model::format::Written;
+use crate::model::route_graph::{Node, RouteGraph};
+use crate::model::tags::{Role, Station};
+use crate::read::lif::{Header, OWN_VERSION};
+use names::Names;
+use properties::{Kind, Properties};
+
+/// An object of the file.
+type Object = Map<String, Value>;
+
+/// What the file can't say: by message, which is preceded by the number of times.
+#[derive(Debug, Default)]
+struct Losses(BTreeMap<String, usize>);
+
+impl Losses {
+    fn add(&mut self, message: impl Into<String>) {
+        *self.0.entry(message.into()).or_default() += 1;
+    }
+}
+
+/// One layout of the file: a level.
+#[derive(Debug, Default)]
+struct Sheet {
+    nodes: Vec<Object>,
+    edges: Vec<Object>,
+    stations: Vec<Object>,
+}
+
+/// What is needed to write nodes, edges and stations.
+struct Writer<'a> {
+    graph: &'a RouteGraph,
+    names: Names,
+    losses: Losses,
+    /// By level.
+    sheets: BTreeMap<Option<&'a str>, Sheet>,
+}
+
+/// Writes a graph with the default [`Header`].
+pub fn write(graph: &RouteGraph) -> Written {
+    write_with(graph, &Header::default())
+}
+
+/// Writes a graph.
+pub fn write_with(graph: &RouteGraph, header: &Header<'_>) -> Written {
+    let names = Names::new(graph);
+    let mut writer = Writer { graph, names, losses: Losses::default(), sheets: BTreeMap::new() };
+    for (index, node) in graph.nodes().iter().enumerate() {
+        writer.node(index, node);
+    }
+    writer.edges();
+    for station in graph.stations() {
+        writer.station(station);
+    }
+    writer.count_surroundings();
+    let text = text(&writer.sheets, header);
+    let losses =
+        writer.losses.0.into_iter().map(|(message, count)| format!("{count} {message}")).collect();
+    Written { text, losses }
+}
+
+impl<'a> Writer<'a> {
+    fn node(&mut self, index: usize, node: &'a Node) {
+        let mut properties = Properties::new(node.tags.as_deref());
+        let types = properties.vehicle_types();
+        let mut shared = Object::new();
+        if node.has_heading {
+            shared.insert("theta".into(), node.theta.into());
+        }
+        if let Some(actions) = actions(node.role, &mut properties) {
+            shared.insert("actions".into(), actions);
+        }
+        let mut object = Object::new();
+        object.insert("nodeId".into(), self.names.nodes.ids[index].as_str().into());
+        if let Some(name) = properties.name(self.names.nodes.are_names, node.name()) {
+            object.insert("nodeName".into(), name.into());
+        }
+        properties.move_to(&mut object, "nodeDescription", Kind::Text);
+        properties.move_to(&mut object, "mapId", Kind::Text);
+        object.insert("nodePosition".into(), point(self.graph.origin() + node.position));
+        object.insert("vehicleTypeNodeProperties".into(), for_each_type(&types, &shared));
+        properties.count_losses("nodes", &mut self.losses);
+        self.sheets.entry(level(node)).or_default().nodes.push(object);
+    }
+
+    fn station(&mut self, station: &'a Station) {
+        let graph = self.graph;
+        let Some(&first) = station.nodes.first() else {
+            return self.losses.add("stations have no node: LIF has only stations with nodes");
+        };
+        let role = station
+            .nodes
+            .iter()
+            .map(|node| graph.node(*node).role)
+            .find(|role| *role != Role::None);
+        if role.unwrap_or_default() != station.role {
+            self.losses.add("stations have another role than their nodes: LIF has only actions of nodes and edges");
+        }
+        let mut properties = Properties::of(&station.properties);
+        let ids = station.nodes.iter().map(|node| self.names.nodes.ids[node.0 as usize].as_str());
+        let mut object = Object::new();
+        object.insert("stationId".into(), station.name.as_str().into());
+        object.insert("interactionNodeIds".into(), ids.collect());
+        properties.move_to(&mut object, "stationName", Kind::Text);
+        properties.move_to(&mut object, "stationDescription", Kind::Text);
+        properties.move_to(&mut object, "stationHeight", Kind::NotNegative);
+        if let Some(position) = station.position {
+            let mut position = point(graph.origin() + position);
+            if let Some(position) = position.as_object_mut() {
+                properties.move_to(position, "theta", Kind::Number);
+            }
+            object.insert("stationPosition".into(), position);
+        }
+        properties.count_losses("stations", &mut self.losses);
+        self.sheets.entry(level(graph.node(first))).or_default().stations.push(object);
+    }
+
+    /// Counts what is lost of the graph as a whole.
+    fn count_surroundings(&mut self) {
+        for _ in self.graph.background() {
+            self.losses.add("lines of the background: LIF has none");
+        }
+        if self.sheets.len() > 1 && self.sheets.contains_key(&None) {
+            for _ in self.graph.nodes().iter().filter(|node| level(node).is_none()) {
+                self.losses.add(
+                    "nodes have no level, although others have one: they are a layout of their own",
+                );
+            }
+        }
+        let nodes: Vec<u32> = self.graph.nodes().iter().map(|node| node.id).collect();
+        let edges: Vec<u32> = self.graph.edges().iter().map(|edge| edge.id).collect();
+        for (list, numbers, kind) in
+            [(&self.names.nodes, nodes, "nodes"), (&self.names.edges, edges, "edges")]
+        {
+            if list.are_names && !numbers.iter().copied().eq((1..).take(numbers.len())) {
+                self.losses
+                    .0
+                    .insert(format!("numbers of {kind}: their names are their ids"), numbers.len());
+            }
+        }
+    }
+}
+
+fn level(node: &Node) -> Option<&str> {
+    node.tags.as_ref()?.level.as_deref()
+}
+
+fn point(position: DVec2) -> Value {
+    json!({"x": position.x, "y": position.y})
+}
+
+/// Returns the actions that a property has, if they say the role; else one that does.
+fn actions(role: Role, properties: &mut Properties<'_>) -> Option<Value> {
+    let action = match role {
+        Role::None => None,
+        Role::Pick => Some("pick"),
+        Role::Drop => Some("drop"),
+        Role::Park => Some("park"),
+        Role::Charge => Some("startCharging"),
+    };
+    let missing = |kept: &str| {
+        role != Role::None && crate::read::lif::node::roles(kept).first() != Some(&role)
+    };
+    let kept = if missing(properties.get("actions").unwrap_or_default()) {
+        None
+    } else {
+        properties.actions()
+    };
+    kept.or_else(|| Some(json!([{"actionType": action?, "blockingType": "HARD"}])))
+}
+
+/// Repeats properties for each vehicle type.
+fn for_each_type(types: &[&str], shared: &Object) -> Value {
+    let object = |id: &&str| {
+        let mut object = shared.clone();
+        object.insert("vehicleTypeId".into(), (*id).into());
+        Value::Object(object)
+    };
+    types.iter().map(object).collect()
+}
+
+/// Returns the text of the file: a line for each node, edge and station.
+fn text(sheets: &BTreeMap<Option<&str>, Sheet>, header: &Header<'_>) -> String {
+    let meta = json!({
+        "projectIdentification": header.project,
+        "creator": header.creator,
+        "exportTimestamp": header.timestamp,
+        "lifVersion": "1.0.0",
+    });
+    let levels: BTreeSet<&str> = sheets.keys().copied().flatten().collect();
+    let layouts: Vec<String> =
+        sheets.iter().map(|(level, sheet)| layout(*level, sheet, &levels)).collect();
+    format!("{{\"metaInformation\": {meta},\n\"layouts\": [{}]}}\n", layouts.join(",\n"))
+}
+
+fn layout(level: Option<&str>, sheet: &Sheet, levels: &BTreeSet<&str>) -> String {
+    let mut id = level.unwrap_or(crate::read::lif::OWN_ID).to_owned();
+    while level.is_none() && levels.contains(id.as_str()) {
+        id.push('_');
+    }
+    let id = Value::from(id);
+    let level = level
+        .map(|level| format!(", \"layoutLevelId\": {}", Value::from(level)))
+        .unwrap_or_default();
+    let lists = [("nodes", &sheet.nodes), ("edges", &sheet.edges), ("stations", &sheet.stations)];
+    let lists = lists.map(|(key, objects)| format!(",\n\"{key}\": [{}]", lines(objects))).concat();
+    format!("{{\"layoutId\": {id}, \"layoutVersion\": \"{OWN_VERSION}\"{level}{lists}}}")
+}
+
+fn lines(objects: &[Object]) -> String {
+    let mut text = String::new();
+    for (index, object) in objects.iter().enumerate() {
+        text.push_str(if index == 0 { "\n" } else { ",\n" });
+        text.push_str(&json!(object).to_string());
+    }
+    text
+}

@@ -1,0 +1,172 @@
+//! Edges, and those that stand for their reverse gear.
+
+use std::f64::consts::PI;
+
+use glam::DVec2;
+use regatta_base::bezier::CubicBezier;
+use regatta_base::graph::{NodeIndex, Rotation};
+use serde_json::{Value, json};
+
+use super::properties::{Kind, Properties};
+use super::{Object, Writer, for_each_type, level, point};
+use crate::model::angle::normalize_angle;
+use crate::model::path::Path;
+use crate::model::route_graph::Edge;
+use crate::model::tags::Orientation;
+
+/// The distance in metres within which control points are those of a straight segment.
+const STRAIGHT: f64 = 1e-9;
+
+/// An edge of the file: an edge of the graph in one gear.
+struct Directed<'p> {
+    id: String,
+    ends: [NodeIndex; 2],
+    path: &'p Path,
+    /// Metres per second.
+    speed: f64,
+    orientation: Orientation,
+    /// At its start and at its end.
+    rotation: [Rotation; 2],
+}
+
+impl<'a> Writer<'a> {
+    /// Writes all edges: first those of the graph, then their reverse gears.
+    pub fn edges(&mut self) {
+        let graph = self.graph;
+        for (index, edge) in graph.edges().iter().enumerate() {
+            let directed = Directed {
+                id: self.names.edges.ids[index].clone(),
+                ends: [edge.origin, edge.destination],
+                path: &edge.path,
+                speed: edge.speed,
+                orientation: edge.orientation,
+                rotation: edge.rotation,
+            };
+            let properties = self.edge(edge, &directed);
+            properties.count_losses("edges", &mut self.losses);
+            self.count_level(edge);
+        }
+        for (index, edge) in graph.edges().iter().enumerate() {
+            let Some(speed) = edge.reverse_speed else { continue };
+            let directed = Directed {
+                id: self.names.reverse(index),
+                ends: [edge.destination, edge.origin],
+                path: &edge.path.reversed(),
+                speed,
+                orientation: reversed(edge.orientation),
+                rotation: [edge.rotation[1], edge.rotation[0]],
+            };
+            self.edge(edge, &directed);
+            self.losses.add("edges can be driven in reverse gear: written as further edges, which are read as such");
+        }
+    }
+
+    /// Writes an edge and returns the properties that are left.
+    fn edge(&mut self, edge: &'a Edge, directed: &Directed<'_>) -> Properties<'a> {
+        let mut properties = Properties::new(edge.tags.as_deref());
+        let types = properties.vehicle_types();
+        let mut object = Object::new();
+        object.insert("edgeId".into(), directed.id.as_str().into());
+        if let Some(name) = properties.name(self.names.edges.are_names, edge.name()) {
+            object.insert("edgeName".into(), name.into());
+        }
+        properties.move_to(&mut object, "edgeDescription", Kind::Text);
+        let [start, end] = directed.ends.map(|node| self.names.nodes.ids[node.0 as usize].as_str());
+        object.insert("startNodeId".into(), start.into());
+        object.insert("endNodeId".into(), end.into());
+        let shared = shared(directed, self.graph.origin(), &mut properties);
+        object.insert("vehicleTypeEdgeProperties".into(), for_each_type(&types, &shared));
+        let level = level(self.graph.node(directed.ends[0]));
+        self.sheets.entry(level).or_default().edges.push(object);
+        properties
+    }
+
+    fn count_level(&mut self, edge: &Edge) {
+        let own = edge.tags.as_ref().and_then(|tags| tags.level.as_deref());
+        if own.is_some() && own != level(self.graph.node(edge.origin)) {
+            self.losses
+                .add("edges are on another level than the node where they start: written on the level of that node");
+        }
+    }
+}
+
+/// Returns the properties for any vehicle type.
+fn shared(directed: &Directed<'_>, origin: DVec2, properties: &mut Properties<'_>) -> Object {
+    let (kind, angle) = match directed.orientation {
+        Orientation::Tangential => ("TANGENTIAL", 0.0),
+        Orientation::Offset(angle) => ("TANGENTIAL", angle),
+        Orientation::Fixed(angle) => ("GLOBAL", angle),
+    };
+    let mut object = Object::new();
+    object.insert("orientationType".into(), kind.into());
+    object.insert("vehicleOrientation".into(), angle.into());
+    // Robots keep the heading of the edge unless its file says that they need not.
+    object.insert("rotationAllowed".into(), false.into());
+    object.insert("maxSpeed".into(), directed.speed.into());
+    let keys = ["rotationAtStartNodeAllowed", "rotationAtEndNodeAllowed"];
+    for (key, rotation) in keys.into_iter().zip(directed.rotation) {
+        if let Some(name) = rotation_name(rotation) {
+            object.insert(key.into(), name.into());
+        }
+    }
+    object.insert("trajectory".into(), trajectory(directed.path, origin));
+    let kept = [
+        ("rotationAllowed", Kind::Boolean),
+        ("rotationAtStartNodeAllowed", Kind::Rotation),
+        ("rotationAtEndNodeAllowed", Kind::Rotation),
+        ("maxRotationSpeed", Kind::Number),
+        ("minHeight", Kind::Number),
+        ("maxHeight", Kind::Number),
+        ("loadRestriction", Kind::LoadRestriction),
+        ("reentryAllowed", Kind::Boolean),
+    ];
+    for (key, kind) in kept {
+        properties.move_to(&mut object, key, kind);
+    }
+    if let Some(actions) = properties.actions() {
+        object.insert("actions".into(), actions);
+    }
+    object
+}
+
+/// Returns LIF's name for a way to turn; `None` if LIF's default says it.
+fn rotation_name(rotation: Rotation) -> Option<&'static str> {
+    match rotation {
+        Rotation::Shorter => None,
+        Rotation::CounterClockwise => Some("CCW"),
+        Rotation::Clockwise => Some("CW"),
+        Rotation::None => Some("NONE"),
+    }
+}
+
+/// Returns the orientation at which a robot has the same heading, although the tangent is the
+/// opposite.
+fn reversed(orientation: Orientation) -> Orientation {
+    match orientation {
+        Orientation::Tangential => Orientation::Offset(PI),
+        Orientation::Offset(angle) => Orientation::Offset(normalize_angle(angle + PI)),
+        Orientation::Fixed(heading) => Orientation::Fixed(heading),
+    }
+}
+
+/// Returns a NURBS curve of degree 3 with an inner knot of multiplicity 3 at each joint; of degree
+/// 1 for a straight segment.
+fn trajectory(path: &Path, origin: DVec2) -> Value {
+    if path.single().is_some_and(is_straight) {
+        let points = [path.start(), path.end()].map(|position| point(origin + position));
+        return json!({"degree": 1, "knotVector": [0.0, 0.0, 1.0, 1.0], "controlPoints": points});
+    }
+    let count = path.cubic_count();
+    let joints = (0..=count).flat_map(|joint| [joint as f64 / count as f64; 3]);
+    let knots: Vec<f64> = std::iter::once(0.0).chain(joints).chain([1.0]).collect();
+    let others = path.cubics().flat_map(|cubic| cubic.control_points.into_iter().skip(1));
+    let points = std::iter::once(path.start()).chain(others);
+    let points: Vec<Value> = points.map(|position| point(origin + position)).collect();
+    json!({"degree": 3, "knotVector": knots, "controlPoints": points})
+}
+
+fn is_straight(cubic: &CubicBezier) -> bool {
+    let [start, .., end] = cubic.control_points;
+    let even = CubicBezier::straight(start, end).control_points;
+    cubic.control_points.iter().zip(even).all(|(point, even)| point.distance(even) <= STRAIGHT)
+}

@@ -1,0 +1,514 @@
+//! The writer of plant models of openTCS, version 7, as its schema `model-7.0.0.xsd` requires.
+
+mod curves;
+#[cfg(test)]
+mod tests;
+
+use std::borrow::Cow;
+use std::collections::{BTreeMap, BTreeSet};
+use std::f64::consts::PI;
+use std::io;
+
+use glam::DVec2;
+use quick_xml::writer::Writer;
+use regatta_base::graph::NodeIndex;
+
+use self::curves::{Drawn, Scale};
+use crate::model::format::Written;
+use crate::model::path::Path;
+use crate::model::route_graph::{Edge, RouteGraph};
+use crate::model::tags::{Orientation, Role, Station, Tags};
+use crate::read::open_tcs::{LENGTH, OWN, millimetres_of};
+
+/// The largest difference in radians of a heading offset from 0 or π that counts as none.
+const SAME_ANGLE: f64 = 1e-9;
+
+type Xml = Writer<Vec<u8>>;
+
+/// Writes a plant model.
+///
+/// Ids, names, levels, zones and roles that openTCS doesn't have are kept as properties whose names
+/// start with `regatta:`, which our reader understands.
+pub fn write(graph: &RouteGraph) -> Written {
+    let mut writer = ModelWriter::new(graph);
+    let text = writer.model().expect("writing to a Vec never fails");
+    let text = String::from_utf8(text).expect("all parts are UTF-8");
+    Written { text: text + "\n", losses: writer.losses() }
+}
+
+struct ModelWriter<'graph> {
+    graph: &'graph RouteGraph,
+    /// By node.
+    points: Vec<String>,
+    /// By edge.
+    paths: Vec<String>,
+    /// By station.
+    locations: Vec<String>,
+    blocks: BTreeMap<String, Block<'graph>>,
+    scale: Scale,
+    /// The number of things that the format can't say, by what they are.
+    losses: BTreeMap<&'static str, usize>,
+}
+
+/// A block by the zone of its members.
+struct Block<'graph> {
+    kind: &'graph str,
+    members: Vec<String>,
+}
+
+impl<'graph> ModelWriter<'graph> {
+    fn new(graph: &'graph RouteGraph) -> Self {
+        // All objects of a model share one set of names.
+        let mut taken = Taken::default();
+        let name =
+            |tags: Option<&Tags>| tags.and_then(|tags| tags.name.as_deref()).map(str::to_owned);
+        let mut points = Vec::with_capacity(graph.nodes().len());
+        for node in graph.nodes() {
+            let name =
+                name(node.tags.as_deref()).unwrap_or_else(|| format!("Point-{:04}", node.id));
+            points.push(taken.unique(name));
+        }
+        let mut paths = Vec::with_capacity(graph.edges().len());
+        for edge in graph.edges() {
+            let [from, to] = [edge.origin, edge.destination].map(|node| &points[node.0 as usize]);
+            let name = name(edge.tags.as_deref()).unwrap_or_else(|| format!("{from} --- {to}"));
+            paths.push(taken.unique(name));
+        }
+        let mut locations = Vec::with_capacity(graph.stations().len());
+        for station in graph.stations() {
+            locations.push(taken.unique(station.name.clone()));
+        }
+        let blocks = blocks(graph, &points, &paths, &mut taken);
+        let scale = Scale::of(graph);
+        Self { graph, points, paths, locations, blocks, scale, losses: BTreeMap::new() }
+    }
+
+    fn model(&mut self) -> io::Result<Vec<u8>> {
+        let mut xml = Writer::new_with_indent(Vec::new(), b' ', 4);
+        xml.get_mut()
+            .extend_from_slice(b"<?xml version=\"1.0\" encoding=\"UTF-8\" standalone=\"yes\"?>\n");
+        let model = xml
+            .create_element("model")
+            .with_attributes([("version", "7.0.0"), ("name", "Regatta")]);
+        model.write_inner_content(|xml| {
+            self.write_points(xml)?;
+            self.write_paths(xml)?;
+            self.write_location_types(xml)?;
+            self.write_locations(xml)?;
+            self.write_blocks(xml)?;
+            self.write_layout(xml)
+        })?;
+        Ok(xml.into_inner())
+    }
+
+    fn write_points(&mut self, xml: &mut Xml) -> io::Result<()> {
+        let graph = self.graph;
+        let mut outgoing: Vec<Vec<usize>> = vec![Vec::new(); graph.nodes().len()];
+        for (index, edge) in graph.edges().iter().enumerate() {
+            outgoing[path_ends(edge)[0].0 as usize].push(index);
+        }
+        for (index, node) in graph.nodes().iter().enumerate() {
+            let position = millimetres(graph.origin() + node.position);
+            self.count("nodes are moved to whole millimetres", position.is_rounded);
+            let kind = if node.role == Role::Park { "PARK_POSITION" } else { "HALT_POSITION" };
+            let mut properties = own_properties(node.id, node.tags.as_deref());
+            if ![Role::None, Role::Park].contains(&node.role) {
+                self.count(
+                    "nodes have a role other than park: it is kept as property `regatta:role`",
+                    true,
+                );
+                properties.push((format!("{OWN}role").into(), node.role.name().into()));
+            }
+            self.count_tags(node.tags.as_deref());
+            let angle = if node.has_heading {
+                node.theta.to_degrees().to_string()
+            } else {
+                "NaN".to_owned()
+            };
+            let attributes = [
+                ("name", self.points[index].as_str()),
+                ("positionX", &position.x),
+                ("positionY", &position.y),
+                ("positionZ", "0"),
+                ("vehicleOrientationAngle", &angle),
+                ("type", kind),
+            ];
+            element(xml, "point", &attributes, |xml| {
+                let size = [("length", "1000"), ("width", "1000"), ("height", "1000")];
+                let offset = [("referenceOffsetX", "0"), ("referenceOffsetY", "0")];
+                empty(xml, "maxVehicleBoundingBox", &[size.as_slice(), &offset].concat())?;
+                for &path in &outgoing[index] {
+                    empty(xml, "outgoingPath", &[("name", &self.paths[path])])?;
+                }
+                write_properties(xml, &properties)?;
+                empty(
+                    xml,
+                    "pointLayout",
+                    &[("labelOffsetX", "-10"), ("labelOffsetY", "-20"), ("layerId", "0")],
+                )
+            })?;
+        }
+        Ok(())
+    }
+
+    fn write_paths(&mut self, xml: &mut Xml) -> io::Result<()> {
+        let graph = self.graph;
+        for (index, edge) in graph.edges().iter().enumerate() {
+            let [source, destination] = path_ends(edge);
+            let is_turned = is_tail_first(edge.orientation);
+            let is_tangential = edge.orientation == Orientation::Tangential;
+            self.count(
+                "edges have a heading other than along the edge",
+                !is_turned && !is_tangential,
+            );
+            self.count_tags(edge.tags.as_deref());
+            let (forward, reverse) = speeds(edge);
+            for speed in [forward, reverse] {
+                self.count(
+                    "speeds are rounded to whole mm/s",
+                    (speed * 1000.0 - whole(speed)).abs() > 1e-6,
+                );
+            }
+            let path = if is_turned { edge.path.reversed() } else { edge.path.clone() };
+            let drawn = Drawn::new(&path.map(|point| point + graph.origin()));
+            self.count(
+                "curves of several cubics are drawn as lines with corners",
+                drawn.is_approximate,
+            );
+            let (length, is_kept) = length(edge, &path);
+            self.count("paths have a property `opentcs:length` that isn't in whole millimetres: not written", !is_kept);
+            let attributes = [
+                ("name", self.paths[index].as_str()),
+                ("sourcePoint", &self.points[source.0 as usize]),
+                ("destinationPoint", &self.points[destination.0 as usize]),
+                ("length", &length),
+                ("maxVelocity", &whole(forward).to_string()),
+                ("maxReverseVelocity", &whole(reverse).to_string()),
+                ("locked", "false"),
+            ];
+            element(xml, "path", &attributes, |xml| {
+                write_properties(xml, &own_properties(edge.id, edge.tags.as_deref()))?;
+                self.write_path_layout(xml, &drawn)
+            })?;
+        }
+        Ok(())
+    }
+
+    fn write_path_layout(&self, xml: &mut Xml, drawn: &Drawn) -> io::Result<()> {
+        let attributes = [("connectionType", drawn.kind), ("layerId", "0")];
+        if drawn.points.is_empty() {
+            return empty(xml, "pathLayout", &attributes);
+        }
+        element(xml, "pathLayout", &attributes, |xml| {
+            drawn.points.iter().try_for_each(|&point| {
+                let [x, y] = self.scale.units(point);
+                empty(xml, "controlPoint", &[("x", &x), ("y", &y)])
+            })
+        })
+    }
+
+    fn write_location_types(&self, xml: &mut Xml) -> io::Result<()> {
+        let types: BTreeMap<_, _> = self
+            .graph
+            .stations()
+            .iter()
+            .map(|station| (type_name(station), (station.role, operations(station))))
+            .collect();
+        for (name, (role, operations)) in types {
+            element(xml, "locationType", &[("name", name)], |xml| {
+                for operation in operations {
+                    empty(xml, "allowedOperation", &[("name", operation)])?;
+                }
+                empty(xml, "locationTypeLayout", &[("locationRepresentation", symbol(role))])
+            })?;
+        }
+        Ok(())
+    }
+
+    fn write_locations(&mut self, xml: &mut Xml) -> io::Result<()> {
+        for (index, station) in self.graph.stations().iter().enumerate() {
+            let at = self.station_position(station);
+            let position = millimetres(self.graph.origin() + at);
+            self.count("stations are moved to whole millimetres", position.is_rounded);
+            let attributes = [
+                ("name", self.locations[index].as_str()),
+                ("positionX", &position.x),
+                ("positionY", &position.y),
+                ("positionZ", "0"),
+                ("locked", "false"),
+                ("type", type_name(station)),
+            ];
+            let derived = |key: &str| ["type", "operations", "locked"].contains(&key);
+            let given = station.properties.iter().filter(|(key, _)| !derived(key));
+            let mut properties: Vec<Property<'_>> =
+                given.map(|(key, value)| (key.as_ref().into(), value.as_ref().into())).collect();
+            if self.locations[index] != station.name {
+                properties.push((format!("{OWN}name").into(), station.name.as_str().into()));
+            }
+            let linked: BTreeSet<_> =
+                station.nodes.iter().map(|node| &self.points[node.0 as usize]).collect();
+            element(xml, "location", &attributes, |xml| {
+                linked.iter().try_for_each(|point| empty(xml, "link", &[("point", point)]))?;
+                write_properties(xml, &properties)?;
+                let labels = [("labelOffsetX", "-10"), ("labelOffsetY", "-20")];
+                let symbol = [("locationRepresentation", "DEFAULT"), ("layerId", "0")];
+                empty(xml, "locationLayout", &[labels, symbol].concat())
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Returns the position in metres from the origin; that of the first node if the station has
+    /// none.
+    fn station_position(&mut self, station: &Station) -> DVec2 {
+        self.count(
+            "stations have no position: they are drawn at their first node",
+            station.position.is_none(),
+        );
+        let at_node = || station.nodes.first().map(|&node| self.graph.node(node).position);
+        station.position.or_else(at_node).unwrap_or_default()
+    }
+
+    fn write_blocks(&self, xml: &mut Xml) -> io::Result<()> {
+        self.blocks.iter().try_for_each(|(name, block)| {
+            element(xml, "block", &[("name", name), ("type", block.kind)], |xml| {
+                block
+                    .members
+                    .iter()
+                    .try_for_each(|member| empty(xml, "member", &[("name", member)]))?;
+                empty(xml, "blockLayout", &[("color", "#FF0000")])
+            })
+        })
+    }
+
+    fn write_layout(&self, xml: &mut Xml) -> io::Result<()> {
+        let scale = format!("{:?}", self.scale.millimetres());
+        let attributes = [("name", "VLayout-01"), ("scaleX", &scale), ("scaleY", &scale)];
+        element(xml, "visualLayout", &attributes, |xml| {
+            let layer = [
+                ("id", "0"),
+                ("ordinal", "0"),
+                ("visible", "true"),
+                ("name", "Default layer"),
+                ("groupId", "0"),
+            ];
+            empty(xml, "layer", &layer)?;
+            empty(
+                xml,
+                "layerGroup",
+                &[("id", "0"), ("name", "Default layer group"), ("visible", "true")],
+            )
+        })
+    }
+
+    fn count(&mut self, loss: &'static str, is_lost: bool) {
+        if is_lost {
+            *self.losses.entry(loss).or_default() += 1;
+        }
+    }
+
+    fn count_tags(&mut self, tags: Option<&Tags>) {
+        let Some(tags) = tags else { return };
+        self.count("levels are kept as properties `regatta:level`", tags.level.is_some());
+        let is_block = tags.properties.contains_key("blockType");
+        self.count("zones are kept as properties `regatta:zone`", tags.zone.is_some() && !is_block);
+    }
+
+    fn losses(&self) -> Vec<String> {
+        let background = self.graph.background().len();
+        let lines = (background > 0)
+            .then(|| format!("{background} background lines: this format has none"));
+        self.losses.iter().map(|(loss, count)| format!("{count} {loss}")).chain(lines).collect()
+    }
+}
+
+type Property<'text> = (Cow<'text, str>, Cow<'text, str>);
+
+/// Returns the properties that keep what openTCS doesn't have, then those of the tags.
+fn own_properties(id: u32, tags: Option<&Tags>) -> Vec<Property<'_>> {
+    let mut properties: Vec<Property<'_>> =
+        vec![(format!("{OWN}id").into(), id.to_string().into())];
+    let Some(tags) = tags else { return properties };
+    for (key, value) in [("level", &tags.level), ("name", &tags.name), ("zone", &tags.zone)] {
+        properties.extend(
+            value.iter().map(|value| (format!("{OWN}{key}").into(), value.as_ref().into())),
+        );
+    }
+    // The others follow from the path and its blocks.
+    let derived = |key: &str| [LENGTH, "blockType", "blocks"].contains(&key);
+    let given = tags.properties.iter().filter(|(key, _)| !derived(key));
+    properties.extend(given.map(|(key, value)| (key.as_ref().into(), value.as_ref().into())));
+    properties
+}
+
+fn write_properties(xml: &mut Xml, properties: &[Property<'_>]) -> io::Result<()> {
+    properties
+        .iter()
+        .try_for_each(|(key, value)| empty(xml, "property", &[("name", key), ("value", value)]))
+}
+
+/// Returns the blocks of the zones that have been blocks in openTCS: other zones may have several
+/// robots.
+fn blocks<'graph>(
+    graph: &'graph RouteGraph,
+    points: &[String],
+    paths: &[String],
+    taken: &mut Taken,
+) -> BTreeMap<String, Block<'graph>> {
+    let nodes = graph.nodes().iter().map(|node| node.tags.as_deref()).zip(points);
+    let edges = graph.edges().iter().map(|edge| edge.tags.as_deref()).zip(paths);
+    let mut by_zone: BTreeMap<&str, Block<'_>> = BTreeMap::new();
+    for (tags, member) in nodes.chain(edges) {
+        let Some(tags) = tags else { continue };
+        let (Some(zone), Some(kind)) = (&tags.zone, tags.properties.get("blockType")) else {
+            continue;
+        };
+        let kind = if **kind == *"SAME_DIRECTION_ONLY" { kind } else { "SINGLE_VEHICLE_ONLY" };
+        let block = by_zone.entry(zone).or_insert(Block { kind, members: Vec::new() });
+        block.members.push(member.clone());
+    }
+    by_zone.into_iter().map(|(zone, block)| (taken.unique(zone.to_owned()), block)).collect()
+}
+
+/// The names of the objects of a model.
+#[derive(Default)]
+struct Taken {
+    names: BTreeSet<String>,
+    /// By name: the next number to tell objects with this name apart.
+    numbers: BTreeMap<String, u64>,
+}
+
+impl Taken {
+    /// Returns a name that isn't taken yet, and takes it.
+    fn unique(&mut self, name: String) -> String {
+        if !name.is_empty() && self.names.insert(name.clone()) {
+            return name;
+        }
+        let number = self.numbers.entry(name.clone()).or_insert(2);
+        loop {
+            let free = format!("{name} ({number})");
+            *number += 1;
+            if self.names.insert(free.clone()) {
+                return free;
+            }
+        }
+    }
+}
+
+/// Returns whether robots drive along an edge backwards.
+fn is_tail_first(orientation: Orientation) -> bool {
+    matches!(orientation, Orientation::Offset(angle) if (angle.abs() - PI).abs() < SAME_ANGLE)
+}
+
+/// Returns the ends of the path of an edge. Robots face from source to destination.
+fn path_ends(edge: &Edge) -> [NodeIndex; 2] {
+    if is_tail_first(edge.orientation) {
+        [edge.destination, edge.origin]
+    } else {
+        [edge.origin, edge.destination]
+    }
+}
+
+/// Returns the speeds from source to destination and back, 0 if not allowed.
+fn speeds(edge: &Edge) -> (f64, f64) {
+    let speeds = (edge.speed, edge.reverse_speed.unwrap_or_default());
+    if is_tail_first(edge.orientation) { (speeds.1, speeds.0) } else { speeds }
+}
+
+/// Returns the length that the file of a path gave, if that is one in openTCS, else that of its
+/// curve; and whether nothing is lost.
+fn length(edge: &Edge, path: &Path) -> (String, bool) {
+    let given = edge.tags.as_ref().and_then(|tags| tags.properties.get(LENGTH));
+    match given.map(|given| given.trim().parse::<u32>()) {
+        Some(Ok(given)) if given > 0 => (given.to_string(), true),
+        given => (millimetres_of(path.length()).to_string(), given.is_none()),
+    }
+}
+
+/// Returns whole millimetres per second: at least 1 if the speed isn't 0, since 0 forbids the
+/// direction.
+fn whole(speed: f64) -> f64 {
+    let whole = (speed * 1000.0).round();
+    if speed > 0.0 { whole.max(1.0) } else { 0.0 }
+}
+
+/// A position in whole millimetres.
+struct Position {
+    x: String,
+    y: String,
+    is_rounded: bool,
+}
+
+fn millimetres(metres: DVec2) -> Position {
+    let exact = metres * 1000.0;
+    let whole = exact.round();
+    let text = |number: f64| (number as i64).to_string();
+    Position { x: text(whole.x), y: text(whole.y), is_rounded: exact.distance(whole) > 1e-3 }
+}
+
+/// Returns the name of the location type: that of the model from which the station was read, or one
+/// by role.
+fn type_name(station: &Station) -> &str {
+    station.properties.get("type").map_or(
+        match station.role {
+            Role::None => "Station",
+            Role::Pick => "Pick station",
+            Role::Drop => "Drop station",
+            Role::Park => "Park station",
+            Role::Charge => "Charge station",
+        },
+        AsRef::as_ref,
+    )
+}
+
+fn operations(station: &Station) -> Vec<&str> {
+    let default = match station.role {
+        Role::None => "NOP",
+        Role::Pick => "Load cargo",
+        Role::Drop => "Unload cargo",
+        Role::Park => "Park",
+        Role::Charge => "CHARGE",
+    };
+    station
+        .properties
+        .get("operations")
+        .map_or_else(|| vec![default], |operations| operations.split(", ").collect())
+}
+
+fn symbol(role: Role) -> &'static str {
+    match role {
+        Role::None | Role::Park => "NONE",
+        Role::Pick | Role::Drop => "LOAD_TRANSFER_GENERIC",
+        Role::Charge => "RECHARGE_GENERIC",
+    }
+}
+
+fn empty(xml: &mut Xml, name: &str, attributes: &[(&str, &str)]) -> io::Result<()> {
+    let texts = attributes.iter().map(|(name, value)| (*name, valid(value)));
+    xml.create_element(name).with_attributes(texts).write_empty().map(|_| ())
+}
+
+fn element(
+    xml: &mut Xml,
+    name: &str,
+    attributes: &[(&str, &str)],
+    content: impl FnOnce(&mut Xml) -> io::Result<()>,
+) -> io::Result<()> {
+    let texts = attributes.iter().map(|(name, value)| (*name, valid(value)));
+    xml.create_element(name).with_attributes(texts).write_inner_content(content).map(|_| ())
+}
+
+/// Replaces the characters that XML can't have.
+fn valid(text: &str) -> Cow<'_, str> {
+    let is_invalid = |letter: char| matches!(letter, '\0'..='\u{8}' | '\u{b}' | '\u{c}' | '\u{e}'..='\u{1f}' | '\u{fffe}' | '\u{ffff}');
+    if text.contains(is_invalid) {
+        text.replace(is_invalid, "\u{fffd}").into()
+    } else {
+        text.into()
+    }
+}
+
+/// Returns whether a path is the straight segment between its ends.
+fn is_straight(path: &Path) -> bool {
+    path.single().is_some_and(curves::is_straight)
+}

@@ -1,0 +1,212 @@
+//! The writer of our own format: YAML in flow style, one line per edge, node and station.
+
+use std::collections::BTreeMap;
+use std::fmt::{self, Write};
+
+use glam::DVec2;
+use regatta_base::bezier::CubicBezier;
+use regatta_base::graph::{NodeIndex, Rotation};
+
+use crate::model::format::Written;
+use crate::model::path::Path;
+use crate::model::route_graph::{Edge, Node, RouteGraph};
+use crate::model::tags::{Orientation, Role, Station, Tags};
+
+/// The largest depth of brackets in a text that is written as it is: the reader counts brackets in
+/// texts too.
+const MAX_PLAIN_DEPTH: usize = 20;
+
+/// Writes a graph. Reading the text gives the same graph: every number is read back as the same
+/// `f64`.
+///
+/// Only if the origin of the graph isn't (0, 0), control points may differ by the rounding error of
+/// coordinates in the file, which is below 1 µm for maps within 4000 km.
+pub fn write(graph: &RouteGraph) -> Written {
+    let mut writer = Writer { text: String::new(), graph, changed_texts: 0 };
+    writer.write().expect("writing to a String never fails");
+    let mut losses = Vec::new();
+    if !graph.background().is_empty() {
+        losses.push(format!("{} background lines: this format has none", graph.background().len()));
+    }
+    if writer.changed_texts > 0 {
+        losses.push(format!(
+            "{} texts begin or end with white space, which isn't kept",
+            writer.changed_texts
+        ));
+    }
+    Written { text: writer.text, losses }
+}
+
+struct Writer<'graph> {
+    text: String,
+    graph: &'graph RouteGraph,
+    /// The number of texts that are read back without their outer white space.
+    changed_texts: usize,
+}
+
+impl Writer<'_> {
+    fn write(&mut self) -> fmt::Result {
+        let graph = self.graph;
+        let (edges, nodes) = (graph.edges().len(), graph.nodes().len());
+        writeln!(self.text, "# {edges} edges, {nodes} nodes; metres, radians, metres per second.")?;
+        writeln!(self.text, "Edges:")?;
+        graph.edges().iter().try_for_each(|edge| self.edge(edge))?;
+        writeln!(self.text, "\nVertices:")?;
+        graph.nodes().iter().try_for_each(|node| self.node(node))?;
+        if !graph.stations().is_empty() {
+            writeln!(self.text, "\nStations:")?;
+        }
+        graph.stations().iter().try_for_each(|station| self.station(station))
+    }
+
+    fn edge(&mut self, edge: &Edge) -> fmt::Result {
+        let Edge { id, speed, reverse_speed, .. } = edge;
+        let (origin, destination) = (self.id(edge.origin), self.id(edge.destination));
+        write!(self.text, "- {{Id: {id}, Origin_ID: {origin}, Destination_ID: {destination}, ")?;
+        if is_linear(self.graph, edge) {
+            write!(self.text, "CurveType: Linear")?;
+        } else {
+            self.control_points(&edge.path)?;
+        }
+        write!(self.text, ", VelocityForward: {speed:?}")?;
+        if let Some(speed) = reverse_speed {
+            write!(self.text, ", VelocityBackwards: {speed:?}")?;
+        }
+        match edge.orientation {
+            Orientation::Tangential => {}
+            Orientation::Offset(angle) => write!(self.text, ", HeadingOffset: {angle:?}")?,
+            Orientation::Fixed(angle) => write!(self.text, ", Heading: {angle:?}")?,
+        }
+        for (key, rotation) in
+            ["RotationAtOrigin", "RotationAtDestination"].into_iter().zip(edge.rotation)
+        {
+            if rotation != Rotation::Shorter {
+                write!(self.text, ", {key}: {}", rotation.name())?;
+            }
+        }
+        self.tags(edge.tags.as_deref())?;
+        writeln!(self.text, "}}")
+    }
+
+    /// The end of each cubic is the start of the next, and is written once.
+    fn control_points(&mut self, path: &Path) -> fmt::Result {
+        let origin = self.graph.origin();
+        let inner = path.cubics().flat_map(|cubic| cubic.control_points.into_iter().skip(1));
+        write!(self.text, "CurveType: Bezier, ControlPoints: [")?;
+        for (index, point) in std::iter::once(path.start()).chain(inner).enumerate() {
+            let separator = if index == 0 { "" } else { ", " };
+            let DVec2 { x, y } = origin + point;
+            write!(self.text, "{separator}[{x:?}, {y:?}]")?;
+        }
+        write!(self.text, "]")
+    }
+
+    fn node(&mut self, node: &Node) -> fmt::Result {
+        let DVec2 { x, y } = self.graph.origin() + node.position;
+        write!(self.text, "- {{Id: {}, X: {x:?}, Y: {y:?}, Theta: {:?}", node.id, node.theta)?;
+        self.role(node.role)?;
+        self.tags(node.tags.as_deref())?;
+        writeln!(self.text, "}}")
+    }
+
+    fn station(&mut self, station: &Station) -> fmt::Result {
+        write!(self.text, "- {{Name: ")?;
+        self.quoted(&station.name)?;
+        self.role(station.role)?;
+        let ids: Vec<String> =
+            station.nodes.iter().map(|&node| self.id(node).to_string()).collect();
+        write!(self.text, ", Nodes: [{}]", ids.join(", "))?;
+        if let Some(position) = station.position {
+            let DVec2 { x, y } = self.graph.origin() + position;
+            write!(self.text, ", X: {x:?}, Y: {y:?}")?;
+        }
+        self.properties(&station.properties)?;
+        writeln!(self.text, "}}")
+    }
+
+    fn role(&mut self, role: Role) -> fmt::Result {
+        if role == Role::None { Ok(()) } else { write!(self.text, ", Role: {}", role.name()) }
+    }
+
+    fn tags(&mut self, tags: Option<&Tags>) -> fmt::Result {
+        let Some(tags) = tags else { return Ok(()) };
+        for (key, value) in [("Name", &tags.name), ("Level", &tags.level), ("Zone", &tags.zone)] {
+            let Some(value) = value else { continue };
+            write!(self.text, ", {key}: ")?;
+            self.quoted(value)?;
+        }
+        self.properties(&tags.properties)
+    }
+
+    fn properties(&mut self, properties: &BTreeMap<Box<str>, Box<str>>) -> fmt::Result {
+        if properties.is_empty() {
+            return Ok(());
+        }
+        write!(self.text, ", Properties: {{")?;
+        for (index, (key, value)) in properties.iter().enumerate() {
+            write!(self.text, "{}{}: ", if index == 0 { "" } else { ", " }, Quoted(key))?;
+            self.quoted(value)?;
+        }
+        write!(self.text, "}}")
+    }
+
+    fn quoted(&mut self, text: &str) -> fmt::Result {
+        self.changed_texts += usize::from(text.trim() != text);
+        write!(self.text, "{}", Quoted(text))
+    }
+
+    fn id(&self, node: NodeIndex) -> u32 {
+        self.graph.node(node).id
+    }
+}
+
+/// Returns whether the edge is what the reader makes of a `Linear` edge.
+fn is_linear(graph: &RouteGraph, edge: &Edge) -> bool {
+    let [from, to] = [edge.origin, edge.destination].map(|node| graph.node(node).position);
+    edge.path.single().is_some_and(|cubic| *cubic == CubicBezier::straight(from, to))
+}
+
+/// A text that is displayed as a double-quoted YAML scalar.
+struct Quoted<'text>(&'text str);
+
+impl fmt::Display for Quoted<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let escapes_brackets = !has_shallow_brackets(self.0);
+        f.write_char('"')?;
+        for character in self.0.chars() {
+            match character {
+                '"' | '\\' => write!(f, "\\{character}")?,
+                '[' | ']' | '{' | '}' if escapes_brackets => {
+                    write!(f, "\\x{:02X}", u32::from(character))?
+                }
+                // YAML 1.1 takes the separators as line ends, and forbids the others.
+                '\u{2028}' | '\u{2029}' | '\u{feff}' | '\u{fffe}' | '\u{ffff}' => {
+                    write!(f, "\\u{:04X}", u32::from(character))?;
+                }
+                _ if character.is_control() => write!(f, "\\x{:02X}", u32::from(character))?,
+                _ => f.write_char(character)?,
+            }
+        }
+        f.write_char('"')
+    }
+}
+
+/// Returns whether brackets are closed as often as they are opened, and aren't deeply nested.
+fn has_shallow_brackets(text: &str) -> bool {
+    let mut depth = 0usize;
+    for byte in text.bytes() {
+        match byte {
+            b'[' | b'{' => depth += 1,
+            b']' | b'}' if depth == 0 => return false,
+            b']' | b'}' => depth -= 1,
+            _ => {}
+        }
+        if depth > MAX_PLAIN_DEPTH {
+            return false;
+        }
+    }
+    depth == 0
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,348 @@
+//! The route graph as hand-overs read it: the pieces of each leg in order, and the edges that leave
+//! each node.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use regatta_base::graph::{EdgeIndex, Gear, Leg, NodeIndex};
+
+use super::piece::{Piece, PieceInfo};
+use super::pieces::{MAX_PIECES, PieceIndex};
+use super::routes::BaseEnd;
+use super::tracks::Tracks;
+
+/// An edge of the graph, without its shape.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Edge {
+    /// The node where the edge starts.
+    pub origin: NodeIndex,
+    /// The node where the edge ends.
+    pub destination: NodeIndex,
+    /// Metres per second from origin to destination; above 0.
+    pub speed: f64,
+    /// Metres per second from destination to origin in reverse gear; `None` if that isn't allowed.
+    pub reverse_speed: Option<f64>,
+}
+
+/// A leg.
+#[derive(Clone, Copy, Debug)]
+pub struct CompiledLeg {
+    /// Its first piece, in its gear.
+    pub first_piece: PieceIndex,
+    /// Commanded speed in metres per second; 0 if the leg can't be driven.
+    pub speed: f32,
+    /// Metres.
+    pub length: f32,
+    /// The node that it leads to.
+    pub end: NodeIndex,
+}
+
+/// The length of a piece and its position on the edge. Small, because each hand-over reads two of
+/// these at random.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PieceSpan {
+    /// In units of [`Distance`](crate::piece::Distance), less than 2³¹; bit 31 marks
+    /// the last of a leg.
+    length_and_last: u32,
+    /// Metres along the edge from its origin to the end of this piece.
+    pub s_end: f32,
+}
+
+impl PieceSpan {
+    const LAST: u32 = 1 << 31;
+
+    /// In units of [`Distance`](crate::piece::Distance).
+    pub fn length(self) -> i32 {
+        (self.length_and_last & !Self::LAST) as i32
+    }
+
+    /// Whether its leg ends with it.
+    pub fn is_last(self) -> bool {
+        self.length_and_last & Self::LAST != 0
+    }
+}
+
+/// The error of compiling a graph with more pieces than a [`PieceIndex`] can tell apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TooManyPieces {
+    /// The number of pieces.
+    pub pieces: usize,
+    /// The largest number that an index can tell apart.
+    pub max: usize,
+}
+
+/// The legs of a route graph, for hand-overs.
+#[derive(Debug)]
+pub struct LegTable {
+    /// By node: its id in events.
+    node_ids: Vec<u32>,
+    tracks: Arc<Tracks>,
+    /// By piece.
+    spans: Vec<PieceSpan>,
+    /// By piece: metres from its end to the end of its leg.
+    rests: Vec<f32>,
+    /// By edge and gear.
+    legs: Vec<CompiledLeg>,
+    /// Edges that start at a node: `exits[exits_start[n]..exits_start[n + 1]]`.
+    exits: Vec<EdgeIndex>,
+    exits_start: Vec<u32>,
+    /// By edge: position among its destination's exits of the edge that leads straight back, or
+    /// `u32::MAX`.
+    return_exits: Vec<u32>,
+    /// Edges that nobody may enter. Ordered by index, and mostly empty.
+    closed: BTreeSet<EdgeIndex>,
+}
+
+impl LegTable {
+    /// Compiles the legs of a graph: its edges, the ids of its nodes, and the pieces of both.
+    ///
+    /// # Errors
+    /// If there are more than [`MAX_PIECES`] pieces.
+    ///
+    /// # Panics
+    /// If an edge has no node, or `tracks` are those of another graph.
+    pub fn new(
+        node_ids: Vec<u32>,
+        edges: &[Edge],
+        tracks: Arc<Tracks>,
+    ) -> Result<Self, TooManyPieces> {
+        check_pieces(tracks.pieces().len())?;
+        let all_legs = (0..edges.len() as u32).flat_map(|edge| {
+            [Gear::Forward, Gear::Reverse].map(|gear| Leg { edge: EdgeIndex(edge), gear })
+        });
+        let legs = all_legs.clone().map(|leg| compile_leg(edges, &tracks, leg)).collect();
+        let (spans, rests) = compile_pieces(&tracks, all_legs);
+        let (exits, exits_start) = exits(node_ids.len(), edges);
+        let (return_exits, closed) = (Vec::new(), BTreeSet::new());
+        let mut table =
+            Self { node_ids, tracks, spans, rests, legs, exits, exits_start, return_exits, closed };
+        table.return_exits =
+            edges.iter().map(|edge| table.return_exit(edge.origin, edge.destination)).collect();
+        Ok(table)
+    }
+
+    /// Returns the id of a node in events.
+    pub(super) fn node_id(&self, node: NodeIndex) -> u32 {
+        self.node_ids[node.0 as usize]
+    }
+
+    /// Returns the pieces of all legs and nodes.
+    pub fn tracks(&self) -> &Tracks {
+        &self.tracks
+    }
+
+    /// Returns all pieces, by row.
+    pub fn pieces(&self) -> &[Piece] {
+        self.tracks.pieces()
+    }
+
+    /// Returns a leg; one that can't be driven has the speed 0.
+    pub fn leg(&self, leg: Leg) -> &CompiledLeg {
+        &self.legs[2 * leg.edge.0 as usize + usize::from(leg.gear == Gear::Reverse)]
+    }
+
+    /// Returns the index of a piece by its row in [`Tracks`].
+    ///
+    /// # Panics
+    /// If there is no such row.
+    pub fn piece(&self, row: u32, gear: Gear) -> PieceIndex {
+        assert!((row as usize) < self.pieces().len(), "there is no piece {row}");
+        PieceIndex::new(row, gear)
+    }
+
+    /// Returns the index of the piece on which robots stand on a node.
+    pub fn node_piece(&self, node: NodeIndex) -> PieceIndex {
+        self.piece(self.tracks.node_piece(node), Gear::Forward)
+    }
+
+    /// Returns the piece that follows another one on the same leg.
+    ///
+    /// # Panics
+    /// If it is the last piece of the table.
+    pub(super) fn next_piece(&self, piece: PieceIndex) -> PieceIndex {
+        self.piece(piece.row() as u32 + 1, piece.gear())
+    }
+
+    pub(super) fn span(&self, piece: PieceIndex) -> PieceSpan {
+        self.spans[piece.row()]
+    }
+
+    /// Spans of all pieces, by row.
+    pub(super) fn spans(&self) -> &[PieceSpan] {
+        &self.spans
+    }
+
+    /// Metres from the end of a piece to the end of its leg.
+    pub(super) fn rest(&self, piece: PieceIndex) -> f32 {
+        self.rests[piece.row()]
+    }
+
+    /// Metres from where a leg is entered to the end of one of its pieces.
+    pub(super) fn driven(&self, leg: Leg, piece: PieceIndex) -> f64 {
+        let s_end = f64::from(self.span(piece).s_end);
+        match leg.gear {
+            Gear::Forward => s_end,
+            Gear::Reverse => f64::from(self.leg(leg).length) - s_end,
+        }
+    }
+
+    /// Whether a robot at a distance `w` from the end of that piece has reached the end of its leg.
+    pub fn is_leg_end(&self, piece: PieceIndex, w: i32) -> bool {
+        w >= 0 && self.span(piece).is_last()
+    }
+
+    /// Returns the node that a robot's leg leads to, or the node that it stands on.
+    pub fn node_ahead(&self, leg: Option<Leg>, piece: PieceIndex) -> NodeIndex {
+        match leg {
+            Some(leg) => self.leg(leg).end,
+            None => NodeIndex(piece.row() as u32 - self.tracks.node_piece(NodeIndex(0))),
+        }
+    }
+
+    /// Closes an edge. Returns whether it was open.
+    pub fn close(&mut self, edge: EdgeIndex) -> bool {
+        self.closed.insert(edge)
+    }
+
+    /// Opens an edge. Returns whether it was closed.
+    pub fn open(&mut self, edge: EdgeIndex) -> bool {
+        self.closed.remove(&edge)
+    }
+
+    /// Whether nobody may enter an edge.
+    pub fn is_closed(&self, edge: EdgeIndex) -> bool {
+        self.closed.contains(&edge)
+    }
+
+    /// The edges that nobody may enter.
+    pub fn closed(&self) -> impl Iterator<Item = EdgeIndex> {
+        self.closed.iter().copied()
+    }
+
+    /// Returns the edge that a random walk takes from a node. It turns straight back only if there
+    /// is no other edge.
+    pub(super) fn random_exit(
+        &self,
+        node: NodeIndex,
+        leg: Option<Leg>,
+        random: u32,
+    ) -> Result<EdgeIndex, BaseEnd> {
+        let exits = self.exits_of(node);
+        let back = match leg {
+            Some(Leg { edge, gear: Gear::Forward }) if exits.len() > 1 => {
+                self.return_exits[edge.0 as usize]
+            }
+            _ => u32::MAX,
+        };
+        if !self.closed.is_empty() && exits.iter().any(|edge| self.is_closed(*edge)) {
+            return self.random_open_exit(exits, back, random);
+        }
+        let choices = exits.len() as u64 - u64::from(back != u32::MAX);
+        let choice = (u64::from(random) * choices) >> 32;
+        let choice = choice + u64::from(choice >= u64::from(back));
+        exits.get(choice as usize).copied().ok_or(BaseEnd::DeadEnd)
+    }
+
+    /// As [`random_exit`](Self::random_exit), for a node that closed edges leave. `back` is the
+    /// place of the way back.
+    fn random_open_exit(
+        &self,
+        exits: &[EdgeIndex],
+        back: u32,
+        random: u32,
+    ) -> Result<EdgeIndex, BaseEnd> {
+        let open = (0..).zip(exits.iter().copied()).filter(|(_, edge)| !self.is_closed(*edge));
+        let mut ahead = open.clone().filter(|(place, _)| *place != back);
+        let choice = (u64::from(random) * ahead.clone().count() as u64) >> 32;
+        let chosen = ahead.nth(choice as usize).or_else(|| open.last());
+        chosen.map(|(_, edge)| edge).ok_or(BaseEnd::Unreleased)
+    }
+
+    fn exits_of(&self, node: NodeIndex) -> &[EdgeIndex] {
+        let node = node.0 as usize;
+        &self.exits[self.exits_start[node] as usize..self.exits_start[node + 1] as usize]
+    }
+
+    fn return_exit(&self, origin: NodeIndex, destination: NodeIndex) -> u32 {
+        let leads_back =
+            |&edge: &EdgeIndex| self.leg(Leg { edge, gear: Gear::Forward }).end == origin;
+        self.exits_of(destination)
+            .iter()
+            .position(leads_back)
+            .map_or(u32::MAX, |place| place as u32)
+    }
+}
+
+fn check_pieces(pieces: usize) -> Result<(), TooManyPieces> {
+    if pieces > MAX_PIECES { Err(TooManyPieces { pieces, max: MAX_PIECES }) } else { Ok(()) }
+}
+
+fn compile_leg(edges: &[Edge], tracks: &Tracks, leg: Leg) -> CompiledLeg {
+    let edge = &edges[leg.edge.0 as usize];
+    let (end, speed) = match leg.gear {
+        Gear::Forward => (edge.destination, Some(edge.speed)),
+        Gear::Reverse => (edge.origin, edge.reverse_speed),
+    };
+    match (tracks.track(leg), speed) {
+        (Some(track), Some(speed)) => CompiledLeg {
+            first_piece: PieceIndex::new(track.first_piece, leg.gear),
+            speed: speed as f32,
+            length: track.length as f32,
+            end,
+        },
+        _ => CompiledLeg {
+            first_piece: PieceIndex::new(0, Gear::Forward),
+            speed: 0.0,
+            length: 0.0,
+            end,
+        },
+    }
+}
+
+/// Returns, by piece, its span and the metres from its end to the end of its leg.
+fn compile_pieces(tracks: &Tracks, legs: impl Iterator<Item = Leg>) -> (Vec<PieceSpan>, Vec<f32>) {
+    let span =
+        |info: &PieceInfo| PieceSpan { length_and_last: info.length.0 as u32, s_end: info.s_end };
+    let mut spans: Vec<_> = tracks.infos().iter().map(span).collect();
+    let mut rests = vec![0.0; spans.len()];
+    for track in legs.filter_map(|leg| tracks.track(leg)) {
+        spans[track.last_piece() as usize].length_and_last |= PieceSpan::LAST;
+        let mut rest = 0.0;
+        for row in (track.first_piece..=track.last_piece()).rev() {
+            rests[row as usize] = rest as f32;
+            rest += tracks.infos()[row as usize].length.to_metres();
+        }
+    }
+    // The pieces of nodes, where robots only stand.
+    spans[tracks.node_piece(NodeIndex(0)) as usize..]
+        .iter_mut()
+        .for_each(|node| node.length_and_last = PieceSpan::LAST);
+    (spans, rests)
+}
+
+/// Returns all edges by the node that they start at, and for each node where its edges begin.
+fn exits(nodes: usize, edges: &[Edge]) -> (Vec<EdgeIndex>, Vec<u32>) {
+    let origin = |edge: &EdgeIndex| edges[edge.0 as usize].origin.0 as usize;
+    let mut exits: Vec<_> = (0..edges.len() as u32).map(EdgeIndex).collect();
+    exits.sort_by_key(origin);
+    let mut start = vec![0; nodes + 1];
+    for edge in &exits {
+        start[origin(edge) + 1] += 1;
+    }
+    for node in 0..nodes {
+        start[node + 1] += start[node];
+    }
+    (exits, start)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn more_pieces_than_an_index_can_tell_apart_are_refused() {
+        assert_eq!(check_pieces(MAX_PIECES), Ok(()));
+        let pieces = MAX_PIECES + 1;
+        assert_eq!(check_pieces(pieces), Err(TooManyPieces { pieces, max: 134_217_728 }));
+    }
+}

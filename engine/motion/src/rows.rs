@@ -1,0 +1,207 @@
+//! Consecutive rows of the fleet's columns, as the stages of a tick read and write them.
+
+use regatta_base::graph::{EdgeIndex, Leg};
+
+use super::pieces::{PieceIndex, PieceRows};
+use super::routes::Route;
+use crate::frame::{NO_EDGE, RobotState};
+
+/// The columns from row `first` on. All have the same length, a multiple of 64; rows that hold no
+/// robot are inert.
+#[derive(Debug)]
+pub struct Rows<'fleet> {
+    /// Robot id of the first row.
+    pub first: u32,
+    /// The piece that the robot is on, and its gear.
+    pub piece: PieceRows<'fleet>,
+    /// Distance from the end of the piece, in units of
+    /// [`Distance`](crate::piece::Distance); ≤ 0.
+    pub w: &'fleet mut [i32],
+    /// Metres per second in the driving direction; ≥ 0.
+    pub speed: &'fleet mut [f32],
+    /// Metres along the edge from its origin to the end of the piece.
+    pub s_end: &'fleet mut [f32],
+    /// Index of the edge, or [`NO_EDGE`] on a node.
+    pub edge: &'fleet mut [u32],
+    /// A [`RobotState`].
+    pub state: &'fleet mut [u8],
+    /// The robot's position on its route.
+    pub route: &'fleet mut [Route],
+    /// Index of the robot type.
+    pub robot_type: &'fleet mut [u16],
+    /// `None` in fleets where no robot type limits its acceleration, and no base has ended within a
+    /// leg.
+    pub limits: Option<LimitRows<'fleet>>,
+    /// `None` in fleets where every heading is that of an edge.
+    pub headings: Option<HeadingRows<'fleet>>,
+}
+
+/// The columns that only fleets with acceleration limits, or with bases that end within a leg,
+/// have; [`profile`](super::profile) has the equations.
+#[derive(Debug)]
+pub struct LimitRows<'fleet> {
+    /// Metres per second squared; [`UNLIMITED`](super::profile::UNLIMITED) for types without a
+    /// limit.
+    pub acceleration: &'fleet mut [f32],
+    /// The speed to accelerate or brake to, in metres per second.
+    pub cruise: &'fleet mut [f32],
+    /// Square of the speed from which the robot can brake for everything beyond the end of its leg
+    /// or base, in m²/s².
+    pub brake: &'fleet mut [f32],
+    /// Metres from the end of the piece to the place where the base ends on the leg; to the leg's
+    /// end, if it doesn't.
+    pub rest: &'fleet mut [f32],
+    /// Metres from that place to the end of the leg; 0 if the base doesn't end on the leg.
+    pub stop: &'fleet mut [f32],
+}
+
+/// The columns that only fleets have whose robots turn on the spot, or drive edges with an
+/// orientation; [`headings`](super::headings) has the equation.
+#[derive(Debug)]
+pub struct HeadingRows<'fleet> {
+    /// 1 or 0: whether the heading follows the edge's tangent.
+    pub gain: &'fleet mut [f32],
+    /// Radians.
+    pub offset: &'fleet mut [f32],
+    /// Radians per second at which a robot turns on the spot; ≥ 0.
+    pub rate: &'fleet mut [f32],
+}
+
+impl LimitRows<'_> {
+    /// Whether any of these robots has a limit of acceleration, or a base that ends on its leg.
+    pub fn any(&self) -> bool {
+        self.brake.iter().any(|brake| brake.is_finite())
+    }
+}
+
+impl<'fleet> Rows<'fleet> {
+    /// Whether there are no rows.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Returns the number of rows.
+    pub fn len(&self) -> usize {
+        self.piece.len()
+    }
+
+    /// Splits into the first `count` rows (all, if there are fewer) and the others.
+    pub fn split_at(self, count: usize) -> (Self, Self) {
+        let count = count.min(self.len());
+        let piece = self.piece.split_at(count);
+        let w = self.w.split_at_mut(count);
+        let speed = self.speed.split_at_mut(count);
+        let s_end = self.s_end.split_at_mut(count);
+        let edge = self.edge.split_at_mut(count);
+        let state = self.state.split_at_mut(count);
+        let route = self.route.split_at_mut(count);
+        let robot_type = self.robot_type.split_at_mut(count);
+        let limits = self.limits.map(|limits| limits.split_at(count)).unzip();
+        let headings = self.headings.map(|headings| headings.split_at(count)).unzip();
+        let half = |first,
+                    piece,
+                    w,
+                    speed,
+                    s_end,
+                    edge,
+                    state,
+                    route,
+                    robot_type,
+                    limits,
+                    headings| {
+            Rows { first, piece, w, speed, s_end, edge, state, route, robot_type, limits, headings }
+        };
+        let middle = self.first + count as u32;
+        (
+            half(
+                self.first,
+                piece.0,
+                w.0,
+                speed.0,
+                s_end.0,
+                edge.0,
+                state.0,
+                route.0,
+                robot_type.0,
+                limits.0,
+                headings.0,
+            ),
+            half(
+                middle,
+                piece.1,
+                w.1,
+                speed.1,
+                s_end.1,
+                edge.1,
+                state.1,
+                route.1,
+                robot_type.1,
+                limits.1,
+                headings.1,
+            ),
+        )
+    }
+
+    /// Returns the robot id of a row.
+    pub fn robot(&self, row: usize) -> u32 {
+        self.first + row as u32
+    }
+
+    /// Whether a robot is in a state.
+    pub fn is(&self, row: usize, state: RobotState) -> bool {
+        self.state[row] == state as u8
+    }
+
+    /// Whether a robot may not drive: it is held, stalled or broken.
+    pub fn is_stopped(&self, row: usize) -> bool {
+        RobotState::is_stopped(self.state[row])
+    }
+
+    /// Returns the leg that a robot is on; `None` on a node.
+    pub fn leg(&self, row: usize) -> Option<Leg> {
+        leg_of(self.piece.get(row), self.edge[row])
+    }
+}
+
+/// Returns the leg of a robot on that piece and edge; `None` on a node.
+pub fn leg_of(piece: PieceIndex, edge: u32) -> Option<Leg> {
+    (edge != NO_EDGE).then_some(Leg { edge: EdgeIndex(edge), gear: piece.gear() })
+}
+
+impl<'fleet> LimitRows<'fleet> {
+    fn split_at(self, count: usize) -> (Self, Self) {
+        let acceleration = self.acceleration.split_at_mut(count);
+        let cruise = self.cruise.split_at_mut(count);
+        let brake = self.brake.split_at_mut(count);
+        let rest = self.rest.split_at_mut(count);
+        let stop = self.stop.split_at_mut(count);
+        (
+            Self {
+                acceleration: acceleration.0,
+                cruise: cruise.0,
+                brake: brake.0,
+                rest: rest.0,
+                stop: stop.0,
+            },
+            Self {
+                acceleration: acceleration.1,
+                cruise: cruise.1,
+                brake: brake.1,
+                rest: rest.1,
+                stop: stop.1,
+            },
+        )
+    }
+}
+
+impl<'fleet> HeadingRows<'fleet> {
+    fn split_at(self, count: usize) -> (Self, Self) {
+        let gain = self.gain.split_at_mut(count);
+        let offset = self.offset.split_at_mut(count);
+        let rate = self.rate.split_at_mut(count);
+        (
+            Self { gain: gain.0, offset: offset.0, rate: rate.0 },
+            Self { gain: gain.1, offset: offset.1, rate: rate.1 },
+        )
+    }
+}

@@ -1,0 +1,124 @@
+//! The stages of a tick, several rows at a time.
+//!
+//! Each stage is written once, over SIMD lanes ([`mod@kernel`]), and compiled for each instruction
+//! set ([`lanes`]). The operations and their order are those of [`scalar`], so the bits are the
+//! same.
+//!
+//! `unsafe` code calls what the machine was found to have, stores past the cache and prefetches.
+#![allow(
+    unsafe_code,
+    reason = "calls of code for instruction sets, stores past the cache and prefetches"
+)]
+
+mod kernel;
+mod lanes;
+mod prefetch;
+mod stream;
+
+use crate::frame::PoseColumns;
+
+use self::kernel::kernel;
+use self::prefetch::prefetch;
+pub(super) use self::stream::{Cached, StoreMode, StreamFence};
+use super::block::{BlockLists, RowList};
+use super::isa::KernelVariant;
+use super::rows::Rows;
+use super::{Motion, scalar};
+
+#[cfg(target_arch = "x86_64")]
+kernel!(
+    #[target_feature(enable = "sse2")]
+    sse2,
+    stream_128
+);
+#[cfg(target_arch = "x86_64")]
+kernel!(
+    #[target_feature(enable = "avx2")]
+    avx2,
+    stream_256
+);
+#[cfg(target_arch = "x86_64")]
+kernel!(
+    #[target_feature(enable = "avx512f,avx512dq")]
+    avx512,
+    stream_512
+);
+#[cfg(target_arch = "aarch64")]
+kernel!(
+    #[target_feature(enable = "neon")]
+    neon,
+    store_plainly
+);
+kernel!(portable, store_plainly);
+
+/// Calls a stage in the variant of the kernel for an instruction set.
+macro_rules! dispatch {
+    ($isa:expr, $scalar:expr, $stage:ident($($argument:expr),*)) => {
+        match $isa.variant() {
+            KernelVariant::Scalar => $scalar,
+            KernelVariant::Portable => portable::$stage($($argument),*),
+            // SAFETY: every 64-bit Arm machine has NEON.
+            #[cfg(target_arch = "aarch64")]
+            KernelVariant::Neon => unsafe { neon::$stage($($argument),*) },
+            // SAFETY: every x86-64 machine has SSE2.
+            #[cfg(target_arch = "x86_64")]
+            KernelVariant::Sse2 => unsafe { sse2::$stage($($argument),*) },
+            // SAFETY: `SupportedIsa` has this variant only if AVX2 was detected.
+            #[cfg(target_arch = "x86_64")]
+            KernelVariant::Avx2 => unsafe { avx2::$stage($($argument),*) },
+            // SAFETY: `SupportedIsa` has this variant only if AVX-512 F and DQ were detected.
+            #[cfg(target_arch = "x86_64")]
+            KernelVariant::Avx512 => unsafe { avx512::$stage($($argument),*) },
+        }
+    };
+}
+
+impl Motion {
+    /// Stage 1 under acceleration limits.
+    pub(super) fn accelerate(&self, block: &mut Rows, lists: &mut BlockLists) {
+        let time_step = self.time_step;
+        dispatch!(
+            self.isa,
+            scalar::accelerate(block, time_step, lists),
+            accelerate(block, time_step, lists)
+        );
+    }
+
+    /// Stage 1.
+    pub(super) fn advance(&self, block: &mut Rows, arrived: &mut RowList) {
+        let time_step = self.time_step;
+        dispatch!(
+            self.isa,
+            scalar::advance(block, time_step, arrived),
+            advance(block, time_step, arrived)
+        );
+    }
+
+    /// Stage 3.
+    ///
+    /// # Panics
+    /// If the columns don't start on cache lines or are longer than the block.
+    pub(super) fn write_block<'frame, S: StoreMode<'frame>>(
+        &self,
+        block: &Rows,
+        columns: PoseColumns<'frame>,
+        mode: S,
+    ) {
+        let table = self.legs.pieces();
+        dispatch!(
+            self.isa,
+            scalar::write(block, table, columns),
+            write(block, table, columns, mode)
+        );
+    }
+
+    /// Prefetches what the hand-over of these rows reads.
+    pub(super) fn prefetch(&self, block: &Rows, listed: &RowList) {
+        for row in listed.rows() {
+            prefetch(&self.legs.spans()[block.piece.get(row).row()]);
+            prefetch(&block.route[row]);
+            prefetch(&block.robot_type[row]);
+            prefetch(&block.s_end[row]);
+        }
+    }
+}

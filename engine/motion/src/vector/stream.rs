@@ -1,0 +1,95 @@
+//! Stores past the cache (non-temporal stores), and the fence that must follow them.
+//!
+//! Memory that was stored past the cache must not be accessed before a fence has run on the same
+//! thread. Types make sure of that: such stores need a [`StreamFence`], which exists only inside
+//! [`StreamFence::scope`] and can't leave its thread, and the memory stays mutably borrowed until
+//! the scope has run the fence.
+
+use std::marker::PhantomData;
+
+/// The way in which the kernel stores a frame that is borrowed for `'frame`.
+pub(crate) trait StoreMode<'frame>: Copy {
+    /// Returns the fence that allows stores past the cache, if the frame is to be stored that way.
+    fn fence(&self) -> Option<&StreamFence<'frame>>;
+}
+
+/// Plain stores, which go through the cache.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cached;
+
+impl<'frame> StoreMode<'frame> for Cached {
+    #[inline]
+    fn fence(&self) -> Option<&StreamFence<'frame>> {
+        None
+    }
+}
+
+/// Permission to store past the cache to memory that is borrowed for exactly `'frame`.
+///
+/// When it is dropped it orders these stores before all that follow. It is invariant in `'frame`,
+/// neither `Send` nor `Sync`, and only [`scope`](Self::scope) makes one.
+#[derive(Debug)]
+pub(crate) struct StreamFence<'frame>(PhantomData<*mut &'frame ()>);
+
+impl<'frame> StreamFence<'frame> {
+    /// Calls `work` with a fence and runs the fence afterwards, also if `work` panics.
+    pub(crate) fn scope<R>(work: impl FnOnce(&Self) -> R) -> R {
+        let fence = Self(PhantomData);
+        work(&fence)
+    }
+}
+
+impl Drop for StreamFence<'_> {
+    fn drop(&mut self) {
+        // SAFETY: every x86-64 machine has SSE.
+        #[cfg(all(target_arch = "x86_64", not(miri)))]
+        unsafe {
+            std::arch::x86_64::_mm_sfence();
+        }
+    }
+}
+
+impl<'frame> StoreMode<'frame> for &StreamFence<'frame> {
+    #[inline]
+    fn fence(&self) -> Option<&StreamFence<'frame>> {
+        Some(self)
+    }
+}
+
+/// Declares a store of a vector past the cache.
+#[cfg(target_arch = "x86_64")]
+macro_rules! stream {
+    ($name:ident, $feature:literal, $vector:ident, $store:ident) => {
+        /// Stores a vector past the cache.
+        ///
+        /// # Safety
+        /// `to` must not be accessed until the fence is dropped.
+        #[inline]
+        #[target_feature(enable = $feature)]
+        pub(super) unsafe fn $name(
+            _fence: &StreamFence,
+            to: &mut std::arch::x86_64::$vector,
+            value: std::arch::x86_64::$vector,
+        ) {
+            // SAFETY: a reference to a vector is aligned and valid for a store of it. The caller
+            // keeps the fence's promise.
+            unsafe { std::arch::x86_64::$store(std::ptr::from_mut(to).cast(), value) }
+        }
+    };
+}
+
+#[cfg(target_arch = "x86_64")]
+stream!(stream_128, "sse2", __m128, _mm_stream_ps);
+#[cfg(target_arch = "x86_64")]
+stream!(stream_256, "avx2", __m256, _mm256_stream_ps);
+#[cfg(target_arch = "x86_64")]
+stream!(stream_512, "avx512f", __m512, _mm512_stream_ps);
+
+/// Stores a vector plainly, where there are no stores past the cache.
+///
+/// # Safety
+/// None needed; the signature is that of the stores past the cache.
+#[inline]
+pub(super) unsafe fn store_plainly<V>(_fence: &StreamFence, to: &mut V, value: V) {
+    *to = value;
+}

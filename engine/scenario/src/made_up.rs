@@ -1,0 +1,208 @@
+//! A scenario for a layout that has none: what a user wants to see first of a plant.
+
+use std::fmt::Write;
+
+use regatta_layout::{ReadOptions, RouteGraph};
+
+/// Metres of edges per robot.
+const METRES_PER_ROBOT: f64 = 10.0;
+
+/// The most robot types.
+const MOST_TYPES: usize = 20;
+
+/// The most robots.
+const MOST_ROBOTS: f64 = 1000.0;
+
+/// Returns the text of a scenario for a layout: robots on random routes, one for each 10 m of edges
+/// and at most a thousand, which turn on the spot, and the collision checker.
+///
+/// `file` is the path of the layout as the scenario names it, and `options` are those with which it
+/// was read.
+pub fn made_up_scenario(graph: &RouteGraph, file: &str, options: &ReadOptions) -> String {
+    let metres: f64 = graph.edges().iter().map(|edge| edge.path.length()).sum();
+    let most = MOST_ROBOTS.min(graph.edges().len() as f64);
+    let robots = (metres / METRES_PER_ROBOT).floor().clamp(1.0, most) as u32;
+    let mut text = format!("graph: {}\n", quoted(file));
+    write_options(&mut text, options).expect("writing to a String never fails");
+    text += "rate: 50                            # ticks per simulated second\nrobot_types:\n";
+    let names = vehicle_types(graph, options);
+    if !names.is_empty() {
+        text += "# The vehicle types of the layout: complete their sizes and limits. Robots are of the first.\n";
+    }
+    let names = if names.is_empty() {
+        vec!["amr".to_owned()]
+    } else {
+        names.iter().map(|name| quoted(name)).collect()
+    };
+    names.iter().for_each(|name| text += &robot_type(name, options));
+    text += &format!("robots:\n- count: {robots}\n  routes: random\nplugins:\n- collision\n");
+    text
+}
+
+/// Returns the vehicle types of a LIF layout, the one in use first.
+fn vehicle_types(graph: &RouteGraph, options: &ReadOptions) -> Vec<String> {
+    let nodes = graph.nodes().iter().map(|node| node.tags.as_deref());
+    let edges = graph.edges().iter().map(|edge| edge.tags.as_deref());
+    let lists = nodes.chain(edges).filter_map(|tags| tags?.properties.get("vehicleTypeId"));
+    let mut names: Vec<String> = options.vehicle_type.iter().cloned().collect();
+    for name in lists.flat_map(|list| list.split(", ")).filter(|name| !name.is_empty()) {
+        if names.len() < MOST_TYPES && !names.iter().any(|known| known == name) {
+            names.push(name.to_owned());
+        }
+    }
+    names
+}
+
+/// Returns a robot type of a scenario.
+fn robot_type(name: &str, options: &ReadOptions) -> String {
+    let [length, width] = size(options);
+    format!(
+        "- name: {name}\n  \
+           length: {length:<26}# metres\n  \
+           width: {width}\n  \
+           max_speed: 1.5                    # metres per second; edges limit it further\n  \
+           max_acceleration: 0.8             # metres per second squared\n  \
+           max_rotation_speed: 1.0           # radians per second, on the spot\n  \
+           max_rotation_acceleration: 2.0    # radians per second squared\n"
+    )
+}
+
+/// Returns the length and the width of robots in metres: as wide as a roadmap was made for, if the
+/// layout is one.
+fn size(options: &ReadOptions) -> [f64; 2] {
+    let width_mm = options.skeleton.map_or(600.0, |width| f64::from(width.0));
+    [1.5 * width_mm, width_mm].map(|side| side / 1000.0)
+}
+
+fn write_options(text: &mut String, options: &ReadOptions) -> std::fmt::Result {
+    let ReadOptions {
+        handles: _,
+        format,
+        level,
+        vehicle_type,
+        layers,
+        units,
+        skeleton,
+        cell_size,
+        background,
+    } = options;
+    let layers: Vec<_> = layers.iter().map(|layer| quoted(layer)).collect();
+    let entries = [
+        format.map(|format| format!("format: {format}")),
+        level.as_ref().map(|level| format!("level: {}", quoted(level))),
+        (!layers.is_empty()).then(|| format!("layers: [{}]", layers.join(", "))),
+        units.map(|unit| format!("units: {}", unit.name())),
+        skeleton.map(|width| format!("skeleton: {width}")),
+        vehicle_type.as_ref().map(|name| format!("vehicle_type: {}", quoted(name))),
+        background
+            .as_ref()
+            .map(|map| format!("background: {}", quoted(&map.display().to_string()))),
+        cell_size.map(|length| format!("cell_size: {length}")),
+    ];
+    let entries: Vec<_> = entries.into_iter().flatten().collect();
+    if entries.is_empty() {
+        return Ok(());
+    }
+    writeln!(text, "layout:")?;
+    entries.iter().try_for_each(|entry| writeln!(text, "  {entry}"))
+}
+
+/// Returns a text as a YAML scalar in double quotes.
+fn quoted(text: &str) -> String {
+    let mut quoted = String::from("\"");
+    for letter in text.chars() {
+        match letter {
+            '"' | '\\' => quoted.extend(['\\', letter]),
+            control if control.is_control() => quoted += &format!("\\u{:04x}", u32::from(control)),
+            other => quoted.push(other),
+        }
+    }
+    quoted + "\""
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use regatta_layout::{LengthUnit, Millimetres, parse};
+
+    use super::*;
+    use crate::{Overrides, Scenario};
+
+    const GRAPH: &str = include_str!("../../../graphs/square.yaml");
+
+    #[test]
+    fn a_made_up_scenario_can_be_run() {
+        let (graph, _) = parse(GRAPH, "square.yaml", &ReadOptions::default()).expect("a graph");
+        let text = made_up_scenario(&graph, "a \"plant\".yaml", &ReadOptions::default());
+        let scenario =
+            Scenario::from_texts(&text, GRAPH, Path::new("s.yaml"), &Overrides::default());
+        let scenario = scenario.expect("a scenario");
+        assert!(scenario.robots() >= 1 && scenario.robot_types[0].max_rotation_speed == 1.0);
+    }
+
+    #[test]
+    fn the_vehicle_types_of_a_layout_are_robot_types() {
+        let mut text = String::from(GRAPH);
+        assert!(text.contains("Id: "), "{text}");
+        text =
+            text.replacen("Theta: ", "Properties: {vehicleTypeId: \"AGV 1, tugger\"}, Theta: ", 1);
+        let (graph, _) = parse(&text, "square.yaml", &ReadOptions::default()).expect("a graph");
+        let made_up = made_up_scenario(&graph, "square.yaml", &ReadOptions::default());
+        let scenario =
+            Scenario::from_texts(&made_up, &text, Path::new("s.yaml"), &Overrides::default());
+        let names: Vec<_> =
+            scenario.expect("a scenario").robot_types.into_iter().map(|of| of.name).collect();
+        assert_eq!(names, ["AGV 1", "tugger"]);
+    }
+
+    #[test]
+    fn a_made_up_scenario_doesnt_warn_of_turns_that_its_robots_make() {
+        let text = "id,x,y\nA,0,0\nB,10,0\nC,10,10\n\nfrom,to\nA,B\nB,C\nC,B\nB,A\n";
+        let (_, findings) = parse(text, "t.csv", &ReadOptions::default()).expect("a graph");
+        assert!(
+            findings
+                .as_slice()
+                .iter()
+                .any(|finding| finding.message.contains("max_rotation_speed"))
+        );
+        let scenario = Scenario::from_text(text, Path::new("t.csv"), &Overrides::default())
+            .expect("a scenario");
+        assert!(
+            scenario.is_made_up
+                && !scenario.warnings.iter().any(|line| line.contains("max_rotation_speed"))
+        );
+    }
+
+    #[test]
+    fn a_file_that_is_nothing_says_so() {
+        for text in ["{}", "", "{\"colour\": \"red\"}"] {
+            let error = Scenario::from_text(text, Path::new("x.json"), &Overrides::default())
+                .expect_err("nothing");
+            assert!(
+                error.to_string().starts_with("x.json: neither a layout nor a scenario: "),
+                "{error}"
+            );
+        }
+    }
+
+    #[test]
+    fn the_options_of_the_layout_are_kept() {
+        let (graph, _) = parse(GRAPH, "square.yaml", &ReadOptions::default()).expect("a graph");
+        let options = ReadOptions {
+            level: Some("L \"1\"".into()),
+            layers: vec!["Lanes".into(), "0".into()],
+            units: Some(LengthUnit::Inch),
+            skeleton: Some(Millimetres(650)),
+            ..ReadOptions::default()
+        };
+        let text = made_up_scenario(&graph, "x", &options);
+        assert!(
+            text.contains(
+                "layout:\n  level: \"L \\\"1\\\"\"\n  layers: [\"Lanes\", \"0\"]\n  units: in\n  skeleton: 0.65\n"
+            ),
+            "{text}"
+        );
+        assert!(text.contains("length: 0.975 ") && text.contains("width: 0.65\n"), "{text}");
+    }
+}

@@ -1,0 +1,289 @@
+//! Reads scenarios from files and texts.
+
+use std::collections::BTreeMap;
+use std::io::Read;
+use std::path::Path;
+
+use regatta_layout::read::moving_ai;
+use regatta_layout::{
+    self as layout, Findings, Format, GraphError, LengthUnit, Millimetres, ReadOptions, RouteGraph,
+    TURNS_IF,
+};
+use serde::de::{DeserializeOwned, IgnoredAny};
+
+use super::explain::{GRAPH_KEYS, SCENARIO_KEYS, explain};
+use super::made_up::made_up_scenario;
+use super::suggest::closest;
+use super::yaml::{LayoutEntry, ScenarioFile};
+use super::{MAX_FILE_BYTES, Overrides, Scenario, ScenarioError, resolve};
+
+impl Scenario {
+    /// Reads a scenario and its graph.
+    ///
+    /// # Errors
+    /// If either can't be read or is invalid; the message names the file, the entry and what to do.
+    pub fn read(path: &Path, overrides: &Overrides) -> Result<Self, ScenarioError> {
+        if path.is_dir() {
+            return Err(GraphError::Folder { file: path.into() }.into());
+        }
+        let file = std::fs::File::open(path)
+            .map_err(|source| ScenarioError::Read { path: path.into(), source })?;
+        Self::read_from(file, path, overrides)
+    }
+
+    /// Reads a scenario from anything that can be read, and its graph from a file. `name` is the
+    /// path that messages name, and that other paths are relative to.
+    ///
+    /// # Errors
+    /// As [`Scenario::read`].
+    pub fn read_from(
+        reader: impl Read,
+        name: &Path,
+        overrides: &Overrides,
+    ) -> Result<Self, ScenarioError> {
+        Self::from_text(&read_text(reader, name)?, name, overrides)
+    }
+
+    /// Reads a scenario from its text, and its graph from a file. `name` is as in
+    /// [`Scenario::read_from`].
+    ///
+    /// # Errors
+    /// As [`Scenario::read`].
+    pub fn from_text(
+        text: &str,
+        name: &Path,
+        overrides: &Overrides,
+    ) -> Result<Self, ScenarioError> {
+        let folder = name.parent().unwrap_or(Path::new(""));
+        if is_benchmark(text) {
+            return Self::of_benchmark(text, name, folder, overrides);
+        }
+        if is_layout(text) {
+            return Self::of_layout(text, name, overrides);
+        }
+        if text.len() as u64 > MAX_FILE_BYTES {
+            return Err(ScenarioError::TooLarge { path: name.into() });
+        }
+        if has_no_key(text) {
+            return Err(ScenarioError::Neither { path: name.into() });
+        }
+        Self::parse(text, name, overrides, |graph, options| {
+            layout::read(&folder.join(graph), options)
+        })
+    }
+
+    /// Reads a built-in scenario from texts; `graph_text` replaces the graph file that the scenario
+    /// names.
+    ///
+    /// # Errors
+    /// As [`Scenario::read`].
+    pub fn from_texts(
+        text: &str,
+        graph_text: &str,
+        name: &Path,
+        overrides: &Overrides,
+    ) -> Result<Self, ScenarioError> {
+        Self::parse(text, name, overrides, |graph, options| {
+            layout::parse(graph_text, &graph.display().to_string(), options)
+        })
+    }
+
+    /// Reads a scenario of the MovingAI benchmarks and the map that it names.
+    fn of_benchmark(
+        text: &str,
+        name: &Path,
+        folder: &Path,
+        overrides: &Overrides,
+    ) -> Result<Self, ScenarioError> {
+        let invalid = |message: String| ScenarioError::Invalid {
+            path: name.into(),
+            place: "entries".into(),
+            message,
+        };
+        let entries = moving_ai::scen(text).map_err(|error| invalid(error.to_string()))?;
+        let first = entries.first().ok_or_else(|| invalid("there are none".to_owned()))?;
+        // Benchmarks name maps by paths of their own; they lie beside the scenario.
+        let map = Path::new(&first.map)
+            .file_name()
+            .map_or_else(|| folder.join(&first.map), |map| folder.join(map));
+        let (graph, findings) = layout::read(&map, &overrides.layout)?;
+        let columns = first.size.map(|[columns, _]| columns);
+        let columns = columns
+            .or_else(|| moving_ai::columns(&map))
+            .ok_or_else(|| invalid("no map size".to_owned()))?;
+        let scenario =
+            moving_ai::scenario_yaml(&entries, &first.map, &graph, columns, entries.len());
+        let parsed = Self::parse(&scenario.text, name, overrides, |_, _| Ok((graph, findings)))?;
+        let skipped = scenario
+            .skipped
+            .into_iter()
+            .map(|entry| format!("{}: {entry}: left out", name.display()));
+        Ok(Self { warnings: parsed.warnings.into_iter().chain(skipped).collect(), ..parsed })
+    }
+
+    /// Makes a scenario up for a layout.
+    fn of_layout(text: &str, name: &Path, overrides: &Overrides) -> Result<Self, ScenarioError> {
+        let (graph, findings) =
+            layout::parse(text, &name.display().to_string(), &overrides.layout)?;
+        let file = name.file_name().unwrap_or_default().to_string_lossy();
+        let text = made_up_scenario(&graph, &file, &overrides.layout);
+        let scenario = Self::parse(&text, name, overrides, |_, _| Ok((graph, findings)))?;
+        Ok(Self { is_made_up: true, ..scenario })
+    }
+
+    fn parse(
+        text: &str,
+        path: &Path,
+        overrides: &Overrides,
+        read_graph: impl FnOnce(&Path, &ReadOptions) -> Result<(RouteGraph, Findings), GraphError>,
+    ) -> Result<Self, ScenarioError> {
+        let yaml_error =
+            |source| ScenarioError::Yaml { path: path.into(), problem: explain(&source), source };
+        let file: ScenarioFile = serde_yaml::from_str(text).map_err(yaml_error)?;
+        let options =
+            layout_options(&file.layout, &overrides.layout, path.parent().unwrap_or(Path::new("")))
+                .map_err(|message| ScenarioError::Invalid {
+                    path: path.into(),
+                    place: "layout".into(),
+                    message,
+                })?;
+        let (graph, findings) = read_graph(&file.graph, &options)?;
+        let warnings = findings.as_slice().iter().map(ToString::to_string).collect();
+        let mut scenario = resolve::resolve(file, path, graph, warnings, overrides)?;
+        if scenario.robot_types.iter().all(|robot_type| robot_type.max_rotation_speed > 0.0) {
+            scenario.warnings.retain(|warning| !warning.contains(TURNS_IF));
+        }
+        Ok(scenario)
+    }
+}
+
+/// Returns how to read the layout of a scenario: as the command line says, else as the scenario
+/// says.
+fn layout_options(
+    entry: &LayoutEntry,
+    overrides: &ReadOptions,
+    folder: &Path,
+) -> Result<ReadOptions, String> {
+    let format = entry
+        .format
+        .as_deref()
+        .map(str::parse::<Format>)
+        .transpose()
+        .map_err(|error| error.to_string())?;
+    let units = entry
+        .units
+        .as_deref()
+        .map(str::parse::<LengthUnit>)
+        .transpose()
+        .map_err(|error| error.to_string())?;
+    let length = |name: &str, metres: Option<f64>| {
+        let length = metres.map(|metres| metres.to_string().parse::<Millimetres>()).transpose();
+        length.map_err(|error| format!("{name}: {error}"))
+    };
+    let (skeleton, cell_size) =
+        (length("skeleton", entry.skeleton)?, length("cell_size", entry.cell_size)?);
+    let overrides = overrides.clone();
+    Ok(ReadOptions {
+        handles: overrides.handles,
+        format: overrides.format.or(format),
+        level: overrides.level.or_else(|| entry.level.clone()),
+        layers: if overrides.layers.is_empty() { entry.layers.clone() } else { overrides.layers },
+        units: overrides.units.or(units),
+        skeleton: overrides.skeleton.or(skeleton),
+        vehicle_type: overrides.vehicle_type.or_else(|| entry.vehicle_type.clone()),
+        cell_size: overrides.cell_size.or(cell_size),
+        background: overrides
+            .background
+            .or_else(|| entry.background.as_ref().map(|map| folder.join(map))),
+    })
+}
+
+/// Whether a text is a scenario of the MovingAI benchmarks.
+fn is_benchmark(text: &str) -> bool {
+    let first = text.trim_start_matches('\u{feff}').lines().find(|line| !line.trim().is_empty());
+    first.is_some_and(|line| line.trim_start().starts_with("version "))
+        && moving_ai::scen(text).is_ok()
+}
+
+/// Whether a text is a layout of some format rather than a scenario.
+fn is_layout(text: &str) -> bool {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    if Format::detect(text) != Format::Regatta {
+        return true;
+    }
+    let starts_as_graph = |line: &str| {
+        first_key(line)
+            .is_some_and(|key| GRAPH_KEYS.iter().any(|name| name.eq_ignore_ascii_case(key)))
+    };
+    // A scenario may have `nodes`, too, but only a scenario has `graph`.
+    let names_graph = |line: &str| !line.starts_with(' ') && first_key(line) == Some("graph");
+    text.lines().any(starts_as_graph) && !text.lines().any(names_graph)
+}
+
+/// Returns the key that a line of YAML begins with.
+fn first_key(line: &str) -> Option<&str> {
+    let (key, _) = line.split_once(':')?;
+    Some(key.trim_matches(|letter| "\"'{ ".contains(letter)))
+}
+
+/// Whether a text is a scenario, valid or not, rather than a route graph: only scenarios have the
+/// key `graph`.
+pub fn is_scenario(text: &str) -> bool {
+    serde_yaml::from_str::<BTreeMap<String, IgnoredAny>>(text)
+        .is_ok_and(|keys| keys.contains_key("graph"))
+}
+
+/// Reads any document in YAML, or in JSON, which is YAML: a scenario as it was written, for
+/// example, to change it.
+///
+/// # Errors
+/// [`ScenarioError::Yaml`] with the line and the entry. `path` is the file that messages name.
+pub fn document<T: DeserializeOwned>(text: &str, path: &Path) -> Result<T, ScenarioError> {
+    let error =
+        |source| ScenarioError::Yaml { path: path.into(), problem: explain(&source), source };
+    serde_yaml::from_str(text).map_err(error)
+}
+
+/// Whether a text is empty, or a map without any key of a scenario or a graph, not even a misspelt
+/// one.
+fn has_no_key(text: &str) -> bool {
+    let keys = match serde_yaml::from_str::<Option<BTreeMap<String, IgnoredAny>>>(text) {
+        Ok(keys) => keys.unwrap_or_default(),
+        Err(_) => return false,
+    };
+    let known = SCENARIO_KEYS.iter().chain(&GRAPH_KEYS);
+    !keys.keys().any(|key| {
+        known.clone().any(|name| name.eq_ignore_ascii_case(key))
+            || closest(key, SCENARIO_KEYS).is_some()
+    })
+}
+
+/// Reads a text, which may be a layout: these are larger than scenarios.
+fn read_text(reader: impl Read, path: &Path) -> Result<String, ScenarioError> {
+    Ok(match layout::read_stream(reader, &path.display().to_string()) {
+        Err(GraphError::Unreadable { source, .. }) => {
+            return Err(ScenarioError::Read { path: path.into(), source });
+        }
+        text => text?,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_scenario_with_nodes_of_its_own_is_no_layout() {
+        for text in [
+            "graph: a.yaml\nnodes: {1: {role: pick}}\n",
+            "nodes:\n  1: {role: pick}\ngraph: a.yaml\n",
+        ] {
+            assert!(!is_layout(text), "{text}");
+        }
+        for text in
+            ["Vertices: []\nEdges: []\n", "nodes:\n- {id: 1, x: 0, y: 0, label: 'graph: a'}\n"]
+        {
+            assert!(is_layout(text), "{text}");
+        }
+    }
+}

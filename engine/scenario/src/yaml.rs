@@ -1,0 +1,391 @@
+//! The structure of a scenario file. Names are not resolved yet.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::path::PathBuf;
+
+use serde::{Deserialize, Deserializer, de};
+
+use super::{BatteryEntry, RobotCount, Shape};
+
+/// A scenario file.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ScenarioFile {
+    /// The route graph file, relative to the scenario's folder.
+    pub graph: PathBuf,
+    /// How to read it, if it is of another format.
+    #[serde(default)]
+    pub layout: LayoutEntry,
+    /// The number of ticks per simulated second.
+    #[serde(default = "default_rate")]
+    pub rate: f64,
+    /// The number of frames per simulated second; one per tick by default.
+    pub publish_rate: Option<f64>,
+    /// The seed of the random walks.
+    #[serde(default)]
+    pub seed: u64,
+    /// Roles and names of nodes instead of those in the graph, by the node's id or name.
+    #[serde(default)]
+    pub nodes: BTreeMap<NodeKey, NodeEntry>,
+    /// The robot types; one default type if empty.
+    #[serde(default)]
+    pub robot_types: Vec<RobotTypeEntry>,
+    /// The groups of robots, in the order of their ids.
+    pub robots: Vec<RobotGroupEntry>,
+    /// What goes wrong; nothing by default.
+    #[serde(default)]
+    pub disturbances: Disturbances,
+    /// The transport orders of a fleet manager, which reads them itself.
+    pub load: Option<de::IgnoredAny>,
+    /// The plugins to start.
+    #[serde(default)]
+    pub plugins: Vec<PluginEntry>,
+    /// Whether `regatta run` opens the viewer.
+    #[serde(default)]
+    pub viewer: Viewer,
+    /// The lights of the viewer besides the sun.
+    #[serde(default)]
+    pub lights: Vec<LightEntry>,
+    /// The named cameras of the viewer.
+    #[serde(default)]
+    pub cameras: Vec<CameraEntry>,
+}
+
+fn default_rate() -> f64 {
+    100.0
+}
+
+/// How to read a layout of another format.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct LayoutEntry {
+    /// The format; told by its content by default.
+    pub format: Option<String>,
+    /// The level (floor) or layout to read; all by default.
+    pub level: Option<String>,
+    /// The vehicle type of a LIF layout; the first by default.
+    pub vehicle_type: Option<String>,
+    /// The layers of a drawing whose lines are edges; all by default.
+    pub layers: Vec<String>,
+    /// The unit of a drawing: mm, cm, m, in or ft.
+    pub units: Option<String>,
+    /// The width in metres of robots for which a roadmap is made of a map without a graph.
+    pub skeleton: Option<f64>,
+    /// The length in metres of the side of a grid map's cells; 1 by default.
+    pub cell_size: Option<f64>,
+    /// A map of the ROS map server whose outlines are drawn behind the layout, relative to the
+    /// scenario's folder.
+    pub background: Option<PathBuf>,
+}
+
+/// A node by its id or its name.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct NodeKey(pub String);
+
+impl<'de> Deserialize<'de> for NodeKey {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(NodeKeyVisitor)
+    }
+}
+
+struct NodeKeyVisitor;
+
+impl de::Visitor<'_> for NodeKeyVisitor {
+    type Value = NodeKey;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the id or the name of a node")
+    }
+
+    fn visit_u64<E>(self, id: u64) -> Result<NodeKey, E> {
+        Ok(NodeKey(id.to_string()))
+    }
+
+    fn visit_str<E>(self, name: &str) -> Result<NodeKey, E> {
+        Ok(NodeKey(name.to_owned()))
+    }
+}
+
+/// What a scenario says about a node; the rest is as in the graph.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct NodeEntry {
+    /// What robots do there: none, pick, drop, park or charge.
+    pub role: Option<String>,
+    /// The name.
+    pub name: Option<String>,
+}
+
+/// A robot type.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RobotTypeEntry {
+    /// The name that `type:` refers to.
+    pub name: String,
+    /// The footprint; a rectangle by default.
+    #[serde(default)]
+    pub shape: Shape,
+    /// Metres along the heading; the diameter of a circle.
+    pub length: f32,
+    /// Metres across the heading; required for a rectangle.
+    pub width: Option<f32>,
+    /// Metres per second; no limit by default.
+    pub max_speed: Option<f32>,
+    /// Metres per second squared; by default speed changes instantly.
+    pub max_acceleration: Option<f32>,
+    /// Radians per second at which it turns on the spot; by default it can't.
+    pub max_rotation_speed: Option<f32>,
+    /// Radians per second squared; by default the rotation speed changes instantly.
+    pub max_rotation_acceleration: Option<f32>,
+    /// The battery; by default it has none and never needs charging.
+    pub battery: Option<BatteryEntry>,
+}
+
+/// A group of robots that start in the same way.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RobotGroupEntry {
+    /// The number of robots; 1 by default.
+    #[serde(default = "one")]
+    pub count: RobotCount,
+    /// The name of a robot type; the first type by default.
+    #[serde(rename = "type")]
+    pub robot_type: Option<String>,
+    /// The ids of the edges in order, `-ID` in reverse gear. The robots start at the beginning of
+    /// the first.
+    pub route: Option<Vec<LegName>>,
+    /// The action at the end of `route`.
+    pub repeat: Option<Repeat>,
+    /// Endless random walks from random places, or none: robots that wait for commands.
+    pub routes: Option<RoutesEntry>,
+    /// The id of a node where the robots wait for commands.
+    pub node: Option<u32>,
+}
+
+fn one() -> RobotCount {
+    RobotCount(1)
+}
+
+/// The action of a robot at the end of its route.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Repeat {
+    /// The robot stops.
+    Once,
+    /// The robot drives the route again; the route must end where it starts.
+    Loop,
+}
+
+/// Routes that aren't listed edge by edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum RoutesEntry {
+    /// A random edge at each node.
+    Random,
+    /// None: robots wait for commands where they touch no others.
+    None,
+}
+
+/// What goes wrong with robots, at random by the scenario's seed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Disturbances {
+    /// Robots that stop for a while.
+    pub stalls: Option<Stalls>,
+    /// Robots that break down.
+    pub breakdowns: Option<Breakdowns>,
+    /// The largest part of its speed by which a robot is slower on a leg; 0 to below 1.
+    pub speed_variation: f32,
+}
+
+/// Robots that stop for a while, after times with an exponential distribution.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Stalls {
+    /// Stalls per hour and robot.
+    pub per_hour: f64,
+    /// The mean of a stall's duration in seconds, which is distributed exponentially.
+    pub mean_secs: f64,
+    /// The part of the robots that stall; all by default.
+    #[serde(default = "all")]
+    pub share: f64,
+}
+
+fn all() -> f64 {
+    1.0
+}
+
+/// Robots that break down, after times with an exponential distribution.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Breakdowns {
+    /// Breakdowns per hour and robot.
+    pub per_hour: f64,
+    /// Seconds after which a robot is repaired; by default only a command repairs it.
+    pub repair_secs: Option<f64>,
+}
+
+/// Whether to open the viewer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Viewer {
+    /// If the viewer is installed and there is a display.
+    #[default]
+    Auto,
+    /// Yes; a failure is an error.
+    On,
+    /// No.
+    Off,
+}
+
+/// A light of the viewer.
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LightEntry {
+    /// Metres to the east.
+    pub x: f32,
+    /// Metres to the north.
+    pub y: f32,
+    /// Metres above the floor.
+    pub z: f32,
+    /// Linear red, green and blue, 0 to 1 and above; white by default.
+    #[serde(default = "white")]
+    pub colour: [f32; 3],
+}
+
+/// A named camera of the viewer: in perspective from a place, or a plan.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CameraEntry {
+    /// The name.
+    pub name: String,
+    /// Metres to the east: of the eye, or of a plan's middle.
+    pub x: f32,
+    /// Metres to the north.
+    pub y: f32,
+    /// The eye's metres above the floor; with it, `yaw` and `pitch`.
+    pub z: Option<f32>,
+    /// The view's direction in radians counter-clockwise from east.
+    pub yaw: Option<f32>,
+    /// The angle of the view's direction below the horizon, in radians.
+    pub pitch: Option<f32>,
+    /// Of a plan: the height of the ground in the picture in metres.
+    pub height: Option<f32>,
+}
+
+fn white() -> [f32; 3] {
+    [1.0; 3]
+}
+
+/// A plugin to start.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum PluginEntry {
+    /// The name of a plugin that comes with Regatta.
+    Name(String),
+    /// A plugin with arguments, or any other program.
+    Detailed(PluginCommand),
+}
+
+// Not derived: `untagged` loses what is wrong inside of the map.
+impl<'de> Deserialize<'de> for PluginEntry {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(PluginVisitor)
+    }
+}
+
+struct PluginVisitor;
+
+impl<'de> de::Visitor<'de> for PluginVisitor {
+    type Value = PluginEntry;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the name of a plugin, or a map with the keys name, command, args and after")
+    }
+
+    fn visit_str<E>(self, name: &str) -> Result<Self::Value, E> {
+        Ok(PluginEntry::Name(name.to_owned()))
+    }
+
+    fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<Self::Value, A::Error> {
+        PluginCommand::deserialize(de::value::MapAccessDeserializer::new(map))
+            .map(PluginEntry::Detailed)
+    }
+}
+
+/// The command line of a plugin.
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PluginCommand {
+    /// The name in messages; without a `command`, the name of a plugin that comes with Regatta.
+    pub name: String,
+    /// The program and its arguments. A program with a slash in its name is relative to the
+    /// scenario's folder. `--fleet NAME` is appended.
+    #[serde(default)]
+    pub command: Vec<String>,
+    /// Additional arguments.
+    #[serde(default)]
+    pub args: Vec<String>,
+    /// The names of the plugins that this one comes after in lockstep.
+    #[serde(default)]
+    pub after: Vec<String>,
+}
+
+/// A leg of a route by name: the id of its edge, and whether it is driven in reverse gear.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LegName {
+    /// The id of the edge.
+    pub edge_id: u32,
+    /// Whether to drive from destination to origin.
+    pub reverse: bool,
+}
+
+/// The error of parsing a [`LegName`].
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("invalid edge '{0}': give the id of an edge, or -ID to drive it in reverse gear")]
+pub struct ParseLegError(String);
+
+impl std::str::FromStr for LegName {
+    type Err = ParseLegError;
+
+    fn from_str(text: &str) -> Result<Self, Self::Err> {
+        let (reverse, digits) =
+            text.strip_prefix('-').map_or((false, text), |digits| (true, digits));
+        let edge_id = digits.parse().map_err(|_| ParseLegError(text.to_owned()))?;
+        Ok(Self { edge_id, reverse })
+    }
+}
+
+impl std::fmt::Display for LegName {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}{}", if self.reverse { "-" } else { "" }, self.edge_id)
+    }
+}
+
+impl<'de> Deserialize<'de> for LegName {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(LegVisitor)
+    }
+}
+
+struct LegVisitor;
+
+impl de::Visitor<'_> for LegVisitor {
+    type Value = LegName;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("the id of an edge, or -ID to drive it in reverse gear")
+    }
+
+    fn visit_u64<E: de::Error>(self, number: u64) -> Result<Self::Value, E> {
+        self.visit_str(&number.to_string())
+    }
+
+    fn visit_i64<E: de::Error>(self, number: i64) -> Result<Self::Value, E> {
+        self.visit_str(&number.to_string())
+    }
+
+    fn visit_str<E: de::Error>(self, text: &str) -> Result<Self::Value, E> {
+        text.parse().map_err(E::custom)
+    }
+}

@@ -1,0 +1,359 @@
+//! Tests valid scenarios, and the errors of invalid ones.
+
+use std::path::Path;
+
+use regatta_layout::Role;
+use regatta_scenario::{Overrides, Scenario, ScenarioError, Shape, Start};
+
+/// Nodes 1, 2 and 3 in a row; edges 10 (1 to 2), 11 (2 to 1) and 12 (2 to 3, also in reverse gear).
+const GRAPH: &str = "
+Vertices:
+- {Id: 1, X: 0, Y: 0, Theta: 0}
+- {Id: 2, X: 5, Y: 0, Theta: 0}
+- {Id: 3, X: 9, Y: 0, Theta: 0}
+Edges:
+- {Id: 10, Origin_ID: 1, Destination_ID: 2, CurveType: linear, VelocityForward: 1}
+- {Id: 11, Origin_ID: 2, Destination_ID: 1, CurveType: linear, VelocityForward: 1}
+- {Id: 12, Origin_ID: 2, Destination_ID: 3, CurveType: linear, VelocityForward: 1, VelocityBackwards: 0.5}
+";
+
+fn read(text: &str) -> Result<Scenario, ScenarioError> {
+    let text = format!("graph: roads.yaml\n{text}");
+    Scenario::from_texts(&text, GRAPH, Path::new("plant.yaml"), &Overrides::default())
+}
+
+#[test]
+fn a_valid_scenario_is_resolved() {
+    let scenario = read(
+        "rate: 200\npublish_rate: 50\nseed: 3
+robot_types:
+- {name: tug, length: 1.2, width: 0.8, max_speed: 1.5, max_acceleration: 0.5}
+- {name: disc, shape: circle, length: 0.7}
+robots:
+- {route: [10, 12, -12], repeat: once}
+- {count: 3, type: disc, routes: random}
+- {node: 3}",
+    )
+    .expect("a valid scenario");
+    assert_eq!(
+        (scenario.tick_period.as_millis(), scenario.ticks_per_frame, scenario.seed),
+        (5, 4, 3)
+    );
+    let [tug, disc] = &scenario.robot_types[..] else { panic!("two types") };
+    assert_eq!((tug.shape, tug.max_acceleration), (Shape::Rectangle, 0.5));
+    assert_eq!(
+        (disc.shape, disc.length, disc.width, disc.max_speed),
+        (Shape::Circle, 0.7, 0.7, f32::INFINITY)
+    );
+    assert_eq!(scenario.robots(), 5);
+    assert_eq!(scenario.group_of(3).robot_type, 1);
+    assert!(
+        matches!(&scenario.group_of(5).start, Start::Route { legs, .. } if legs.len() == 3),
+        "groups repeat"
+    );
+    assert!(matches!(scenario.group_of(4).start, Start::Node(_)));
+}
+
+#[test]
+fn nodes_get_the_roles_and_names_of_the_scenario() {
+    let nodes =
+        "nodes: {1: {role: pick, name: A1}, 3: {name: Dock}}\nrobots: [{count: 2, routes: none}]";
+    let scenario = read(nodes).expect("a valid scenario");
+    let nodes: Vec<_> =
+        scenario.graph.nodes().iter().map(|node| (node.role, node.name())).collect();
+    assert_eq!(nodes, [(Role::Pick, Some("A1")), (Role::None, None), (Role::None, Some("Dock"))]);
+    assert!(matches!(scenario.group_of(1).start, Start::Standing));
+}
+
+#[test]
+fn lights_are_white_by_default() {
+    let text = "robots: [{node: 1}]\nlights: [{x: 1, y: -2.5, z: 3}, {x: 0, y: 0, z: 4, colour: [1, 0.5, 0]}]";
+    let lights = read(text).expect("a valid scenario").lights;
+    let positions_and_colours: Vec<_> =
+        lights.iter().map(|light| ([light.x, light.y, light.z], light.colour)).collect();
+    assert_eq!(
+        positions_and_colours,
+        [([1.0, -2.5, 3.0], [1.0; 3]), ([0.0, 0.0, 4.0], [1.0, 0.5, 0.0])]
+    );
+    assert!(read("robots: [{node: 1}]").expect("a valid scenario").lights.is_empty());
+    for bad in [
+        "[{x: 1, y: 2}]",
+        "[{x: 1, y: 2, z: 3, color: [1, 1, 1]}]",
+        "[{x: 1, y: 2, z: 3, colour: [1, 1]}]",
+    ] {
+        let error =
+            read(&format!("robots: [{{node: 1}}]\nlights: {bad}")).expect_err(bad).to_string();
+        assert!(
+            error.starts_with("plant.yaml:3: lights, entry 1") && error.lines().count() == 1,
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn an_error_names_the_entry_and_what_to_do() {
+    let robots = "robots: [{route: [10]}]";
+    for (text, place, advice) in [
+        (
+            "robots: [{route: [10, 10]}]",
+            "robots, entry 1",
+            "edge 10 ends at node 2, but edge 10 starts at node 1",
+        ),
+        ("robots: [{node: 1}, {route: [99]}]", "robots, entry 2", "no edge 99"),
+        ("robots: [{route: [-10]}]", "robots, entry 1", "VelocityBackwards"),
+        (
+            "robots: [{route: [10], repeat: loop}]",
+            "robots, entry 1",
+            "ends at node 2 and starts at node 1",
+        ),
+        ("robots: [{route: []}]", "robots, entry 1", "at least one edge"),
+        ("robots: [{node: 7}]", "robots, entry 1", "no node 7"),
+        ("robots: [{count: 0, node: 1}]", "robots, entry 1", "count is 0"),
+        ("robots: [{count: 2}]", "robots, entry 1", "give one of"),
+        ("robots: [{node: 1, routes: random}]", "robots, entry 1", "give one of"),
+        ("robots: [{type: ghost, node: 1}]", "robots, entry 1", "list it under robot_types"),
+        (
+            "nodes: {9: {role: pick}}\nrobots: [{node: 1}]",
+            "nodes, 9",
+            "no node with this id or name",
+        ),
+        (
+            "nodes: {1: {role: dance}}\nrobots: [{node: 1}]",
+            "nodes, 1",
+            "use none, pick, drop, park or charge",
+        ),
+        ("robots: []", "robots", "at least one"),
+        (
+            "robots: [{count: 4000000000, node: 1}, {count: 4000000000, node: 1}]",
+            "robots",
+            "at most",
+        ),
+        (&format!("rate: 0\n{robots}"), "rate", "0 ticks per second is out of range"),
+        (&format!("rate: .nan\n{robots}"), "rate", "NaN ticks per second"),
+        (&format!("publish_rate: 200\n{robots}"), "rate", "not above the rate"),
+        (
+            &format!("robot_types: [{{name: a, length: -1, width: 1}}]\n{robots}"),
+            "robot_types",
+            "length is -1",
+        ),
+        (
+            "robot_types: [{name: tug, length: 1, width: 1}]\nrobots: [{type: tag, node: 1}]",
+            "robots, entry 1",
+            "'tug'?",
+        ),
+        (
+            &format!("{robots}\nplugins: [{{name: a/b, command: [x]}}]"),
+            "plugins",
+            "entry 1: '/' in the name \"a/b\"",
+        ),
+        (
+            &format!("robot_types: [{{name: a, length: 1}}]\n{robots}"),
+            "robot_types",
+            "width is missing",
+        ),
+        (
+            &format!("robot_types: [{{name: a, shape: circle, length: 1, width: 2}}]\n{robots}"),
+            "robot_types",
+            "leave width out",
+        ),
+        (
+            &format!(
+                "robot_types: [{{name: a, length: 1, width: 1}}, {{name: a, length: 2, width: 1}}]\n{robots}"
+            ),
+            "robot_types",
+            "a unique name",
+        ),
+        (
+            &format!("lights: [{{x: 0, y: 0, z: 5}}, {{x: 0, y: .inf, z: 5}}]\n{robots}"),
+            "lights",
+            "entry 2: y is inf",
+        ),
+        (
+            &format!("lights: [{{x: 0, y: 0, z: .nan}}]\n{robots}"),
+            "lights",
+            "entry 1: z is NaN; give metres",
+        ),
+        (
+            &format!("lights: [{{x: 0, y: 0, z: 5, colour: [1, -1, 0]}}]\n{robots}"),
+            "lights",
+            "colour has -1",
+        ),
+        (
+            &format!("lights: [{}]\n{robots}", ["{x: 0, y: 0, z: 5}"; 9].join(", ")),
+            "lights",
+            "give at most 8",
+        ),
+    ] {
+        let message = read(text).expect_err(text).to_string();
+        assert!(message.starts_with(&format!("plant.yaml: {place}: ")), "{text}: {message}");
+        assert!(message.contains(advice) && message.lines().count() == 1, "{text}: {message}");
+    }
+}
+
+#[test]
+fn extreme_limits_and_sizes_are_refused() {
+    let number = |key: &str, value: &str| {
+        let sizes = ["length", "width"]
+            .map(|size| format!("{size}: {}", if size == key { value } else { "1" }))
+            .join(", ");
+        let limit =
+            if key.starts_with("max") { format!(", {key}: {value}") } else { String::new() };
+        read(&format!("robot_types: [{{name: a, {sizes}{limit}}}]\nrobots: [{{node: 1}}]"))
+    };
+    for (key, advice) in [
+        ("max_acceleration", "give 0.001 to 1000000 m/s²"),
+        ("max_speed", "give 0.001 to 1000 m/s"),
+        ("length", "give 0.001 to 1000 m"),
+        ("width", "give 0.001 to 1000 m"),
+    ] {
+        for value in ["1.0e-9", "0", "-1", "1.0e30", ".inf", ".nan"] {
+            let message = number(key, value).expect_err(value).to_string();
+            assert!(
+                message.starts_with("plant.yaml: robot_types: a: ") && message.contains(advice),
+                "{message}"
+            );
+        }
+        for value in ["0.001", "1", "1000"] {
+            number(key, value).unwrap_or_else(|error| panic!("{key} {value}: {error}"));
+        }
+    }
+}
+
+#[test]
+fn counts_of_robots_may_have_a_unit() {
+    let scenario =
+        read("robots: [{count: 10k, node: 1}, {count: 1.5M, node: 1}, {count: 7, node: 1}]")
+            .expect("valid");
+    assert_eq!(scenario.robots(), 1_510_007);
+}
+
+#[test]
+fn an_error_of_the_yaml_names_line_entry_and_advice_without_words_of_the_program() {
+    for (text, expected) in [
+        (
+            "robots:\n- {rout: [10]}",
+            ":3: robots, entry 1: unknown key 'rout'; did you mean 'route'?; possible keys: count, type, route, repeat, \
+             routes, node",
+        ),
+        ("robots: [{route: [x10]}]", ":2: robots, entry 1, route, entry 1: invalid edge 'x10'"),
+        (
+            "viewer: of\nrobots: [{node: 1}]",
+            ":2: viewer: unknown value 'of'; did you mean 'off'?; possible values: auto, on",
+        ),
+        (
+            "robots: [{route: [[1]]}]",
+            "entry 1: a list is given, but this must be the id of an edge, or -ID",
+        ),
+        (
+            "robots: [{node: 1}]\nplugins: [5]",
+            ":3: plugins, entry 1: 5 is given, but this must be the name of a plugin",
+        ),
+        (
+            "robots: [{node: 1}]\nplugins: [{nam: x}]",
+            ":3: plugins, entry 1: unknown key 'nam'; did you mean 'name'?",
+        ),
+        (
+            "robots: [{node: 1}]\nplugins: [{args: [x]}]",
+            ":3: plugins, entry 1: name is missing: add it",
+        ),
+        (
+            "rate: fast\nrobots: [{node: 1}]",
+            ":2: rate: the text \"fast\" is given, but this must be a number",
+        ),
+        (
+            "seed: -1\nrobots: [{node: 1}]",
+            ":2: seed: -1 is given, but this must be a whole number, 0 or more",
+        ),
+        (
+            "robots: [{count: many, node: 1}]",
+            "but this must be a number of robots such as 500, 10k or 1M",
+        ),
+        ("robots: 5", ":2: robots: 5 is given, but this must be a list"),
+        (
+            "robots: [{node: 1}]\nlights: [{x: 0, y: 0, z: 0, colour: red}]",
+            "this must be a list of 3 numbers",
+        ),
+        ("rate: 5", ": robots is missing: add it"),
+        ("rate: 5\nrate: 6\nrobots: [{node: 1}]", "rate is given twice: remove one"),
+        ("Vertices: []", "this is a route graph, not a scenario"),
+        ("Handles: b_at_origin", "this is a route graph, not a scenario"),
+        ("robots: [", ":3: "),
+        ("robots: {", ":2: robots: a map (key: value) is given, but this must be a list"),
+    ] {
+        let message = read(text).expect_err(text).to_string();
+        assert!(
+            message.starts_with("plant.yaml:") && message.contains(expected),
+            "{text}: {message}"
+        );
+        assert!(message.lines().count() == 1, "{text}: {message}");
+        for word in ["untagged", "variant", "struct ", "field", "u32", "f64", "sequence"] {
+            assert!(!message.contains(word) || text.ends_with('['), "{text}: {message}");
+        }
+    }
+    let not_a_map = Scenario::from_text("- 1", Path::new("list.yaml"), &Overrides::default())
+        .expect_err("a list");
+    assert_eq!(
+        not_a_map.to_string(),
+        "list.yaml:1: a list is given, but this must be a map with the keys graph and robots"
+    );
+}
+
+#[test]
+fn a_scenario_is_told_from_a_route_graph() {
+    use regatta_scenario::is_scenario;
+    assert!(is_scenario("graph: a.yaml\nrobots: 5") && is_scenario("{\"graph\": \"a\"}"));
+    assert!(
+        !is_scenario(GRAPH)
+            && !is_scenario("")
+            && !is_scenario("- graph: 1")
+            && !is_scenario("graph: [")
+    );
+}
+
+#[test]
+fn a_publish_rate_that_does_not_divide_the_rate_is_rounded_with_a_warning() {
+    let scenario =
+        read("rate: 100\npublish_rate: 40\nrobots: [{node: 1}]").expect("a valid scenario");
+    assert_eq!(scenario.ticks_per_frame, 3);
+    assert!(
+        scenario.warnings.iter().any(|warning| warning.contains("33.333 frames per second")),
+        "{scenario:?}"
+    );
+    let scenario =
+        read("rate: 100\npublish_rate: 50\nrobots: [{node: 1}]").expect("a valid scenario");
+    assert!(
+        !scenario.warnings.iter().any(|warning| warning.contains("publish_rate")),
+        "{scenario:?}"
+    );
+}
+
+#[test]
+fn files_that_can_not_be_read_are_rejected() {
+    let read = |path: &str| {
+        Scenario::read(Path::new(path), &Overrides::default()).expect_err(path).to_string()
+    };
+    assert!(read("no/such.yaml").starts_with("no/such.yaml: "));
+    assert!(read(env!("CARGO_MANIFEST_DIR")).contains("this is a folder"));
+    if cfg!(target_os = "linux") {
+        assert!(read("/dev/zero").contains("too large"));
+    }
+}
+
+#[test]
+fn plugins_come_after_plugins_of_the_scenario_without_a_cycle() {
+    let plugins = |list: &str| read(&format!("robots: [{{node: 1}}]\nplugins: {list}\n"));
+    let scenario =
+        plugins("[collision, {name: mine, command: [./mine], after: [collision]}]").expect("valid");
+    assert_eq!(scenario.plugins[1].after, ["collision"]);
+    for (list, expected) in [
+        ("[{name: mine, command: [./mine], after: [collision]}]", "which is not among the plugins"),
+        ("[{name: a, command: [./a], after: [a]}]", "a come after each other"),
+        (
+            "[hello, {name: a, command: [./a], after: [b, hello]}, {name: b, command: [./b], after: [a]}]",
+            "a and b come after each other",
+        ),
+    ] {
+        let error = plugins(list).expect_err(list).to_string();
+        assert!(error.contains("plant.yaml") && error.contains(expected), "{error}");
+    }
+}

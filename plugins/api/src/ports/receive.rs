@@ -1,0 +1,205 @@
+//! The receiving ends of publish-subscribe services: [`Newest`] for readers of the newest sample,
+//! or of all of the last few, and [`TickReader`] for readers of the records of every tick.
+
+use core::fmt::Debug;
+
+use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::prelude::*;
+use iceoryx2::sample::Sample;
+
+use super::error::{OpenError, ReadError};
+use super::full_memory::received;
+use super::places::place;
+use super::services::{self, Ipc, SliceService, Slices};
+use crate::process::join::Participant;
+use crate::records::name::ColumnName;
+use crate::records::sequence::{LostSamples, Sequenced};
+
+/// The largest number of samples that one search for the newest goes through: samples that dead
+/// publishers left unread come before those of the living one. It is bounded so that a publisher
+/// faster than the reader can't keep it busy.
+const MAX_ROUNDS: u64 = 2 * services::COLUMN_BUFFER as u64;
+
+/// Takes samples of records `T` under headers `H`, and holds the last one, which readers borrow.
+#[derive(Debug)]
+pub(super) struct Newest<T, H>
+where
+    T: Debug + ZeroCopySend + 'static,
+    H: Debug + Sequenced + ZeroCopySend + 'static,
+{
+    port: Subscriber<Ipc, [T], H>,
+    service: Slices<T, H>,
+    held: Option<Sample<Ipc, [T], H>>,
+    lost: LostSamples,
+    /// Samples between the one that was handed out before and the held one.
+    missed: u64,
+    /// The subject of error messages.
+    what: &'static str,
+}
+
+impl<T, H> Newest<T, H>
+where
+    T: Debug + ZeroCopySend + 'static,
+    H: Debug + Sequenced + ZeroCopySend + 'static,
+{
+    /// Opens the receiving end of a service for the newest sample.
+    pub(super) fn open(
+        service: &SliceService<T, H>,
+        participant: &Participant,
+    ) -> Result<Self, OpenError> {
+        Self::with_buffer(service, participant, 1)
+    }
+
+    /// Opens the receiving end of a service. The last `buffer` samples wait to be taken.
+    pub(super) fn with_buffer(
+        service: &SliceService<T, H>,
+        participant: &Participant,
+        buffer: usize,
+    ) -> Result<Self, OpenError> {
+        Self::of(service.open(participant)?, service.subject, buffer)
+    }
+
+    /// Opens the receiving end of a column.
+    pub(super) fn of_column(
+        service: &SliceService<T, H>,
+        participant: &Participant,
+        name: &ColumnName,
+        buffer: usize,
+    ) -> Result<Self, OpenError> {
+        Self::of(service.open_named(participant, name)?, service.subject, buffer)
+    }
+
+    fn of(service: Slices<T, H>, what: &'static str, buffer: usize) -> Result<Self, OpenError> {
+        let port = place(&service, services::MAX_READERS, || {
+            service.subscriber_builder().buffer_size(buffer).create()
+        })?;
+        Ok(Self { port, service, held: None, lost: LostSamples::default(), missed: 0, what })
+    }
+
+    /// Whether a process publishes the service. One that was killed counts until another process
+    /// joins the fleet.
+    pub(super) fn has_publisher(&self) -> bool {
+        self.service.dynamic_config().number_of_publishers() > 0
+    }
+
+    /// Removes the resources of dead processes at the service, so that
+    /// [`has_publisher`](Self::has_publisher) is exact. Takes a millisecond or so.
+    pub(super) fn forget_dead(&self) {
+        self.service.try_cleanup_dead_nodes();
+    }
+
+    /// Whether a sample waits to be taken.
+    pub(super) fn has_newer(&self) -> Result<bool, ReadError> {
+        received(self.what, || self.port.has_samples())
+    }
+
+    /// Holds the oldest sample that waits, and returns whether there was one.
+    pub(super) fn take_next(&mut self) -> Result<bool, ReadError> {
+        self.missed = 0;
+        self.receive()
+    }
+
+    /// Holds the newest sample, and returns whether there was one that wasn't taken yet.
+    pub(super) fn take_newest(&mut self) -> Result<bool, ReadError> {
+        let mut received = 0;
+        self.missed = 0;
+        while received < MAX_ROUNDS && self.receive()? {
+            received += 1;
+        }
+        self.missed += received.saturating_sub(1);
+        Ok(received > 0)
+    }
+
+    fn receive(&mut self) -> Result<bool, ReadError> {
+        if !self.has_newer()? {
+            return Ok(false);
+        }
+        // Given back first: a reader may hold few samples at a time.
+        self.held = None;
+        self.held = received(self.what, || self.port.receive())?;
+        if let Some(sample) = &self.held {
+            self.missed += self.lost.before(sample.user_header());
+        }
+        Ok(self.held.is_some())
+    }
+
+    /// The held sample.
+    pub(super) fn held(&self) -> Option<(&H, &[T])> {
+        self.held.as_ref().map(|sample| (sample.user_header(), sample.payload()))
+    }
+
+    /// The number of samples that were published between the one that was handed out before and the
+    /// held one.
+    pub(super) fn missed(&self) -> u64 {
+        self.missed
+    }
+
+    /// Gives the held sample back, so that its memory can serve another.
+    pub(super) fn release(&mut self) {
+        self.held = None;
+    }
+}
+
+/// The records of one tick, borrowed from shared memory.
+#[derive(Clone, Copy, Debug)]
+pub struct TickRecords<'sample, H, T> {
+    /// The tick.
+    pub header: &'sample H,
+    /// The records, in the order in which they happened.
+    pub records: &'sample [T],
+    /// The number of samples (ticks with records) that this reader lost between the last one and
+    /// this one, because it was too slow.
+    pub missed: u64,
+}
+
+/// Reads the records of a service tick by tick. A reader that lags more than
+/// [`EVENT_BUFFER`](services::EVENT_BUFFER) samples behind loses the oldest, and gets their number.
+#[derive(Debug)]
+pub struct TickReader<H, T>
+where
+    T: Debug + ZeroCopySend + 'static,
+    H: Debug + Sequenced + ZeroCopySend + 'static,
+{
+    port: Subscriber<Ipc, [T], H>,
+    lost: LostSamples,
+    what: &'static str,
+}
+
+impl<H, T> TickReader<H, T>
+where
+    T: Debug + ZeroCopySend + 'static,
+    H: Debug + Sequenced + ZeroCopySend + 'static,
+{
+    pub(super) fn of(
+        service: &SliceService<T, H>,
+        participant: &Participant,
+    ) -> Result<Self, OpenError> {
+        let opened = service.open(participant)?;
+        let port = place(&opened, services::MAX_READERS, || opened.subscriber_builder().create())?;
+        Ok(Self { port, lost: LostSamples::default(), what: service.subject })
+    }
+
+    /// Passes all samples that have arrived to `each`, oldest first.
+    ///
+    /// # Errors
+    /// [`ReadError::Receive`] if the connection to the publisher is broken, else the error of
+    /// `each`.
+    pub fn take<E: From<ReadError>>(
+        &mut self,
+        mut each: impl FnMut(&TickRecords<'_, H, T>) -> Result<(), E>,
+    ) -> Result<(), E> {
+        // Bounded, so that a publisher faster than `each` can't keep a reader from its frames.
+        for _ in 0..2 * services::EVENT_BUFFER {
+            let Some(sample) = received(self.what, || self.port.receive())? else { break };
+            let header = sample.user_header();
+            let missed = self.lost.before(header);
+            each(&TickRecords { header, records: sample.payload(), missed })?;
+        }
+        Ok(())
+    }
+
+    /// The number of samples that this reader has lost so far.
+    pub fn lost(&self) -> u64 {
+        self.lost.total()
+    }
+}

@@ -1,0 +1,235 @@
+//! The assignment of orders to robots.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use pathfinding::kuhn_munkres::kuhn_munkres;
+use pathfinding::matrix::Matrix;
+
+use super::order::OrderId;
+
+/// An order that no robot has begun.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OpenOrder {
+    /// The order.
+    pub id: OrderId,
+    /// The node of its first stop.
+    pub node: u32,
+    /// Metres east and north of the world's origin.
+    pub position: [f32; 2],
+    /// The seconds of driving that its priority, age and deadline are worth.
+    pub urgency_secs: f64,
+    /// The robot that has it, and would lose it to another one.
+    pub robot: Option<u32>,
+}
+
+/// A robot that may get an order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Candidate {
+    /// The robot's id.
+    pub robot: u32,
+    /// Metres east and north of the world's origin.
+    pub position: [f32; 2],
+}
+
+/// An assignment problem. Orders are in ascending order of their numbers, robots of their ids.
+#[derive(Clone, Copy)]
+pub struct Problem<'call> {
+    /// Simulated time in seconds.
+    pub now_secs: f64,
+    /// The orders.
+    pub orders: &'call [OpenOrder],
+    /// The robots.
+    pub robots: &'call [Candidate],
+    /// Returns how long a robot drives to a node, in seconds; `None` if it can't.
+    pub driving_secs: &'call dyn Fn(u32, u32) -> Option<f64>,
+}
+
+/// Decides which robot gets which order. A user's own is any type with this trait.
+pub trait Assigner: Send {
+    /// Returns pairs of an order and a robot of the problem. An order that has a robot, and isn't
+    /// in a pair with it, is taken from it. Pairs that name an order or a robot for a second time,
+    /// or that the problem doesn't have, are ignored.
+    ///
+    /// The same calls must have the same results, or runs in lockstep differ.
+    fn assign(&mut self, problem: &Problem) -> Vec<(OrderId, u32)>;
+}
+
+impl Default for Box<dyn Assigner> {
+    fn default() -> Self {
+        Box::new(Nearest::default())
+    }
+}
+
+/// The default: nearest by driving time less urgency. Small problems are solved exactly
+/// (Kuhn-Munkres), and large ones greedily among the robots that are nearest as the crow flies.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nearest {
+    /// The largest number of orders and of robots that are solved exactly.
+    pub exact_up_to: usize,
+    /// For how many robots per order the driving time is looked up in a large problem.
+    pub nearest_robots: usize,
+    /// The lead, in seconds, with which another robot gets an order that has a robot.
+    pub hysteresis_secs: f64,
+}
+
+impl Default for Nearest {
+    fn default() -> Self {
+        Self { exact_up_to: 200, nearest_robots: 12, hysteresis_secs: 10.0 }
+    }
+}
+
+/// Each waiting order for the free robot with the lowest id, wherever it is, and no robot loses an
+/// order. For measurements: an endless load then sends robots to random nodes, however many are
+/// free at a time.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct InTurn;
+
+impl Assigner for InTurn {
+    fn assign(&mut self, problem: &Problem) -> Vec<(OrderId, u32)> {
+        let kept: Vec<_> =
+            problem.orders.iter().filter_map(|id| Some((id.id, id.robot?))).collect();
+        let busy: BTreeSet<_> = kept.iter().map(|(_, robot)| *robot).collect();
+        let waiting = problem.orders.iter().filter(|id| id.robot.is_none()).map(|id| id.id);
+        let free = problem
+            .robots
+            .iter()
+            .map(|candidate| candidate.robot)
+            .filter(|robot| !busy.contains(robot));
+        kept.iter().copied().chain(waiting.zip(free)).collect()
+    }
+}
+
+/// Larger than any cost in milliseconds: of pairs that can't be.
+const IMPOSSIBLE_MILLIS: i64 = 1 << 44;
+
+/// The largest number of pairs whose distances are compared in one call, which bounds its time.
+const MAX_PAIRS: usize = 1_000_000;
+
+impl Assigner for Nearest {
+    fn assign(&mut self, problem: &Problem) -> Vec<(OrderId, u32)> {
+        let robots = problem.robots.len();
+        if problem.orders.is_empty() || robots == 0 {
+            return Vec::new();
+        }
+        let count = self.exact_up_to.max(2 * robots).min((MAX_PAIRS / robots).max(1));
+        let (orders, mut pairs) = most_urgent(problem.orders, count);
+        let keeping: BTreeSet<_> = pairs.iter().map(|(_, robot)| *robot).collect();
+        let others: Vec<_> = problem
+            .robots
+            .iter()
+            .filter(|candidate| !keeping.contains(&candidate.robot))
+            .copied()
+            .collect();
+        if others.is_empty() {
+            return pairs;
+        }
+        let problem = Problem { robots: &others, ..*problem };
+        pairs.extend(match orders.len().max(others.len()) <= self.exact_up_to {
+            true => self.exact(&problem, &orders),
+            false => self.greedy(&problem, &orders),
+        });
+        pairs
+    }
+}
+
+/// Returns the most urgent orders: those without a robot first. Of the others, those that have a
+/// robot keep it.
+fn most_urgent(orders: &[OpenOrder], count: usize) -> (Vec<OpenOrder>, Vec<(OrderId, u32)>) {
+    let mut orders = orders.to_vec();
+    if orders.len() <= count {
+        return (orders, Vec::new());
+    }
+    orders.sort_by(|a, b| {
+        let urgency = b.urgency_secs.total_cmp(&a.urgency_secs);
+        a.robot.is_some().cmp(&b.robot.is_some()).then(urgency).then(a.id.cmp(&b.id))
+    });
+    let rest = orders.split_off(count);
+    (orders, rest.iter().filter_map(|id| Some((id.id, id.robot?))).collect())
+}
+
+impl Nearest {
+    /// Returns the cost of a pair in milliseconds; `None` if the robot can't drive there.
+    fn cost(&self, problem: &Problem, id: &OpenOrder, robot: u32) -> Option<i64> {
+        let driving = (problem.driving_secs)(robot, id.node).filter(|secs| secs.is_finite())?;
+        let kept = if id.robot == Some(robot) { self.hysteresis_secs } else { 0.0 };
+        let millis = ((driving - id.urgency_secs - kept) * 1e3).round() as i64;
+        Some(millis.clamp(-IMPOSSIBLE_MILLIS / 64, IMPOSSIBLE_MILLIS / 64))
+    }
+
+    /// Returns the pairs of the smallest total cost, of as many pairs as possible.
+    fn exact(&self, problem: &Problem, orders: &[OpenOrder]) -> Vec<(OrderId, u32)> {
+        let cost =
+            |id: usize, robot: usize| self.cost(problem, &orders[id], problem.robots[robot].robot);
+        let weight = |id, robot| cost(id, robot).map_or(-IMPOSSIBLE_MILLIS, |cost| -cost);
+        let (rows, columns) =
+            (orders.len().min(problem.robots.len()), orders.len().max(problem.robots.len()));
+        let has_more_robots = orders.len() < problem.robots.len();
+        let place = |row, column| if has_more_robots { (row, column) } else { (column, row) };
+        let weights = Matrix::from_fn(rows, columns, |(row, column)| {
+            let (id, robot) = place(row, column);
+            weight(id, robot)
+        });
+        let (_, chosen) = kuhn_munkres(&weights);
+        let pairs = chosen.into_iter().enumerate();
+        let possible = pairs
+            .filter(|pair| *weights.get(*pair).unwrap_or(&-IMPOSSIBLE_MILLIS) > -IMPOSSIBLE_MILLIS);
+        let mut pairs: Vec<_> = possible.map(|(row, column)| place(row, column)).collect();
+        pairs.sort_unstable();
+        pairs.into_iter().map(|(id, robot)| (orders[id].id, problem.robots[robot].robot)).collect()
+    }
+
+    /// Returns pairs in ascending order of their costs, as long as both are free.
+    fn greedy(&self, problem: &Problem, orders: &[OpenOrder]) -> Vec<(OrderId, u32)> {
+        let mut pairs = Vec::new();
+        for id in orders {
+            for robot in self.near(problem, id) {
+                pairs.extend(self.cost(problem, id, robot).map(|cost| (cost, id.id, robot)));
+            }
+        }
+        pairs.sort_unstable();
+        let (mut given, mut busy) = (BTreeSet::new(), BTreeSet::new());
+        let is_free = |(_, id, robot): &(i64, OrderId, u32)| {
+            let is_free = !given.contains(id) && !busy.contains(robot);
+            is_free && given.insert(*id) && busy.insert(*robot)
+        };
+        pairs.into_iter().filter(is_free).map(|(_, id, robot)| (id, robot)).collect()
+    }
+
+    /// Returns the robots that are nearest as the crow flies, and the one that has the order.
+    fn near(&self, problem: &Problem, id: &OpenOrder) -> Vec<u32> {
+        let distance = |candidate: &Candidate| {
+            let [x, y] = [0, 1].map(|axis| candidate.position[axis] - id.position[axis]);
+            x * x + y * y
+        };
+        let mut robots: Vec<_> =
+            problem.robots.iter().map(|candidate| (distance(candidate), candidate.robot)).collect();
+        let count = self.nearest_robots.min(robots.len());
+        if count > 0 && count < robots.len() {
+            robots
+                .select_nth_unstable_by(count - 1, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        }
+        let has_candidate =
+            |robot: &u32| problem.robots.binary_search_by_key(robot, |known| known.robot).is_ok();
+        let mut near: Vec<_> = robots[..count].iter().map(|(_, robot)| *robot).collect();
+        near.extend(id.robot.filter(has_candidate));
+        near.sort_unstable();
+        near.dedup();
+        near
+    }
+}
+
+/// Returns the pairs that a problem allows, by order: each order and each robot once.
+pub(super) fn allowed(problem: &Problem, pairs: Vec<(OrderId, u32)>) -> BTreeMap<OrderId, u32> {
+    let (mut allowed, mut busy) = (BTreeMap::new(), BTreeSet::new());
+    for (id, robot) in pairs {
+        let is_known = problem.orders.binary_search_by_key(&id, |open| open.id).is_ok()
+            && problem.robots.binary_search_by_key(&robot, |candidate| candidate.robot).is_ok();
+        if is_known && !allowed.contains_key(&id) && busy.insert(robot) {
+            allowed.insert(id, robot);
+        }
+    }
+    allowed
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,143 @@
+//! A client of the web API, for `regatta orders` and for programs of users.
+
+use std::io::{Read, Write};
+use std::net::{TcpStream, ToSocketAddrs};
+use std::time::Duration;
+
+use serde_json::Value;
+
+/// The longest time without an answer.
+const TIMEOUT: Duration = Duration::from_secs(30);
+
+/// The error of a request.
+#[derive(Debug, thiserror::Error)]
+pub enum ClientError {
+    /// The address isn't of the form that this client knows.
+    #[error("`{}` is no address of a fleet manager; give one such as http://127.0.0.1:55200", .0.escape_debug())]
+    Url(String),
+    /// Nobody is there.
+    #[error(
+        "no fleet manager answers on {address} ({reason}); start one with a port, or give its address with --url"
+    )]
+    Connect {
+        /// The address.
+        address: String,
+        /// The reason.
+        reason: std::io::Error,
+    },
+    /// The answer is none of the web API.
+    #[error("what answers on {0} is no fleet manager")]
+    Answer(String),
+    /// The manager has refused the request.
+    #[error("{reason}")]
+    Refused {
+        /// The HTTP status.
+        status: u16,
+        /// The reason that it gave.
+        reason: String,
+    },
+}
+
+/// The address of a running manager's web API, and the token if it needs one.
+#[derive(Clone, Debug)]
+pub struct Client {
+    address: String,
+    token: Option<String>,
+}
+
+impl Client {
+    /// The address without `--url`.
+    pub const DEFAULT_URL: &str = "http://127.0.0.1:55200";
+
+    /// Makes a client of an address such as `http://127.0.0.1:55200` or `127.0.0.1:55200`.
+    ///
+    /// # Errors
+    /// [`ClientError::Url`] if the address has another form.
+    pub fn new(url: &str, token: Option<String>) -> Result<Self, ClientError> {
+        let address = url.strip_prefix("http://").unwrap_or(url).trim_end_matches('/');
+        let port = address.rsplit_once(':').and_then(|(_, port)| port.parse::<u16>().ok());
+        let is_plain = |c: char| c.is_ascii_alphanumeric() || ".:-[]".contains(c);
+        let is_token = |token: &String| token.bytes().all(|byte| byte.is_ascii_graphic());
+        match port.is_some() && address.chars().all(is_plain) && token.iter().all(is_token) {
+            true => Ok(Self { address: address.to_owned(), token }),
+            false => Err(ClientError::Url(url.to_owned())),
+        }
+    }
+
+    /// Gets what is at a path.
+    ///
+    /// # Errors
+    /// [`ClientError`] if nobody answers, or the answer is an error.
+    pub fn get(&self, path: &str) -> Result<Value, ClientError> {
+        self.request("GET", path, "")
+    }
+
+    /// Posts a value to a path.
+    ///
+    /// # Errors
+    /// [`ClientError`] if nobody answers, or the answer is an error.
+    pub fn post(&self, path: &str, body: &Value) -> Result<Value, ClientError> {
+        self.request("POST", path, &body.to_string())
+    }
+
+    /// The path of an order.
+    pub fn order_path(name: &str) -> String {
+        format!("/v1/transportOrders/{}", Self::escaped(name))
+    }
+
+    /// A text as it stands in paths and queries.
+    pub fn escaped(text: &str) -> String {
+        let escape = |byte: u8| match byte {
+            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'_' | b'.' | b'~' => {
+                char::from(byte).to_string()
+            }
+            _ => format!("%{byte:02X}"),
+        };
+        text.bytes().map(escape).collect()
+    }
+
+    fn request(&self, method: &str, path: &str, body: &str) -> Result<Value, ClientError> {
+        let authorization =
+            self.token.iter().map(|token| format!("Authorization: Bearer {token}\r\n"));
+        // HTTP 1.0: the answer ends with the connection.
+        let request = format!(
+            "{method} {path} HTTP/1.0\r\nHost: {}\r\nContent-Type: application/json\r\nContent-Length: {}\r\n{}\r\n{body}",
+            self.address,
+            body.len(),
+            authorization.collect::<String>(),
+        );
+        let reason = |reason| ClientError::Connect { address: self.address.clone(), reason };
+        let response = self.exchange(&request).map_err(reason)?;
+        self.answer(&String::from_utf8_lossy(&response))
+    }
+
+    fn exchange(&self, request: &str) -> std::io::Result<Vec<u8>> {
+        let address = self.address.to_socket_addrs()?.next();
+        let address = address.ok_or_else(|| std::io::Error::other("the name has no address"))?;
+        let mut stream = TcpStream::connect_timeout(&address, TIMEOUT)?;
+        stream.set_read_timeout(Some(TIMEOUT))?;
+        stream.set_write_timeout(Some(TIMEOUT))?;
+        // A server may refuse a request before it has read everything, and the answer says why.
+        let sent = stream.write_all(request.as_bytes());
+        let mut response = Vec::new();
+        let received = stream.read_to_end(&mut response);
+        if response.is_empty() {
+            sent?;
+            received?;
+        }
+        Ok(response)
+    }
+
+    fn answer(&self, response: &str) -> Result<Value, ClientError> {
+        let none = || ClientError::Answer(self.address.clone());
+        let (head, body) = response.split_once("\r\n\r\n").ok_or_else(none)?;
+        let status: u16 =
+            head.split(' ').nth(1).and_then(|status| status.parse().ok()).ok_or_else(none)?;
+        let value: Value = serde_json::from_str(body).map_err(|_| none())?;
+        match value.get("error").and_then(Value::as_str) {
+            _ if (200..300).contains(&status) => Ok(value),
+            Some(reason) => Err(ClientError::Refused { status, reason: reason.to_owned() }),
+            None => Err(none()),
+        }
+    }
+}

@@ -1,0 +1,202 @@
+//! Figures of the pool: how many orders are finished, how long they took and how long they waited.
+
+use serde::Serialize;
+
+use super::order::{Order, State};
+
+/// The distribution of some durations, in seconds; all 0 if there are none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Durations {
+    /// The mean.
+    pub mean_secs: f64,
+    /// The median.
+    pub p50_secs: f64,
+    /// The 99th percentile.
+    pub p99_secs: f64,
+    /// The longest.
+    pub longest_secs: f64,
+}
+
+/// The numbers of orders by state.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[expect(missing_docs, reason = "the states have these names")]
+pub struct ByState {
+    pub created: usize,
+    pub waiting: usize,
+    pub travelling: usize,
+    pub handling: usize,
+    pub finished: usize,
+    pub failed: usize,
+    pub cancelled: usize,
+    pub unroutable: usize,
+}
+
+/// The figures of a run so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Figures {
+    /// Simulated seconds since the pool was opened.
+    pub secs: f64,
+    /// Finished orders an hour of this time.
+    pub orders_per_hour: f64,
+    /// Finished stops a second of this time.
+    pub stops_per_sec: f64,
+    /// Finished orders that were late for their deadline.
+    pub late: usize,
+    /// From when robots could have an order to its end.
+    pub service: Durations,
+    /// From when robots could have an order to the arrival of its robot at the first stop.
+    pub waiting: Durations,
+    /// Orders that robots could have, and whose robot is not at the first stop yet.
+    pub unserved: usize,
+    /// The longest wait of these, in seconds.
+    pub longest_unserved_secs: f64,
+    /// All orders by state.
+    pub orders: ByState,
+}
+
+/// Counts what is over.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Counts {
+    service_secs: Vec<f32>,
+    waiting_secs: Vec<f32>,
+    late: usize,
+    stops: usize,
+    closed: ByState,
+}
+
+impl ByState {
+    fn add(&mut self, state: State) {
+        *match state {
+            State::Created => &mut self.created,
+            State::Waiting => &mut self.waiting,
+            State::Travelling(_) => &mut self.travelling,
+            State::Handling(_) => &mut self.handling,
+            State::Finished(_) => &mut self.finished,
+            State::Failed => &mut self.failed,
+            State::Cancelled => &mut self.cancelled,
+            State::Unroutable => &mut self.unroutable,
+        } += 1;
+    }
+}
+
+impl Counts {
+    pub(super) fn arrived_first(&mut self, waited_secs: f64) {
+        self.waiting_secs.push(waited_secs as f32);
+    }
+
+    pub(super) fn handled(&mut self) {
+        self.stops += 1;
+    }
+
+    /// Counts an order whose state is final.
+    pub(super) fn closed(&mut self, order: &Order, now_secs: f64) {
+        self.closed.add(order.state);
+        if let State::Finished(_) = order.state {
+            self.service_secs.push((now_secs - order.ready_secs()) as f32);
+            let deadline_secs = order.content.deadline_secs;
+            self.late += usize::from(deadline_secs.is_some_and(|deadline| deadline < now_secs));
+        }
+    }
+
+    /// Returns the figures with the open orders.
+    pub(super) fn figures<'pool>(
+        &self,
+        open: impl Iterator<Item = &'pool Order>,
+        secs: f64,
+        now_secs: f64,
+    ) -> Figures {
+        let mut orders = self.closed;
+        let (mut unserved, mut longest_unserved_secs) = (0, 0.0_f64);
+        for order in open {
+            orders.add(order.state);
+            if is_unserved(order) {
+                unserved += 1;
+                longest_unserved_secs = longest_unserved_secs.max(now_secs - order.ready_secs());
+            }
+        }
+        Figures {
+            secs,
+            orders_per_hour: per_sec(orders.finished, secs) * 3600.0,
+            stops_per_sec: per_sec(self.stops, secs),
+            late: self.late,
+            service: Durations::of(&self.service_secs),
+            waiting: Durations::of(&self.waiting_secs),
+            unserved,
+            longest_unserved_secs,
+            orders,
+        }
+    }
+}
+
+fn per_sec(count: usize, secs: f64) -> f64 {
+    if secs > 0.0 { count as f64 / secs } else { 0.0 }
+}
+
+fn is_unserved(order: &Order) -> bool {
+    let has_begun = order.is_bound() || matches!(order.state, State::Handling(_));
+    !has_begun && order.state != State::Created
+}
+
+impl Durations {
+    fn of(secs: &[f32]) -> Self {
+        let mut sorted = secs.to_vec();
+        sorted.sort_by(f32::total_cmp);
+        let Some(longest) = sorted.last() else { return Self::default() };
+        // The smallest value that so many hundredths of all values don't exceed.
+        let percentile = |hundredths: usize| {
+            f64::from(sorted[(sorted.len() * hundredths).div_ceil(100).max(1) - 1])
+        };
+        let mean_secs =
+            sorted.iter().map(|secs| f64::from(*secs)).sum::<f64>() / sorted.len() as f64;
+        Self {
+            mean_secs,
+            p50_secs: percentile(50),
+            p99_secs: percentile(99),
+            longest_secs: f64::from(*longest),
+        }
+    }
+}
+
+impl Figures {
+    /// The figures as JSON.
+    pub fn json(&self) -> serde_json::Value {
+        serde_json::to_value(self).unwrap_or_default()
+    }
+
+    /// The figures as a table in Markdown.
+    pub fn markdown(&self) -> String {
+        let row = |name: &str, durations: &Durations| {
+            let Durations { mean_secs, p50_secs, p99_secs, longest_secs } = durations;
+            format!(
+                "| {name} | {mean_secs:.1} | {p50_secs:.1} | {p99_secs:.1} | {longest_secs:.1} |\n"
+            )
+        };
+        let ByState { finished, failed, cancelled, unroutable, .. } = self.orders;
+        format!(
+            "| orders | |\n|---|---|\n| finished | {finished} ({:.0} an hour) |\n| late | {} |\n\
+             | unserved | {} (longest {:.0} s) |\n| failed, cancelled, unroutable | {failed}, {cancelled}, {unroutable} |\n\n\
+             | seconds | mean | p50 | p99 | longest |\n|---|---|---|---|---|\n{}{}",
+            self.orders_per_hour,
+            self.late,
+            self.unserved,
+            self.longest_unserved_secs,
+            row("waiting", &self.waiting),
+            row("service", &self.service),
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn percentiles_are_values_that_occurred() {
+        let secs: Vec<_> = (1..=200).rev().map(|secs| secs as f32).collect();
+        let durations = Durations::of(&secs);
+        let expected =
+            Durations { mean_secs: 100.5, p50_secs: 100.0, p99_secs: 198.0, longest_secs: 200.0 };
+        assert_eq!((durations, Durations::of(&[])), (expected, Durations::default()));
+        assert_eq!(Durations::of(&[4.0]).p50_secs, 4.0);
+    }
+}

@@ -1,0 +1,241 @@
+//! Files of orders with times: YAML or CSV.
+//!
+//! YAML is a list (or a mapping with the list `orders`) of `{name: …, time: 12.5, priority: 3,
+//! earliest: 20, deadline: 600, stops: [{at: A1, action: pick, dwell: 5}, B2]}`, where only `stops`
+//! must be there, and a stop without action and dwell time may be a name alone.
+//!
+//! CSV has a line of headers, in any case and order: `name,time,priority,earliest,deadline,stops`,
+//! of which only `stops` must be there. The stops are separated by spaces; each is `place`,
+//! `place:action` or `place:action:dwell`, and names with spaces or colons are for YAML. All times
+//! are in seconds of simulated time.
+
+use std::path::{Path, PathBuf};
+
+use super::draft::{Label, OrderDraft, StopDraft};
+use super::order::{Action, UnknownAction};
+use super::yaml::{self, InputError, Value};
+
+/// An order of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TimedDraft {
+    /// The line, from 1.
+    pub line: usize,
+    /// The simulated time, in seconds, at which it is added to the pool.
+    pub secs: f64,
+    /// The order.
+    pub draft: OrderDraft,
+}
+
+/// The error of reading a file of orders or a load.
+#[derive(Debug, thiserror::Error)]
+pub enum FileError {
+    /// The file can't be read.
+    #[error("can't read {} ({reason})", path.display())]
+    Read {
+        /// The file.
+        path: PathBuf,
+        /// The reason.
+        reason: std::io::Error,
+    },
+    /// Something in it is wrong.
+    #[error("{}, {error}", path.display())]
+    Invalid {
+        /// The file.
+        path: PathBuf,
+        /// The line and the reason.
+        error: InputError,
+    },
+}
+
+/// The text of a file, read at once.
+pub(super) fn text_of(path: &Path) -> Result<String, FileError> {
+    std::fs::read_to_string(path)
+        .map_err(|reason| FileError::Read { path: path.to_owned(), reason })
+}
+
+/// Reads a file of orders: CSV if its name ends in `.csv`, and YAML otherwise.
+///
+/// # Errors
+/// [`FileError`] if it can't be read or something in it is wrong.
+pub fn read_orders(path: &Path) -> Result<Vec<TimedDraft>, FileError> {
+    let text = text_of(path)?;
+    let is_csv = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"));
+    let orders = if is_csv { parse_csv(&text) } else { parse_yaml(&text) };
+    orders.map_err(|error| FileError::Invalid { path: path.to_owned(), error })
+}
+
+/// Parses a YAML text of orders.
+///
+/// # Errors
+/// [`InputError`] for the first thing that is wrong.
+pub fn parse_yaml(text: &str) -> Result<Vec<TimedDraft>, InputError> {
+    yaml::read(text, |document| {
+        let list = if document.is_mapping() {
+            document.fields(&["orders"])?.required("orders")?
+        } else {
+            document
+        };
+        list.list()?.into_iter().map(yaml_order).collect()
+    })
+}
+
+fn yaml_order(order: Value) -> Result<TimedDraft, InputError> {
+    let fields =
+        order.fields(&["name", "time", "priority", "earliest", "deadline", "robot", "stops"])?;
+    let stops = fields.required("stops")?.list()?;
+    let draft = OrderDraft {
+        name: fields.optional("name", Value::text)?,
+        destinations: stops.into_iter().map(yaml_stop).collect::<Result<_, _>>()?,
+        priority: fields.optional("priority", |value| value.integer(255))?.unwrap_or(0) as u8,
+        earliest_start: fields.optional("earliest", Value::positive)?,
+        deadline: fields.optional("deadline", Value::positive)?,
+        intended_vehicle: fields.optional("robot", Value::text)?.map(Label::Name),
+    };
+    let secs = fields.optional("time", Value::positive)?.unwrap_or(0.0);
+    Ok(TimedDraft { line: order.error("").line, secs, draft })
+}
+
+fn yaml_stop(stop: Value) -> Result<StopDraft, InputError> {
+    if !stop.is_mapping() {
+        return Ok(StopDraft { location_name: Label::Name(stop.text()?), ..StopDraft::default() });
+    }
+    let fields = stop.fields(&["at", "action", "dwell"])?;
+    let action = |value: Value| {
+        value.text()?.parse::<Action>().map_err(|error| value.error(error.to_string()))
+    };
+    Ok(StopDraft {
+        location_name: Label::Name(fields.required("at")?.text()?),
+        operation: fields.optional("action", action)?.unwrap_or_default(),
+        dwell: fields.optional("dwell", Value::positive)?.unwrap_or(0.0),
+    })
+}
+
+/// Parses a CSV text of orders.
+///
+/// # Errors
+/// [`InputError`] for the first thing that is wrong.
+pub fn parse_csv(text: &str) -> Result<Vec<TimedDraft>, InputError> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let mut reader = csv::ReaderBuilder::new()
+        .trim(csv::Trim::All)
+        .comment(Some(b'#'))
+        .from_reader(text.as_bytes());
+    let headers = reader.headers().map_err(csv_error)?.clone();
+    let columns = Columns::of(&headers).map_err(|reason| InputError { line: 1, reason })?;
+    reader.records().map(|record| columns.order(&record.map_err(csv_error)?)).collect()
+}
+
+fn csv_error(error: csv::Error) -> InputError {
+    let line = error.position().map_or(1, |position| position.line() as usize);
+    let reason = match error.kind() {
+        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
+            format!("{len} columns instead of {expected_len}")
+        }
+        _ => error.to_string(),
+    };
+    InputError { line, reason }
+}
+
+/// The headers of CSV files.
+const HEADERS: [&str; 7] = ["name", "time", "priority", "earliest", "deadline", "stops", "robot"];
+
+/// The index of the column of each of [`HEADERS`].
+struct Columns([Option<usize>; HEADERS.len()]);
+
+impl Columns {
+    fn of(headers: &csv::StringRecord) -> Result<Self, String> {
+        let mut columns = [None; HEADERS.len()];
+        for (index, header) in headers.iter().enumerate() {
+            let known = HEADERS.iter().position(|known| header.eq_ignore_ascii_case(known));
+            let known = known.ok_or_else(|| {
+                format!("unknown column `{header}`; there are {}", HEADERS.join(","))
+            })?;
+            if columns[known].replace(index).is_some() {
+                return Err(format!("the column `{header}` is there twice"));
+            }
+        }
+        columns[5].ok_or("the column `stops` is missing")?;
+        Ok(Self(columns))
+    }
+
+    fn order(&self, record: &csv::StringRecord) -> Result<TimedDraft, InputError> {
+        let line = record.position().map_or(1, |position| position.line() as usize);
+        let error = |reason| InputError { line, reason };
+        let cell = |column: usize| {
+            self.0[column].and_then(|index| record.get(index)).filter(|cell| !cell.is_empty())
+        };
+        let secs =
+            |column: usize| cell(column).map(|text| parse_secs(HEADERS[column], text)).transpose();
+        let priority = cell(2)
+            .map(|text| text.parse().map_err(|_| format!("`{text}` is no priority from 0 to 255")));
+        let stops = cell(5).unwrap_or("").split_whitespace().map(csv_stop);
+        let draft = OrderDraft {
+            name: cell(0).map(str::to_owned),
+            destinations: stops.collect::<Result<_, _>>().map_err(error)?,
+            priority: priority.transpose().map_err(error)?.unwrap_or(0),
+            earliest_start: secs(3).map_err(error)?,
+            deadline: secs(4).map_err(error)?,
+            intended_vehicle: cell(6).map(|text| Label::Name(text.to_owned())),
+        };
+        Ok(TimedDraft { line, secs: secs(1).map_err(error)?.unwrap_or(0.0), draft })
+    }
+}
+
+fn parse_secs(field: &str, text: &str) -> Result<f64, String> {
+    let secs = text.parse().ok().filter(|secs: &f64| secs.is_finite() && *secs >= 0.0);
+    secs.ok_or_else(|| format!("`{}` is no number of seconds for `{field}`", text.escape_debug()))
+}
+
+fn csv_stop(text: &str) -> Result<StopDraft, String> {
+    let mut parts = text.splitn(3, ':');
+    let location_name = Label::Name(parts.next().unwrap_or("").to_owned());
+    let operation = parts.next().map_or(Ok(Action::None), |text| {
+        text.parse().map_err(|error: UnknownAction| error.to_string())
+    })?;
+    let dwell = parts.next().map_or(Ok(0.0), |text| parse_secs("dwell", text))?;
+    Ok(StopDraft { location_name, operation, dwell })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn yaml_and_csv_say_the_same() {
+        let yaml = "orders:\n- {name: a, time: 2.5, priority: 3, deadline: 60, robot: 4, stops: [{at: A, action: pick, dwell: 5}, B]}\n- {stops: [7]}\n";
+        let csv = "Stops,NAME,Time,priority,deadline,Robot\nA:pick:5 B,a,2.5,3,60,4\n7,,,,,\n";
+        let (yaml, csv) = (parse_yaml(yaml).expect("orders"), parse_csv(csv).expect("orders"));
+        assert_eq!((yaml.len(), &yaml[0].draft, yaml[0].secs), (2, &csv[0].draft, csv[0].secs));
+        assert_eq!((&yaml[1].draft, yaml[1].line, csv[1].line), (&csv[1].draft, 3, 3));
+        assert_eq!((yaml[0].draft.priority, yaml[0].draft.deadline), (3, Some(60.0)));
+        assert_eq!(yaml[0].draft.intended_vehicle, Some(Label::Name("4".into())));
+        assert_eq!(yaml[0].draft.destinations[0].operation, Action::Pick);
+    }
+
+    #[test]
+    fn errors_name_the_line() {
+        for (text, message) in [
+            ("- stops: [A]\n- {stops: [A], prio: 1}", "line 2: unknown field `prio`"),
+            ("- name: x", "line 1: `stops` is missing"),
+            ("- stops: [A]\n  priority: 256", "line 2: expected an integer"),
+            ("- stops: [A]\n  time: -1", "line 2: -1 is below 0"),
+            ("- stops: [{at: A, action: lift}]", "unknown action `lift`"),
+            ("a: [", "line"),
+        ] {
+            let error = parse_yaml(text).expect_err(text).to_string();
+            assert!(error.contains(message), "{text}: {error}");
+        }
+        for (text, message) in [
+            ("name\nx\n", "line 1: the column `stops` is missing"),
+            ("stops,when\nA,1\n", "unknown column `when`"),
+            ("stops,time\nA,1\nA,x\n", "line 3: `x` is no number of seconds for `time`"),
+            ("stops,time\nA\n", "line 2: 1 columns instead of 2"),
+            ("stops\nA:lift\n", "unknown action `lift`"),
+            ("stops,Stops\nA,A\n", "twice"),
+            ("stops,priority\nA,300\n", "`300` is no priority"),
+        ] {
+            let error = parse_csv(text).expect_err(text).to_string();
+            assert!(error.contains(message), "{text}: {error}");
+        }
+    }
+}

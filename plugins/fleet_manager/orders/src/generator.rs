@@ -1,0 +1,139 @@
+//! Generators of orders. What they make depends on the seed and the time alone, not on how often
+//! they are asked.
+
+use regatta_base::random::Random;
+
+use super::load::{Arrival, GeneratorSettings, Shift, Stops};
+use super::order::{Action, NewOrder, OrderName, Stop};
+
+/// The draws of an order, by what they decide.
+const ARRIVAL: u64 = 0;
+const FROM: u64 = 1;
+const TO: u64 = 2;
+const DWELL: u64 = 3;
+
+/// A generator and how far it has come.
+#[derive(Clone, Debug)]
+pub(super) struct Generator {
+    settings: GeneratorSettings,
+    random: Random,
+    /// The number of orders that it has made.
+    made: u64,
+    /// The next order on a time axis on which one order comes per unit on average.
+    next_unit: f64,
+    /// The number in the names of a store's runs.
+    run: u64,
+}
+
+impl Generator {
+    /// `number` tells the generators of a load apart.
+    pub(super) fn new(settings: GeneratorSettings, seed: u64, number: u64, run: u64) -> Self {
+        let random = Random::new(seed).part(number);
+        let next_unit = random.part(1).exponential(ARRIVAL);
+        Self { settings, random, made: 0, next_unit, run }
+    }
+
+    /// Returns the time and the next order that comes up to `now_secs`. An endless generator needs
+    /// the number of robots, and of its orders that are open.
+    pub(super) fn next(
+        &mut self,
+        now_secs: f64,
+        robots: usize,
+        open: usize,
+    ) -> Option<(f64, NewOrder)> {
+        let secs = match &self.settings.arrival {
+            Arrival::Poisson(shifts) => {
+                time_of(self.next_unit, shifts).filter(|secs| *secs <= now_secs)?
+            }
+            Arrival::Endless(orders) if open < orders.unwrap_or(robots) => now_secs,
+            Arrival::Endless(_) => return None,
+        };
+        self.made += 1;
+        let order = self.order(self.made, secs);
+        self.next_unit += self.random.part(self.made + 1).exponential(ARRIVAL);
+        Some((secs, order))
+    }
+
+    /// Returns the number of an order of this generator, of this run.
+    pub(super) fn number_of(&self, name: &str) -> Option<u64> {
+        let prefix = OrderName::generated(&self.settings.name, 0, self.run);
+        name.strip_prefix(prefix.as_str().trim_end_matches('0'))?.parse().ok()
+    }
+
+    /// Continues after the orders that it has made before, of which there are `made`.
+    pub(super) fn skip(&mut self, made: u64) {
+        while self.made < made {
+            self.made += 1;
+            self.next_unit += self.random.part(self.made + 1).exponential(ARRIVAL);
+        }
+    }
+
+    /// Returns an order by its number alone.
+    fn order(&self, number: u64, secs: f64) -> NewOrder {
+        let random = self.random.part(number);
+        let [min, max] = self.settings.dwell_secs;
+        let dwell = |draw| min + (max - min) * random.unit(draw);
+        let stop = |node, action, draw| Stop { node, action, dwell_secs: dwell(draw) };
+        let stops = match &self.settings.stops {
+            Stops::One(among) => {
+                vec![stop(among[random.below(FROM, among.len())], Action::None, DWELL)]
+            }
+            Stops::Two { from, to } => {
+                let first = from[random.below(FROM, from.len())];
+                vec![
+                    stop(first, Action::Pick, DWELL),
+                    stop(other(first, to, random), Action::Drop, DWELL + 1),
+                ]
+            }
+        };
+        NewOrder {
+            name: OrderName::generated(&self.settings.name, number, self.run),
+            stops,
+            priority: self.settings.priority,
+            earliest_secs: secs,
+            intended_robot: None,
+            deadline_secs: self.settings.deadline_secs.map(|deadline| secs + deadline),
+        }
+    }
+}
+
+/// Returns a random node of a group, but not `node` unless there is no other.
+fn other(node: u32, group: &[u32], random: Random) -> u32 {
+    let chosen = random.below(TO, group.len());
+    let others = (0..group.len()).map(|offset| group[(chosen + offset) % group.len()]);
+    others.into_iter().find(|candidate| *candidate != node).unwrap_or(node)
+}
+
+/// Returns the time at which the profile, which begins anew after its end, has brought so many
+/// orders on average; `None` if it brings none.
+fn time_of(units: f64, shifts: &[Shift]) -> Option<f64> {
+    let [Shift { until_secs: f64::INFINITY, per_hour }] = shifts else {
+        return time_in_profile(units, shifts);
+    };
+    (*per_hour > 0.0).then(|| units * 3600.0 / per_hour)
+}
+
+fn time_in_profile(units: f64, shifts: &[Shift]) -> Option<f64> {
+    let begins = std::iter::once(0.0).chain(shifts.iter().map(|shift| shift.until_secs));
+    let parts = || begins.clone().zip(shifts);
+    let amount =
+        |(begin, shift): (f64, &Shift)| (shift.until_secs - begin) * shift.per_hour / 3600.0;
+    let (cycle, length) = (parts().map(amount).sum::<f64>(), shifts.last()?.until_secs);
+    if cycle <= 0.0 {
+        return None;
+    }
+    let cycles = (units / cycle).floor();
+    let mut rest = units - cycles * cycle;
+    for (begin, shift) in parts() {
+        let here = amount((begin, shift));
+        if rest < here {
+            return Some(cycles * length + begin + rest * 3600.0 / shift.per_hour);
+        }
+        rest -= here;
+    }
+    // Rounding has left nothing for the last shift.
+    Some((cycles + 1.0) * length)
+}
+
+#[cfg(test)]
+mod tests;

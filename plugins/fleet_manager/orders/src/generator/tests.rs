@@ -1,0 +1,149 @@
+use super::*;
+use crate::load::Load;
+use crate::places::{Place, Places};
+use regatta_plugin::world::NodeRole;
+
+fn places() -> Places {
+    let roles = [NodeRole::Pick, NodeRole::Pick, NodeRole::Drop, NodeRole::None];
+    let zone = |id| if id < 2 { "south" } else { "north" }.to_owned();
+    let place =
+        |(id, role)| Place { id, role, zone: zone(id), name: format!("N{id}"), ..Place::default() };
+    Places::new((0..).zip(roles).map(place).collect())
+}
+
+fn generators(text: &str) -> Vec<Generator> {
+    let load = Load::parse(text, &places()).expect("a load");
+    let make = |(number, settings)| Generator::new(settings, load.seed, number, 1);
+    (1..).zip(load.generators.clone()).map(make).collect()
+}
+
+/// Returns all orders up to a time, asked for in steps.
+fn orders(mut generator: Generator, until_secs: f64, step_secs: f64) -> Vec<(f64, NewOrder)> {
+    let mut orders = Vec::new();
+    let mut now = 0.0;
+    while now < until_secs {
+        now = f64::min(now + step_secs, until_secs);
+        orders.extend(std::iter::from_fn(|| generator.next(now, 0, 0)));
+    }
+    orders
+}
+
+#[test]
+fn orders_do_not_depend_on_how_often_a_generator_is_asked() {
+    let text = "load: {seed: 3, per_hour: 500, dwell: {min: 2, max: 4}, deadline: 60}";
+    let [generator] = &generators(text)[..] else { panic!("one") };
+    let often = orders(generator.clone(), 7200.0, 0.1);
+    assert_eq!(often, orders(generator.clone(), 7200.0, 7200.0));
+    assert_ne!(often, orders(generators(&text.replace('3', "4"))[0].clone(), 7200.0, 0.1));
+    for (secs, order) in &often {
+        let [pick, drop] = &order.stops[..] else { panic!("two stops") };
+        assert!(
+            pick.node < 2 && drop.node == 2 && (2.0..=4.0).contains(&pick.dwell_secs),
+            "{order:?}"
+        );
+        assert_eq!(
+            (pick.action, drop.action, order.deadline_secs),
+            (Action::Pick, Action::Drop, Some(secs + 60.0))
+        );
+    }
+}
+
+#[test]
+fn the_first_orders_are_these_on_every_machine() {
+    let first = orders(generators("load: {seed: 3, per_hour: 500}")[0].clone(), 3600.0, 60.0);
+    let bits = first.iter().fold(0_u64, |hash, (secs, order)| {
+        hash.wrapping_mul(0x100_0000_01b3) ^ secs.to_bits() ^ u64::from(order.stops[0].node)
+    });
+    assert_eq!((first.len(), bits), (GOLDEN_COUNT, GOLDEN_BITS));
+}
+
+const GOLDEN_COUNT: usize = 517;
+const GOLDEN_BITS: u64 = 8_558_232_785_599_392_625;
+
+#[test]
+fn the_rate_and_the_spread_are_those_of_poisson() {
+    let hours = 200;
+    let made =
+        orders(generators("load: {per_hour: 100}")[0].clone(), f64::from(hours) * 3600.0, 3600.0);
+    let mut counts = vec![0.0; hours as usize];
+    made.iter().for_each(|(secs, _)| counts[(secs / 3600.0) as usize] += 1.0);
+    let mean = counts.iter().sum::<f64>() / f64::from(hours);
+    let variance =
+        counts.iter().map(|count| (count - mean).powi(2)).sum::<f64>() / f64::from(hours);
+    // Four standard deviations of the mean and of the variance.
+    assert!((mean - 100.0).abs() < 4.0 * (100.0 / f64::from(hours)).sqrt(), "{mean}");
+    assert!((variance - 100.0).abs() < 40.0, "{variance}");
+}
+
+#[test]
+fn a_profile_begins_anew_after_its_end() {
+    let text = "load: {shifts: [{until: 1000, per_hour: 0}, {until: 2000, per_hour: 7200}, {until: 3000, per_hour: 720}]}";
+    let made = orders(generators(text)[0].clone(), 30_000.0, 50.0);
+    let mut counts = [0; 3];
+    made.iter().for_each(|(secs, _)| counts[(secs / 1000.0) as usize % 3] += 1);
+    assert_eq!(counts[0], 0);
+    assert!(
+        (19_400..20_600).contains(&counts[1]) && (1_800..2_200).contains(&counts[2]),
+        "{counts:?}"
+    );
+    assert!(orders(generators("load: {per_hour: 0}")[0].clone(), 1e6, 1e6).is_empty());
+}
+
+#[test]
+fn endless_generators_fill_up() {
+    let mut generator = generators("load: {endless: robots, among: pick}")[0].clone();
+    let made = (0..5).map_while(|open| generator.next(1.0, 3, open)).count();
+    assert_eq!(made, 3);
+    let order = generator.next(2.0, 3, 1).expect("an order").1;
+    assert_eq!((order.name.as_str(), order.stops.len()), ("load:1-4", 1));
+    assert_eq!(generator.number_of(order.name.as_str()), Some(4));
+    assert_eq!(generators("load: {name: 11, per_hour: 1}")[0].number_of(order.name.as_str()), None);
+}
+
+#[test]
+fn an_endless_load_may_have_two_stops() {
+    let mut generator = generators("load: {endless: 2, from: pick}")[0].clone();
+    let order = generator.next(0.0, 9, 1).expect("an order").1;
+    let actions: Vec<_> = order.stops.iter().map(|stop| stop.action).collect();
+    assert_eq!(actions, [Action::Pick, Action::Drop]);
+    assert!(generator.next(0.0, 9, 2).is_none(), "two at a time");
+}
+
+#[test]
+fn a_generator_continues_after_orders_that_it_has_made() {
+    let generator = &generators("load: {per_hour: 100}")[0];
+    let all = orders(generator.clone(), 36_000.0, 100.0);
+    let mut later = generator.clone();
+    later.skip(500);
+    assert_eq!(all[500..], orders(later, 36_000.0, 100.0));
+}
+
+#[test]
+fn what_is_wrong_in_a_load_is_refused() {
+    for (text, message) in [
+        ("load: {}", "one of per_hour, shifts, endless"),
+        ("load: {per_hour: 1, shifts: []}", "one of per_hour"),
+        ("load:\n  per_hour: -1", "line 2: -1 is below 0"),
+        ("load: {per_hour: 1e99}", "are over"),
+        ("load: {shifts: []}", "no shifts"),
+        ("load: {shifts: [{until: 5, per_hour: 1}, {until: 5, per_hour: 1}]}", "must be after"),
+        ("load: {per_hour: 1, from: nowhere}", "`nowhere` is neither a group nor a role"),
+        ("load: {per_hour: 1, from: park}", "no node has the role `park`"),
+        ("load: {groups: {a: [N9]}, per_hour: 1}", "`N9` is neither the name nor the id"),
+        ("load: {groups: {a: {zone: east}}, per_hour: 1}", "no node is in this group"),
+        ("load: {endless: 3, from: pick, among: pick}", "`among` is for"),
+        ("load: {per_hour: 1, endless: 3}", "one of per_hour"),
+        ("load: {groups: {a: [N1]}, per_hour: 1, from: a, to: a}", "same single node"),
+        ("load: {per_hour: 1, dwell: {min: 3, max: 2}}", "`min` is above `max`"),
+        ("load: {generators: [{name: a, per_hour: 1}, {name: a, per_hour: 1}]}", "two generators"),
+        ("load: {generators: [{per_hour: 1}], per_hour: 1}", "unknown field `per_hour`"),
+    ] {
+        let error = Load::parse(text, &places()).expect_err(text).to_string();
+        assert!(error.contains(message), "{text}: {error}");
+    }
+    let load = Load::parse(
+        "seed: 1\ngroups: {a: {zone: north, role: drop}}\nper_hour: 1\nto: a",
+        &places(),
+    );
+    assert!(load.is_ok(), "{load:?}");
+}

@@ -1,0 +1,88 @@
+//! Transport orders: their sources, their assignment to robots, their states and their store.
+//!
+//! | module | |
+//! |---|---|
+//! | [`order`] | orders, their stops and states |
+//! | [`places`], [`draft`] | the nodes that orders may name; orders as users write them |
+//! | [`file`](mod@file), [`load`] | files of orders, descriptions of loads |
+//! | [`pool`] | all open orders: the one place where their states change |
+//! | [`assign`] | the assignment of orders to robots |
+//! | [`figures`] | counts, durations and rates of orders |
+//! | [`store`], [`web`], [`client`] | the store of orders; orders over HTTP, and a client of it |
+//!
+//! A manager calls the [`OrderPool`] once a tick, like this. All times are in seconds of simulated
+//! time; nodes are indices in the world's nodes.
+//!
+//! ```
+//! use std::sync::Arc;
+//! use regatta_orders::{Candidate, Load, Next, Place, Places, OrderPool};
+//!
+//! let places = (0..4).map(|id| Place { id, position: [id as f32, 0.0], ..Place::default() });
+//! let places = Arc::new(Places::new(places.collect()));
+//! let mut orders = OrderPool::new(places.clone());
+//! orders.add_load(&Load::parse("load: {per_hour: 600, seed: 7}", &places)?);
+//!
+//! let driving_secs = |robot: u32, node: u32| Some(f64::from(robot.abs_diff(node)));
+//! let robots = [0, 3].map(|x| Candidate { robot: x / 3, position: [x as f32, 0.0] });
+//! for tick in 0..600 {
+//!     let now = f64::from(tick);
+//!     orders.generate_until(now, robots.len());
+//!     let freed = orders.take_requests(now); // robots whose orders were withdrawn by somebody
+//!     let changes = orders.assign(now, &robots, &driving_secs);
+//!     for robot in changes.withdrawn.iter().map(|(_, robot)| *robot).chain(freed) {
+//!         // cancel its route
+//!     }
+//!     for (_id, robot) in changes.assigned {
+//!         let stop = orders.current_stop(robot).expect("a stop"); // plan a route to stop.node
+//!     }
+//!     for robot in [0, 1] {
+//!         // When it stands at the node of its stop, and when the dwell time is over:
+//!         if orders.arrived(robot, now) {
+//!             match orders.handled(robot, now) {
+//!                 Some(Next::Stop(_stop)) => { /* plan a route to _stop.node */ }
+//!                 Some(Next::Done) | None => {}
+//!             }
+//!         }
+//!     }
+//!     for event in orders.events() { /* into the order log */ }
+//!     orders.publish(now);
+//! }
+//! assert!(orders.figures(600.0).orders.finished > 50);
+//! # Ok::<(), regatta_orders::InputError>(())
+//! ```
+
+pub mod assign;
+pub mod client;
+pub mod draft;
+pub mod figures;
+pub mod file;
+mod generator;
+pub mod load;
+mod open;
+pub mod order;
+pub mod places;
+pub mod pool;
+mod requests;
+pub mod store;
+mod threads;
+mod view;
+pub mod web;
+mod yaml;
+
+pub use assign::{Assigner, Candidate, InTurn, Nearest, OpenOrder, Problem};
+pub use client::{Client, ClientError};
+pub use draft::{DraftError, Label, OrderDraft, StopDraft};
+pub use figures::{ByState, Durations, Figures};
+pub use file::{FileError, TimedDraft, read_orders};
+pub use load::Load;
+pub use open::{OrderSettings, PoolError};
+pub use order::{
+    Action, Change, HistoryEntry, NameError, NewOrder, Order, OrderEvent, OrderId, OrderName,
+    State, Stop, UnknownAction,
+};
+pub use places::{Place, Places};
+pub use pool::{Assignments, Next, OrderPool, Urgency};
+pub use requests::{Vehicle, WithdrawError};
+pub use store::StoreError;
+pub use web::WebError;
+pub use yaml::InputError;

@@ -1,0 +1,145 @@
+//! Opens the pool of a running manager with its files, its store and its web API.
+
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::mpsc::channel;
+
+use regatta_plugin::tell;
+
+use super::file::{FileError, read_orders};
+use super::load::Load;
+use super::places::Places;
+use super::pool::OrderPool;
+use super::store::{Archive, Known, OrderStore, StoreError, Writer};
+use super::threads::Threads;
+use super::web::{self, Board, Channels, Web, WebError};
+
+/// The sources of a manager's orders, and the place where they are kept.
+#[derive(Clone, Debug, Default)]
+pub struct OrderSettings {
+    /// A file of orders.
+    pub orders: Option<PathBuf>,
+    /// A file with a load.
+    pub load: Option<PathBuf>,
+    /// The seed of the load instead of its own.
+    pub seed: Option<u64>,
+    /// The store; orders are in memory only without one.
+    pub store: Option<PathBuf>,
+    /// The address of the web API; none without one. Port 0 is any free one.
+    pub http: Option<SocketAddr>,
+    /// A file with the token that requests must have. Addresses other than loopback need one.
+    pub token_file: Option<PathBuf>,
+}
+
+/// The error of opening a pool.
+#[derive(Debug, thiserror::Error)]
+pub enum PoolError {
+    /// A file of orders or a load.
+    #[error(transparent)]
+    File(#[from] FileError),
+    /// The store.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+    /// The web API.
+    #[error(transparent)]
+    Web(#[from] WebError),
+}
+
+impl OrderSettings {
+    /// Checks what can be checked before there is a world: that the web API could be served.
+    ///
+    /// # Errors
+    /// [`WebError`] if the address needs a token or can't be listened on, or the token can't be
+    /// read.
+    pub fn check(&self) -> Result<(), WebError> {
+        match self.http {
+            Some(address) => web::check(address, self.token_file.as_deref()),
+            None => Ok(()),
+        }
+    }
+}
+
+impl OrderPool {
+    /// Opens the pool of a run: restores the store's open orders, reads the files, and starts the
+    /// web API. `run_id` is that of the world; orders of the store continue where they were only in
+    /// the same run.
+    ///
+    /// # Errors
+    /// [`PoolError`] if a file is wrong, the store can't be used, or the address can't be listened
+    /// on.
+    pub fn open(
+        settings: &OrderSettings,
+        places: Arc<Places>,
+        run_id: u64,
+        now_secs: f64,
+    ) -> Result<Self, PoolError> {
+        let mut pool = Self::new(places.clone());
+        let orders = settings.orders.as_deref().map(read_orders).transpose()?.unwrap_or_default();
+        let load = settings.load.as_deref().map(|path| Load::read(path, &places)).transpose()?;
+        let (store, known) = match &settings.store {
+            Some(path) => pool.open_store(path, run_id, now_secs)?,
+            None => (None, Known::default()),
+        };
+        if let Some(path) = &settings.orders {
+            let invalid = |error| FileError::Invalid { path: path.clone(), error };
+            pool.add_new_orders(&orders, &known).map_err(invalid)?;
+        }
+        let load = load.unwrap_or_default();
+        pool.continue_load(&Load { seed: settings.seed.unwrap_or(load.seed), ..load }, &known);
+        pool.open_threads(settings, store, now_secs)?;
+        Ok(pool)
+    }
+
+    fn open_store(
+        &mut self,
+        path: &std::path::Path,
+        run_id: u64,
+        now_secs: f64,
+    ) -> Result<(Option<Writer>, Known), PoolError> {
+        let mut store = OrderStore::open(path, self.places().clone())?;
+        let restored = store.restore(run_id, now_secs)?;
+        if restored.unplaced > 0 {
+            let (count, path) = (restored.unplaced, path.display());
+            tell!(
+                "fleet-manager: {count} open orders of {path} name nodes that this world doesn't have; they stay there"
+            );
+        }
+        self.restore(restored.orders, restored.next_id, now_secs);
+        let start = Writer::start(store);
+        let writer = start
+            .map_err(|error| StoreError::Io { path: path.to_owned(), reason: error.to_string() })?;
+        Ok((Some(writer), restored.known))
+    }
+
+    fn open_threads(
+        &mut self,
+        settings: &OrderSettings,
+        store: Option<Writer>,
+        now_secs: f64,
+    ) -> Result<(), PoolError> {
+        let (requests_in, requests) = channel();
+        let mut threads = Threads { requests, updates: None, web: None, store };
+        if let Some(address) = settings.http {
+            let (updates, updates_out) = tokio::sync::mpsc::unbounded_channel();
+            let archive = settings
+                .store
+                .as_deref()
+                .map(|path| Archive::open(path, self.places().clone()))
+                .transpose()?;
+            let channels = Channels {
+                jobs: threads.store.as_ref().and_then(Writer::sender),
+                archive,
+                requests: requests_in,
+                updates: updates_out,
+            };
+            let open = self.open_orders().map(|order| Arc::new(order.clone())).collect();
+            let board = Board::new(self.places().clone(), open, now_secs);
+            let token_file = settings.token_file.as_deref();
+            threads.web = Some(Web::start(address, token_file, board, channels)?);
+            threads.updates = Some(updates);
+        }
+        self.threads = Some(threads);
+        Ok(())
+    }
+}

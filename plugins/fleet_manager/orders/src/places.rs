@@ -1,0 +1,103 @@
+//! The places that orders may name: the nodes of the world, by id, name, role and zone.
+
+use std::collections::BTreeMap;
+
+use regatta_plugin::World;
+use regatta_plugin::world::NodeRole;
+
+/// A node of the world.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Place {
+    /// Id in the route graph's file.
+    pub id: u32,
+    /// Name; empty for none.
+    pub name: String,
+    /// Zone; empty for none.
+    pub zone: String,
+    /// The role of the node.
+    pub role: NodeRole,
+    /// Metres east and north of the world's origin.
+    pub position: [f32; 2],
+}
+
+/// The table of all places. A node is an index in it and in the world's nodes.
+#[derive(Debug, Default)]
+pub struct Places {
+    places: Vec<Place>,
+    by_name: BTreeMap<String, u32>,
+    by_id: BTreeMap<u32, u32>,
+}
+
+impl Places {
+    /// Makes the table of a world.
+    pub fn of(world: &World) -> Self {
+        let place = |node: &regatta_plugin::world::NodeRecord| Place {
+            id: node.id,
+            name: world.text(node.name).to_owned(),
+            zone: world.text(node.zone).to_owned(),
+            role: node.role(),
+            position: [node.x, node.y],
+        };
+        Self::new(world.nodes().iter().map(place).collect())
+    }
+
+    /// Makes a table of places, in the order of the world's nodes. Of places with the same name or
+    /// id, the first has it.
+    pub fn new(places: Vec<Place>) -> Self {
+        let mut table = Self::default();
+        for (place, index) in places.iter().zip(0_u32..) {
+            table.by_id.entry(place.id).or_insert(index);
+            if !place.name.is_empty() {
+                table.by_name.entry(place.name.clone()).or_insert(index);
+            }
+        }
+        Self { places, ..table }
+    }
+
+    /// The number of places.
+    pub fn len(&self) -> usize {
+        self.places.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.places.is_empty()
+    }
+
+    /// Returns the node with this name, or else with this id.
+    pub fn find(&self, text: &str) -> Option<u32> {
+        let text = text.trim();
+        self.by_name.get(text).copied().or_else(|| self.with_id(text.parse().ok()?))
+    }
+
+    /// Returns the node with an id of the route graph's file.
+    pub fn with_id(&self, id: u32) -> Option<u32> {
+        self.by_id.get(&id).copied()
+    }
+
+    /// The place of a node.
+    ///
+    /// # Panics
+    /// If there is no such node.
+    pub fn place(&self, node: u32) -> &Place {
+        &self.places[node as usize]
+    }
+
+    /// Returns the name of a node, or its id if it has none.
+    pub fn label(&self, node: u32) -> String {
+        match self.places.get(node as usize) {
+            Some(place) if place.name.is_empty() => place.id.to_string(),
+            Some(place) => place.name.clone(),
+            None => String::new(),
+        }
+    }
+
+    /// Returns the nodes for which a condition holds, in ascending order.
+    pub fn nodes(&self, condition: impl Fn(&Place) -> bool) -> Vec<u32> {
+        (0..)
+            .zip(&self.places)
+            .filter(|(_, place)| condition(place))
+            .map(|(node, _)| node)
+            .collect()
+    }
+}

@@ -1,0 +1,314 @@
+//! The pool of all open orders: the one place where their states change.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use super::assign::{Assigner, Candidate};
+use super::figures::{Counts, Figures};
+use super::generator::Generator;
+use super::order::{
+    Change, HistoryEntry, NewOrder, Order, OrderEvent, OrderId, OrderName, State, Stop,
+};
+use super::places::Places;
+use super::requests::{ABSENT, Reply, Request, Update, Vehicle, WithdrawError};
+use super::threads::Threads;
+
+mod assignment;
+mod requests;
+mod sources;
+
+pub use assignment::{Assignments, Urgency};
+
+/// The next step of a robot after a stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Next {
+    /// It drives to this stop of the same order.
+    Stop(Stop),
+    /// The order is finished, and the robot is free.
+    Done,
+}
+
+/// All open orders, and where new ones come from.
+///
+/// It is deterministic: the same calls make the same orders, assignments and events, except for
+/// what comes over the web API.
+#[derive(Default)]
+pub struct OrderPool {
+    places: Arc<Places>,
+    assigner: Box<dyn Assigner>,
+    urgency: Urgency,
+    open: BTreeMap<OrderId, Order>,
+    names: BTreeMap<OrderName, OrderId>,
+    by_robot: BTreeMap<u32, OrderId>,
+    waiting: BTreeSet<OrderId>,
+    /// The open orders that only one robot may get, by robot.
+    intended: BTreeSet<(u32, OrderId)>,
+    /// Orders whose earliest start is to come, by its bits: times are not negative, and so these
+    /// sort like numbers.
+    early: BTreeSet<(u64, OrderId)>,
+    /// Orders of files that are to come, the last one first.
+    timetable: Vec<(f64, NewOrder)>,
+    generators: Vec<Generator>,
+    /// The generator of each open order that has one.
+    made_by: BTreeMap<OrderId, usize>,
+    next_id: u64,
+    next_reassignment_secs: f64,
+    opened_secs: Option<f64>,
+    counts: Counts,
+    events: Vec<OrderEvent>,
+    pub(super) threads: Option<Threads>,
+    changed: BTreeSet<OrderId>,
+    closed: Vec<Arc<Order>>,
+    vehicles: BTreeMap<u32, Vehicle>,
+    changed_vehicles: BTreeSet<u32>,
+    replies: Vec<Reply<()>>,
+    next_figures_secs: f64,
+}
+
+/// The simulated time, in seconds, between figures for the web API.
+const FIGURES_PERIOD_SECS: f64 = 1.0;
+
+impl std::fmt::Debug for OrderPool {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter) -> std::fmt::Result {
+        let (open, robots) = (self.open.len(), self.by_robot.len());
+        formatter
+            .debug_struct("OrderPool")
+            .field("open", &open)
+            .field("robots", &robots)
+            .finish_non_exhaustive()
+    }
+}
+
+impl OrderPool {
+    /// Makes an empty pool in memory, with the default assigner.
+    pub fn new(places: Arc<Places>) -> Self {
+        Self { places, next_id: 1, ..Self::default() }
+    }
+
+    /// Uses another assigner.
+    pub fn set_assigner(&mut self, assigner: impl Assigner + 'static) {
+        self.assigner = Box::new(assigner);
+    }
+
+    /// The places that orders name.
+    pub fn places(&self) -> &Arc<Places> {
+        &self.places
+    }
+
+    /// Returns an open order.
+    pub fn order(&self, id: OrderId) -> Option<&Order> {
+        self.open.get(&id)
+    }
+
+    /// All open orders, in ascending order of their numbers.
+    pub fn open_orders(&self) -> impl Iterator<Item = &Order> {
+        self.open.values()
+    }
+
+    /// The orders that wait for a robot, in ascending order of their numbers.
+    pub fn waiting_orders(&self) -> impl Iterator<Item = &Order> {
+        self.waiting.iter().filter_map(|id| self.open.get(id))
+    }
+
+    /// Returns the order that a robot has.
+    pub fn order_of(&self, robot: u32) -> Option<OrderId> {
+        self.by_robot.get(&robot).copied()
+    }
+
+    /// Returns the stop that a robot drives to, or is at.
+    pub fn current_stop(&self, robot: u32) -> Option<Stop> {
+        let order = self.order(self.order_of(robot)?)?;
+        order.content.stops.get(order.handled_stops).copied()
+    }
+
+    /// Whether a robot's order stays with it, because it has handled a stop of it.
+    pub fn is_bound(&self, robot: u32) -> bool {
+        self.order_of(robot).and_then(|id| self.order(id)).is_some_and(Order::is_bound)
+    }
+
+    /// Notes that a robot is at its current stop. Returns whether it was driving to one.
+    pub fn arrived(&mut self, robot: u32, now_secs: f64) -> bool {
+        let Some(id) = self.order_in(robot, State::Travelling(robot)) else { return false };
+        let order = self.open.get_mut(&id).expect("an open order");
+        order.state = State::Handling(robot);
+        let (stop, waited_secs) = (order.handled_stops as u32, now_secs - order.ready_secs());
+        if stop == 0 {
+            self.counts.arrived_first(waited_secs);
+        }
+        self.note(id, now_secs, Change::Arrived { robot, stop });
+        true
+    }
+
+    /// Notes that a robot has handled the stop that it is at. Returns what it does next; `None` if
+    /// it wasn't at a stop.
+    pub fn handled(&mut self, robot: u32, now_secs: f64) -> Option<Next> {
+        let id = self.order_in(robot, State::Handling(robot))?;
+        let order = self.open.get_mut(&id)?;
+        let stop = order.handled_stops as u32;
+        order.handled_stops += 1;
+        order.state = State::Travelling(robot);
+        let next = order.content.stops.get(order.handled_stops).copied();
+        self.counts.handled();
+        self.note(id, now_secs, Change::Handled { robot, stop });
+        if next.is_none() {
+            self.close(id, State::Finished(robot), now_secs, Change::Finished { robot });
+        }
+        Some(next.map_or(Next::Done, Next::Stop))
+    }
+
+    /// Notes that a robot can't carry its order out. Returns the order, which is over.
+    pub fn failed(&mut self, robot: u32, now_secs: f64, reason: &str) -> Option<OrderId> {
+        let id = self.order_of(robot)?;
+        let change = Change::Failed { robot: Some(robot), reason: reason.to_owned() };
+        self.close(id, State::Failed, now_secs, change);
+        Some(id)
+    }
+
+    /// Takes a robot's order from it; the order waits for another one.
+    ///
+    /// # Errors
+    /// [`WithdrawError`] if the robot has no order, or has handled a stop of it.
+    pub fn withdraw(&mut self, robot: u32, now_secs: f64) -> Result<OrderId, WithdrawError> {
+        let id = self.order_of(robot).ok_or(WithdrawError::Unknown)?;
+        let order = self.open.get_mut(&id).ok_or(WithdrawError::Unknown)?;
+        if order.is_bound() {
+            return Err(WithdrawError::Begun);
+        }
+        order.state = State::Waiting;
+        self.by_robot.remove(&robot);
+        self.waiting.insert(id);
+        self.note(id, now_secs, Change::Withdrawn { robot });
+        Ok(id)
+    }
+
+    /// Notes that no robot can reach the stops of an order, which has no robot. Returns whether it
+    /// was waiting.
+    pub fn unroutable(&mut self, id: OrderId, now_secs: f64, reason: &str) -> bool {
+        let is_waiting = self.waiting.remove(&id);
+        if let Some(order) = self.open.get_mut(&id).filter(|_| is_waiting) {
+            order.state = State::Unroutable;
+            reason.clone_into(&mut order.reason);
+            self.note(id, now_secs, Change::Unroutable { reason: reason.to_owned() });
+        }
+        is_waiting
+    }
+
+    /// Notes that the stops of an unroutable order can be reached again. Returns whether it was
+    /// unroutable.
+    pub fn reopen(&mut self, id: OrderId, now_secs: f64) -> bool {
+        let Some(order) = self.open.get_mut(&id).filter(|order| order.state == State::Unroutable)
+        else {
+            return false;
+        };
+        order.state = State::Waiting;
+        order.reason.clear();
+        self.waiting.insert(id);
+        self.note(id, now_secs, Change::Reopened);
+        true
+    }
+
+    /// Returns all events since the last call, in their order.
+    pub fn events(&mut self) -> std::vec::Drain<'_, OrderEvent> {
+        self.events.drain(..)
+    }
+
+    /// Returns the figures since the first tick of this pool.
+    pub fn figures(&self, now_secs: f64) -> Figures {
+        let secs = now_secs - self.opened_secs.unwrap_or(now_secs);
+        self.counts.figures(self.open.values(), secs, now_secs)
+    }
+
+    /// Notes what a robot does, for the web API. Its order is filled in.
+    pub fn show_vehicle(&mut self, mut vehicle: Vehicle) {
+        let order = self.order_of(vehicle.robot).and_then(|id| self.order(id));
+        vehicle.transport_order = order.map(|order| order.content.name.clone());
+        let is_new = !self.vehicles.contains_key(&vehicle.robot);
+        if is_new && vehicle.state == ABSENT {
+            return;
+        }
+        if self.vehicles.get(&vehicle.robot) != Some(&vehicle) {
+            self.changed_vehicles.insert(vehicle.robot);
+            self.vehicles.insert(vehicle.robot, vehicle);
+        }
+    }
+
+    /// Passes what has changed to the store and the web API, at the end of a tick. It waits for
+    /// neither.
+    pub fn publish(&mut self, now_secs: f64) {
+        let changed = std::mem::take(&mut self.changed);
+        let closed = std::mem::take(&mut self.closed);
+        let vehicles = std::mem::take(&mut self.changed_vehicles);
+        let done = std::mem::take(&mut self.replies);
+        let is_figures_time = self.is_served() && now_secs >= self.next_figures_secs;
+        let figures = is_figures_time.then(|| self.figures(now_secs));
+        let Some(threads) = &mut self.threads else { return };
+        if is_figures_time {
+            self.next_figures_secs = now_secs + FIGURES_PERIOD_SECS;
+        }
+        let open = changed.iter().filter_map(|id| self.open.get(id).cloned().map(Arc::new));
+        let vehicles =
+            vehicles.iter().filter_map(|robot| self.vehicles.get(robot).cloned()).collect();
+        let orders = closed.into_iter().chain(open).collect();
+        threads.publish(Update { now_secs, orders, vehicles, figures, done });
+    }
+
+    /// Whether there is a web API.
+    pub fn is_served(&self) -> bool {
+        self.threads.as_ref().is_some_and(Threads::wants_figures)
+    }
+
+    /// The address of the web API, with the actual port.
+    pub fn http_address(&self) -> Option<std::net::SocketAddr> {
+        self.threads.as_ref()?.address()
+    }
+
+    /// Whether everything that was published is in the store. A manager of real robots may wait for
+    /// it before a robot leaves a stop: what is lost with a killed process is the ticks that aren't
+    /// in the store.
+    pub fn is_saved(&self) -> bool {
+        self.threads.as_ref().is_none_or(Threads::is_saved)
+    }
+
+    /// Returns the order that a robot has, if it is in a state.
+    fn order_in(&self, robot: u32, state: State) -> Option<OrderId> {
+        self.order_of(robot).filter(|id| self.order(*id).is_some_and(|order| order.state == state))
+    }
+
+    /// Writes a change into the history of an open order and into the events.
+    fn note(&mut self, id: OrderId, secs: f64, change: Change) {
+        if let Some(order) = self.open.get_mut(&id) {
+            order.history.push(HistoryEntry { secs, change: change.clone() });
+        }
+        self.changed.insert(id);
+        self.events.push(OrderEvent { secs, id, change });
+    }
+
+    /// Channels an order.
+    fn close(&mut self, id: OrderId, state: State, now_secs: f64, change: Change) {
+        let Some(order) = self.open.get_mut(&id) else { return };
+        if let Some(robot) = order.state.robot() {
+            self.by_robot.remove(&robot);
+        }
+        order.state = state;
+        if let Change::Failed { reason, .. } | Change::Cancelled { reason, .. } = &change {
+            order.reason.clone_from(reason);
+        }
+        self.note(id, now_secs, change);
+        let Some(order) = self.open.remove(&id) else { return };
+        self.waiting.remove(&id);
+        self.early.remove(&(order.content.earliest_secs.to_bits(), id));
+        self.names.remove(&order.content.name);
+        self.made_by.remove(&id);
+        if let Some(robot) = order.content.intended_robot {
+            self.intended.remove(&(robot, id));
+        }
+        self.changed.remove(&id);
+        self.counts.closed(&order, now_secs);
+        if self.threads.is_some() {
+            self.closed.push(Arc::new(order));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,186 @@
+//! The assignment of open orders to robots, by the pool's [`Assigner`](crate::Assigner).
+
+use super::{Candidate, Change, Order, OrderId, OrderPool, State};
+use crate::assign::{OpenOrder, Problem, allowed};
+
+/// The seconds of driving that priority, age and a near deadline are worth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Urgency {
+    /// Of each step of priority.
+    pub priority_secs: f64,
+    /// Of each second that an order waits.
+    pub age: f64,
+    /// An order is more urgent from so many seconds before its deadline on, by a second each
+    /// second.
+    pub before_deadline_secs: f64,
+    /// The simulated seconds after which orders that have a robot, but that it hasn't begun, may
+    /// get another one.
+    pub reassignment_secs: f64,
+}
+
+impl Default for Urgency {
+    fn default() -> Self {
+        Self { priority_secs: 30.0, age: 0.5, before_deadline_secs: 600.0, reassignment_secs: 5.0 }
+    }
+}
+
+/// The changes of an assignment. Withdrawals come before the assignments.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Assignments {
+    /// Orders that were taken from their robots.
+    pub withdrawn: Vec<(OrderId, u32)>,
+    /// Orders that robots have got.
+    pub assigned: Vec<(OrderId, u32)>,
+}
+
+impl OrderPool {
+    /// Sets what makes orders urgent.
+    pub fn set_urgency(&mut self, urgency: Urgency) {
+        self.urgency = urgency;
+    }
+
+    /// Whether the next [`assign`](Self::assign) also assigns orders anew that have a robot, but
+    /// that it hasn't begun. If not, only robots without an order can get one.
+    pub fn is_reassignment_due(&self, now_secs: f64) -> bool {
+        now_secs >= self.next_reassignment_secs
+    }
+
+    /// Assigns waiting orders to robots. `available` are the robots that may get an order or
+    /// another one; those that are at a stop, or have begun their order, are ignored. Every few
+    /// seconds orders that aren't begun are assigned anew. `driving_secs` returns how long a robot
+    /// drives to a node, in seconds; `None` if it can't.
+    pub fn assign(
+        &mut self,
+        now_secs: f64,
+        available: &[Candidate],
+        driving_secs: &dyn Fn(u32, u32) -> Option<f64>,
+    ) -> Assignments {
+        let is_reassignment = self.is_reassignment_due(now_secs);
+        if is_reassignment {
+            self.next_reassignment_secs = now_secs + self.urgency.reassignment_secs;
+        }
+        let mut robots = self.candidates(available, is_reassignment);
+        let mut changes = self.assign_intended(&mut robots, now_secs, driving_secs);
+        if robots.is_empty() {
+            return changes;
+        }
+        let orders = self.assignable(&robots, now_secs);
+        let problem = Problem { now_secs, orders: &orders, robots: &robots, driving_secs };
+        let pairs = allowed(&problem, self.assigner.assign(&problem));
+        self.carry_out(&orders, &pairs, now_secs, &mut changes);
+        changes
+    }
+
+    /// Returns the robots without an order, and those that may get another one, by id.
+    fn candidates(&self, available: &[Candidate], is_reassignment: bool) -> Vec<Candidate> {
+        let may_get = |candidate: &&Candidate| match self
+            .order_of(candidate.robot)
+            .and_then(|id| self.order(id))
+        {
+            None => true,
+            // An order for this robot alone stays with it.
+            Some(order) if order.content.intended_robot.is_some() => false,
+            Some(order) => {
+                is_reassignment
+                    && !order.is_bound()
+                    && order.state == State::Travelling(candidate.robot)
+            }
+        };
+        let mut robots: Vec<_> = available.iter().filter(may_get).copied().collect();
+        robots.sort_by_key(|candidate| candidate.robot);
+        robots.dedup_by_key(|candidate| candidate.robot);
+        robots
+    }
+
+    /// Returns the waiting orders, and those of the robots, by number.
+    fn assignable(&self, robots: &[Candidate], now_secs: f64) -> Vec<OpenOrder> {
+        let theirs = robots.iter().filter_map(|candidate| self.order_of(candidate.robot));
+        let mut orders: Vec<_> = self.waiting.iter().copied().chain(theirs).collect();
+        orders.sort_unstable();
+        let orders = orders.iter().filter_map(|id| self.open.get(id));
+        let is_for_any = |order: &&Order| order.content.intended_robot.is_none();
+        orders.filter(is_for_any).map(|order| self.open_order(order, now_secs)).collect()
+    }
+
+    fn open_order(&self, order: &Order, now_secs: f64) -> OpenOrder {
+        let node = order.content.stops[0].node;
+        let urgency = &self.urgency;
+        let nearness =
+            |deadline: f64| (urgency.before_deadline_secs - (deadline - now_secs)).max(0.0);
+        let urgency_secs = f64::from(order.content.priority) * urgency.priority_secs
+            + (now_secs - order.ready_secs()).max(0.0) * urgency.age
+            + order.content.deadline_secs.map_or(0.0, nearness);
+        let position = self.places.place(node).position;
+        OpenOrder { id: order.id, node, position, urgency_secs, robot: order.state.robot() }
+    }
+
+    fn carry_out(
+        &mut self,
+        orders: &[OpenOrder],
+        pairs: &std::collections::BTreeMap<OrderId, u32>,
+        now_secs: f64,
+        changes: &mut Assignments,
+    ) {
+        for OpenOrder { id, robot, .. } in orders {
+            if let Some(robot) = robot.filter(|robot| pairs.get(id) != Some(robot)) {
+                changes.withdrawn.extend(self.withdraw(robot, now_secs).map(|id| (id, robot)));
+            }
+        }
+        for OpenOrder { id, robot, .. } in orders {
+            let new = pairs.get(id).filter(|new| *robot != Some(**new));
+            if let Some(new) = new {
+                self.give(*id, *new, now_secs);
+                changes.assigned.push((*id, *new));
+            }
+        }
+    }
+
+    /// Gives a waiting order to a robot that has none.
+    pub(super) fn give(&mut self, id: OrderId, robot: u32, now_secs: f64) {
+        let Some(order) = self.open.get_mut(&id) else { return };
+        order.state = State::Travelling(robot);
+        self.waiting.remove(&id);
+        self.by_robot.insert(robot, id);
+        self.note(id, now_secs, Change::Assigned { robot });
+    }
+
+    /// Gives robots the waiting orders that only they may get, the most urgent first. These robots
+    /// are candidates no longer.
+    pub(super) fn assign_intended(
+        &mut self,
+        robots: &mut Vec<Candidate>,
+        now_secs: f64,
+        driving_secs: &dyn Fn(u32, u32) -> Option<f64>,
+    ) -> Assignments {
+        let mut changes = Assignments::default();
+        if self.intended.is_empty() {
+            return changes;
+        }
+        robots.retain(|candidate| {
+            let robot = candidate.robot;
+            let Some(id) = self.next_intended(robot, driving_secs) else { return true };
+            changes.withdrawn.extend(self.withdraw(robot, now_secs).map(|id| (id, robot)));
+            self.give(id, robot, now_secs);
+            changes.assigned.push((id, robot));
+            false
+        });
+        changes
+    }
+
+    /// Returns the waiting order for a robot only that comes next: of the highest priority, then
+    /// the oldest.
+    fn next_intended(
+        &self,
+        robot: u32,
+        driving_secs: &dyn Fn(u32, u32) -> Option<f64>,
+    ) -> Option<OrderId> {
+        let theirs = self.intended.range((robot, OrderId(0))..=(robot, OrderId(u64::MAX)));
+        let waiting = theirs.map(|(_, id)| *id).filter(|id| self.waiting.contains(id));
+        let orders = waiting.filter_map(|id| self.open.get(&id));
+        let possible =
+            orders.filter(|order| driving_secs(robot, order.content.stops[0].node).is_some());
+        possible
+            .max_by_key(|order| (order.content.priority, std::cmp::Reverse(order.id)))
+            .map(|order| order.id)
+    }
+}

@@ -1,0 +1,207 @@
+//! The sources of orders: files, generators, and the store after a restart.
+
+use super::{Change, Generator, HistoryEntry, NewOrder, Order, OrderId, OrderPool, State};
+use crate::draft::DraftError;
+use crate::file::TimedDraft;
+use crate::load::Load;
+use crate::order::{NameError, OrderName};
+use crate::store::Known;
+use crate::yaml::InputError;
+
+/// The largest number of unroutable orders that an endless load replaces, for each robot.
+const MOST_LOST: usize = 10;
+
+impl OrderPool {
+    /// Adds the orders of a file. Those without a name get one of their line.
+    ///
+    /// # Errors
+    /// [`InputError`] if an order is wrong, or two have the same name.
+    pub fn add_orders(&mut self, orders: &[TimedDraft]) -> Result<(), InputError> {
+        self.add_new_orders(orders, &Known::default())
+    }
+
+    /// Adds the orders of a file that the store doesn't know.
+    pub(crate) fn add_new_orders(
+        &mut self,
+        orders: &[TimedDraft],
+        known: &Known,
+    ) -> Result<(), InputError> {
+        let mut names = std::collections::BTreeSet::new();
+        for TimedDraft { line, secs, draft } in orders {
+            let error = |reason: String| InputError { line: *line, reason };
+            let order =
+                self.file_order(*line, draft).map_err(|reason| error(reason.to_string()))?;
+            if !names.insert(order.name.clone()) {
+                return Err(error(format!("there are two orders `{}`", order.name)));
+            }
+            if !known.names.contains(order.name.as_str()) {
+                self.timetable.push((*secs, order));
+            }
+        }
+        // Stable: orders of the same time stay in the order of the file.
+        self.timetable.sort_by(|a, b| a.0.total_cmp(&b.0));
+        self.timetable.reverse();
+        Ok(())
+    }
+
+    fn file_order(&self, line: usize, draft: &crate::OrderDraft) -> Result<NewOrder, DraftError> {
+        let mut draft = draft.clone();
+        let name = draft.name.take().unwrap_or_else(|| format!("line-{line}"));
+        let name = OrderName::parse(&name).map_err(|error: NameError| DraftError::Name(error))?;
+        draft.check(&self.places, || name)
+    }
+
+    /// Adds the generators of a load.
+    pub fn add_load(&mut self, load: &Load) {
+        self.continue_load(load, &Known::default());
+    }
+
+    /// Adds the generators of a load, which continue after the orders that the store knows.
+    pub(crate) fn continue_load(&mut self, load: &Load, known: &Known) {
+        for (settings, number) in load.generators.iter().zip(1..) {
+            let mut generator = Generator::new(settings.clone(), load.seed, number, known.run);
+            let numbers = known.names.iter().filter_map(|name| generator.number_of(name));
+            let made = numbers.max().unwrap_or(0);
+            generator.skip(made);
+            self.generators.push(generator);
+        }
+    }
+
+    /// Makes all orders whose time has come. `robots` is the number of robots that may get orders:
+    /// endless loads have as many open ones.
+    pub fn generate_until(&mut self, now_secs: f64, robots: usize) {
+        self.opened_secs.get_or_insert(now_secs);
+        let mut arrivals = Vec::new();
+        while self.timetable.last().is_some_and(|(secs, _)| *secs <= now_secs) {
+            arrivals.extend(self.timetable.pop().map(|(secs, order)| (secs, None, order)));
+        }
+        for (index, generator) in self.generators.iter_mut().enumerate() {
+            // Orders that can't be carried out now don't keep robots busy; but they must not become
+            // ever more.
+            let is_lost = |id| {
+                self.open.get(id).is_some_and(|order: &Order| order.state == State::Unroutable)
+            };
+            let made = || self.made_by.iter().filter(|(_, maker)| **maker == index);
+            let lost = made().filter(|(id, _)| is_lost(*id)).count();
+            let mut open = made().count() - lost.min(MOST_LOST * robots);
+            while let Some((secs, order)) = generator.next(now_secs, robots, open) {
+                arrivals.push((secs, Some(index), order));
+                open += 1;
+            }
+        }
+        arrivals.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (secs, maker, order) in arrivals {
+            let id = self.create(secs, now_secs, order);
+            self.made_by.extend(maker.zip(id).map(|(maker, id)| (id, maker)));
+        }
+        self.start_early(now_secs);
+    }
+
+    /// Lets orders wait for a robot whose earliest start has come.
+    fn start_early(&mut self, now_secs: f64) {
+        while let Some(&(bits, id)) =
+            self.early.first().filter(|(bits, _)| f64::from_bits(*bits) <= now_secs)
+        {
+            self.early.remove(&(bits, id));
+            if let Some(order) = self.open.get_mut(&id) {
+                order.state = State::Waiting;
+                self.waiting.insert(id);
+                self.changed.insert(id);
+            }
+        }
+    }
+
+    /// Opens a new order. Returns `None` if there is an open one with its name.
+    pub(super) fn create(
+        &mut self,
+        created_secs: f64,
+        now_secs: f64,
+        content: NewOrder,
+    ) -> Option<OrderId> {
+        if self.names.contains_key(&content.name) {
+            return None;
+        }
+        let id = OrderId(self.next_id);
+        self.next_id += 1;
+        let created =
+            Change::Created { priority: content.priority, stops: content.stops.len() as u32 };
+        let stops = content.stops.clone();
+        let order = Order {
+            id,
+            content,
+            created_secs,
+            state: State::Waiting,
+            handled_stops: 0,
+            reason: String::new(),
+            history: Vec::new(),
+        };
+        self.admit(order, now_secs);
+        self.note(id, created_secs, created);
+        self.events.extend(stops.iter().zip(0..).map(|(stop, index)| super::OrderEvent {
+            secs: now_secs,
+            id,
+            change: Change::Stop {
+                stop: index,
+                node: stop.node,
+                action: stop.action,
+                dwell_secs: stop.dwell_secs,
+            },
+        }));
+        Some(id)
+    }
+
+    /// Puts an order without a robot among the open ones: it waits, or is too early.
+    fn admit(&mut self, mut order: Order, now_secs: f64) {
+        let id = order.id;
+        if order.content.earliest_secs > now_secs {
+            order.state = State::Created;
+            self.early.insert((order.content.earliest_secs.to_bits(), id));
+        } else {
+            order.state = State::Waiting;
+            self.waiting.insert(id);
+        }
+        self.intended.extend(order.content.intended_robot.map(|robot| (robot, id)));
+        self.names.insert(order.content.name.clone(), id);
+        self.open.insert(id, order);
+    }
+
+    /// Continues with the open orders of a store: those that a robot has begun stay with it, and
+    /// all others wait.
+    pub(crate) fn restore(&mut self, orders: Vec<Order>, next_id: u64, now_secs: f64) {
+        self.next_id = self.next_id.max(next_id);
+        for mut order in orders {
+            let id = order.id;
+            match order
+                .state
+                .robot()
+                .filter(|robot| order.is_bound() && !self.by_robot.contains_key(robot))
+            {
+                Some(robot) => {
+                    order.state = State::Travelling(robot);
+                    self.by_robot.insert(robot, id);
+                    self.intended.extend(order.content.intended_robot.map(|robot| (robot, id)));
+                    self.names.insert(order.content.name.clone(), id);
+                    self.open.insert(id, order);
+                }
+                None => self.restore_waiting(order, now_secs),
+            }
+            self.changed.insert(id);
+        }
+    }
+
+    fn restore_waiting(&mut self, mut order: Order, now_secs: f64) {
+        let id = order.id;
+        let robot = order.state.robot();
+        if order.history.is_empty() {
+            let stops = order.content.stops.len() as u32;
+            let change = Change::Created { priority: order.content.priority, stops };
+            order.history.push(HistoryEntry { secs: order.created_secs, change });
+        }
+        order.handled_stops = 0;
+        order.reason.clear();
+        self.admit(order, now_secs);
+        if let Some(robot) = robot {
+            self.note(id, now_secs, Change::Withdrawn { robot });
+        }
+    }
+}

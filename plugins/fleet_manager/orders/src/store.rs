@@ -1,0 +1,356 @@
+//! The store of orders: an SQLite file that any tool can read.
+//!
+//! An acknowledged order survives the death of this process at any moment, because its commit is
+//! with the operating system (WAL). It isn't synchronised with the disk at every commit: after a
+//! power failure the last orders may be missing, but the file is whole. All writing happens on a
+//! thread of its own, in groups.
+
+use std::collections::BTreeSet;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use rusqlite::{Connection, ErrorCode, OptionalExtension as _, Row, params};
+use serde::{Deserialize, Serialize};
+
+use super::order::{Action, HistoryEntry, NewOrder, Order, OrderId, OrderName, State, Stop};
+use super::places::Places;
+
+pub(super) use archive::{Archive, Page};
+pub(super) use writer::{InsertError, Job, Writer};
+
+mod archive;
+mod writer;
+
+/// `RGTA`: tells our files from those of other programs.
+const APPLICATION_ID: i32 = 0x5247_5441;
+/// The version of the tables.
+const VERSION: i32 = 2;
+/// From version 1 to 2.
+const INTENDED_ROBOT: &str = "ALTER TABLE transport_order ADD COLUMN intended_robot INTEGER;";
+/// From no tables to version 1.
+const SCHEMA: &str = "
+    CREATE TABLE transport_order (
+        name TEXT NOT NULL PRIMARY KEY,
+        id INTEGER,                     -- the number in the order log; null until the manager has taken the order
+        state TEXT NOT NULL,
+        priority INTEGER NOT NULL,
+        created REAL,                   -- all times in seconds of simulated time
+        earliest REAL NOT NULL,
+        deadline REAL,
+        robot INTEGER,
+        handled_stops INTEGER NOT NULL,
+        reason TEXT NOT NULL,
+        stops TEXT NOT NULL,            -- JSON: node (id of the route graph's file), action, dwell in seconds
+        history TEXT NOT NULL           -- JSON: time, event, and what belongs to it
+    );
+    CREATE INDEX open_order ON transport_order (state) WHERE state NOT IN ('finished', 'failed', 'cancelled');
+    CREATE TABLE run (number INTEGER PRIMARY KEY, run_id TEXT NOT NULL);";
+
+/// The error of using a store.
+#[derive(Debug, thiserror::Error)]
+pub enum StoreError {
+    /// Another process has it.
+    #[error("another process keeps its orders in {}; end it, or choose another file", .0.display())]
+    InUse(PathBuf),
+    /// It is no store of orders.
+    #[error("{} is not a store of orders, and is left as it is; choose another file", .0.display())]
+    Foreign(PathBuf),
+    /// It is a store of a later version of this program.
+    #[error("{} was written by a newer version of Regatta (tables {version}, not {VERSION})", path.display())]
+    Newer {
+        /// The file.
+        path: PathBuf,
+        /// The version of its tables.
+        version: i32,
+    },
+    /// It is damaged.
+    #[error("{} is damaged ({reason}), and is left as it is; move it away to begin with an empty store", path.display())]
+    Corrupt {
+        /// The file.
+        path: PathBuf,
+        /// The damage that SQLite found.
+        reason: String,
+    },
+    /// It can't be opened, read or written.
+    #[error("can't use the store {} ({reason})", path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// The reason.
+        reason: String,
+    },
+}
+
+/// The names that a store knows already, and in which of its runs we are.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Known {
+    pub(super) names: BTreeSet<String>,
+    pub(super) run: u64,
+}
+
+/// The content of a store for a run.
+#[derive(Debug)]
+pub(super) struct Restored {
+    /// All open orders, in the order in which they came.
+    pub(super) orders: Vec<Order>,
+    pub(super) next_id: u64,
+    pub(super) known: Known,
+    /// Open orders whose nodes the world doesn't have; they stay in the store.
+    pub(super) unplaced: usize,
+}
+
+/// An open store.
+#[derive(Debug)]
+pub(super) struct OrderStore {
+    // The connection is closed before the lock is given back.
+    connection: Connection,
+    path: PathBuf,
+    places: Arc<Places>,
+    _lock: File,
+}
+
+impl OrderStore {
+    /// Opens a store, or makes a new one. The file `PATH.lock` stays beside it.
+    pub(super) fn open(path: &Path, places: Arc<Places>) -> Result<Self, StoreError> {
+        check_header(path)?;
+        let lock = lock(path)?;
+        let sqlite = |error: rusqlite::Error| sqlite_error(path, &error);
+        let connection = Connection::open(path).map_err(sqlite)?;
+        check_content(&connection, path)?;
+        connection
+            .execute_batch("PRAGMA journal_mode = WAL; PRAGMA synchronous = NORMAL; PRAGMA busy_timeout = 5000;")
+            .map_err(sqlite)?;
+        migrate(&connection).map_err(sqlite)?;
+        Ok(Self { connection, path: path.to_owned(), places, _lock: lock })
+    }
+
+    /// Begins a run, or continues it if it is the last one of the store. Times and robots of other
+    /// runs mean nothing in this one: their open orders begin anew at `now_secs` of it.
+    pub(super) fn restore(&mut self, run_id: u64, now_secs: f64) -> Result<Restored, StoreError> {
+        self.read(run_id, now_secs).map_err(|error| sqlite_error(&self.path, &error))
+    }
+
+    fn read(&mut self, run_id: u64, now_secs: f64) -> rusqlite::Result<Restored> {
+        let transaction = self.connection.transaction()?;
+        let run_text = format!("{run_id:016x}");
+        let last: Option<(u64, String)> = transaction
+            .query_row("SELECT number, run_id FROM run ORDER BY number DESC LIMIT 1", [], |row| {
+                Ok((row.get(0)?, row.get(1)?))
+            })
+            .optional()?;
+        let is_same = last.as_ref().is_some_and(|(_, id)| *id == run_text);
+        let run = last.map_or(0, |(number, _)| number) + u64::from(!is_same);
+        if !is_same {
+            transaction.execute("INSERT INTO run VALUES (?, ?)", params![run, run_text])?;
+            transaction.execute("UPDATE transport_order SET id = NULL", [])?;
+            // Where somebody sent a robot of another run means nothing in this one.
+            transaction.execute(
+                "UPDATE transport_order SET state = 'cancelled', reason = 'its run has ended'
+                 WHERE name LIKE ? AND state NOT IN ('finished', 'failed', 'cancelled')",
+                [format!("{}%", OrderName::REQUESTED)],
+            )?;
+        }
+        let mut next_id = 1 + transaction.query_row(
+            "SELECT ifnull(max(id), 0) FROM transport_order",
+            [],
+            |row| row.get::<_, u64>(0),
+        )?;
+        let (mut orders, mut unplaced) = (Vec::new(), 0);
+        let mut statement = transaction.prepare(
+            "SELECT name, id, state, priority, created, earliest, deadline, robot, handled_stops, stops, history, intended_robot
+             FROM transport_order WHERE state NOT IN ('finished', 'failed', 'cancelled') ORDER BY rowid",
+        )?;
+        let mut rows = statement.query([])?;
+        while let Some(row) = rows.next()? {
+            match order_of(row, &self.places, is_same, now_secs, next_id)? {
+                Some(order) => {
+                    next_id = next_id.max(order.id.0 + 1);
+                    orders.push(order);
+                }
+                None => unplaced += 1,
+            }
+        }
+        drop(rows);
+        drop(statement);
+        let names = names(&transaction)?;
+        transaction.commit()?;
+        Ok(Restored { orders, next_id, known: Known { names, run }, unplaced })
+    }
+}
+
+fn names(connection: &Connection) -> rusqlite::Result<BTreeSet<String>> {
+    let mut statement = connection.prepare("SELECT name FROM transport_order")?;
+    statement.query_map([], |row| row.get(0))?.collect()
+}
+
+/// Refuses a file that has content, but not that of SQLite.
+fn check_header(path: &Path) -> Result<(), StoreError> {
+    let io =
+        |error: std::io::Error| StoreError::Io { path: path.to_owned(), reason: error.to_string() };
+    let mut header = Vec::new();
+    match File::open(path) {
+        Ok(file) => file.take(16).read_to_end(&mut header).map_err(io)?,
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
+        Err(error) => return Err(io(error)),
+    };
+    match header.is_empty() || header == b"SQLite format 3\0" {
+        true => Ok(()),
+        false => Err(StoreError::Foreign(path.to_owned())),
+    }
+}
+
+/// Takes the lock, which the system gives back at the end of this process, however it ends. It is a
+/// file of its own, because closing a second handle of the store would give SQLite's locks back.
+fn lock(path: &Path) -> Result<File, StoreError> {
+    let mut name = path.as_os_str().to_owned();
+    name.push(".lock");
+    let file = File::options().create(true).truncate(false).write(true).open(&name);
+    let file =
+        file.map_err(|error| StoreError::Io { path: path.to_owned(), reason: error.to_string() })?;
+    file.try_lock().map_err(|error| match error {
+        std::fs::TryLockError::WouldBlock => StoreError::InUse(path.to_owned()),
+        std::fs::TryLockError::Error(error) => {
+            StoreError::Io { path: path.to_owned(), reason: error.to_string() }
+        }
+    })?;
+    Ok(file)
+}
+
+/// Refuses a database of another program, of a later version, or that is damaged.
+fn check_content(connection: &Connection, path: &Path) -> Result<(), StoreError> {
+    let sqlite = |error: rusqlite::Error| sqlite_error(path, &error);
+    let pragma = |name: &str| {
+        connection.pragma_query_value(None, name, |row| row.get::<_, i32>(0)).map_err(sqlite)
+    };
+    let pages = pragma("page_count")?;
+    if pages > 0 && pragma("application_id")? != APPLICATION_ID {
+        return Err(StoreError::Foreign(path.to_owned()));
+    }
+    let version = pragma("user_version")?;
+    if version > VERSION {
+        return Err(StoreError::Newer { path: path.to_owned(), version });
+    }
+    let check: String =
+        connection.pragma_query_value(None, "quick_check", |row| row.get(0)).map_err(sqlite)?;
+    if check == "ok" {
+        Ok(())
+    } else {
+        Err(StoreError::Corrupt { path: path.to_owned(), reason: check.replace('\n', "; ") })
+    }
+}
+
+fn migrate(connection: &Connection) -> rusqlite::Result<()> {
+    let version: i32 = connection.pragma_query_value(None, "user_version", |row| row.get(0))?;
+    if version == VERSION {
+        return Ok(());
+    }
+    let schema = if version == 0 { SCHEMA } else { "" };
+    connection.execute_batch(&format!(
+        "BEGIN IMMEDIATE; PRAGMA application_id = {APPLICATION_ID}; PRAGMA user_version = {VERSION};
+         {schema} {INTENDED_ROBOT} COMMIT;"
+    ))
+}
+
+fn sqlite_error(path: &Path, error: &rusqlite::Error) -> StoreError {
+    let path = path.to_owned();
+    match error.sqlite_error_code() {
+        Some(ErrorCode::DatabaseCorrupt) => StoreError::Corrupt { path, reason: error.to_string() },
+        Some(ErrorCode::NotADatabase) => StoreError::Foreign(path),
+        Some(ErrorCode::DatabaseBusy | ErrorCode::DatabaseLocked) => StoreError::InUse(path),
+        _ => StoreError::Io { path, reason: error.to_string() },
+    }
+}
+
+/// A stop in the column `stops`.
+#[derive(Serialize, Deserialize)]
+struct StopRow {
+    node: u32,
+    action: Action,
+    dwell: f64,
+}
+
+impl StopRow {
+    fn new(stop: &Stop, places: &Places) -> Self {
+        Self { node: places.place(stop.node).id, action: stop.action, dwell: stop.dwell_secs }
+    }
+
+    /// Returns the stop; `None` if the world doesn't have its node, or its time is none.
+    fn stop(&self, places: &Places) -> Option<Stop> {
+        let node = places.with_id(self.node)?;
+        let is_time = self.dwell.is_finite() && self.dwell >= 0.0;
+        is_time.then_some(Stop { node, action: self.action, dwell_secs: self.dwell })
+    }
+}
+
+fn stop_rows(stops: &[Stop], places: &Places) -> String {
+    let rows: Vec<_> = stops.iter().map(|stop| StopRow::new(stop, places)).collect();
+    // Numbers and fixed words: this can't fail.
+    serde_json::to_string(&rows).unwrap_or_default()
+}
+
+/// Returns a row as an order, or `None` if it names nodes that the world doesn't have, or is no
+/// order at all.
+fn order_of(
+    row: &Row,
+    places: &Places,
+    is_same_run: bool,
+    now_secs: f64,
+    next_id: u64,
+) -> rusqlite::Result<Option<Order>> {
+    let text = |index: usize| row.get::<_, String>(index);
+    let rows: Vec<StopRow> = serde_json::from_str(&text(9)?).unwrap_or_default();
+    let stops: Option<Vec<_>> = rows.iter().map(|row| row.stop(places)).collect();
+    let (Some(stops), Ok(name)) =
+        (stops.filter(|stops| !stops.is_empty()), OrderName::stored(&text(0)?))
+    else {
+        return Ok(None);
+    };
+    let created_secs = row.get::<_, Option<f64>>(4)?.unwrap_or(now_secs);
+    let deadline: Option<f64> = row.get(6)?;
+    let mut content = NewOrder {
+        name,
+        priority: row.get(3)?,
+        earliest_secs: row.get::<_, f64>(5)?.max(0.0),
+        deadline_secs: deadline,
+        intended_robot: row.get(11)?,
+        stops,
+    };
+    let mut order = Order {
+        id: OrderId(row.get::<_, Option<u64>>(1)?.unwrap_or(next_id)),
+        created_secs,
+        state: state_of(&text(2)?, row.get(7)?),
+        handled_stops: row.get::<_, usize>(8)?.min(content.stops.len() - 1),
+        reason: String::new(),
+        history: serde_json::from_str::<Vec<HistoryEntry>>(&text(10)?).unwrap_or_default(),
+        content: content.clone(),
+    };
+    if !is_same_run {
+        content.earliest_secs = 0.0;
+        content.deadline_secs =
+            deadline.map(|deadline| now_secs + (deadline - created_secs).max(0.0));
+        order = Order {
+            content,
+            created_secs: now_secs,
+            state: State::Waiting,
+            handled_stops: 0,
+            history: Vec::new(),
+            ..order
+        };
+    }
+    Ok(Some(order))
+}
+
+fn state_of(name: &str, robot: Option<u32>) -> State {
+    match (name, robot) {
+        ("travelling", Some(robot)) => State::Travelling(robot),
+        ("handling", Some(robot)) => State::Handling(robot),
+        ("created", _) => State::Created,
+        ("unroutable", _) => State::Unroutable,
+        _ => State::Waiting,
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,142 @@
+//! The web API: orders and vehicles as JSON, in the shape of openTCS's web API, with an OpenAPI
+//! document.
+//!
+//! It has a thread with a runtime of its own, and a board of its own with all orders and vehicles.
+//! The manager's tick sends it what has changed and never waits for it.
+
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::mpsc::Sender;
+use std::time::Duration;
+
+use regatta_kit::server::{Limits, Server, WhenFull};
+use tokio::sync::Semaphore;
+use tokio::sync::mpsc::UnboundedReceiver;
+
+use super::requests::{Request, Update};
+use super::store::{Archive, Job, StoreError};
+
+mod api;
+mod board;
+mod routes;
+
+use api::Api;
+pub(super) use board::Board;
+
+/// The largest number of readers of events.
+const MAX_READERS: usize = 64;
+/// Readers of events stay, and so the oldest connection isn't closed for a new one.
+const LIMITS: Limits = Limits {
+    request_timeout: Duration::from_secs(10),
+    max_age: None,
+    max_connections: 1_024,
+    when_full: WhenFull::Wait,
+};
+
+/// Checks that the web API could be served: the token, and that the address is free now.
+pub(super) fn check(address: SocketAddr, token_file: Option<&Path>) -> Result<(), WebError> {
+    token(address, token_file)?;
+    let listener = std::net::TcpListener::bind(address);
+    listener.map(drop).map_err(|reason| WebError::Listen { address, reason })
+}
+
+/// Reads the token, which addresses that others may reach need.
+fn token(address: SocketAddr, file: Option<&Path>) -> Result<Option<String>, WebError> {
+    match file {
+        Some(file) => read_token(file).map(Some),
+        None if address.ip().is_loopback() => Ok(None),
+        None => Err(WebError::NeedsToken(address)),
+    }
+}
+
+/// The error of serving the web API.
+#[derive(Debug, thiserror::Error)]
+pub enum WebError {
+    /// The address is taken, or not one of this machine.
+    #[error(
+        "can't serve orders on {address} ({reason}); choose another port with --http, or --http off"
+    )]
+    Listen {
+        /// The address.
+        address: SocketAddr,
+        /// The reason.
+        reason: std::io::Error,
+    },
+    /// Others may reach the address, and anybody could send orders.
+    #[error(
+        "{0} can be reached from other machines: give a token with --token-file, or use 127.0.0.1"
+    )]
+    NeedsToken(SocketAddr),
+    /// The file with the token can't be used.
+    #[error("can't use the token of {} ({reason})", path.display())]
+    Token {
+        /// The file.
+        path: PathBuf,
+        /// The reason.
+        reason: String,
+    },
+    /// The store can't be read.
+    #[error(transparent)]
+    Store(#[from] StoreError),
+}
+
+/// The channels from the web API to the other threads.
+pub(super) struct Channels {
+    /// To the store, if there is one.
+    pub(super) jobs: Option<Sender<Job>>,
+    /// The stored orders, if there is a store.
+    pub(super) archive: Option<Archive>,
+    /// To the pool.
+    pub(super) requests: Sender<Request>,
+    /// From the pool.
+    pub(super) updates: UnboundedReceiver<Update>,
+}
+
+/// A running web API. Dropping it ends it.
+pub(super) struct Web(Server);
+
+impl Web {
+    /// Starts it with a board that shows the open orders.
+    pub(super) fn start(
+        address: SocketAddr,
+        token_file: Option<&Path>,
+        board: Board,
+        channels: Channels,
+    ) -> Result<Self, WebError> {
+        let token = token(address, token_file)?;
+        let Channels { jobs, archive, requests, updates } = channels;
+        // Names of orders that the store has are taken.
+        board.number_from(archive.as_ref().map_or(Ok(0), Archive::last_number)?);
+        let board = Arc::new(board);
+        let background = board.clone().follow(updates);
+        let (archive, readers) = (archive.map(Arc::new), Arc::new(Semaphore::new(MAX_READERS)));
+        let api = Api { board, archive, jobs, requests, token, readers };
+        let router = routes::router(Arc::new(api));
+        let server = Server::start("order-api", address, router, LIMITS, background);
+        server.map(Self).map_err(|reason| WebError::Listen { address, reason })
+    }
+
+    /// The address, with the actual port.
+    pub(super) fn address(&self) -> SocketAddr {
+        self.0.address()
+    }
+}
+
+/// The shortest token.
+const MIN_TOKEN_BYTES: usize = 8;
+
+fn read_token(path: &Path) -> Result<String, WebError> {
+    let error = |reason: String| WebError::Token { path: path.to_owned(), reason };
+    let text = std::fs::read_to_string(path).map_err(|reason| error(reason.to_string()))?;
+    let token = text.trim();
+    match token.len() >= MIN_TOKEN_BYTES && token.bytes().all(|byte| byte.is_ascii_graphic()) {
+        true => Ok(token.to_owned()),
+        false => {
+            Err(error(format!("it must have at least {MIN_TOKEN_BYTES} visible ASCII characters")))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

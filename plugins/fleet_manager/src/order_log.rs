@@ -1,0 +1,101 @@
+//! The book's events as the contract's order log has them.
+
+use std::collections::BTreeMap;
+
+use regatta_plugin::order::{NO_ROBOT, OrderKind, OrderRecord, StopAction};
+
+use regatta_orders::{Action, Change, Order, OrderEvent, Places, Stop};
+
+/// Turns events into records.
+#[derive(Debug, Default)]
+pub struct OrderLog {
+    /// By the number of an open order: the record of each of its stops.
+    stops: BTreeMap<u64, Vec<OrderRecord>>,
+}
+
+impl OrderLog {
+    /// Makes the log of a book whose open orders were announced already: before a restart.
+    pub fn new<'book>(open: impl Iterator<Item = &'book Order>, places: &Places) -> Self {
+        let stops = |order: &Order| {
+            let id = order.id.0;
+            let stops = (0..).zip(&order.content.stops);
+            let of = record(id, OrderKind::Stop, None);
+            (id, stops.map(|(number, stop)| stop_record(of, number, stop, places)).collect())
+        };
+        Self { stops: open.map(stops).collect() }
+    }
+
+    /// Returns an event as a record; `None` for those that the order log doesn't have.
+    pub fn record(&mut self, event: &OrderEvent, places: &Places) -> Option<OrderRecord> {
+        let id = event.id.0;
+        let of = |kind, robot: Option<u32>| record(id, kind, robot);
+        Some(match &event.change {
+            Change::Created { stops, .. } => {
+                OrderRecord { detail: *stops, ..of(OrderKind::Created, None) }
+            }
+            Change::Stop { stop, node, action, dwell_secs } => {
+                let of_stop = Stop { node: *node, action: *action, dwell_secs: *dwell_secs };
+                let record = stop_record(of(OrderKind::Stop, None), *stop, &of_stop, places);
+                self.stops.entry(id).or_default().push(record);
+                record
+            }
+            Change::Assigned { robot } => of(OrderKind::Assigned, Some(*robot)),
+            Change::Withdrawn { robot } => of(OrderKind::Withdrawn, Some(*robot)),
+            Change::Arrived { robot, stop } => {
+                self.at_stop(of(OrderKind::Arrived, Some(*robot)), *stop)
+            }
+            Change::Handled { robot, stop } => {
+                self.at_stop(of(OrderKind::Handled, Some(*robot)), *stop)
+            }
+            Change::Finished { robot } => self.end(of(OrderKind::Finished, Some(*robot))),
+            Change::Failed { robot, .. } => self.end(of(OrderKind::Failed, *robot)),
+            Change::Cancelled { robot, .. } => self.end(of(OrderKind::Cancelled, *robot)),
+            Change::Unroutable { .. } | Change::Reopened => return None,
+        })
+    }
+
+    fn at_stop(&self, record: OrderRecord, stop: u32) -> OrderRecord {
+        let known = self.stops.get(&record.order).and_then(|stops| stops.get(stop as usize));
+        let (node, action) = known.map_or((0, 0), |known| (known.node, known.action));
+        OrderRecord { stop, node, action, ..record }
+    }
+
+    fn end(&mut self, record: OrderRecord) -> OrderRecord {
+        self.stops.remove(&record.order);
+        record
+    }
+}
+
+fn record(order: u64, kind: OrderKind, robot: Option<u32>) -> OrderRecord {
+    OrderRecord {
+        order,
+        kind: kind as u32,
+        robot: robot.unwrap_or(NO_ROBOT),
+        stop: 0,
+        node: 0,
+        action: 0,
+        dwell_secs: 0.0,
+        detail: 0,
+        reserved: 0,
+    }
+}
+
+fn stop_record(record: OrderRecord, number: u32, stop: &Stop, places: &Places) -> OrderRecord {
+    OrderRecord {
+        stop: number,
+        node: places.place(stop.node).id,
+        action: stop_action(stop.action) as u32,
+        dwell_secs: stop.dwell_secs as f32,
+        ..record
+    }
+}
+
+fn stop_action(action: Action) -> StopAction {
+    match action {
+        Action::None => StopAction::None,
+        Action::Pick => StopAction::Pick,
+        Action::Drop => StopAction::Drop,
+        Action::Charge => StopAction::Charge,
+        Action::Park => StopAction::Park,
+    }
+}

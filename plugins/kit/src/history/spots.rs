@@ -1,0 +1,148 @@
+//! Hot spots: places where robots touch, or stand and can't drive on, ranked by the time that they
+//! have cost. All of the run is kept from the first frame on that was seen.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use regatta_plugin::contact::ContactRecord;
+use regatta_plugin::frame::{Frame, NO_EDGE};
+use regatta_plugin::history::{HotSpot, SPOT_EDGES, Trend};
+
+mod cells;
+mod losses;
+
+use cells::{CELL, Cells, Key, Moment, RECENT, USUAL};
+
+/// Cells are part of a spot up to this distance from its worst cell, in metres: a platoon of four
+/// is one spot.
+const REACH: f32 = 5.0;
+/// The distance to the outermost cell of a spot, in cells.
+const REACH_CELLS: i32 = (REACH / CELL) as i32 + 1;
+/// The most spots of a list.
+const MAX_SPOTS: usize = 200;
+/// All cells of a list of spots are among so many of the worst, as no spot takes more than the
+/// cells around its worst one.
+const MAX_LISTED_CELLS: usize = MAX_SPOTS * (2 * REACH_CELLS as usize + 1).pow(2);
+/// A sample stands for at most so many simulated seconds.
+const LONGEST_GAP: f64 = 60.0;
+
+/// Adds up lost time by place.
+#[derive(Clone, Debug, Default)]
+pub struct Spots {
+    run: u64,
+    /// The simulated time of the newest frame, in seconds, and the jumps before it.
+    newest: Option<(f64, u64)>,
+    began: f64,
+    cells: Cells,
+}
+
+impl Spots {
+    /// The run that is counted, and the simulated time of its first frame that is, in seconds.
+    pub fn began(&self) -> (u64, f64) {
+        (self.run, self.began)
+    }
+
+    /// Adds a frame and the pairs of robots that touch in it. It stands for the time since the one
+    /// before, unless a jump lies between them. Another run, or a time that goes back, begins anew.
+    pub fn add(&mut self, frame: &Frame<'_>, pairs: &[ContactRecord]) {
+        let now = frame.sim_time().as_secs_f64();
+        if self.run != frame.run_id() || self.newest.is_some_and(|(before, _)| now < before) {
+            *self = Self { run: frame.run_id(), began: now, ..Self::default() };
+        }
+        let (before, jumps) = self.newest.replace((now, frame.jumps())).unwrap_or((now, 0));
+        if now > before && jumps == frame.jumps() {
+            let moment = Moment::new(before, now, (now - before).min(LONGEST_GAP));
+            for loss in &losses::losses(frame, pairs) {
+                self.cells.lose(loss, &moment);
+            }
+        }
+    }
+
+    /// Returns the spots, the one that has cost the most time first: around the worst cell, then
+    /// around the worst one of the rest, and so on.
+    pub fn list(&self) -> Vec<HotSpot> {
+        let mut taken = BTreeSet::new();
+        let mut spots = Vec::new();
+        for (key, worst) in self.cells.worst(MAX_LISTED_CELLS) {
+            if spots.len() == MAX_SPOTS {
+                break;
+            }
+            if !taken.contains(&key) {
+                let cells = self.around(key, worst.middle(), &taken);
+                spots.push(self.spot(&cells));
+                taken.extend(cells);
+            }
+        }
+        spots.sort_by(|a, b| b.lost_secs().total_cmp(&a.lost_secs()));
+        spots
+    }
+
+    /// The cells within reach that belong to no other spot.
+    fn around(&self, [x, y]: Key, middle: [f32; 2], taken: &BTreeSet<Key>) -> Vec<Key> {
+        let reach = -REACH_CELLS..=REACH_CELLS;
+        let near = reach.clone().flat_map(|dx| {
+            reach.clone().map(move |dy| [x.saturating_add(dx), y.saturating_add(dy)])
+        });
+        let within = |key: &Key| {
+            self.cells.get(*key).is_some_and(|cell| distance(cell.middle(), middle) <= REACH)
+                && !taken.contains(key)
+        };
+        near.filter(within).collect()
+    }
+
+    fn spot(&self, cells: &[Key]) -> HotSpot {
+        let (mut secs, mut places, mut seen) = ([0.0; 2], [0.0; 2], [f64::INFINITY, 0.0]);
+        let (mut fading, mut edges) = ([0.0; 2], BTreeMap::<u32, f64>::new());
+        let now = self.newest.unwrap_or_default().0;
+        for cell in cells.iter().filter_map(|key| self.cells.get(*key)) {
+            add(&mut secs, cell.secs);
+            add(&mut places, cell.places);
+            add(&mut fading, cell.fading_at(now));
+            seen = [seen[0].min(cell.seen[0]), seen[1].max(cell.seen[1])];
+            let known = cell.edges.iter().filter(|(edge, _)| *edge != NO_EDGE);
+            known.for_each(|(edge, secs)| *edges.entry(*edge).or_default() += secs);
+        }
+        let mut edges: Vec<_> = edges.into_iter().collect();
+        edges.sort_by(|a, b| b.1.total_cmp(&a.1));
+        let mut worst = [NO_EDGE; SPOT_EDGES];
+        for (place, (edge, _)) in worst.iter_mut().zip(edges) {
+            *place = edge;
+        }
+        let [contact_secs, standing_secs] = secs;
+        let [x, y] = places.map(|sum| (sum / (contact_secs + standing_secs).max(1e-9)) as f32);
+        HotSpot {
+            contact_secs,
+            standing_secs,
+            seen,
+            x,
+            y,
+            edges: worst,
+            trend: trend(fading, now - self.began) as u32,
+            reserved: 0,
+        }
+    }
+}
+
+/// Compares the recent loss with the usual one, both as robots that lose time at a time. Little of
+/// `watched` seconds is usual at first.
+fn trend([recent, usual]: [f64; 2], watched: f64) -> Trend {
+    let rate = |sum: f64, span: f64| sum / (span * (1.0 - (-watched / span).exp())).max(1e-9);
+    match (rate(recent, RECENT), rate(usual, USUAL)) {
+        (recent, _) if recent < 0.05 => Trend::Over,
+        (recent, usual) if recent > 1.3 * usual => Trend::Growing,
+        (recent, usual) if recent < 0.8 * usual => Trend::Easing,
+        _ => Trend::Steady,
+    }
+}
+
+fn add(sum: &mut [f64; 2], other: [f64; 2]) {
+    for (part, other) in sum.iter_mut().zip(other) {
+        *part += other;
+    }
+}
+
+fn distance(one: [f32; 2], other: [f32; 2]) -> f32 {
+    (one[0] - other[0]).hypot(one[1] - other[1])
+}
+
+#[cfg(test)]
+mod tests;

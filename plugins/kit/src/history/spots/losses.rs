@@ -1,0 +1,80 @@
+//! The robots that lose time in a frame, and their places.
+
+use regatta_plugin::contact::{ContactLevel, ContactRecord};
+use regatta_plugin::frame::{Frame, RobotState};
+
+/// The speed below which a robot stands, in metres per second.
+const STANDING: f32 = 0.05;
+/// States are looked through in blocks of this size: most blocks have no robot that stops.
+const BLOCK: usize = 64;
+
+/// A robot that loses time in a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Loss {
+    pub robot: u32,
+    /// Metres east and north.
+    pub place: [f32; 2],
+    pub edge: u32,
+    pub is_contact: bool,
+}
+
+/// Returns the robots that touch others, each where its footprint overlaps another one, and those
+/// that stand and can't drive on. No robot is counted twice.
+pub fn losses(frame: &Frame<'_>, pairs: &[ContactRecord]) -> Vec<Loss> {
+    let mut all = touching(frame, pairs);
+    let contacts = all.len();
+    let mut in_contact = 0;
+    for robot in stopped(frame.state()).filter(|robot| frame.speed()[*robot].abs() < STANDING) {
+        // Both lists ascend.
+        while in_contact < contacts && (all[in_contact].robot as usize) < robot {
+            in_contact += 1;
+        }
+        if in_contact == contacts || all[in_contact].robot as usize != robot {
+            let place = [frame.x()[robot], frame.y()[robot]];
+            all.push(Loss {
+                robot: robot as u32,
+                place,
+                edge: frame.edge()[robot],
+                is_contact: false,
+            });
+        }
+    }
+    all
+}
+
+/// The robots of the frame that touch others, by their numbers: each at the place of its first
+/// pair.
+fn touching(frame: &Frame<'_>, pairs: &[ContactRecord]) -> Vec<Loss> {
+    let touching = pairs.iter().filter(|pair| pair.level == ContactLevel::Touching as u32);
+    let mut all: Vec<Loss> = touching
+        .flat_map(|pair| pair.robots.map(|robot| (robot, [pair.x, pair.y])))
+        .filter_map(|(robot, place)| {
+            let edge = *frame.edge().get(robot as usize)?;
+            Some(Loss { robot, place, edge, is_contact: true })
+        })
+        .collect();
+    all.sort_by_key(|loss| loss.robot);
+    all.dedup_by_key(|loss| loss.robot);
+    all
+}
+
+/// The numbers of the robots that want to drive on but can't, ascending.
+fn stopped(states: &[u8]) -> impl Iterator<Item = usize> {
+    let blocks = states.chunks(BLOCK).enumerate();
+    // Without a branch per state, so that the compiler compares many at once.
+    let with_stops = blocks
+        .filter(|(_, block)| block.iter().fold(0, |any, state| any | u8::from(stops(*state))) != 0);
+    with_stops.flat_map(|(number, block)| {
+        let robots = block.iter().enumerate().filter(|(_, state)| stops(**state));
+        robots.map(move |(row, _)| number * BLOCK + row)
+    })
+}
+
+/// Whether a robot in a state wants to drive on but can't.
+fn stops(state: u8) -> bool {
+    let is = |stop: RobotState| state == stop as u8;
+    is(RobotState::Waiting)
+        | is(RobotState::Faulted)
+        | is(RobotState::Stalled)
+        | is(RobotState::Broken)
+}

@@ -1,0 +1,249 @@
+//! `regatta command`: sends one command to a running fleet, and waits for the answer.
+
+use std::time::Duration;
+
+use clap::{Args, Subcommand};
+use regatta_kit::{Dispatcher, find_node};
+use regatta_plugin::command::RouteLeg;
+use regatta_plugin::event::EventRecord;
+use regatta_plugin::manager::{ManagerAnswer, ManagerResponse};
+use regatta_plugin::order::NO_ROBOT;
+use regatta_plugin::{Commands, ManagerClient};
+
+use crate::control::Target;
+use crate::failure::Failure;
+
+/// The time within which a running fleet answers.
+const TIMEOUT: Duration = Duration::from_secs(5);
+
+#[derive(Subcommand)]
+/// The subcommands of `regatta command`.
+pub enum RobotCommand {
+    /// Give a robot a new route: the fastest one to a node, or along listed edges.
+    Assign {
+        #[command(flatten)]
+        robot: Robot,
+        /// Node to drive to, by id or name.
+        #[arg(required_unless_present = "edges", conflicts_with = "edges")]
+        node: Option<String>,
+        #[command(flatten)]
+        edges: Edges,
+        /// Allow the way to a node to use reverse gear.
+        #[arg(long)]
+        reverse: bool,
+    },
+    /// Append edges to the released base of a robot, in place of its horizon.
+    Extend {
+        #[command(flatten)]
+        robot: Robot,
+        #[command(flatten)]
+        edges: Edges,
+    },
+    /// Release the horizon of a robot, up to a number of metres along an edge.
+    #[command(allow_negative_numbers = true)]
+    Release {
+        #[command(flatten)]
+        robot: Robot,
+        /// Edge of the route, `-ID` in reverse gear.
+        #[arg(value_parser = leg)]
+        edge: RouteLeg,
+        /// Metres from where the robot enters the edge; inf for all of it.
+        metres: f32,
+    },
+    /// Make a robot brake and stand.
+    Hold(Robot),
+    /// End a hold.
+    Resume(Robot),
+    /// Drop a robot's route beyond its current edge.
+    Cancel(Robot),
+    /// Remove a robot from the fleet.
+    Remove(Robot),
+    /// Make a robot break down.
+    Break(Robot),
+    /// Repair a robot that is broken.
+    Repair(Robot),
+    /// Close an edge: no robot enters it, robots on it leave it, and no new route leads along it.
+    Close(Edge),
+    /// Open a closed edge again.
+    Open(Edge),
+    /// Ask the fleet manager to send a robot to a node: at once, or with a load when its order is
+    /// finished.
+    Send {
+        #[command(flatten)]
+        robot: Robot,
+        /// Node to drive to, by id or name.
+        node: String,
+    },
+    /// Ask the fleet manager to end the errand that a robot was sent on.
+    Recall(Robot),
+    /// Add a robot, on a node or on an edge.
+    Spawn {
+        /// Node to stand on, by id or name.
+        #[arg(required_unless_present = "edge", conflicts_with = "edge")]
+        node: Option<String>,
+        /// Edge to stand on, by id.
+        #[arg(long)]
+        edge: Option<u32>,
+        /// Metres from the edge's origin.
+        #[arg(long, default_value_t = 0.0, requires = "edge")]
+        at: f32,
+        /// Name of the robot type; the first by default.
+        #[arg(long = "type")]
+        robot_type: Option<String>,
+        #[command(flatten)]
+        target: Target,
+    },
+}
+
+/// The commands of `regatta robots`.
+#[derive(Subcommand)]
+pub enum RobotsCommand {
+    /// Make a robot break down.
+    Break(Robot),
+    /// Repair a robot that is broken.
+    Repair(Robot),
+}
+
+impl From<RobotsCommand> for RobotCommand {
+    fn from(command: RobotsCommand) -> Self {
+        match command {
+            RobotsCommand::Break(robot) => Self::Break(robot),
+            RobotsCommand::Repair(robot) => Self::Repair(robot),
+        }
+    }
+}
+
+/// A robot of a fleet.
+#[derive(Args)]
+pub struct Robot {
+    /// Robot, by id.
+    robot: u32,
+    #[command(flatten)]
+    target: Target,
+}
+
+/// An edge of a fleet's route graph.
+#[derive(Args)]
+pub struct Edge {
+    /// Edge, by id.
+    edge: u32,
+    #[command(flatten)]
+    target: Target,
+}
+
+/// The edges of a route.
+#[derive(Args)]
+pub struct Edges {
+    /// Edges in order, with commas between them; `-ID` in reverse gear.
+    #[arg(long, value_delimiter = ',', allow_hyphen_values = true, value_parser = leg)]
+    edges: Vec<RouteLeg>,
+}
+
+/// Runs `regatta command`.
+pub fn run(command: RobotCommand) -> Result<(), Failure> {
+    match command {
+        RobotCommand::Assign { robot: Robot { robot, target }, node, edges, reverse } => {
+            let mut fleet = join(&target)?;
+            print_event(&match node {
+                Some(node) => fleet.send_to(robot, |world| find_node(world, &node), reverse)?,
+                None => fleet.send(|commands| commands.assign(robot, &edges.edges))?,
+            });
+        }
+        RobotCommand::Extend { robot, edges } => {
+            send(&robot, |commands, id| commands.extend(id, &edges.edges))?;
+        }
+        RobotCommand::Release { robot, edge, metres } => {
+            send(&robot, |commands, id| commands.release(id, edge, metres))?;
+        }
+        RobotCommand::Hold(robot) => send(&robot, Commands::hold)?,
+        RobotCommand::Resume(robot) => send(&robot, Commands::resume)?,
+        RobotCommand::Cancel(robot) => send(&robot, Commands::cancel)?,
+        RobotCommand::Remove(robot) => send(&robot, Commands::remove)?,
+        RobotCommand::Break(robot) => send(&robot, Commands::break_down)?,
+        RobotCommand::Repair(robot) => send(&robot, Commands::repair)?,
+        RobotCommand::Close(Edge { edge, target }) => {
+            print_event(&join(&target)?.send(|commands| commands.close_edge(edge))?);
+        }
+        RobotCommand::Open(Edge { edge, target }) => {
+            print_event(&join(&target)?.send(|commands| commands.open_edge(edge))?);
+        }
+        RobotCommand::Send { robot: Robot { robot, target }, node } => {
+            let node = node_id(&join(&target)?, &node)?;
+            print_response(&ManagerClient::open(&target.fleet)?.send(robot, node)?);
+        }
+        RobotCommand::Recall(Robot { robot, target }) => {
+            print_response(&ManagerClient::open(&target.fleet)?.recall(robot)?);
+        }
+        RobotCommand::Spawn { node, edge, at, robot_type, target } => {
+            let mut fleet = join(&target)?;
+            let robot_type = robot_type_index(&fleet, robot_type.as_deref())?;
+            print_event(&match edge {
+                Some(edge) => {
+                    fleet.send(|commands| commands.spawn_on_edge(robot_type, edge, at))?
+                }
+                None => {
+                    let node = node_id(&fleet, &node.unwrap_or_default())?;
+                    fleet.send(|commands| commands.spawn_at_node(robot_type, node))?
+                }
+            });
+        }
+    }
+    Ok(())
+}
+
+fn send(robot: &Robot, command: impl FnOnce(&mut Commands, u32) -> u64) -> Result<(), Failure> {
+    print_event(&join(&robot.target)?.send(|commands| command(commands, robot.robot))?);
+    Ok(())
+}
+
+/// Returns the id of a node, by its id or name.
+fn node_id(fleet: &Dispatcher, node: &str) -> Result<u32, Failure> {
+    fleet.world(|world| Ok::<_, Failure>(world.nodes()[find_node(world, node)?].id))?
+}
+
+/// Parses an edge of a route.
+fn leg(text: &str) -> Result<RouteLeg, String> {
+    let (digits, leg): (_, fn(u32) -> RouteLeg) = match text.trim().strip_prefix('-') {
+        Some(digits) => (digits, RouteLeg::reverse),
+        None => (text.trim(), RouteLeg::forward),
+    };
+    digits
+        .parse()
+        .map(leg)
+        .map_err(|_| "give the id of an edge, or -ID to drive it in reverse gear".to_owned())
+}
+
+fn join(target: &Target) -> Result<Dispatcher, Failure> {
+    Ok(Dispatcher::join(&target.fleet, &format!("command-{}", std::process::id()), TIMEOUT)?)
+}
+
+/// Prints the fleet manager's answer.
+fn print_response(response: &ManagerResponse) {
+    match response.answer() {
+        Some(ManagerAnswer::Later) => println!("accepted: when the robot has finished its order"),
+        _ => println!("accepted"),
+    }
+}
+
+/// Prints the answer to a command.
+fn print_event(answer: &EventRecord) {
+    match answer.robot {
+        NO_ROBOT => println!("accepted"),
+        robot => println!("accepted: robot {robot}"),
+    }
+}
+
+/// Returns the index of a robot type by its name, or 0 without a name.
+fn robot_type_index(fleet: &Dispatcher, name: Option<&str>) -> Result<u32, Failure> {
+    let Some(name) = name else { return Ok(0) };
+    fleet.world(|world| {
+        let names: Vec<_> = world.robot_types().iter().map(|known| known.name()).collect();
+        match names.iter().position(|other| *other == name) {
+            Some(index) => Ok(index as u32),
+            None => {
+                let known = names.join(", ");
+                Err(format!("no robot type is called '{name}'; there are {known}").into())
+            }
+        }
+    })?
+}

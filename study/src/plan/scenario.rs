@@ -1,0 +1,134 @@
+//! The scenario of a run: the keys that a study sets are typed, the others are passed on to the
+//! engine and the fleet manager as they are.
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Number, Value};
+
+/// The scenario of a job, as its file holds it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RunScenario {
+    /// The path of the layout. In a job it is the name of a file of the study.
+    pub graph: String,
+    /// Ticks per simulated second.
+    pub rate: u32,
+    /// The seed of the routes and disturbances.
+    pub seed: u64,
+    /// The robots.
+    pub robots: Vec<RobotGroup>,
+    /// The rest, which is the same for all runs of a variant but for the load's seed.
+    #[serde(flatten)]
+    pub setup: Setup,
+}
+
+/// Robots of one type that wait for orders.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RobotGroup {
+    /// The number of robots.
+    pub count: u32,
+    /// The routes that they drive before the manager has one for them.
+    pub routes: Routes,
+    /// The name of their type; the first type of the scenario by default.
+    #[serde(rename = "type", skip_serializing_if = "Option::is_none")]
+    pub robot_type: Option<String>,
+}
+
+/// The routes of robots that a manager steers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Routes {
+    /// None: they stand until they get an order.
+    None,
+}
+
+/// The part of a scenario that is the same for all runs of a variant.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Setup {
+    /// The robot types; the engine's default type if there are none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub robot_types: Option<Vec<RobotType>>,
+    /// The disturbances.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub disturbances: Option<Disturbances>,
+    /// The transport orders.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub load: Option<Load>,
+}
+
+/// A robot type. Lengths are in metres, times in seconds.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RobotType {
+    /// The name.
+    pub name: String,
+    /// The width of its footprint.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub width: Option<Number>,
+    /// The largest speed; no limit by default.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_speed: Option<Number>,
+    /// The largest acceleration; no limit by default.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max_acceleration: Option<Number>,
+    /// The engine's other keys.
+    #[serde(flatten)]
+    pub rest: Map<String, Value>,
+}
+
+/// The disturbances of robots.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Disturbances {
+    /// Robots that break down.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub breakdowns: Option<Breakdowns>,
+    /// The engine's other keys.
+    #[serde(flatten)]
+    pub rest: Map<String, Value>,
+}
+
+/// Robots that break down.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Breakdowns {
+    /// Breakdowns of a robot per hour.
+    pub per_hour: Number,
+    /// Seconds until a robot is repaired.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub repair_secs: Option<Number>,
+}
+
+/// A load of transport orders, or a generator of one, which the fleet manager reads.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Load {
+    /// The seed of its orders.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub seed: Option<u64>,
+    /// The dwell time at stops: seconds, or `{min, max}`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dwell: Option<Value>,
+    /// Several generators of orders instead of one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub generators: Option<Vec<Self>>,
+    /// The fleet manager's other keys.
+    #[serde(flatten)]
+    pub rest: Map<String, Value>,
+}
+
+impl Load {
+    /// Returns an endless load with some of the fleet manager's keys: as many orders are open as
+    /// there are robots.
+    pub fn endless<const N: usize>(keys: [(&str, Value); N]) -> Self {
+        let keys = keys.into_iter().map(|(key, value)| (key.to_owned(), value));
+        let endless = ("endless".to_owned(), "robots".into());
+        Self { rest: keys.chain([endless]).collect(), ..Self::default() }
+    }
+
+    /// Sets the dwell time of all generators.
+    pub fn set_dwell(&mut self, dwell: &Value) {
+        match &mut self.generators {
+            Some(generators) => {
+                for generator in generators {
+                    generator.set_dwell(dwell);
+                }
+            }
+            None => self.dwell = Some(dwell.clone()),
+        }
+    }
+}

@@ -1,0 +1,39 @@
+//! GPU rendering with wgpu: uploads of the fleet's columns, and the compute and render passes that
+//! draw a picture of a [`Scene`](regatta_scene::Scene). It needs no window and shows no panels; of
+//! the interface it draws the meshes that egui has made of it.
+//!
+//! It asks an adapter for no feature and no limit beyond WebGPU's defaults: larger limits are used
+//! where an adapter has them, and timestamps where it can write them.
+
+pub mod attachments;
+mod bindings;
+mod closures;
+mod columns;
+mod copy;
+mod density;
+pub mod device;
+pub mod floor;
+mod graph;
+mod ground;
+mod heat;
+mod highlights;
+pub mod insets;
+mod instances;
+mod marked;
+pub mod mesh;
+pub mod painter;
+pub mod pick;
+mod pipeline;
+mod plans;
+pub mod renderer;
+pub mod resources;
+mod robots;
+mod routes;
+mod shaders;
+mod splats;
+mod stations;
+mod timer;
+mod view;
+
+pub use pipeline::TargetConfig;
+pub use shaders::SHADERS;

@@ -1,0 +1,172 @@
+//! The heat map in the interface: its switch, its legend, and the figures of an edge.
+
+use egui::{ComboBox, Grid, RichText, Role, Ui, WidgetInfo};
+use regatta_scene::heat::{Figure, Heat, HeatFacts, Period};
+use regatta_scene::palette::{Theme, heat_ramp};
+
+use super::ramp;
+use super::state::Interface;
+use super::style::{self, faint, heading, line};
+use super::view_model::ViewModel;
+use crate::text::with_plural;
+
+/// The part of the legend about the heat map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HeatLegend {
+    /// What is to be shown.
+    pub heat: Heat,
+    /// What is shown; `None` if nobody publishes the figures.
+    pub facts: Option<HeatFacts>,
+}
+
+impl HeatLegend {
+    /// Shows the ramp with its numbers, and what they are.
+    pub fn show(&self, ui: &mut Ui, theme: Theme) {
+        ui.add_space(3.0);
+        ui.label(RichText::new(self.heat.figure.title()).strong());
+        let colours = style::colours(theme);
+        let Some(facts) = self.facts.filter(|facts| facts.heat.figure == self.heat.figure) else {
+            ui.label(
+                RichText::new("no figures: regatta plugin traffic").size(11.0).color(colours.warn),
+            );
+            return;
+        };
+        Self::lacks(ui, theme, &facts);
+        if facts.edges == 0 {
+            ui.label(faint(ui, theme, "no edge has a value yet"));
+            return;
+        }
+        let [cold, hot] = facts.ends;
+        let mut numbers = ramp::numbers(cold, hot);
+        if let Some((_, text)) = numbers.last_mut().filter(|_| facts.is_exceeded) {
+            text.insert_str(0, "≥ ");
+        }
+        ramp::show(ui, theme, &heat_ramp(theme), &numbers);
+        ui.label(faint(ui, theme, period_text(facts.heat.period, facts.secs)));
+    }
+
+    /// Says what the figure lacks.
+    fn lacks(ui: &mut Ui, theme: Theme, facts: &HeatFacts) {
+        let colours = style::colours(theme);
+        if facts.heat.figure == Figure::Contacts && !facts.has_contacts {
+            ui.label(
+                RichText::new("nobody checks: regatta plugin collision")
+                    .size(11.0)
+                    .color(colours.warn),
+            );
+        }
+        if facts.heat.figure == Figure::Routes && !facts.has_routes {
+            let text = "no routes are known: none in lockstep, none of recordings";
+            ui.label(RichText::new(text).size(11.0).color(colours.warn));
+        }
+    }
+}
+
+/// Says which time the figures are about: the windows are longer than their names by a part that
+/// isn't over yet.
+pub(super) fn period_text(period: Period, secs: f32) -> String {
+    let secs = secs.round() as u32;
+    let (minutes, rest) = (secs / 60, secs % 60);
+    let length = match (minutes, rest) {
+        (0..2, _) => format!("{secs} s"),
+        (_, 0) => format!("{minutes} min"),
+        _ => format!("{minutes} min {rest} s"),
+    };
+    match period {
+        Period::Minute | Period::TenMinutes => format!("last {length}"),
+        Period::Run => format!("the run so far ({length})"),
+    }
+}
+
+impl Interface {
+    /// Shows the switch of the heat map and the choice of its figure and its window.
+    pub(super) fn heat_layer(&mut self, ui: &mut Ui, model: &ViewModel<'_>) {
+        let (theme, settings) = (self.settings.theme(), &mut self.settings);
+        ui.checkbox(&mut settings.heat, "heat map of the edges").on_hover_text("Shift+H");
+        if !settings.heat {
+            return;
+        }
+        let heat = &mut settings.heat_of;
+        ui.horizontal(|ui| {
+            let choice =
+                ComboBox::from_id_salt("heat figure").selected_text(heat.figure.name()).width(96.0);
+            let shown = choice.show_ui(ui, |ui| {
+                for figure in Figure::ALL {
+                    ui.selectable_value(&mut heat.figure, figure, figure.name());
+                }
+            });
+            shown
+                .response
+                .widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "heat map: figure"));
+            let choice = ComboBox::from_id_salt("heat window")
+                .selected_text(heat.period.title())
+                .width(120.0);
+            let shown = choice.show_ui(ui, |ui| {
+                for period in Period::ALL {
+                    ui.selectable_value(&mut heat.period, period, period.title());
+                }
+            });
+            shown
+                .response
+                .widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "heat map: window"));
+        });
+        match model.jams.heat {
+            Some(facts) => {
+                let verb = if facts.edges == 1 { "has" } else { "have" };
+                let text = format!("{} {verb} a value", with_plural(facts.edges.into(), "edge"));
+                ui.label(faint(ui, theme, text));
+            }
+            None => self.no_traffic(ui, model),
+        }
+    }
+
+    /// Says in one line how to get the figures of edges.
+    fn no_traffic(&self, ui: &mut Ui, model: &ViewModel<'_>) {
+        let text = format!("regatta plugin traffic --fleet {}", model.fleet);
+        ui.label(RichText::new(text).monospace().size(11.0).color(self.colours().accent))
+            .on_hover_text("Nobody publishes the figures of edges; this does.");
+    }
+
+    /// Switches the heat map to its next figure.
+    pub(super) fn next_figure(&mut self) {
+        let figure = &mut self.settings.heat_of.figure;
+        let now = Figure::ALL.iter().position(|known| known == figure).unwrap_or_default();
+        // The first time, the key shows the figure that is chosen.
+        if self.settings.heat {
+            *figure = Figure::ALL[(now + 1) % Figure::ALL.len()];
+        }
+        self.settings.heat = true;
+    }
+
+    /// Shows what happens on the selected edge: the robots that are there, and the traffic.
+    pub(super) fn edge_traffic(&mut self, ui: &mut Ui, model: &ViewModel<'_>, edge: u32) {
+        let Some(facts) = model.jams.edge(edge) else { return };
+        let theme = self.settings.theme();
+        heading(ui, theme, "traffic");
+        line(ui, theme, "waiting now", facts.present.waiting.to_string());
+        match &facts.traffic {
+            None => self.no_traffic(ui, model),
+            Some(periods) => {
+                Grid::new("traffic").num_columns(4).spacing([10.0, 3.0]).show(ui, |ui| {
+                    ui.label("");
+                    for name in ["1 min", "10 min", "run"] {
+                        ui.label(faint(ui, theme, name));
+                    }
+                    ui.end_row();
+                    for figure in Figure::ALL {
+                        ui.label(faint(
+                            ui,
+                            theme,
+                            figure.title().trim_end_matches(" of the limit"),
+                        ));
+                        for edge in periods {
+                            let text = figure.value(edge).map_or("–".to_owned(), ramp::short);
+                            ui.label(RichText::new(text).monospace());
+                        }
+                        ui.end_row();
+                    }
+                });
+            }
+        }
+    }
+}

@@ -1,0 +1,318 @@
+//! The ids of nodes and edges, drawn beside them where the camera is near enough.
+
+use std::collections::{BTreeSet, HashSet};
+
+use egui::{Align2, Context, FontId, LayerId, Rect, pos2};
+use glam::Vec2;
+use regatta_plugin::World;
+use regatta_plugin::world::{NodeRecord, NodeRole};
+use regatta_scene::camera::Camera;
+use regatta_scene::curves::midpoint;
+use regatta_scene::palette::Theme;
+
+use super::robot_spots::Spot;
+use super::style;
+
+/// Points per metre of the picture from which ids are drawn.
+const MIN_POINTS_PER_METRE: f32 = 32.0;
+/// The largest number of ids in a picture.
+const MAX_LABELS: usize = 240;
+/// Width and height of a cell of the picture, in points. Two ids are never in the same cell nor in
+/// neighbouring cells of a row.
+const CELL: Vec2 = Vec2::new(30.0, 15.0);
+
+/// The nodes and edges of a route graph with their places, sorted from west to east.
+#[derive(Debug, Default)]
+pub struct Labels(Vec<Label>);
+
+/// The picture over which labels are drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct LabelView<'a> {
+    /// Where the picture is, in points.
+    pub picture: Rect,
+    /// Its camera.
+    pub camera: &'a Camera,
+    /// The offset of all positions, in metres.
+    pub offset: Vec2,
+    /// The theme.
+    pub theme: Theme,
+    /// The robots in the picture.
+    pub robots: &'a [Spot],
+}
+
+/// Returns the distance from the eye up to which ids are drawn in a picture of `size` points;
+/// `None` if the camera is farther away from the ground than that.
+pub(super) fn reach(camera: &Camera, size: Vec2) -> Option<f32> {
+    let reach = size.y / (2.0 * (camera.fov_y / 2.0).tan() * MIN_POINTS_PER_METRE);
+    (camera.eye().z < reach && size.min_element() > 0.0).then_some(reach)
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct Label {
+    place: Vec2,
+    id: u32,
+    is_node: bool,
+    /// The name of a station, or its role and id.
+    station: Option<Box<str>>,
+}
+
+impl Labels {
+    /// Collects the nodes and edges of a route graph, or of one of its levels.
+    pub fn new(world: &World<'_>, level: Option<&str>) -> Self {
+        let is_shown = |text: u32| level.is_none_or(|level| world.text(text) == level);
+        let nodes = world.nodes().iter().filter(|node| is_shown(node.level)).map(|node| Label {
+            place: Vec2::new(node.x, node.y),
+            id: node.id,
+            is_node: true,
+            station: station_of(world, node),
+        });
+        let edges = world.edges().iter().filter(|edge| is_shown(edge.level));
+        let middles = edges.filter_map(|edge| Some((edge, midpoint(world, edge)?)));
+        let edges = middles.map(|(edge, place)| Label {
+            place,
+            id: edge.id,
+            is_node: false,
+            station: None,
+        });
+        let mut all: Vec<_> = nodes.chain(edges).collect();
+        all.sort_by(|a, b| a.place.x.total_cmp(&b.place.x));
+        Self(all)
+    }
+
+    /// Draws the ids that are near enough over a picture, of which `clip` is in sight. Where space
+    /// is short, nodes precede edges and near ones far ones; none covers a robot or another id.
+    pub fn draw(&self, context: &Context, clip: Rect, view: &LabelView<'_>) {
+        let LabelView { picture, camera, offset, theme, robots } = *view;
+        let painter = context.layer_painter(LayerId::background()).with_clip_rect(clip);
+        let colours = style::colours(theme);
+        let mut drawn: Vec<Rect> = Vec::new();
+        for (label, at) in
+            self.visible(camera, offset, Vec2::new(picture.width(), picture.height()))
+        {
+            let (colour, size) = if label.is_node {
+                (colours.text, 11.0)
+            } else {
+                (colours.text.gamma_multiply(0.8), 10.0)
+            };
+            // Right of the node, or of the arrow in the middle of the edge.
+            let (anchor, gap) = match (label.is_node, &label.station) {
+                // Beside the badge.
+                (_, Some(_)) => (Align2::LEFT_BOTTOM, 10.0),
+                (true, None) => (Align2::LEFT_BOTTOM, 5.0),
+                (false, None) => (Align2::LEFT_TOP, 6.0),
+            };
+            let down = if label.is_node { -gap } else { gap };
+            let at = pos2(picture.left() + at.x + gap, picture.top() + at.y + down);
+            // Ids of robots are framed; those of the graph are letters and digits on the floor.
+            let font = if label.station.is_some() {
+                FontId::proportional(size)
+            } else {
+                FontId::monospace(size - 1.0)
+            };
+            let galley = painter.layout_no_wrap(label.text(), font, colour);
+            let text = anchor.anchor_size(at, galley.size());
+            let covers = |spot: &Spot| {
+                let middle = pos2(picture.left() + spot.at.x, picture.top() + spot.at.y);
+                text.distance_sq_to_pos(middle) < spot.radius * spot.radius
+            };
+            if robots.iter().any(covers) || drawn.iter().any(|other| other.intersects(text)) {
+                continue;
+            }
+            drawn.push(text);
+            painter.rect_filled(
+                text.expand2(egui::vec2(3.0, 0.0)),
+                3.0,
+                colours.panel.gamma_multiply(0.6),
+            );
+            painter.galley(text.min, galley, colour);
+        }
+    }
+
+    /// Draws the ids of some robots above them.
+    pub fn draw_robots(
+        context: &Context,
+        picture: Rect,
+        clip: Rect,
+        camera: &Camera,
+        theme: Theme,
+        robots: impl IntoIterator<Item = (u32, Vec2)>,
+    ) {
+        let painter = context.layer_painter(LayerId::background()).with_clip_rect(clip);
+        let colours = style::colours(theme);
+        for (id, place) in robots {
+            let Some(at) =
+                camera.project(place.extend(0.4), Vec2::new(picture.width(), picture.height()))
+            else {
+                continue;
+            };
+            let galley = painter.layout_no_wrap(
+                format!("robot {id}"),
+                FontId::proportional(12.0),
+                colours.text,
+            );
+            let above = pos2(picture.left() + at.x, picture.top() + at.y - 14.0);
+            let text = Align2::CENTER_BOTTOM.anchor_size(above, galley.size());
+            painter.rect_filled(
+                text.expand2(egui::vec2(5.0, 2.0)),
+                4.0,
+                colours.panel.gamma_multiply(0.85),
+            );
+            painter.galley(text.min, galley, colours.text);
+        }
+    }
+
+    /// Returns the labels to draw and their places in a picture of this size, in points.
+    fn visible(&self, camera: &Camera, offset: Vec2, size: Vec2) -> Vec<(&Label, Vec2)> {
+        let eye = camera.eye();
+        let Some(reach) = reach(camera, size) else { return Vec::new() };
+        let (west, east) = (eye.x - offset.x - reach, eye.x - offset.x + reach);
+        let first = self.0.partition_point(|label| label.place.x < west);
+        let last = self.0.partition_point(|label| label.place.x <= east);
+        let mut near: Vec<_> = self.0[first..last]
+            .iter()
+            .filter_map(|label| {
+                let place = (label.place + offset).extend(0.0);
+                let far = place.distance(eye);
+                let at = camera
+                    .project(place, size)
+                    .filter(|at| at.cmpge(Vec2::ZERO).all() && at.cmple(size).all())?;
+                (far < reach).then_some((far, label, at))
+            })
+            .collect();
+        // Stations come before nodes, and these before edges.
+        let rank = |label: &Label| u8::from(label.is_node) + u8::from(label.station.is_some());
+        near.sort_by(|a, b| rank(b.1).cmp(&rank(a.1)).then(a.0.total_cmp(&b.0)));
+        let mut taken = HashSet::new();
+        let mut visible = Vec::new();
+        for (_, label, at) in near {
+            let (cell, cells) = ((at / CELL).floor().as_ivec2(), label.cells());
+            if (-1..=cells).all(|step| !taken.contains(&(cell.x + step, cell.y))) {
+                taken.extend((0..cells).map(|step| (cell.x + step, cell.y)));
+                visible.push((label, at));
+            }
+            if visible.len() == MAX_LABELS {
+                break;
+            }
+        }
+        visible
+    }
+}
+
+impl Label {
+    fn text(&self) -> String {
+        let prefix = if self.is_node { 'n' } else { 'e' };
+        self.station.as_deref().map_or_else(|| format!("{prefix}{}", self.id), str::to_owned)
+    }
+
+    /// The number of cells that the text takes; a letter takes some six points.
+    fn cells(&self) -> i32 {
+        let letters = self.station.as_deref().map_or(0, |name| name.chars().count());
+        (letters as f32 * 6.0 / CELL.x).ceil().max(1.0) as i32
+    }
+}
+
+/// Returns the names of a world's levels.
+pub fn levels(world: &World<'_>) -> Vec<String> {
+    let all = world
+        .nodes()
+        .iter()
+        .map(|node| node.level)
+        .chain(world.edges().iter().map(|edge| edge.level));
+    let offsets: BTreeSet<u32> = all.collect();
+    let names: BTreeSet<&str> = offsets.into_iter().map(|offset| world.text(offset)).collect();
+    names.into_iter().filter(|name| !name.is_empty()).map(str::to_owned).collect()
+}
+
+/// Returns the name of a node with a role, or its role and id; `None` without a role.
+fn station_of(world: &World<'_>, node: &NodeRecord) -> Option<Box<str>> {
+    match (node.role(), world.text(node.name)) {
+        (NodeRole::None, _) => None,
+        (role, "") => Some(format!("{} {}", role.name(), node.id).into()),
+        (_, name) => Some(name.into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::Vec3;
+    use regatta_plugin::world::WorldData;
+
+    const SIZE: Vec2 = Vec2::new(1280.0, 720.0);
+
+    fn labels(nodes: impl Iterator<Item = NodeRecord>) -> Labels {
+        Labels::new(&WorldData { nodes: nodes.collect(), ..WorldData::default() }.view(1, 1), None)
+    }
+
+    fn row(count: u32) -> Labels {
+        labels((0..count).map(|i| NodeRecord { id: i, x: i as f32 * 2.0, ..NodeRecord::default() }))
+    }
+
+    fn over(x: f32, distance: f32) -> Camera {
+        Camera { target: Vec3::new(x, 0.0, 0.0), pitch: 1.2, distance, ..Camera::default() }
+    }
+
+    #[test]
+    fn only_ids_that_are_near_and_in_sight_are_drawn() {
+        let labels = row(100_000);
+        assert!(
+            labels.visible(&over(5_000.0, 200.0), Vec2::ZERO, SIZE).is_empty(),
+            "the camera is too far away"
+        );
+        let near = labels.visible(&over(5_000.0, 20.0), Vec2::ZERO, SIZE);
+        assert!(
+            near.iter().any(|(label, at)| label.id == 2_500 && at.distance(SIZE / 2.0) < 1.0),
+            "{near:?}"
+        );
+        assert!(
+            near.len() > 5 && near.iter().all(|(label, _)| (label.place.x - 5_000.0).abs() < 40.0)
+        );
+        let moved = labels.visible(&over(5_007.0, 20.0), Vec2::new(7.0, 0.0), SIZE);
+        assert_eq!(moved.len(), near.len(), "the offset moves the labels");
+    }
+
+    #[test]
+    fn ids_do_not_overlap_and_their_number_is_limited() {
+        let nodes = (0..40_000).map(|i| NodeRecord {
+            id: i,
+            x: (i % 200) as f32 * 0.1 - 10.0,
+            y: (i / 200) as f32 * 0.1 - 10.0,
+            ..NodeRecord::default()
+        });
+        let labels = labels(nodes);
+        let near = labels.visible(&over(0.0, 20.0), Vec2::ZERO, SIZE);
+        assert!(near.len() > 100 && near.len() <= MAX_LABELS, "{}", near.len());
+        for (i, (_, a)) in near.iter().enumerate() {
+            assert!(
+                near[..i].iter().all(|(_, b)| (a.y / CELL.y).floor() != (b.y / CELL.y).floor()
+                    || (a.x - b.x).abs() >= CELL.x)
+            );
+        }
+    }
+
+    #[test]
+    fn a_station_has_its_name_and_keeps_room_for_it() {
+        let mut world = WorldData::default();
+        let name = world.texts.add("inbound dock 4");
+        let station = |id, name, x, role: NodeRole| NodeRecord {
+            id,
+            name,
+            x,
+            role: role as u32,
+            ..NodeRecord::default()
+        };
+        world.nodes = vec![
+            station(1, name, 0.0, NodeRole::Pick),
+            station(2, 0, 6.0, NodeRole::Charge),
+            station(3, name, -6.0, NodeRole::None),
+        ];
+        let labels = Labels::new(&world.view(1, 1), None);
+        let near = labels.visible(&over(0.0, 20.0), Vec2::ZERO, SIZE);
+        let texts: Vec<_> = near.iter().map(|(label, _)| label.text()).collect();
+        assert_eq!(texts, ["inbound dock 4", "charge 2", "n3"]);
+        world.nodes[1].x = 0.9;
+        let labels = Labels::new(&world.view(1, 1), None);
+        let near = labels.visible(&over(0.0, 20.0), Vec2::ZERO, SIZE);
+        assert_eq!(near.len(), 2, "the name takes the place of the charger's: {near:?}");
+    }
+}

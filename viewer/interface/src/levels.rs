@@ -1,0 +1,265 @@
+//! The levels of a plant: all on top of each other, one alone, or all side by side. Side by side,
+//! all have the same camera, so that what is above each other is at the same place of each part of
+//! the picture. Mouse and panels are about one level, that of the part which was clicked last.
+
+use egui::{
+    Align2, ComboBox, Context, Event, FontId, LayerId, Rect, Role, Stroke, StrokeKind, Ui,
+    WidgetInfo, vec2,
+};
+use glam::Vec2;
+use regatta_scene::camera::Bounds;
+
+use super::overlay::beside_legend;
+use super::placement::Placement;
+use super::state::Interface;
+use super::view_model::Action;
+
+/// Levels side by side.
+#[derive(Debug, Default)]
+pub(super) struct SideBySide {
+    is_on: bool,
+    /// The parts of the last picture, in points.
+    parts: Vec<(String, Rect)>,
+    /// Clicks into a level that was not shown in the part of the last picture yet.
+    late_clicks: Vec<Action>,
+}
+
+/// Where the picture of the fleet is, in points.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PictureArea {
+    /// The picture that mouse and panels are about; it goes on under the panels.
+    pub picture: Rect,
+    /// The part of it that no panel covers.
+    pub visible: Rect,
+    /// The part that no panel covers of the pictures of all levels.
+    pub whole: Rect,
+}
+
+/// Returns into how many columns a picture is best divided for so many parts that show things of
+/// some width and height.
+pub fn columns(parts: u32, size: Vec2, extent: Vec2) -> u32 {
+    let scale = |columns: u32| {
+        let part = size / Vec2::new(columns as f32, parts.div_ceil(columns) as f32);
+        (part / extent.max(Vec2::splat(0.1))).min_element()
+    };
+    let all = (1..=parts).rev();
+    all.max_by(|a, b| scale(*a).total_cmp(&scale(*b))).unwrap_or(1)
+}
+
+/// Divides a picture for levels, from the upper left corner on. All parts have the same number of
+/// whole pixels.
+fn divide(
+    levels: &[String],
+    whole: Rect,
+    extent: Vec2,
+    pixels_per_point: f32,
+) -> Vec<(String, Rect)> {
+    let number = levels.len() as u32;
+    let columns = columns(number, Vec2::new(whole.width(), whole.height()), extent);
+    let pixel = |points: f32| (points * pixels_per_point).floor() / pixels_per_point;
+    let size = vec2(
+        pixel(whole.width() / columns as f32),
+        pixel(whole.height() / number.div_ceil(columns) as f32),
+    );
+    let parts = levels.iter().zip(0..).map(|(level, part)| {
+        let at = vec2((part % columns) as f32, (part / columns) as f32);
+        (level.clone(), Rect::from_min_size(whole.min + at * size, size))
+    });
+    parts.collect()
+}
+
+impl Interface {
+    /// The level that alone is shown, or that mouse and panels are about.
+    pub fn level(&self) -> Option<&str> {
+        self.filter.level.as_deref()
+    }
+
+    /// Takes the names of a world's levels. If the shown one isn't among them, all are shown.
+    pub fn set_levels(&mut self, levels: Vec<String>) {
+        let unknown = self.filter.level.take_if(|level| !levels.contains(level));
+        self.is_refiltered |= unknown.is_some();
+        if let Some(level) = unknown.filter(|_| !self.side_by_side.is_on) {
+            self.notify(format!("there is no level '{level}'; all are shown"));
+        }
+        self.levels = levels;
+    }
+
+    /// Shows one level only, or all.
+    pub fn show_level(&mut self, level: Option<String>) {
+        self.is_refiltered |= self.filter.level != level;
+        self.filter.level = level;
+    }
+
+    /// Shows all levels side by side, as soon as a world with several levels is known, or no
+    /// longer.
+    pub fn show_side_by_side(&mut self, is_on: bool) {
+        self.is_refiltered |= self.side_by_side.is_on != is_on;
+        self.side_by_side.is_on = is_on;
+    }
+
+    /// The levels that are shown beside the one that mouse and panels are about.
+    pub fn levels_beside(&self) -> impl Iterator<Item = &str> {
+        let beside = self.levels.iter().filter(|_| self.is_side_by_side());
+        beside.map(String::as_str).filter(|level| Some(*level) != self.level())
+    }
+
+    /// The levels and their parts of the last picture, in points; none unless they are side by
+    /// side. All parts have the same size.
+    pub fn parts(&self) -> &[(String, Rect)] {
+        &self.side_by_side.parts
+    }
+
+    fn is_side_by_side(&self) -> bool {
+        self.side_by_side.is_on && self.levels.len() > 1
+    }
+
+    /// Returns where the picture is that goes on under the panels as `picture`, and is in sight as
+    /// `whole`. Of levels side by side, it is a part; pressing a button of the mouse or turning its
+    /// wheel in another one moves on to that level.
+    pub(super) fn area(
+        &mut self,
+        ui: &Ui,
+        picture: Rect,
+        whole: Rect,
+        bounds: Bounds,
+    ) -> PictureArea {
+        self.side_by_side.parts.clear();
+        if !self.is_side_by_side() || !whole.is_positive() {
+            return PictureArea { picture, visible: whole, whole };
+        }
+        // The legend lies beside the levels, where there is room.
+        let legend = beside_legend(Vec2::new(whole.width(), whole.height())).low.x * whole.width();
+        let beside = whole.with_min_x(whole.left() + legend);
+        let parts = divide(&self.levels, beside, bounds.high - bounds.low, ui.pixels_per_point());
+        let wanted = self.pressed_part(ui, &parts).or_else(|| self.level().map(str::to_owned));
+        let (level, part) = parts
+            .iter()
+            .find(|(level, _)| Some(level) == wanted.as_ref())
+            .unwrap_or(&parts[0])
+            .clone();
+        self.show_level(Some(level));
+        self.side_by_side.parts = parts;
+        PictureArea { picture: part, visible: part, whole }
+    }
+
+    fn pressed_part(&self, ui: &Ui, parts: &[(String, Rect)]) -> Option<String> {
+        let at = ui.input(|input| {
+            let mut places = input.events.iter().filter_map(|event| match event {
+                Event::PointerButton { pos, pressed: true, .. } => Some(*pos),
+                Event::MouseWheel { .. } => input.pointer.hover_pos(),
+                _ => None,
+            });
+            places.next_back()
+        });
+        let on_picture =
+            at.filter(|at| ui.ctx().layer_id_at(*at) == Some(ui.layer_id()) && self.drag.is_none());
+        let part = on_picture.and_then(|at| parts.iter().find(|(_, part)| part.contains(at)));
+        part.map(|(level, _)| level.clone())
+    }
+
+    /// Keeps the clicks into a level that the picture doesn't show yet, and returns those that can
+    /// be carried out now.
+    pub(super) fn timely(
+        &mut self,
+        level_before: Option<&str>,
+        actions: Vec<Action>,
+    ) -> Vec<Action> {
+        let mut timely = std::mem::take(&mut self.side_by_side.late_clicks);
+        let is_click = |action: &Action| {
+            matches!(action, Action::Pick { .. } | Action::Menu { .. } | Action::Measure { .. })
+        };
+        let is_early = !self.side_by_side.parts.is_empty() && self.level() != level_before;
+        let (late, now): (Vec<_>, Vec<_>) =
+            actions.into_iter().partition(|action| is_early && is_click(action));
+        timely.extend(now);
+        self.side_by_side.late_clicks = late;
+        timely
+    }
+
+    /// Draws frames around the parts, and writes their names.
+    pub(super) fn draw_parts(&self, context: &Context, placement: &mut Placement) {
+        let (painter, colours) = (context.layer_painter(LayerId::background()), self.colours());
+        for (level, part) in &self.side_by_side.parts {
+            let is_current = Some(level.as_str()) == self.level();
+            let (width, colour) =
+                if is_current { (2.0, colours.accent) } else { (1.0, colours.faint) };
+            painter.rect_stroke(*part, 0.0, Stroke::new(width, colour), StrokeKind::Inside);
+            let text =
+                painter.layout_no_wrap(level.clone(), FontId::proportional(13.0), colours.text);
+            let place = Align2::LEFT_TOP.anchor_size(part.min + vec2(10.0, 7.0), text.size());
+            let framed = place.expand2(vec2(5.0, 2.0));
+            if part.contains_rect(framed) && placement.take_exactly("level", framed) {
+                painter.rect_filled(framed, 4.0, colours.panel);
+                painter.galley(place.min, text, colours.text);
+            }
+        }
+    }
+
+    /// Shows the choice of a level, if the world has several.
+    pub(super) fn level_choice(&mut self, ui: &mut Ui) {
+        if self.levels.len() < 2 && self.filter.level.is_none() {
+            return;
+        }
+        let (was_beside, mut level) = (self.is_side_by_side(), self.filter.level.clone());
+        let name =
+            if was_beside { "side by side" } else { level.as_deref().unwrap_or("all levels") };
+        let mut is_beside = was_beside;
+        let shown =
+            ComboBox::from_id_salt("level").selected_text(name.to_owned()).show_ui(ui, |ui| {
+                let mut choice = |ui: &mut Ui, name: &str, wanted: (bool, Option<&String>)| {
+                    let is_chosen =
+                        wanted.0 == is_beside && (is_beside || wanted.1 == level.as_ref());
+                    if ui.selectable_label(is_chosen, name).clicked() {
+                        (is_beside, level) = (wanted.0, wanted.1.cloned());
+                    }
+                };
+                choice(ui, "all levels", (false, None));
+                choice(ui, "side by side", (true, self.filter.level.as_ref()));
+                for name in &self.levels {
+                    choice(ui, name, (false, Some(name)));
+                }
+            });
+        shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "level"));
+        self.show_side_by_side(is_beside);
+        self.show_level(level);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use egui::pos2;
+
+    use super::*;
+
+    #[test]
+    fn parts_are_as_large_as_possible() {
+        let size = Vec2::new(1200.0, 800.0);
+        assert_eq!(columns(2, size, Vec2::new(100.0, 10.0)), 1, "wide ones below each other");
+        assert_eq!(columns(2, size, Vec2::new(10.0, 100.0)), 2);
+        assert_eq!(columns(4, size, Vec2::new(30.0, 20.0)), 2);
+        assert_eq!(columns(1, size, Vec2::ZERO), 1);
+    }
+
+    #[test]
+    fn parts_have_the_same_whole_number_of_pixels_and_lie_within_the_picture() {
+        let levels = ["cellar", "ground", "first"].map(str::to_owned);
+        for (scale, width) in [(1.0, 1001.0), (1.5, 733.3), (1.25, 640.1)] {
+            let whole = Rect::from_min_size(pos2(30.0, 42.0), vec2(width, 401.7));
+            let parts = divide(&levels, whole, Vec2::new(40.0, 60.0), scale);
+            for (_, part) in &parts {
+                assert!(whole.expand(1e-3).contains_rect(*part), "{part}");
+                let pixels = part.size() * scale;
+                let difference = part.size() - parts[0].1.size();
+                assert!(
+                    (pixels - pixels.round()).length() < 1e-2 && difference.length() < 1e-2,
+                    "{pixels} {difference}"
+                );
+            }
+            let [first, second] = [parts[0].1, parts[1].1];
+            assert!(
+                (second.left() - first.right()).abs() < 1e-3 && second.top() == first.top(),
+                "beside each other"
+            );
+        }
+    }
+}

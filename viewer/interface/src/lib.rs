@@ -1,0 +1,285 @@
+//! The user interface over the picture of the fleet: panels, keyboard and mouse. It shows a
+//! [`ViewModel`], holds the user's choices and returns [`Action`]s. It draws with egui and depends
+//! neither on windows nor on graphics cards, so that tests drive it as it is.
+//!
+//! Each panel is a file with an `impl Interface` block; the fields of [`Interface`] are in
+//! `state.rs`.
+
+pub mod banner;
+pub mod camera_controller;
+pub mod cameras;
+mod collisions;
+pub mod commands;
+mod connection;
+pub mod edge_finder;
+mod edge_hover;
+mod filter;
+mod fleet_list;
+pub mod footprint;
+pub mod heat;
+mod help;
+mod history;
+mod icons;
+pub mod jams;
+mod keys;
+pub mod labels;
+pub mod levels;
+pub mod log;
+mod log_panel;
+pub mod measure;
+mod menu;
+mod minimap;
+mod notes;
+pub mod orders;
+pub mod overlay;
+mod performance;
+pub mod placement;
+mod places;
+pub mod plan;
+mod plots;
+mod pointer_input;
+pub mod pose;
+mod ramp;
+pub mod robot_filter;
+pub mod robot_spots;
+pub mod rows;
+mod selection;
+pub mod settings;
+mod shortcuts;
+mod spots;
+mod state;
+pub mod style;
+pub mod symbols;
+pub mod text;
+mod timeline;
+pub mod timing;
+mod top_bar;
+pub mod transport;
+mod view;
+mod view_cube;
+pub mod view_model;
+mod virtual_list;
+mod work;
+
+use egui::{CentralPanel, Panel, Rect, ScrollArea, Ui, UiBuilder};
+use regatta_scene::camera::Window;
+
+use levels::PictureArea;
+use settings::{LeftPanel, RightPanel};
+pub use state::Interface;
+use view_model::{Action, Item, ViewModel};
+
+/// The least width of a window with a panel on either side, in points.
+const TWO_PANELS: f32 = 900.0;
+
+/// The least width of a window in which the panel on the left opens wide, in points.
+const ALL_COLUMNS: f32 = 1200.0;
+
+/// The least heights of a panel on a side, of the plots, and of the picture over them, in points.
+const LOWEST_PANEL: f32 = 180.0;
+const LOWEST_PLOTS: f32 = 110.0;
+const LOWEST_PICTURE: f32 = 20.0;
+
+impl Interface {
+    /// Shows everything and handles keyboard and mouse. Returns where the picture of the fleet is,
+    /// in points, and the actions that the caller carries out.
+    pub fn show(&mut self, ui: &mut Ui, model: &ViewModel<'_>) -> (Rect, Vec<Action>) {
+        let (mut actions, level) = (Vec::new(), self.level().map(str::to_owned));
+        self.apply_style(ui);
+        self.shortcuts(ui.ctx(), model, &mut actions);
+        self.typing = ui.ctx().egui_wants_keyboard_input();
+        self.record_history(model);
+        if std::mem::take(&mut self.is_refiltered) {
+            actions.push(Action::Filter(self.filter.clone()));
+        }
+        let frame = style::panel(self.settings.theme());
+        Panel::top("top")
+            .exact_size(42.0)
+            .resizable(false)
+            .frame(frame)
+            .show(ui, |ui| self.top_bar(ui, model));
+        Panel::bottom("bottom")
+            .exact_size(48.0)
+            .resizable(false)
+            .frame(frame)
+            .show(ui, |ui| self.transport(ui, model, &mut actions));
+        // The picture goes on under the panels, so that it doesn't move when one is opened.
+        let picture = ui.available_rect_before_wrap();
+        if model.recording().is_some() || model.timeline.is_some() && self.timeline.shows_past {
+            Panel::bottom("timeline")
+                .exact_size(timeline::HEIGHT)
+                .resizable(false)
+                .frame(frame)
+                .show(ui, |ui| self.timeline(ui, model, &mut actions));
+        }
+        self.leave_room(ui.available_height());
+        self.plot_panel(ui, model, &mut actions);
+        self.panels(ui, model, &mut actions);
+        let shown = CentralPanel::no_frame().show(ui, |ui| {
+            let area = self.area(ui, picture, ui.max_rect(), model.bounds);
+            (area, self.pointer_input(ui, area, &mut actions))
+        });
+        let (area, pointer) = shown.inner;
+        self.hover_edge(ui.ctx(), area, pointer, model);
+        self.overlay(ui.ctx(), area, model);
+        self.menu(ui.ctx(), area.whole, model, &mut actions);
+        self.help(ui.ctx());
+        self.move_camera(ui, area, model);
+        if self.level() != level.as_deref() {
+            ui.ctx().request_repaint();
+        }
+        (area.picture, self.timely(level.as_deref(), actions))
+    }
+
+    /// In a low window, plots that open close the panels beside them, and the other way round.
+    fn leave_room(&mut self, height: f32) {
+        let open = &mut self.settings;
+        if height < LOWEST_PANEL + LOWEST_PLOTS
+            && open.plots
+            && (open.left.is_some() || open.right.is_some())
+        {
+            match self.plots_before {
+                true => open.plots = false,
+                false => (open.left, open.right) = (None, None),
+            }
+        }
+        self.plots_before = self.settings.plots;
+    }
+
+    /// Shows the open panels. In a narrow window, a panel that opens closes the one on the other
+    /// side.
+    fn panels(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+        let room = ui.available_width();
+        let open = &mut self.settings;
+        if room < TWO_PANELS && open.left.is_some() && open.right.is_some() {
+            match open.left == self.left_before {
+                true => open.left = None,
+                false => open.right = None,
+            }
+        }
+        self.left_before = open.left;
+        self.left_panel(ui, room, model, actions);
+        self.right_panel(ui, room, model, actions);
+    }
+
+    fn apply_style(&mut self, ui: &Ui) {
+        let wanted = (self.settings.theme(), self.settings.scale);
+        if self.applied_style != Some(wanted) {
+            style::apply(ui.ctx(), wanted.0);
+            ui.ctx().set_zoom_factor(wanted.1);
+            self.applied_style = Some(wanted);
+        }
+    }
+
+    /// Advances flights and following, and fits everything into the picture until the user moves
+    /// the camera.
+    fn move_camera(&mut self, ui: &Ui, area: PictureArea, model: &ViewModel<'_>) {
+        self.window = self.free_part(area).unwrap_or(self.window);
+        let seconds = ui.input(|input| input.stable_dt).min(0.1);
+        let robot = self.camera_controller.flies_to();
+        let pose = robot.and_then(|robot| model.pose(robot, self.settings.offset.into()));
+        self.camera_controller.aim(pose.map(|pose| pose.place), self.window);
+        self.camera_controller.advance(seconds.into(), model.followed);
+        self.camera_controller.keep_fitted(model.bounds, self.window);
+        if self.camera_controller.is_flying() {
+            ui.ctx().request_repaint();
+        }
+    }
+
+    /// The part of the picture that is under no panel; `None` if there is nothing of either.
+    fn free_part(&self, area: PictureArea) -> Option<Window> {
+        let PictureArea { picture, visible, .. } = area;
+        if !picture.is_positive() || !visible.is_positive() {
+            return None;
+        }
+        let part = |at: egui::Pos2| glam::Vec2::new(at.x - picture.left(), at.y - picture.top());
+        let size = glam::Vec2::new(picture.width(), picture.height());
+        // Nothing of the fleet is to lie under the legend. Levels side by side lie beside it.
+        let beside =
+            overlay::beside_legend(glam::Vec2::new(visible.width(), visible.height())).low.x;
+        let legend = if self.parts().is_empty() { beside * visible.width() } else { 0.0 };
+        let (low, high) =
+            (part(visible.min + egui::vec2(legend, 0.0)) / size, part(visible.max) / size);
+        Some(Window { aspect: picture.aspect_ratio(), low, high })
+    }
+
+    fn record_history(&mut self, model: &ViewModel<'_>) {
+        let Some(frame) = model.frame else { return };
+        self.recorder.push(&frame);
+        if let Some(Item::Robot(id)) = self.selected {
+            self.history.push(&frame, id, &self.recorder);
+        }
+    }
+
+    fn plot_panel(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+        if self.settings.plots {
+            let beside = if self.settings.left.is_some() || self.settings.right.is_some() {
+                LOWEST_PANEL
+            } else {
+                LOWEST_PICTURE
+            };
+            let highest = (ui.available_height() - beside).clamp(0.0, 320.0);
+            let sizes = LOWEST_PLOTS.min(highest)..=highest;
+            let panel =
+                Panel::bottom("plots").default_size(150.0).size_range(sizes).resizable(true);
+            panel
+                .frame(style::panel(self.settings.theme()))
+                .show(ui, |ui| within(ui, |ui| self.plots(ui, model, actions)));
+        }
+    }
+
+    fn left_panel(
+        &mut self,
+        ui: &mut Ui,
+        room: f32,
+        model: &ViewModel<'_>,
+        actions: &mut Vec<Action>,
+    ) {
+        let Some(open) = self.settings.left else { return };
+        // The list of robots has all its columns where there is room.
+        let size = if room >= ALL_COLUMNS { 470.0 } else { 290.0 };
+        let panel = Panel::left("left")
+            .default_size(size)
+            .size_range(270.0..=640.0_f32.min(room - 40.0).max(270.0));
+        panel.frame(style::panel(self.settings.theme())).show(ui, |ui| {
+            within(ui, |ui| match open {
+                LeftPanel::Fleet => self.fleet_list(ui, model, actions),
+                LeftPanel::Collisions => self.collisions(ui, model),
+                LeftPanel::Spots => self.hot_spots(ui, model, actions),
+                LeftPanel::Log => self.log_list(ui, model, actions),
+            });
+        });
+    }
+
+    fn right_panel(
+        &mut self,
+        ui: &mut Ui,
+        room: f32,
+        model: &ViewModel<'_>,
+        actions: &mut Vec<Action>,
+    ) {
+        let Some(open) = self.settings.right else { return };
+        let panel = Panel::right("right")
+            .default_size(280.0)
+            .size_range(270.0..=460.0_f32.min(room - 40.0).max(270.0));
+        panel.frame(style::panel(self.settings.theme())).show(ui, |ui| {
+            within(ui, |ui| {
+                ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match open {
+                    RightPanel::Selection => self.selection(ui, model, actions),
+                    RightPanel::View => self.view(ui, model, actions),
+                    RightPanel::Performance => self.performance(ui, model),
+                    RightPanel::Connection => self.connection(ui, model, actions),
+                });
+            });
+        });
+    }
+}
+
+/// Shows the contents of a panel, which gets no larger by them: it would lie over the bars.
+fn within(ui: &mut Ui, show: impl FnOnce(&mut Ui)) {
+    let room = ui.available_rect_before_wrap();
+    let mut inside = ui.new_child(UiBuilder::new().max_rect(room));
+    inside.shrink_clip_rect(room.expand(style::PANEL_MARGIN));
+    show(&mut inside);
+    ui.expand_to_include_rect(room);
+}

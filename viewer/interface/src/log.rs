@@ -1,0 +1,306 @@
+//! The log of a fleet: what happened to robots, edges and the fleet manager, and the alarms that
+//! somebody has to acknowledge. It is bounded, however much happens.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use regatta_plugin::recording::{MarkKind, RecordingMark};
+
+/// The most entries that are kept: some 2 MB. The oldest are forgotten.
+pub const MAX_ENTRIES: usize = 10_000;
+/// The most alarms that are kept. Further ones replace those that are over, or are only entries;
+/// they are counted.
+pub const MAX_ALARMS: usize = 1_000;
+
+/// What an entry is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Kind {
+    /// Breakdowns, faults and repairs.
+    Fault,
+    /// Holds, stalls and their ends.
+    Stop,
+    /// Robots that touch.
+    Contact,
+    /// Transport orders that came to a bad end, and refused commands.
+    Order,
+    /// Edges that were closed or opened.
+    Edge,
+    /// Robots that came or went.
+    Robot,
+    /// The fleet manager, and standstills.
+    Fleet,
+    /// Notes in a recording.
+    Note,
+}
+
+/// How bad it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// Good to know.
+    Info,
+    /// Something is slower than it should be.
+    Warning,
+    /// Somebody has to look.
+    Alarm,
+}
+
+/// Where something happened.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Place {
+    /// Where the robot is, or nowhere.
+    None,
+    /// An edge, by id.
+    Edge(u32),
+    /// Metres east and north.
+    At([f32; 2]),
+}
+
+impl Kind {
+    /// All kinds.
+    pub const ALL: [Self; 8] = [
+        Self::Fault,
+        Self::Stop,
+        Self::Contact,
+        Self::Order,
+        Self::Edge,
+        Self::Robot,
+        Self::Fleet,
+        Self::Note,
+    ];
+
+    /// The name, for the user.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fault => "faults",
+            Self::Stop => "stops",
+            Self::Contact => "contacts",
+            Self::Order => "orders",
+            Self::Edge => "edges",
+            Self::Robot => "robots",
+            Self::Fleet => "fleet",
+            Self::Note => "notes",
+        }
+    }
+}
+
+/// Something that happened.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entry {
+    /// Simulated time in nanoseconds.
+    pub time_nanos: u64,
+    /// What kind of thing.
+    pub kind: Kind,
+    /// How bad it is.
+    pub severity: Severity,
+    /// The robot, or the first of several.
+    pub robot: Option<u32>,
+    /// Where it happened.
+    pub place: Place,
+    /// What happened, for the user.
+    pub text: String,
+}
+
+/// What an alarm is about: a robot that breaks down again is the same alarm.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum AlarmKey {
+    /// A robot is broken, or can't continue.
+    Robot(u32),
+    /// Two robots touch.
+    Contact([u32; 2]),
+    /// An edge is closed, by its id.
+    Edge(u32),
+    /// Nobody moves.
+    Standstill,
+    /// The fleet manager says nothing.
+    Manager,
+}
+
+/// An alarm. It stays until it is acknowledged and over; in a recording, until it is over.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Alarm {
+    /// What began it.
+    pub entry: Entry,
+    /// Whether it goes on.
+    pub is_active: bool,
+    /// Whether somebody has acknowledged it.
+    pub is_acknowledged: bool,
+}
+
+/// What an entry means for alarms.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AlarmChange {
+    /// Nothing.
+    None,
+    /// An alarm begins.
+    Begins(AlarmKey),
+    /// It ends.
+    Ends(AlarmKey),
+}
+
+/// What the thread has found.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LogReport {
+    /// Whether another run has begun: what was before belongs to the old one.
+    pub is_new_run: bool,
+    /// Whether a fleet manager steers the robots, if that has changed.
+    pub is_managed: Option<bool>,
+    /// Whether a recording is replayed, if that has changed.
+    pub is_replayed: Option<bool>,
+    /// What happened, in order.
+    pub news: Vec<(Entry, AlarmChange)>,
+}
+
+/// All that is kept.
+#[derive(Clone, Debug, Default)]
+pub struct FleetLog {
+    entries: VecDeque<Entry>,
+    alarms: BTreeMap<AlarmKey, Alarm>,
+    /// Entries that were forgotten.
+    forgotten: u64,
+    /// Alarms that there was no room for.
+    left_out: u64,
+    /// Whether a fleet manager steers the robots.
+    is_managed: bool,
+    /// Whether a recording is replayed, in which nobody has to acknowledge alarms.
+    is_replayed: bool,
+    /// Counts the changes.
+    revision: u64,
+}
+
+impl FleetLog {
+    /// Takes what the thread has found.
+    pub fn take(&mut self, report: LogReport) {
+        if report.is_new_run {
+            *self =
+                Self { revision: self.revision, is_replayed: self.is_replayed, ..Self::default() };
+        }
+        self.is_replayed = report.is_replayed.unwrap_or(self.is_replayed);
+        self.is_managed = report.is_managed.unwrap_or(self.is_managed);
+        for (entry, change) in report.news {
+            self.change(&entry, change);
+            self.entries.push_back(entry);
+        }
+        let surplus = self.entries.len().saturating_sub(MAX_ENTRIES);
+        self.entries.drain(..surplus);
+        self.forgotten += surplus as u64;
+        self.revision += 1;
+    }
+
+    fn change(&mut self, entry: &Entry, change: AlarmChange) {
+        match change {
+            AlarmChange::None => {}
+            AlarmChange::Begins(key) if !self.has_room(key) => self.left_out += 1,
+            AlarmChange::Begins(key) => {
+                let alarm = Alarm { entry: entry.clone(), is_active: true, is_acknowledged: false };
+                self.alarms.insert(key, alarm);
+            }
+            AlarmChange::Ends(key) => {
+                if let Some(alarm) = self.alarms.get_mut(&key) {
+                    alarm.is_active = false;
+                    if alarm.is_acknowledged || self.is_replayed {
+                        self.alarms.remove(&key);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Whether there is room for an alarm. The oldest one that is over makes room for it.
+    fn has_room(&mut self, key: AlarmKey) -> bool {
+        if self.alarms.len() < MAX_ALARMS || self.alarms.contains_key(&key) {
+            return true;
+        }
+        let over = self.alarms.iter().filter(|(_, alarm)| !alarm.is_active);
+        let Some(oldest) =
+            over.min_by_key(|(_, alarm)| alarm.entry.time_nanos).map(|(key, _)| *key)
+        else {
+            return false;
+        };
+        self.left_out += 1;
+        self.alarms.remove(&oldest).is_some()
+    }
+
+    /// Acknowledges an alarm, or with `None` all. Those that are over disappear.
+    pub fn acknowledge(&mut self, key: Option<AlarmKey>) {
+        let is_meant = |other: &AlarmKey| key.is_none_or(|key| key == *other);
+        self.alarms
+            .iter_mut()
+            .filter(|(key, _)| is_meant(key))
+            .for_each(|(_, alarm)| alarm.is_acknowledged = true);
+        self.alarms.retain(|_, alarm| alarm.is_active || !alarm.is_acknowledged);
+        self.revision += 1;
+    }
+
+    /// The entries, the oldest first.
+    pub fn entries(&self) -> &VecDeque<Entry> {
+        &self.entries
+    }
+
+    /// The alarms: first those that hold, then those that are over but not acknowledged; the newest
+    /// of each first.
+    pub fn alarms(&self) -> Vec<(AlarmKey, &Alarm)> {
+        let mut alarms: Vec<_> = self.alarms.iter().map(|(key, alarm)| (*key, alarm)).collect();
+        alarms.sort_by_key(|(_, alarm)| {
+            (!alarm.is_active, core::cmp::Reverse(alarm.entry.time_nanos))
+        });
+        alarms
+    }
+
+    /// The number of alarms that nobody has acknowledged.
+    pub fn unacknowledged(&self) -> usize {
+        self.alarms.values().filter(|alarm| !alarm.is_acknowledged).count()
+    }
+
+    /// The numbers of entries that were forgotten, and of alarms that there was no room for.
+    pub fn losses(&self) -> [u64; 2] {
+        [self.forgotten, self.left_out]
+    }
+
+    /// Whether a fleet manager steers the robots.
+    pub fn is_managed(&self) -> bool {
+        self.is_managed
+    }
+
+    /// A number that changes with the contents.
+    pub fn revision(&self) -> u64 {
+        self.revision
+    }
+}
+
+/// Which entries are shown.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LogFilter {
+    /// Only this kind.
+    pub kind: Option<Kind>,
+    /// Only those whose texts contain this, whatever the case; `#7` is robot 7.
+    pub text: String,
+}
+
+impl LogFilter {
+    /// Whether an entry is shown.
+    pub fn shows(&self, entry: &Entry) -> bool {
+        let text = self.text.trim().to_lowercase();
+        let is_found = match text.strip_prefix('#').map(str::parse::<u32>) {
+            Some(robot) => robot.is_ok_and(|robot| entry.robot == Some(robot)),
+            None => entry.text.to_lowercase().contains(&text),
+        };
+        is_found && self.kind.is_none_or(|kind| kind == entry.kind)
+    }
+}
+
+/// Returns the entry of a mark of a recording.
+pub fn of_mark(mark: &RecordingMark) -> Option<Entry> {
+    let (robot, count) = (mark.robot, mark.count);
+    let more = if count > 1 { format!(" and {} more", count - 1) } else { String::new() };
+    let (kind, severity, text) = match mark.kind()? {
+        MarkKind::Contact => {
+            (Kind::Contact, Severity::Alarm, format!("robot {robot} touches another{more}"))
+        }
+        MarkKind::Fault => {
+            (Kind::Fault, Severity::Alarm, format!("robot {robot}{more} broke down"))
+        }
+        MarkKind::Stop => (Kind::Stop, Severity::Warning, format!("robot {robot}{more} stopped")),
+        MarkKind::Note => (Kind::Note, Severity::Info, "note".to_owned()),
+    };
+    let robot = Some(robot).filter(|_| kind != Kind::Note);
+    Some(Entry { time_nanos: mark.time_nanos, kind, severity, robot, place: Place::None, text })
+}

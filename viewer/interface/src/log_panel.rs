@@ -1,0 +1,307 @@
+//! The log panel: alarms to acknowledge, and below them all that happened; a click goes there.
+
+use std::sync::Arc;
+
+use egui::style::ScrollStyle;
+use egui::{
+    Align2, ComboBox, FontId, Rect, RichText, Role, ScrollArea, TextEdit, TextWrapMode, Ui,
+    WidgetInfo, pos2,
+};
+use glam::Vec2;
+use regatta_plugin::control::{ControlKind, ControlRequest};
+use regatta_scene::curves::midpoint;
+
+use super::state::Interface;
+use super::style::{self, ThemeColours, one_line};
+use super::transport::clock_text;
+use super::view_model::{Action, Item, ViewModel};
+use super::virtual_list::{VirtualList, clickable};
+use crate::commands::UserCommand;
+use crate::log::{
+    Alarm, AlarmChange, AlarmKey, Entry, FleetLog, Kind, LogFilter, LogReport, Place, Severity,
+    of_mark,
+};
+use crate::text::{thousands, with_plural};
+
+/// The part of the panel's height that alarms take at most.
+const ALARMS: f32 = 0.4;
+
+/// The log and what of it is shown.
+#[derive(Debug, Default)]
+pub(super) struct LogPanel {
+    pub log: FleetLog,
+    filter: LogFilter,
+    pub list: VirtualList,
+    /// What `shown` was made of: the revision of the log, and the filter.
+    made_of: Option<(u64, LogFilter)>,
+    /// The entries that the filter shows, by their places in the log, the newest first.
+    shown: Vec<usize>,
+}
+
+impl LogPanel {
+    fn update(&mut self) {
+        let wanted = (self.log.revision(), self.filter.clone());
+        if self.made_of.as_ref() != Some(&wanted) {
+            let entries = self.log.entries().iter().enumerate().rev();
+            self.shown = entries
+                .filter(|(_, entry)| self.filter.shows(entry))
+                .map(|(place, _)| place)
+                .collect();
+            self.made_of = Some(wanted);
+        }
+    }
+}
+
+impl Interface {
+    /// The log of the fleet.
+    pub fn log(&mut self) -> &mut FleetLog {
+        &mut self.log_panel.log
+    }
+
+    /// Shows why a command or a request of the user came to nothing, and keeps it in the log.
+    pub fn tell_refusal(&mut self, command: UserCommand, text: String, time_nanos: u64) {
+        let (robot, place) = match command {
+            UserCommand::Close(edge) | UserCommand::Open(edge) => (None, Place::Edge(edge)),
+            _ => (command.robot(), Place::None),
+        };
+        let entry = Entry {
+            time_nanos,
+            kind: Kind::Order,
+            severity: Severity::Warning,
+            robot,
+            place,
+            text: text.clone(),
+        };
+        self.log_panel
+            .log
+            .take(LogReport { news: vec![(entry, AlarmChange::None)], ..LogReport::default() });
+        self.notify(text);
+    }
+
+    pub(super) fn log_list(
+        &mut self,
+        ui: &mut Ui,
+        model: &ViewModel<'_>,
+        actions: &mut Vec<Action>,
+    ) {
+        self.alarms(ui, model);
+        if let Some(recording) = model.recording() {
+            // A recording's marks are known for all of its time.
+            let entries: Vec<Entry> = recording.marks.iter().filter_map(of_mark).collect();
+            ui.label(RichText::new(with_plural(entries.len() as u64, "mark")).size(20.0));
+            self.filters(ui);
+            let shown: Vec<&Entry> =
+                entries.iter().filter(|entry| self.log_panel.filter.shows(entry)).collect();
+            let clicked = self.log_entries(ui, shown.len(), &|row| shown[row]);
+            if let Some(entry) = clicked {
+                let request = ControlRequest {
+                    count: entry.time_nanos,
+                    ..ControlRequest::new(ControlKind::Seek)
+                };
+                actions.push(Action::Control(request));
+                self.jump(&entry, model);
+            }
+            return;
+        }
+        self.filters(ui);
+        self.log_panel.update();
+        let panel = std::mem::take(&mut self.log_panel);
+        self.log_panel.list = panel.list;
+        let entries = panel.log.entries();
+        let clicked = self.log_entries(ui, panel.shown.len(), &|row| &entries[panel.shown[row]]);
+        // The list has moved while the panel was out.
+        self.log_panel = LogPanel { list: self.log_panel.list, ..panel };
+        if let Some(entry) = clicked {
+            self.jump(&entry, model);
+        }
+    }
+
+    fn alarms(&mut self, ui: &mut Ui, model: &ViewModel<'_>) {
+        let (theme, colours) = (self.settings.theme(), self.colours());
+        let alarms = self.log_panel.log.alarms();
+        let unacknowledged = self.log_panel.log.unacknowledged();
+        // Nobody can do anything about the alarms of a recording.
+        let is_recording = model.recording().is_some();
+        let (mut acknowledged, mut clicked) = (None, None);
+        ui.horizontal(|ui| {
+            let colour = if unacknowledged > 0 { colours.bad } else { colours.text };
+            ui.label(RichText::new(count_text(alarms.len())).size(20.0).color(colour));
+            if unacknowledged > 0 && !is_recording && ui.button("Acknowledge all").clicked() {
+                acknowledged = Some(None);
+            }
+        });
+        let [forgotten, left_out] = self.log_panel.log.losses();
+        if left_out > 0 {
+            let verb = if left_out == 1 { "has" } else { "have" };
+            let text = format!("{} {verb} no room here", with_plural(left_out, "more alarm"));
+            ui.label(RichText::new(text).color(colours.warn));
+        }
+        let height = ui.available_height() * ALARMS;
+        // A floating bar would be seen only under the pointer.
+        ui.spacing_mut().scroll = ScrollStyle { foreground_color: true, ..ScrollStyle::solid() };
+        ScrollArea::vertical()
+            .id_salt("alarms")
+            .max_height(height)
+            .auto_shrink([false, true])
+            .show(ui, |ui| {
+                for (key, alarm) in &alarms {
+                    ui.horizontal(|ui| {
+                        if !alarm.is_acknowledged
+                            && !is_recording
+                            && acknowledge_button(ui, *key).clicked()
+                        {
+                            acknowledged = Some(Some(*key));
+                        }
+                        ui.style_mut().wrap_mode = Some(TextWrapMode::Wrap);
+                        if ui
+                            .link(
+                                RichText::new(alarm_text(alarm))
+                                    .color(alarm_colour(alarm, &colours)),
+                            )
+                            .clicked()
+                        {
+                            clicked = Some(alarm.entry.clone());
+                        }
+                    });
+                }
+            });
+        if forgotten > 0 && !is_recording {
+            let text = match forgotten {
+                1 => "1 older entry is forgotten".to_owned(),
+                forgotten => format!("{} older entries are forgotten", thousands(forgotten)),
+            };
+            ui.label(style::faint(ui, theme, text));
+        }
+        if let Some(key) = acknowledged {
+            self.log_panel.log.acknowledge(key);
+        }
+        if let Some(entry) = clicked {
+            self.jump(&entry, model);
+        }
+    }
+
+    fn filters(&mut self, ui: &mut Ui) {
+        let filter = &mut self.log_panel.filter;
+        ui.horizontal(|ui| {
+            let name = |kind: Option<Kind>| kind.map_or("everything", Kind::name);
+            let shown = ComboBox::from_id_salt("log kind")
+                .selected_text(name(filter.kind))
+                .width(90.0)
+                .show_ui(ui, |ui| {
+                    for kind in std::iter::once(None).chain(Kind::ALL.map(Some)) {
+                        ui.selectable_value(&mut filter.kind, kind, name(kind));
+                    }
+                });
+            shown
+                .response
+                .widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "kind of entries"));
+            let text = TextEdit::singleline(&mut filter.text)
+                .hint_text("text, or #7")
+                .desired_width(f32::INFINITY);
+            ui.add(text)
+                .on_hover_text("Entries with this text; #7 for those of robot 7")
+                .widget_info(|| WidgetInfo::labeled(Role::TextInput, true, "text of entries"));
+        });
+    }
+
+    /// Shows the entries in sight. Returns the one that was clicked.
+    fn log_entries<'a>(
+        &mut self,
+        ui: &mut Ui,
+        count: usize,
+        entry: &dyn Fn(usize) -> &'a Entry,
+    ) -> Option<Entry> {
+        let (colours, selected) = (self.colours(), self.robots());
+        if count == 0 {
+            ui.label(style::faint(ui, self.settings.theme(), "nothing happened that this shows"));
+            return None;
+        }
+        let mut clicked = None;
+        self.log_panel.list.show(ui, "log", &colours, count, |ui, rect, row| {
+            let entry = entry(row);
+            let is_selected = entry.robot.is_some_and(|robot| selected.contains(&robot));
+            let time = clock_text(entry.time_nanos as f64 / 1e9);
+            let response = clickable(ui, rect, row as u32, is_selected, &colours, || {
+                format!("{time} {}", entry.text)
+            });
+            if response.clicked() {
+                clicked = Some(entry.clone());
+            }
+            if paint(ui, rect, entry, &time, &colours) {
+                response.on_hover_text(&entry.text);
+            }
+        });
+        clicked
+    }
+
+    /// Selects what an entry is about, and flies there.
+    fn jump(&mut self, entry: &Entry, model: &ViewModel<'_>) {
+        let offset = Vec2::from(self.settings.offset);
+        if let Some(robot) = entry.robot {
+            self.select(Some(Item::Robot(robot)));
+        }
+        match entry.place {
+            Place::At(at) => self.camera_controller.fly_to(Vec2::from(at) + offset),
+            Place::Edge(id) => {
+                let found = model.world.edges().iter().position(|edge| edge.id == id);
+                let Some((index, edge)) = found.map(|index| (index, &model.world.edges()[index]))
+                else {
+                    return;
+                };
+                self.select(Some(Item::Edge(index as u32)));
+                if let Some(middle) = midpoint(&model.world, edge) {
+                    self.camera_controller.fly_to(middle + offset);
+                }
+            }
+            Place::None if entry.robot.is_some() => self.fly_to_selected(model),
+            Place::None => {}
+        }
+    }
+}
+
+fn acknowledge_button(ui: &mut Ui, key: AlarmKey) -> egui::Response {
+    let response = ui.small_button("OK").on_hover_text("Acknowledge");
+    response
+        .widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("acknowledge {key:?}")));
+    response
+}
+
+fn count_text(alarms: usize) -> String {
+    match alarms {
+        0 => "no alarms".to_owned(),
+        count => with_plural(count as u64, "alarm"),
+    }
+}
+
+fn alarm_text(alarm: &Alarm) -> String {
+    let time = clock_text(alarm.entry.time_nanos as f64 / 1e9);
+    let over = if alarm.is_active { "" } else { " (over)" };
+    style::unbroken(&format!("{time} {}{over}", alarm.entry.text))
+}
+
+fn alarm_colour(alarm: &Alarm, colours: &ThemeColours) -> egui::Color32 {
+    match (alarm.is_acknowledged, alarm.is_active) {
+        (true, _) => colours.faint,
+        (false, true) => colours.bad,
+        (false, false) => colours.warn,
+    }
+}
+
+/// Paints an entry. Returns whether its text ends with an ellipsis because the row is too short.
+fn paint(ui: &Ui, rect: Rect, entry: &Entry, time: &str, colours: &ThemeColours) -> bool {
+    let colour = match entry.severity {
+        Severity::Info => colours.good,
+        Severity::Warning => colours.warn,
+        Severity::Alarm => colours.bad,
+    };
+    let painter = ui.painter();
+    painter.circle_filled(pos2(rect.left() + 6.0, rect.center().y), 3.5, colour);
+    let at = pos2(rect.left() + 16.0, rect.center().y);
+    let time = painter.text(at, Align2::LEFT_CENTER, time, FontId::monospace(12.0), colours.faint);
+    let left = time.right() + 8.0;
+    let text =
+        one_line(ui, &entry.text, rect.right() - left, FontId::proportional(12.0), colours.text);
+    let place = Align2::LEFT_CENTER.anchor_size(pos2(left, rect.center().y), text.size());
+    painter.galley(place.min, Arc::clone(&text), colours.text);
+    text.elided
+}

@@ -1,0 +1,290 @@
+//! The menu of a robot, a node or an edge, which a right click opens: commands to the fleet, each
+//! undone by the same menu.
+
+use egui::{Area, Button, Context, Frame, Id, Order, Pos2, Rect, RichText, Ui};
+use regatta_plugin::frame::RobotState;
+
+use super::camera_controller::Follow;
+use super::state::Interface;
+use super::style;
+use super::view_model::{Action, EngineState, Item, ViewModel};
+use crate::commands::UserCommand;
+
+/// The most robots that one click gives commands to: each has an answer.
+const MOST_ROBOTS: usize = 64;
+
+/// An open menu.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Menu {
+    item: Item,
+    /// Where it was opened, in points.
+    at: Pos2,
+    /// Whether it has been shown: the click that opened it doesn't close it.
+    is_shown: bool,
+}
+
+/// An entry of the menu.
+struct Entry {
+    name: String,
+    /// What it does, or why it can't.
+    hint: String,
+    is_possible: bool,
+    commands: Vec<UserCommand>,
+}
+
+impl Interface {
+    /// Opens the menu of what was found under a right click, in points of the picture.
+    pub fn open_menu(&mut self, item: Option<Item>, at: Pos2) {
+        self.menu = item.map(|item| Menu { item, at, is_shown: false });
+    }
+
+    /// Closes the menu. Returns whether one was open.
+    pub(super) fn close_menu(&mut self) -> bool {
+        self.menu.take().is_some()
+    }
+
+    /// Shows the open menu, within the part of the picture that no panel covers.
+    pub(super) fn menu(
+        &mut self,
+        context: &Context,
+        visible: Rect,
+        model: &ViewModel<'_>,
+        actions: &mut Vec<Action>,
+    ) {
+        let Some(menu) = self.menu else { return };
+        let theme = self.settings.theme();
+        let mut is_done = false;
+        let area = Area::new(Id::unique("menu"))
+            .order(Order::Foreground)
+            .fixed_pos(menu.at)
+            .constrain_to(visible);
+        let shown = area.fade_in(false).show(context, |ui| {
+            Frame::popup(ui.style()).show(ui, |ui| {
+                ui.set_max_width(230.0);
+                ui.spacing_mut().item_spacing.y = 3.0;
+                ui.label(RichText::new(self.title(menu.item, model)).strong());
+                let entries = self.menu_entries(menu.item, model);
+                for entry in entries {
+                    is_done |= self.entry(ui, entry, model, actions);
+                }
+                is_done |= self.view_entries(ui, menu.item, model);
+                if let Some(reason) = unsteerable(model) {
+                    ui.label(style::faint(ui, theme, reason));
+                }
+            });
+        });
+        let pressed_elsewhere = context.input(|input| {
+            let at = input.pointer.interact_pos();
+            input.pointer.any_pressed() && at.is_some_and(|at| !shown.response.rect.contains(at))
+        });
+        match &mut self.menu {
+            Some(_) if is_done || (menu.is_shown && pressed_elsewhere) => self.menu = None,
+            Some(open) => open.is_shown = true,
+            None => {}
+        }
+        if !menu.is_shown {
+            context.request_repaint();
+        }
+    }
+
+    fn title(&self, item: Item, model: &ViewModel<'_>) -> String {
+        match item {
+            Item::Robot(robot) => match self.robots_with(robot).len() {
+                1 => format!("Robot {robot}"),
+                count => format!("Robot {robot} and {} more", count - 1),
+            },
+            Item::Edge(index) => format!("Edge {}", edge_id(model, index)),
+            Item::Node(index) => format!("Node {}", node_id(model, index)),
+        }
+    }
+
+    /// The robots that a click on one of them means: all selected ones, if it is among them.
+    fn robots_with(&self, robot: u32) -> Vec<u32> {
+        let mut robots = self.robots();
+        if !robots.contains(&robot) {
+            return vec![robot];
+        }
+        robots.truncate(MOST_ROBOTS);
+        robots
+    }
+
+    fn menu_entries(&self, item: Item, model: &ViewModel<'_>) -> Vec<Entry> {
+        // Plans are watched only of selected robots.
+        let is_managed = model.plans.has_goals || self.log_panel.log.is_managed();
+        match item {
+            Item::Robot(robot) => robot_entries(&self.robots_with(robot), robot, is_managed, model),
+            Item::Edge(index) => vec![edge_entry(model, index)],
+            Item::Node(index) => vec![send_entry(self.robots(), node_id(model, index), is_managed)],
+        }
+    }
+
+    /// Shows the commands for a robot or an edge as buttons of the selection panel.
+    pub(super) fn command_buttons(
+        &mut self,
+        ui: &mut Ui,
+        item: Item,
+        model: &ViewModel<'_>,
+        actions: &mut Vec<Action>,
+    ) {
+        let entries = self.menu_entries(item, model);
+        ui.horizontal_wrapped(|ui| {
+            for entry in entries {
+                self.entry(ui, entry, model, actions);
+            }
+        });
+    }
+
+    /// Shows an entry. Returns whether it was clicked.
+    fn entry(
+        &mut self,
+        ui: &mut Ui,
+        entry: Entry,
+        model: &ViewModel<'_>,
+        actions: &mut Vec<Action>,
+    ) -> bool {
+        let reason = unsteerable(model);
+        let button = ui.add_enabled(entry.is_possible && reason.is_none(), Button::new(entry.name));
+        let hint = reason.map_or(entry.hint, str::to_owned);
+        let is_clicked = button.on_hover_text(&hint).on_disabled_hover_text(&hint).clicked();
+        if is_clicked {
+            if model.is_paused() {
+                self.notify("the clock is paused: the fleet takes commands at its next tick");
+            }
+            actions.extend(entry.commands.into_iter().map(Action::Command));
+        }
+        is_clicked
+    }
+
+    /// Shows the entries that change only the view. Returns whether one was clicked.
+    fn view_entries(&mut self, ui: &mut Ui, item: Item, model: &ViewModel<'_>) -> bool {
+        ui.separator();
+        ui.horizontal(|ui| {
+            if ui.button("Select").clicked() {
+                self.select(Some(item));
+                return true;
+            }
+            if let Item::Robot(robot) = item
+                && model.pose(robot, self.settings.offset.into()).is_some()
+                && ui.button("Follow").clicked()
+            {
+                self.camera_controller.follow(Some((robot, Follow::Behind)));
+                return true;
+            }
+            false
+        })
+        .inner
+    }
+}
+
+/// Why this fleet takes no commands now; `None` if it does.
+fn unsteerable(model: &ViewModel<'_>) -> Option<&'static str> {
+    match model.engine {
+        _ if model.recording().is_some() => {
+            Some("This is a recording: nothing in it can be changed.")
+        }
+        _ if model.is_past() => {
+            Some("This is the past: show the run as it is (U) to give commands.")
+        }
+        EngineState::Awaited => Some("No engine runs."),
+        EngineState::Gone => Some("The engine has ended."),
+        EngineState::Running | EngineState::Paused | EngineState::Silent => None,
+    }
+}
+
+fn robot_entries(
+    robots: &[u32],
+    clicked: u32,
+    is_managed: bool,
+    model: &ViewModel<'_>,
+) -> Vec<Entry> {
+    let state = model.frame.map_or(RobotState::Absent, |frame| frame.state_of(clicked as usize));
+    let command = |name: &str, hint: &str, command: fn(u32) -> UserCommand| Entry {
+        name: name.into(),
+        hint: hint.into(),
+        is_possible: state != RobotState::Absent,
+        commands: robots.iter().map(|robot| command(*robot)).collect(),
+    };
+    let hold = match state {
+        RobotState::Held => command("Resume", "End the hold", UserCommand::Resume),
+        // Whether it is held couldn't be seen, nor ended, before it is repaired.
+        RobotState::Broken => Entry {
+            is_possible: false,
+            ..command(
+                "Hold",
+                "It stands already: repair the robot before it is held",
+                UserCommand::Hold,
+            )
+        },
+        _ => command("Hold", "Brake, stand and keep the route until resumed", UserCommand::Hold),
+    };
+    let repair = match state {
+        RobotState::Broken => {
+            command("Repair", "Repair the robot: it goes on with its route", UserCommand::Repair)
+        }
+        _ => command(
+            "Break down",
+            "Let the robot break down until it is repaired",
+            UserCommand::Break,
+        ),
+    };
+    let cancel = match is_managed {
+        true => command(
+            "Recall",
+            "Take back what the robot was sent for: the fleet manager goes on with it",
+            UserCommand::Recall,
+        ),
+        false => {
+            command("Cancel route", "Drop the route beyond the robot's edge", UserCommand::Cancel)
+        }
+    };
+    vec![hold, repair, cancel]
+}
+
+/// How robots are sent while a fleet manager runs. It claims space for each robot and stops those
+/// that leave theirs, so that it has to be asked.
+const BY_MANAGER: &str = "The fleet manager sends it: at once, or with a load when its order is finished. Recall takes it back.";
+
+fn send_entry(mut robots: Vec<u32>, node: u32, is_managed: bool) -> Entry {
+    robots.truncate(MOST_ROBOTS);
+    let (name, hint) = match robots.as_slice() {
+        [] => ("Send here".to_owned(), "Select the robot first, then right-click the node"),
+        [robot] => (
+            format!("Send robot {robot} here"),
+            "By the fastest way of open edges, in forward gear",
+        ),
+        robots => {
+            (format!("Send {} robots here", robots.len()), "Each by its fastest way of open edges")
+        }
+    };
+    let command = |robot| match is_managed {
+        true => UserCommand::SendByManager { robot, node },
+        false => UserCommand::Send { robot, node },
+    };
+    Entry {
+        name,
+        hint: if is_managed && !robots.is_empty() { BY_MANAGER } else { hint }.to_owned(),
+        is_possible: !robots.is_empty(),
+        commands: robots.into_iter().map(command).collect(),
+    }
+}
+
+fn edge_entry(model: &ViewModel<'_>, index: u32) -> Entry {
+    let id = edge_id(model, index);
+    let (name, hint, command) = match model.closed.binary_search(&index) {
+        Ok(_) => ("Open edge", "Let robots drive here again", UserCommand::Open(id)),
+        Err(_) => (
+            "Close edge",
+            "No robot enters it, and no new route leads here; who is on it leaves it",
+            UserCommand::Close(id),
+        ),
+    };
+    Entry { name: name.into(), hint: hint.into(), is_possible: true, commands: vec![command] }
+}
+
+fn edge_id(model: &ViewModel<'_>, index: u32) -> u32 {
+    model.world.edges().get(index as usize).map_or(u32::MAX, |edge| edge.id)
+}
+
+fn node_id(model: &ViewModel<'_>, index: u32) -> u32 {
+    model.world.nodes().get(index as usize).map_or(u32::MAX, |node| node.id)
+}

@@ -1,0 +1,222 @@
+//! The hot spots panel: places where robots lose time, the worst first; a click flies there and
+//! marks the place.
+
+use egui::{Align2, Color32, FontId, LayerId, Painter, Rect, Stroke, Ui, pos2};
+use glam::Vec2;
+
+use super::state::Interface;
+use super::style::{self, ThemeColours};
+use super::view_model::{Action, Item, ViewModel};
+use super::virtual_list::clickable;
+use crate::jams::{Known, Spot, Trend, csv};
+use crate::text::thousands;
+
+/// The radius of the mark in metres, and its least one in points.
+const MARK: (f32, f32) = (5.0, 14.0);
+
+/// A plugin that lives has published anew after so many seconds.
+const MUST_HAVE_COME: f64 = 10.0;
+/// Who has seen the first simulated seconds of a run has seen all of it.
+const FROM_START: f64 = 2.0;
+
+impl Interface {
+    pub(super) fn hot_spots(
+        &mut self,
+        ui: &mut Ui,
+        model: &ViewModel<'_>,
+        actions: &mut Vec<Action>,
+    ) {
+        let (theme, colours) = (self.settings.theme(), self.colours());
+        let spots = &model.jams.spots;
+        let total: f64 = spots.iter().map(Spot::lost_secs).sum();
+        ui.label(
+            egui::RichText::new(format!("{} robot s lost", thousands(total.round() as u64)))
+                .size(20.0),
+        );
+        ui.label(style::faint(
+            ui,
+            theme,
+            "by contacts and by robots that stand and can't drive on",
+        ));
+        ui.label(style::faint(ui, theme, known_text(model))).on_hover_text(known_hint(model));
+        ui.horizontal(|ui| {
+            let path = &mut self.files.spots;
+            ui.add(egui::TextEdit::singleline(path).desired_width(150.0)).widget_info(|| {
+                egui::WidgetInfo::labeled(egui::Role::TextInput, true, "file of hot spots")
+            });
+            if ui
+                .button("export")
+                .on_hover_text("Write all hot spots to this file, as CSV")
+                .clicked()
+            {
+                let id = |edge: u32| model.world.edges().get(edge as usize).map(|edge| edge.id);
+                actions.push(Action::Write { path: path.clone().into(), text: csv(spots, &id) });
+            }
+        });
+        if spots.is_empty() {
+            ui.label(style::faint(ui, theme, "nobody has lost time"));
+            return;
+        }
+        header(ui, &colours);
+        let (marked, mut clicked) = (self.marked, None);
+        self.spot_list.show(ui, "hot spots", &colours, spots.len(), |ui, rect, row| {
+            let spot = &spots[row];
+            let is_marked = marked == Some(spot.place);
+            let response = clickable(ui, rect, row as u32, is_marked, &colours, || {
+                format!("hot spot {}", row + 1)
+            });
+            cells(ui.painter(), rect, row, (spot, model), &colours);
+            if response.on_hover_text(details(spot)).clicked() {
+                clicked = Some(spot.clone());
+            }
+        });
+        if let Some(spot) = clicked {
+            self.marked = Some(spot.place);
+            self.camera_controller.fly_to(spot.place + Vec2::from(self.settings.offset));
+            self.selected = spot.edges.first().map(|edge| Item::Edge(*edge));
+            self.also_selected.clear();
+        }
+    }
+
+    /// Draws a ring around the marked place.
+    pub(super) fn draw_mark(&self, context: &egui::Context, picture: Rect, visible: Rect) {
+        let Some(place) = self.marked else { return };
+        let (camera, size) =
+            (self.camera_controller.camera(), Vec2::new(picture.width(), picture.height()));
+        let place = (place + Vec2::from(self.settings.offset)).extend(0.0);
+        let Some(at) = camera.project(place, size) else { return };
+        let points_per_metre =
+            camera.pixels_per_radian(size.y) / place.distance(camera.eye()).max(1.0);
+        let radius = (MARK.0 * points_per_metre).max(MARK.1);
+        let painter = context.layer_painter(LayerId::background()).with_clip_rect(visible);
+        let centre = pos2(picture.left() + at.x, picture.top() + at.y);
+        painter.circle_stroke(centre, radius, Stroke::new(4.5, Color32::from_black_alpha(150)));
+        painter.circle_stroke(centre, radius, Stroke::new(2.0, self.colours().accent));
+    }
+}
+
+/// Right edges of the columns, as fractions of the width; the last one begins at the one before.
+const COLUMNS: [f32; 4] = [0.09, 0.30, 0.49, 0.54];
+
+fn header(ui: &mut Ui, colours: &ThemeColours) {
+    let (rect, _) =
+        ui.allocate_exact_size(egui::vec2(ui.available_width() - 10.0, 15.0), egui::Sense::hover());
+    for (right, name) in COLUMNS.into_iter().zip(["", "lost s", "since"]) {
+        write(ui.painter(), rect, (right, Align2::RIGHT_CENTER), name.to_owned(), colours.faint);
+    }
+    write(ui.painter(), rect, (COLUMNS[3], Align2::LEFT_CENTER), "edges".to_owned(), colours.faint);
+}
+
+fn write(
+    painter: &Painter,
+    rect: Rect,
+    (place, align): (f32, Align2),
+    text: String,
+    colour: Color32,
+) {
+    painter.text(
+        pos2(rect.left() + rect.width() * place, rect.center().y),
+        align,
+        text,
+        FontId::monospace(12.0),
+        colour,
+    );
+}
+
+fn cells(
+    painter: &Painter,
+    rect: Rect,
+    row: usize,
+    (spot, model): (&Spot, &ViewModel<'_>),
+    colours: &ThemeColours,
+) {
+    let right = Align2::RIGHT_CENTER;
+    write(painter, rect, (COLUMNS[0], right), (row + 1).to_string(), colours.faint);
+    let lost = if spot.contact_secs > 0.0 { colours.bad } else { colours.text };
+    write(painter, rect, (COLUMNS[1], right), thousands(spot.lost_secs().round() as u64), lost);
+    write(painter, rect, (COLUMNS[2], right), clock(spot.seen[0]), colours.faint);
+    let ids = spot.edges.iter().filter_map(|edge| model.world.edges().get(*edge as usize));
+    let ids: Vec<_> = ids.map(|edge| edge.id.to_string()).take(2).collect();
+    write(painter, rect, (COLUMNS[3], Align2::LEFT_CENTER), ids.join(" "), colours.text);
+    trend(painter, pos2(rect.right() - 10.0, rect.center().y), spot.trend, colours);
+}
+
+/// Draws a sign for a trend: a triangle up or down, a bar, or nothing.
+fn trend(painter: &Painter, at: egui::Pos2, trend: Trend, colours: &ThemeColours) {
+    let triangle = |tip: f32, colour| {
+        let points = vec![
+            pos2(at.x - 4.5, at.y + tip),
+            pos2(at.x + 4.5, at.y + tip),
+            pos2(at.x, at.y - tip),
+        ];
+        painter.add(egui::Shape::convex_polygon(points, colour, Stroke::NONE));
+    };
+    match trend {
+        Trend::Growing => triangle(4.0, colours.bad),
+        Trend::Easing => triangle(-4.0, colours.good),
+        Trend::Steady => {
+            painter.line_segment(
+                [pos2(at.x - 4.5, at.y), pos2(at.x + 4.5, at.y)],
+                Stroke::new(2.0, colours.warn),
+            );
+        }
+        Trend::Over => {}
+    }
+}
+
+fn details(spot: &Spot) -> String {
+    format!(
+        "{:.0} s in contact, {:.0} s standing; from {} to {}; {}",
+        spot.contact_secs,
+        spot.standing_secs,
+        clock(spot.seen[0]),
+        clock(spot.seen[1]),
+        spot.trend.name()
+    )
+}
+
+/// Says which part of the run the hot spots and the figures over time are about.
+pub(super) fn known_text(model: &ViewModel<'_>) -> String {
+    let Known { from_secs, until_secs, is_published } = model.jams.known;
+    let (from, until) = (clock(from_secs), clock(until_secs.round()));
+    let is_old = is_published
+        && model.clock_secs().is_some_and(|now| now > until_secs + MUST_HAVE_COME * speed(model));
+    match (model.recording().is_some(), is_published) {
+        (true, true) => format!("of the recording, {from} to {until}"),
+        (true, false) => format!("of what was replayed since {from}"),
+        (false, true) if is_old => {
+            format!("from {from} to {until}, when regatta plugin traffic ended")
+        }
+        (false, _) if from_secs < FROM_START => "since the start of the run".to_owned(),
+        (false, true) => format!("since {from}, when regatta plugin traffic began"),
+        (false, false) => format!("since {from}, when this window began to watch"),
+    }
+}
+
+/// The measured speed, in simulated seconds per second; at least 1.
+fn speed(model: &ViewModel<'_>) -> f64 {
+    model.status.map_or(1.0, |status| f64::from(status.real_time_factor)).max(1.0)
+}
+
+/// Says how to know all of a run.
+pub(super) fn known_hint(model: &ViewModel<'_>) -> &'static str {
+    match model.recording() {
+        Some(_) => {
+            "a replay reads all of its recording in the background, and publishes what it has read so far"
+        }
+        None => {
+            "regatta plugin traffic keeps all that it has seen of the run, for windows that open later"
+        }
+    }
+}
+
+/// Formats a simulated time as hours, minutes and seconds.
+pub(super) fn clock(secs: f64) -> String {
+    let secs = secs.max(0.0) as u64;
+    let (hours, minutes, seconds) = (secs / 3600, secs / 60 % 60, secs % 60);
+    if hours > 0 {
+        format!("{hours}:{minutes:02}:{seconds:02}")
+    } else {
+        format!("{minutes}:{seconds:02}")
+    }
+}

@@ -1,0 +1,161 @@
+//! The picture and its camera, while panels open and close.
+
+use std::ops::RangeInclusive;
+
+use egui::{Key, Rect};
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use glam::{Vec2, Vec3};
+use regatta_interface::camera_controller::CameraController;
+use regatta_interface::settings::{LeftPanel, RightPanel};
+use regatta_interface::view_model::Item;
+use regatta_scene::camera::{Bounds, Camera, Window};
+
+use crate::fixture::{Fixture, USUAL, harness, harness_of, windows};
+use crate::states::{log_of, past};
+
+/// Where the picture is, and its camera.
+fn view(harness: &Harness<'_, Fixture>) -> (Rect, Camera) {
+    (harness.state().picture, harness.state().interface.camera_controller.camera())
+}
+
+/// Where a point of the world is seen, in points of the window.
+pub fn seen_at(harness: &Harness<'_, Fixture>, point: Vec3) -> Vec2 {
+    let (picture, camera) = view(harness);
+    let size = Vec2::new(picture.width(), picture.height());
+    camera.project(point, size).expect("in sight") + Vec2::new(picture.left(), picture.top())
+}
+
+/// The middle of what is neither under a panel nor beside the legend, in points of the window.
+pub fn middle_of_free_part(harness: &Harness<'_, Fixture>) -> Vec2 {
+    let fixture = harness.state();
+    let picture = fixture.picture;
+    let mut left = fixture.panel("left").map_or(picture.left(), |panel| panel.right());
+    let right = fixture.panel("right").map_or(picture.right(), |panel| panel.left());
+    let bottom = fixture.panel("plots").map_or(picture.bottom(), |panel| panel.top());
+    // The legend's place.
+    left += if right - left >= 500.0 { 210.0 } else { 0.0 };
+    Vec2::new(left + right, picture.top() + bottom) / 2.0
+}
+
+/// By a key, and from the log, with any panels: not under one of them, and not under the legend.
+#[test]
+fn a_flight_ends_in_the_middle_of_what_no_panel_covers() {
+    let robot = Vec3::new(3.0, 0.0, 0.25);
+    for (size, scale) in windows() {
+        for (from_log, plots) in [(false, false), (false, true), (true, false)] {
+            let mut harness = harness_of(size, scale, |fixture| {
+                log_of(fixture, 4);
+                fixture.interface.settings.plots = plots;
+                fixture.interface.select((!from_log).then_some(Item::Robot(3)));
+            });
+            match from_log {
+                true => harness
+                    .get_all_by_label_contains("robot 3 broke")
+                    .next()
+                    .expect("an entry")
+                    .click(),
+                false => harness.key_press(Key::J),
+            }
+            harness.run_steps(80);
+            let (at, middle) = (seen_at(&harness, robot), middle_of_free_part(&harness));
+            let what =
+                format!("{size:?} at {scale}, log {from_log}, plots {plots}: {at}, not {middle}");
+            assert!(!harness.state().interface.camera_controller.is_flying(), "{what}");
+            assert!((at.x - middle.x).abs() < 20.0 && (at.y - middle.y).abs() < 2.0, "{what}");
+            let covers = |place: &Rect| place.contains(egui::pos2(at.x, at.y));
+            let covered =
+                harness.state().interface.placed().iter().find(|(_, place)| covers(place));
+            assert_eq!(covered, None, "{what}");
+        }
+    }
+}
+
+/// Neither a camera that was placed nor one that is still fitted to the fleet.
+#[test]
+fn the_picture_stays_where_it_is_when_a_panel_opens() {
+    for camera in [
+        CameraController::new(Camera::default(), true),
+        CameraController::default(),
+        CameraController::plan(),
+    ] {
+        let mut harness = harness_of(USUAL, 1.0, |fixture| {
+            past(fixture);
+            fixture.interface.camera_controller = camera;
+        });
+        let before = view(&harness);
+        // Panels on both sides, the plots, and the bar of the past; then they close again.
+        for key in
+            [Key::Num1, Key::Num4, Key::Num8, Key::U, Key::Num1, Key::Num9, Key::Num8, Key::U]
+        {
+            harness.key_press(key);
+            harness.run_steps(6);
+            assert_eq!(view(&harness), before, "after {key:?}");
+        }
+        assert_eq!(harness.state().interface.settings.left, Some(LeftPanel::Log));
+    }
+}
+
+#[test]
+fn an_untouched_camera_is_fitted_between_the_panels_of_the_first_picture_and_to_another_size() {
+    let mut harness = harness(USUAL, 1.0, |interface| {
+        interface.camera_controller = CameraController::plan();
+        interface.settings.right = Some(RightPanel::View);
+    });
+    for width in [1280.0, 1600.0] {
+        harness.set_size(egui::vec2(width, 720.0));
+        harness.run_steps(6);
+        is_between(&harness, 0.0..=width - 280.0);
+    }
+}
+
+/// Checks that the fleet's bounds lie within a part of the picture, in points from its left side.
+fn is_between(harness: &Harness<'_, Fixture>, part: RangeInclusive<f32>) {
+    let (picture, camera) = view(harness);
+    let size = Vec2::new(picture.width(), picture.height());
+    let corners = [Bounds::default().low, Bounds::default().high];
+    let at = corners.map(|corner| camera.project(corner.extend(0.0), size).expect("in sight"));
+    let is_inside = |at: &Vec2| part.contains(&at.x) && (0.0..=size.y).contains(&at.y);
+    assert!(at.iter().all(is_inside), "{at:?} in {part:?}");
+    // It fills the part.
+    let room = (part.end() - part.start()).min(size.y);
+    assert!((at[1] - at[0]).abs().max_element() > 0.5 * room, "{at:?}");
+}
+
+#[test]
+fn what_is_fitted_lies_between_the_panels() {
+    let mut harness = harness(USUAL, 1.0, |_| {});
+    for key in [Key::Num1, Key::Num4] {
+        harness.key_press(key);
+        harness.run_steps(6);
+    }
+    harness.key_press(Key::O);
+    harness.key_press(Key::Home);
+    harness.run_steps(80);
+    is_between(&harness, 470.0..=1000.0);
+    // And stays there when they close.
+    let before = view(&harness);
+    harness.key_press(Key::Num4);
+    harness.run_steps(6);
+    assert_eq!(view(&harness), before);
+}
+
+#[test]
+fn a_flight_leads_a_place_to_the_middle_of_a_part_of_the_picture() {
+    let (size, place) = (Vec2::new(900.0, 600.0), Vec2::new(-50.0, 60.0));
+    let window =
+        Window { low: Vec2::new(0.4, 0.1), high: Vec2::new(0.8, 0.6), aspect: size.x / size.y };
+    let (usual, low) = (Camera::default(), Camera { pitch: 0.05, ..Camera::default() });
+    for camera in [usual, low, usual.toggled_plan()] {
+        let mut controller = CameraController::new(camera, true);
+        controller.fly_to(place);
+        while controller.is_flying() {
+            controller.aim(None, window);
+            controller.advance(1.0 / 60.0, None);
+        }
+        let at = controller.camera().project(place.extend(0.25), size).expect("in sight") / size;
+        assert!((at.x - 0.6).abs() < 0.01, "{at} {camera:?}");
+        // Near the horizon, the ground is kilometres away there.
+        assert!((at.y - 0.35).abs() < 0.01 || camera.pitch < 0.1, "{at} {camera:?}");
+    }
+}

@@ -1,0 +1,73 @@
+//! What is drawn and shown of the plans of robots: routes, goals, and who waits for whom.
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::route::RouteSegment;
+
+/// What was found: lists to draw, and facts to tell.
+#[derive(Clone, Debug, Default)]
+pub struct PlanReport {
+    /// The routes of robots that match and of selected ones.
+    pub lines: Vec<RouteSegment>,
+    /// Their goals.
+    pub goals: Vec<GoalMark>,
+    /// For whom they wait.
+    pub arrows: Vec<WaitArrow>,
+    /// What the lists leave out.
+    pub facts: PlanFacts,
+}
+
+/// How much is known.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PlanFacts {
+    /// Whether only robots that match a filter are counted.
+    pub is_filtered: bool,
+    /// The routes of robots, while they are watched.
+    pub routes: Option<Coverage>,
+    /// Whether a fleet manager says where robots go.
+    pub has_goals: bool,
+    /// The number of robots that wait for others, and of those among them in rings; `None` if no
+    /// fleet manager says so.
+    pub waiting: Option<[u32; 2]>,
+}
+
+impl PlanFacts {
+    /// Whether the routes of a notable part of the robots under way are not known (yet).
+    pub fn lacks_routes(&self) -> bool {
+        self.routes
+            .is_some_and(|routes| f64::from(routes.known) < 0.95 * f64::from(routes.under_way))
+    }
+}
+
+/// How much of the routes of all robots, or of those that match a filter, is known.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Coverage {
+    /// Robots under way whose routes are known.
+    pub known: u32,
+    /// Robots under way.
+    pub under_way: u32,
+    /// Seconds that the last round through all robots took; infinity before its end.
+    pub round_secs: f32,
+}
+
+/// A mark at a goal: an instance of goals.wgsl.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct GoalMark {
+    /// Index of the node in the world.
+    pub node: u32,
+    /// 1 for the goal of a selected robot, else 0.
+    pub selected: u32,
+}
+
+/// An arrow from a robot that waits to the robot in its way: an instance of waits.wgsl.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+#[repr(C)]
+pub struct WaitArrow {
+    /// The robot that waits, by id.
+    pub from: u32,
+    /// The robot that it waits for.
+    pub to: u32,
+    /// 1 if both are in a ring of robots that wait for each other, else 0.
+    pub in_ring: u32,
+}
