@@ -139,7 +139,7 @@ fn each_heavy_dependency_has_one_owner() {
     let owners: [(&str, &[&str]); 8] = [
         ("iceoryx2", &["plugins/api"]),
         ("serde_yaml", &["engine/layout", "engine/scenario"]),
-        ("quick-xml", &["engine/layout", "plugins/kit"]),
+        ("quick-xml", &["engine/base", "engine/layout"]),
         ("dxf", &["engine/layout"]),
         ("rayon", &["engine", "engine/layout"]),
         // The window connects the renderer to a surface, and draws the panels' meshes by it.

@@ -16,6 +16,7 @@ pub mod bezier;
 pub mod graph;
 mod ln;
 pub mod random;
+pub mod svg;
 pub mod yaml;
 
 pub use ln::ln;

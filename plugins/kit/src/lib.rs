@@ -22,7 +22,5 @@ pub use command_line::{parse, run_from};
 pub use csv_file::{CsvChange, CsvError, CsvFile, RowCounts};
 pub use dispatch::{DispatchError, Dispatcher};
 pub use history::{RunHistory, series::Series, spots::Spots};
-/// Escapes `<`, `>` and `&` for the text of an element of XML, SVG or HTML.
-pub use quick_xml::escape::partial_escape as escape_xml;
 pub use way::{WayError, find_node};
 pub use whole_file::WholeFile;

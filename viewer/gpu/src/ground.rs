@@ -99,43 +99,25 @@ impl Ground {
 
 /// Returns a view without what is about robots, which changes from picture to picture.
 fn without_robots(view: &ViewUniform) -> ViewUniform {
-    let ViewUniform { clip_from_local, eye, forward, right, up, viewport, crop, origin, .. } =
-        *view;
-    let ViewUniform {
-        sky,
-        floor,
-        grid,
-        spacing,
-        floor_bounds,
-        edge,
-        two_way,
-        node,
-        heated,
-        lights,
-        ..
-    } = *view;
-    let camera = ViewUniform {
-        clip_from_local,
-        eye,
-        forward,
-        right,
-        up,
-        viewport,
-        crop,
-        origin,
-        ..Zeroable::zeroed()
-    };
     ViewUniform {
-        sky,
-        floor,
-        grid,
-        spacing,
-        floor_bounds,
-        edge,
-        two_way,
-        node,
-        heated,
-        lights,
-        ..camera
+        clip_from_local: view.clip_from_local,
+        eye: view.eye,
+        forward: view.forward,
+        right: view.right,
+        up: view.up,
+        viewport: view.viewport,
+        crop: view.crop,
+        origin: view.origin,
+        sky: view.sky,
+        floor: view.floor,
+        grid: view.grid,
+        spacing: view.spacing,
+        floor_bounds: view.floor_bounds,
+        edge: view.edge,
+        two_way: view.two_way,
+        node: view.node,
+        heated: view.heated,
+        lights: view.lights,
+        ..Zeroable::zeroed()
     }
 }

@@ -1,10 +1,11 @@
 //! Pictures within a picture: each is drawn by itself, and then copied into its part of the target.
 
 use glam::UVec2;
-use wgpu::{CommandEncoder, LoadOp, Operations, StoreOp, TextureFormat, TextureView};
+use wgpu::{CommandEncoder, TextureFormat, TextureView};
 
 use super::copy::{Copier, Original};
 use super::device::Gpu;
+use super::painter::begin;
 use super::pipeline::{DepthMode, TargetConfig};
 
 /// Pictures of one size.
@@ -36,16 +37,7 @@ impl Insets {
     /// Copies the pictures into a target. `places` are their top left corners in it; all of them
     /// lie within the target.
     pub fn copy(&self, encoder: &mut CommandEncoder, target: &TextureView, places: &[UVec2]) {
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("insets"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: target,
-                depth_slice: None,
-                resolve_target: None,
-                ops: Operations { load: LoadOp::Load, store: StoreOp::Store },
-            })],
-            ..wgpu::RenderPassDescriptor::default()
-        });
+        let mut pass = begin(encoder, target, "insets");
         for (original, at) in self.originals.iter().zip(places) {
             let (at, size) = (at.as_vec2(), self.size.as_vec2());
             pass.set_viewport(at.x, at.y, size.x, size.y, 0.0, 1.0);

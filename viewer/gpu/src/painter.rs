@@ -157,7 +157,7 @@ impl Painter {
         }
         fill(gpu, &mut self.vertices, bytemuck::cast_slice(&vertices), BufferUsages::VERTEX);
         fill(gpu, &mut self.indices, bytemuck::cast_slice(&indices), BufferUsages::INDEX);
-        let mut pass = begin(encoder, target);
+        let mut pass = begin(encoder, target, "interface");
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &self.scale_group, &[]);
         pass.set_vertex_buffer(0, self.vertices.slice(..));
@@ -215,9 +215,14 @@ fn pipeline(gpu: &Gpu, format: TextureFormat, groups: &[&BindGroupLayout]) -> Re
     })
 }
 
-fn begin<'a>(encoder: &'a mut CommandEncoder, target: &TextureView) -> wgpu::RenderPass<'a> {
+/// Begins a pass that draws over a picture.
+pub(crate) fn begin<'a>(
+    encoder: &'a mut CommandEncoder,
+    target: &TextureView,
+    label: &str,
+) -> wgpu::RenderPass<'a> {
     encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-        label: Some("interface"),
+        label: Some(label),
         color_attachments: &[Some(wgpu::RenderPassColorAttachment {
             view: target,
             depth_slice: None,
