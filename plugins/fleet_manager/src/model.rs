@@ -9,6 +9,7 @@ pub mod worlds;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use glam::Vec2;
 use parking_lot::Mutex;
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::world::WorldData;
@@ -226,15 +227,15 @@ pub fn places(world: &WorldData, count: usize, seed: u64) -> Vec<(Leg, f32)> {
     let outlines = Outlines::new(&view);
     let mut edges: Vec<u32> = (0..roads.edges().len() as u32).collect();
     let mut random = Random(seed);
-    (1..edges.len())
-        .rev()
-        .for_each(|index| edges.swap(index, random.below(index as u32 + 1) as usize));
+    for index in (1..edges.len()).rev() {
+        edges.swap(index, random.below(index as u32 + 1) as usize);
+    }
     let mut taken: Vec<Rectangle> = Vec::new();
     let mut starts = Vec::new();
     for edge in edges {
         let (leg, length) = (Leg::new(edge, false), roads.edge(edge).length);
         let mut outline = outlines.at(leg, length);
-        outline.half = outline.half.map(|half| half + 0.05);
+        outline.half += 0.05;
         if starts.len() < count && taken.iter().all(|other| !other.touches(&outline)) {
             taken.push(outline);
             starts.push((leg, length));
@@ -245,6 +246,6 @@ pub fn places(world: &WorldData, count: usize, seed: u64) -> Vec<(Leg, f32)> {
 }
 
 /// A robot that stands or drives on an edge, as a frame shows it.
-fn seen(edge: u32, s: f32, speed: f32, position: [f32; 2]) -> Seen {
+fn seen(edge: u32, s: f32, speed: f32, position: Vec2) -> Seen {
     Seen { robot_type: 0, edge: Some(edge), s, speed, position, state: RobotState::Idle }
 }

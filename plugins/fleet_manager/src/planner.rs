@@ -1,7 +1,7 @@
-//! Planners: which way robots go, and who goes first.
+//! Planners: decide the routes of robots and their precedence.
 //!
-//! A planner is free to decide as it likes: robots get only space that nobody else claims, whatever
-//! it says.
+//! A planner may decide anything: whatever it plans, robots get only space that no other robot
+//! claims.
 
 mod backstop;
 mod driving_times;
@@ -23,10 +23,10 @@ pub use self::tea::{Tea, TeaSettings};
 use crate::roads::Leg;
 use crate::traffic::{Permit, Traffic};
 
-/// Decides which way robots go, and who goes first.
+/// Decides the routes of robots and their precedence.
 ///
-/// The plans of a lockstep run must be a function of what the planner has seen: no time of day, no
-/// order of threads.
+/// The plans of a lockstep run must be a function of the traffic that the planner has seen: neither
+/// of the time of day nor of the order of threads.
 pub trait Planner: fmt::Debug + Send {
     /// Plans after a frame. A robot with [`needs_route`](crate::traffic::Robot::needs_route) stands
     /// still at the end of its base until it gets a route, or is told unreachable.
@@ -43,7 +43,7 @@ pub trait Planner: fmt::Debug + Send {
 pub struct Plans {
     /// New routes; `None` where no way leads to a robot's goal.
     pub(crate) routes: Vec<(u32, Option<Vec<Leg>>)>,
-    /// Idle robots that are sent to a node, out of others' way.
+    /// Idle robots that are sent to a node, out of the way of others.
     pub(crate) evicted: Vec<(u32, u32)>,
     /// Robots that need a route in the next cycle.
     pub(crate) released: Vec<u32>,
@@ -58,7 +58,7 @@ impl Plans {
         self.routes.push((robot, Some(legs)));
     }
 
-    /// Says that no way leads to a robot's goal.
+    /// Marks a robot's goal as unreachable.
     pub fn unreachable(&mut self, robot: u32) {
         self.routes.push((robot, None));
     }

@@ -1,4 +1,4 @@
-//! Figures of a run: what the manager's cycles cost, and when robots have finished something.
+//! Figures of a run: the cost of the manager's cycles, and the finished orders over time.
 
 mod effort;
 
@@ -30,7 +30,7 @@ pub(crate) struct RunFigures {
     /// The orders that were finished in each period.
     orders: Vec<u32>,
     effort: Effort,
-    /// By robot, when it has finished an order, or else when it came; infinite if it has left.
+    /// By robot, the time at which it finished an order, or else came; infinite if it has left.
     finished_secs: Vec<f64>,
     longest_without_finish_secs: f64,
 }
@@ -41,12 +41,12 @@ impl RunFigures {
         Self { start, ..Self::default() }
     }
 
-    /// Adds what else was worked out before the first cycle.
+    /// Adds further time that was spent before the first cycle.
     pub(crate) fn add_start(&mut self, spent: Duration) {
         self.start += spent;
     }
 
-    /// Notes which robots a frame shows. `is_there` is called with each id.
+    /// Notes the robots of a frame. `is_there` returns for each id whether the robot is there.
     pub(crate) fn see(&mut self, now_secs: f64, robots: usize, is_there: impl Fn(usize) -> bool) {
         (self.now_secs, self.robots) = (now_secs, robots);
         self.finished_secs.resize(robots, f64::INFINITY);
@@ -76,15 +76,17 @@ impl RunFigures {
         }
     }
 
-    /// Notes what all robots do, for as long as the time since the frame before.
+    /// Notes the activity of all robots for the time since the frame before.
     pub(crate) fn spend(&mut self, secs: f64, robots: impl Iterator<Item = Doing>) {
         // The activity before the first frame is unknown.
         if self.cycles > 0 {
-            robots.for_each(|doing| self.effort.add(&doing, secs));
+            for doing in robots {
+                self.effort.add(&doing, secs);
+            }
         }
     }
 
-    /// Notes what a cycle took.
+    /// Notes the duration of a cycle.
     pub(crate) fn end_cycle(&mut self, spent: Duration) {
         self.cycles += 1;
         self.spent += spent;

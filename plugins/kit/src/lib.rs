@@ -5,7 +5,7 @@
 //! | [`command_line`] | the `main` of a plugin with options of its own |
 //! | [`csv_file`] | a CSV file to which rows are appended, and which may be rotated |
 //! | [`whole_file`] | files that appear under their name only once they are complete |
-//! | [`dispatch`], [`way`] | orders with answers; the fastest way to a node |
+//! | [`dispatch`], [`way`] | commands with answers; the fastest way to a node |
 //! | [`history`] | hot spots of a run, and its figures over time |
 //! | `server` | a web server; it needs the feature `server` |
 

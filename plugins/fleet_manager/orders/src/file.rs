@@ -37,7 +37,7 @@ pub enum FileError {
         /// The reason.
         reason: std::io::Error,
     },
-    /// Something in it is wrong.
+    /// It has an error.
     #[error("{}, {error}", path.display())]
     Invalid {
         /// The file.
@@ -56,7 +56,7 @@ pub(super) fn text_of(path: &Path) -> Result<String, FileError> {
 /// Reads a file of orders: CSV if its name ends in `.csv`, and YAML otherwise.
 ///
 /// # Errors
-/// [`FileError`] if it can't be read or something in it is wrong.
+/// [`FileError`] if it can't be read or has an error.
 pub fn read_orders(path: &Path) -> Result<Vec<TimedDraft>, FileError> {
     let text = text_of(path)?;
     let is_csv = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"));
@@ -67,7 +67,7 @@ pub fn read_orders(path: &Path) -> Result<Vec<TimedDraft>, FileError> {
 /// Parses a YAML text of orders.
 ///
 /// # Errors
-/// [`InputError`] for the first thing that is wrong.
+/// [`InputError`] for the first error.
 pub fn parse_yaml(text: &str) -> Result<Vec<TimedDraft>, InputError> {
     yaml::read(text, |document| {
         let list = if document.is_mapping() {
@@ -100,20 +100,21 @@ fn yaml_stop(stop: Value) -> Result<StopDraft, InputError> {
         return Ok(StopDraft { location_name: Label::Name(stop.text()?), ..StopDraft::default() });
     }
     let fields = stop.fields(&["at", "action", "dwell"])?;
-    let action = |value: Value| {
-        value.text()?.parse::<Action>().map_err(|error| value.error(error.to_string()))
-    };
     Ok(StopDraft {
         location_name: Label::Name(fields.required("at")?.text()?),
-        operation: fields.optional("action", action)?.unwrap_or_default(),
+        operation: fields.optional("action", yaml_action)?.unwrap_or_default(),
         dwell: fields.optional("dwell", Value::positive)?.unwrap_or(0.0),
     })
+}
+
+fn yaml_action(value: Value) -> Result<Action, InputError> {
+    value.text()?.parse().map_err(|error: UnknownAction| value.error(error.to_string()))
 }
 
 /// Parses a CSV text of orders.
 ///
 /// # Errors
-/// [`InputError`] for the first thing that is wrong.
+/// [`InputError`] for the first error.
 pub fn parse_csv(text: &str) -> Result<Vec<TimedDraft>, InputError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut reader = csv::ReaderBuilder::new()
@@ -160,24 +161,40 @@ impl Columns {
 
     fn order(&self, record: &csv::StringRecord) -> Result<TimedDraft, InputError> {
         let line = record.position().map_or(1, |position| position.line() as usize);
-        let error = |reason| InputError { line, reason };
-        let cell = |column: usize| {
-            self.0[column].and_then(|index| record.get(index)).filter(|cell| !cell.is_empty())
+        let draft = self.draft(record).map_err(|reason| InputError { line, reason })?;
+        let secs = self.secs(record, 1).map_err(|reason| InputError { line, reason })?;
+        Ok(TimedDraft { line, secs: secs.unwrap_or(0.0), draft })
+    }
+
+    fn draft(&self, record: &csv::StringRecord) -> Result<OrderDraft, String> {
+        let stops = self.cell(record, 5).unwrap_or("").split_whitespace().map(csv_stop);
+        let destinations = stops.collect::<Result<_, _>>()?;
+        let priority = match self.cell(record, 2) {
+            Some(text) => {
+                text.parse().map_err(|_| format!("`{text}` is no priority from 0 to 255"))?
+            }
+            None => 0,
         };
-        let secs =
-            |column: usize| cell(column).map(|text| parse_secs(HEADERS[column], text)).transpose();
-        let priority = cell(2)
-            .map(|text| text.parse().map_err(|_| format!("`{text}` is no priority from 0 to 255")));
-        let stops = cell(5).unwrap_or("").split_whitespace().map(csv_stop);
-        let draft = OrderDraft {
-            name: cell(0).map(str::to_owned),
-            destinations: stops.collect::<Result<_, _>>().map_err(error)?,
-            priority: priority.transpose().map_err(error)?.unwrap_or(0),
-            earliest_start: secs(3).map_err(error)?,
-            deadline: secs(4).map_err(error)?,
-            intended_vehicle: cell(6).map(|text| Label::Name(text.to_owned())),
-        };
-        Ok(TimedDraft { line, secs: secs(1).map_err(error)?.unwrap_or(0.0), draft })
+        Ok(OrderDraft {
+            name: self.cell(record, 0).map(str::to_owned),
+            destinations,
+            priority,
+            earliest_start: self.secs(record, 3)?,
+            deadline: self.secs(record, 4)?,
+            intended_vehicle: self.cell(record, 6).map(|text| Label::Name(text.to_owned())),
+        })
+    }
+
+    fn cell<'record>(
+        &self,
+        record: &'record csv::StringRecord,
+        header: usize,
+    ) -> Option<&'record str> {
+        record.get(self.0[header]?).filter(|cell| !cell.is_empty())
+    }
+
+    fn secs(&self, record: &csv::StringRecord, header: usize) -> Result<Option<f64>, String> {
+        self.cell(record, header).map(|text| parse_secs(HEADERS[header], text)).transpose()
     }
 }
 

@@ -1,4 +1,4 @@
-//! Descriptions of loads: which orders a scenario's plant gets, and how many.
+//! Descriptions of loads: generators of a plant's orders.
 //!
 //! ```yaml
 //! load:
@@ -49,9 +49,15 @@ pub(super) struct GeneratorSettings {
     pub(super) arrival: Arrival,
     pub(super) stops: Stops,
     pub(super) priority: u8,
-    /// The shortest and the longest dwell time, in seconds.
-    pub(super) dwell_secs: [f64; 2],
+    pub(super) dwell_secs: DwellSecs,
     pub(super) deadline_secs: Option<f64>,
+}
+
+/// The shortest and the longest dwell time, in seconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct DwellSecs {
+    pub(super) min: f64,
+    pub(super) max: f64,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -89,7 +95,7 @@ impl Load {
     /// Reads the load of a file.
     ///
     /// # Errors
-    /// [`FileError`] if it can't be read or something in it is wrong.
+    /// [`FileError`] if it can't be read or has an error.
     pub fn read(path: &Path, places: &Places) -> Result<Self, FileError> {
         Self::parse(&text_of(path)?, places)
             .map_err(|error| FileError::Invalid { path: path.to_owned(), error })
@@ -98,7 +104,7 @@ impl Load {
     /// Parses the load of a text.
     ///
     /// # Errors
-    /// [`InputError`] for the first thing that is wrong.
+    /// [`InputError`] for the first error.
     pub fn parse(text: &str, places: &Places) -> Result<Self, InputError> {
         yaml::read(text, |document| {
             let pairs = document.pairs()?;
@@ -158,13 +164,11 @@ fn generator(
 
 fn generator_name(value: Value) -> Result<String, InputError> {
     let name = value.text()?;
-    let is_plain = |c: char| c.is_alphanumeric() || "_-.".contains(c);
-    match name.chars().all(is_plain) && (1..=64).contains(&name.len()) {
-        true => Ok(name),
-        false => {
-            Err(value.error("the name of a generator has 1 to 64 letters, digits, `_`, `-`, `.`"))
-        }
+    let is_plain = name.chars().all(|c| c.is_alphanumeric() || "_-.".contains(c));
+    if is_plain && (1..=64).contains(&name.len()) {
+        return Ok(name);
     }
+    Err(value.error("the name of a generator has 1 to 64 letters, digits, `_`, `-`, `.`"))
 }
 
 fn arrival(value: Value, fields: &Fields) -> Result<Arrival, InputError> {
@@ -220,13 +224,14 @@ fn profile(value: Value) -> Result<Vec<Shift>, InputError> {
     if shifts.is_empty() { Err(value.error("there are no shifts")) } else { Ok(shifts) }
 }
 
-fn dwell(value: Value) -> Result<[f64; 2], InputError> {
+fn dwell(value: Value) -> Result<DwellSecs, InputError> {
     if !value.is_mapping() {
-        return value.positive().map(|secs| [secs; 2]);
+        return value.positive().map(|secs| DwellSecs { min: secs, max: secs });
     }
     let fields = value.fields(&["min", "max"])?;
-    let range = [fields.required("min")?.positive()?, fields.required("max")?.positive()?];
-    if range[0] <= range[1] { Ok(range) } else { Err(value.error("`min` is above `max`")) }
+    let min = fields.required("min")?.positive()?;
+    let max = fields.required("max")?.positive()?;
+    if min <= max { Ok(DwellSecs { min, max }) } else { Err(value.error("`min` is above `max`")) }
 }
 
 /// The named groups of nodes.
@@ -250,15 +255,14 @@ impl<'places> Groups<'places> {
     fn find(&self, field: Option<Value>, role: NodeRole) -> Result<Vec<u32>, InputError> {
         let Some(field) = field else {
             let nodes = self.with_role(role);
-            let any = || self.places.nodes(|place| place.role != NodeRole::Charge);
-            return Ok(if nodes.is_empty() || role == NodeRole::None { any() } else { nodes });
+            if nodes.is_empty() || role == NodeRole::None {
+                return Ok(self.places.nodes(|place| place.role != NodeRole::Charge));
+            }
+            return Ok(nodes);
         };
         let name = field.text()?;
-        let role = NodeRole::ALL
-            .into_iter()
-            .find(|role| role.name() == name)
-            .map(|role| self.with_role(role));
-        match self.named.get(&name).cloned().or(role) {
+        let with_role = role_named(&name).map(|role| self.with_role(role));
+        match self.named.get(&name).cloned().or(with_role) {
             Some(nodes) if !nodes.is_empty() => Ok(nodes),
             Some(_) => Err(field.error(format!("no node has the role `{name}`"))),
             None => Err(field.error(format!("`{name}` is neither a group nor a role"))),
@@ -288,16 +292,17 @@ fn listed(value: Value, places: &Places) -> Result<Vec<u32>, InputError> {
 
 fn matching(value: Value, places: &Places) -> Result<Vec<u32>, InputError> {
     let fields = value.fields(&["role", "zone"])?;
-    let role = |value: Value| {
+    let role = fields.optional("role", |value| {
         let name = value.text()?;
-        let role = NodeRole::ALL.into_iter().find(|role| role.name() == name);
-        role.ok_or_else(|| value.error(format!("unknown role `{name}`")))
-    };
-    let role = fields.optional("role", role)?;
+        role_named(&name).ok_or_else(|| value.error(format!("unknown role `{name}`")))
+    })?;
     let zone = fields.optional("zone", Value::text)?;
-    let fits = |place: &super::places::Place| {
+    Ok(places.nodes(|place| {
         role.is_none_or(|role| place.role == role)
             && zone.as_ref().is_none_or(|zone| place.zone == *zone)
-    };
-    Ok(places.nodes(fits))
+    }))
+}
+
+fn role_named(name: &str) -> Option<NodeRole> {
+    NodeRole::ALL.into_iter().find(|role| role.name() == name)
 }

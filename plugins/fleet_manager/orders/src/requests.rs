@@ -21,7 +21,7 @@ pub(super) enum Request {
 /// The error of withdrawing an order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum WithdrawError {
-    /// There is no such order, or it is over and forgotten.
+    /// There is no such order, or it is closed and no longer in memory.
     #[error("there is no open order with this name")]
     Unknown,
     /// It is finished, failed or cancelled.

@@ -42,12 +42,12 @@ impl Threads {
         }
     }
 
-    /// Whether somebody reads the figures: they take time.
+    /// Whether the web API needs figures, which take time to compute.
     pub(super) fn wants_figures(&self) -> bool {
         self.updates.is_some()
     }
 
-    /// Whether everything that was published is kept.
+    /// Whether all published changes are in the store.
     pub(super) fn is_saved(&self) -> bool {
         self.store.as_ref().is_none_or(Writer::is_saved)
     }

@@ -2,7 +2,7 @@
 
 use regatta_plugin::activity::Activity;
 
-use super::{Errand, Manager};
+use super::{Manager, Progress};
 use crate::run_figures::Doing;
 use regatta_orders::Order;
 
@@ -18,9 +18,9 @@ impl Manager {
 
     fn activity_with(&self, robot: u32, order: Option<&Order>) -> Activity {
         let Some(state) = self.steering.robot(robot) else { return Activity::Idle };
-        match self.errands.get(robot as usize) {
+        match self.progress.get(robot as usize) {
             _ if self.steering.is_out_of_service(robot) => Activity::OutOfService,
-            Some(Errand::Handling(_)) => Activity::Handling,
+            Some(Progress::Handling(_)) => Activity::Handling,
             _ if state.is_held => Activity::Parked,
             _ if state.waiting_since.is_finite() => Activity::Waiting,
             _ if self.charging.goal(robot).is_some() => Activity::Charging,

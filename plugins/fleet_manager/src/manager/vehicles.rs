@@ -7,8 +7,8 @@ use regatta_plugin::frame::{Columns, NO_EDGE, RobotState};
 use super::Manager;
 use regatta_orders::Vehicle;
 
-/// The number of cycles in which every robot is looked at once, so that a large fleet costs each
-/// cycle little.
+/// The number of cycles in which every robot is shown once, so that a large fleet costs each cycle
+/// little.
 const ROUND: usize = 10;
 /// The shortest wall-clock time between two of these cycles. The manager has ten a second in real
 /// time, and many more in lockstep.
@@ -17,9 +17,8 @@ const PERIOD: Duration = Duration::from_millis(90);
 const AT_END: f32 = 2e-3;
 
 impl Manager {
-    /// Shows a tenth of the robots to the web API, if there is one and it is time: those of the
-    /// next times are the others. The first time it is all of them, because a paused fleet has no
-    /// further cycle. What robots do doesn't depend on it.
+    /// Shows a tenth of the robots to the web API, if there is one and [`PERIOD`] has passed, in
+    /// turn. The first time it shows all of them, because a paused fleet has no further cycle.
     pub fn show_vehicles(&mut self, columns: &Columns<'_>, charges: &[f32]) {
         let is_soon = self.vehicles_shown.is_some_and(|shown| shown.elapsed() < PERIOD);
         if is_soon || !self.orders.is_served() {

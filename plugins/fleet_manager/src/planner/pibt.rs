@@ -5,12 +5,11 @@
 //! Iterative Multi-agent Path Finding, 2019 and 2022.
 //!
 //! Robots drive from place to place, one *hop* at a time: a place is the end of a leg where a
-//! standing robot is only in the way of edges that meet there. Whoever is near the end of its base
-//! chooses the next place by driving time; who has been under way the longest chooses first. A
-//! robot that stands where another one wants to go inherits its priority and has to choose at once,
-//! among the places that are left; if it finds none, the other one chooses again. A hop is
-//! commanded only when nobody's base ends at its place any more: nothing is decided before it has
-//! to be.
+//! standing robot is only in the way of edges that meet there. A robot near the end of its base
+//! chooses the next place by driving time; the one that has been under way the longest chooses
+//! first. A robot at the place that another one chooses inherits its priority and has to choose at
+//! once, among the places that are left; if it finds none, the other one chooses again. A hop is
+//! commanded only when no base ends at its place any more: decisions are made as late as possible.
 
 mod admission;
 mod hops;
@@ -53,7 +52,7 @@ impl Default for PibtSettings {
 
 /// The time that the robot of the highest priority may stand before it loses it, in seconds.
 const PATIENCE_SECS: f64 = 5.0;
-/// For how long, in seconds.
+/// The time for which it has the lowest priority then, in seconds.
 const DEMOTED_SECS: f64 = 20.0;
 
 /// The place that a robot takes next.
@@ -108,7 +107,7 @@ impl Pibt {
         }
     }
 
-    /// Finds where everybody is about to be.
+    /// Determines the next place of each robot.
     fn observe(&mut self, traffic: &Traffic<'_>) {
         self.taken.fill(None);
         self.stands.clear();
@@ -129,7 +128,7 @@ impl Pibt {
         bases.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.cmp(&b.1)).then(b.2.total_cmp(&a.2)));
         for (is_short, leg, _, robot) in bases {
             let Some(state) = traffic.robot(robot) else { continue };
-            let is_on_hop = is_short || !hops::is_place(traffic.roads, leg);
+            let is_on_hop = is_short || !traffic.roads.is_place(leg);
             let last = state.horizon.back().filter(|_| is_on_hop);
             let place = traffic.roads.end(*last.unwrap_or(&leg));
             let stand = match self.taken[place as usize] {
@@ -155,9 +154,9 @@ impl Pibt {
     /// Robots with goals: those first that were sent the longest ago.
     fn ranks(&self, traffic: &Traffic<'_>) -> Vec<u32> {
         let goals = traffic.robots().filter(|(_, state)| state.is_under_way());
-        let is_demoted = |robot: u32| self.demoted.contains_key(&robot);
-        let mut ranks: Vec<(bool, f64, u32)> =
-            goals.map(|(robot, state)| (is_demoted(robot), state.sent, robot)).collect();
+        let mut ranks: Vec<(bool, f64, u32)> = goals
+            .map(|(robot, state)| (self.demoted.contains_key(&robot), state.sent, robot))
+            .collect();
         ranks.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
         ranks.into_iter().map(|(_, _, robot)| robot).collect()
     }
@@ -205,8 +204,7 @@ impl Pibt {
                     chosen.get(&robot).is_some_and(|hop| self.taken[hop.place as usize].is_none())
                 }
             };
-            // Whoever has left the place ahead has one to go on to, so that the way there becomes
-            // free.
+            // A robot that has left the place ahead has one to go on to: the way there becomes free.
             if has_place {
                 plans.permit(robot).follows = true;
             }
@@ -223,7 +221,8 @@ impl Pibt {
         }
     }
 
-    /// Whether nobody's base ends at a place; idle robots only leave if somebody waits for them.
+    /// Whether no base ends at a place, but that of an idle robot: it leaves only if another one
+    /// waits for it.
     fn may_go(&self, traffic: &Traffic<'_>, place: u32) -> bool {
         let Some(other) = self.taken[place as usize] else { return true };
         traffic.robot(other).is_some_and(|state| state.errand == Errand::None)
@@ -236,15 +235,20 @@ impl Planner for Pibt {
         let ranks = self.ranks(traffic);
         self.demote(traffic, ranks.first().copied());
         self.admission.admit(traffic, &ranks);
-        let goes = |robot: &u32| self.admission.is_admitted(*robot);
         let mut push = Push::new(traffic, &self.hops, &self.times, &self.taken, &self.stands);
-        let unreachable: Vec<u32> =
-            ranks.iter().copied().filter(goes).filter(|&robot| !push.start(robot)).collect();
+        let mut unreachable = Vec::new();
+        for &robot in &ranks {
+            if self.admission.is_admitted(robot) && !push.start(robot) {
+                unreachable.push(robot);
+            }
+        }
         self.pushes += push.pushes;
         self.backtracks += push.backtracks;
         let chosen = push.into_chosen();
         self.command(traffic, &ranks, &chosen, plans);
-        unreachable.into_iter().for_each(|robot| plans.unreachable(robot));
+        for robot in unreachable {
+            plans.unreachable(robot);
+        }
     }
 
     fn counts(&self) -> Vec<(&'static str, u64)> {

@@ -34,8 +34,8 @@ impl PlannerKind {
     pub(super) fn settings(self) -> Settings {
         match self {
             Self::Lanes => Settings::default(),
-            // They decide themselves who drives when: a robot that isn't admitted would hold up all
-            // that are to follow it.
+            // They decide themselves in which order robots drive: a robot that isn't admitted would
+            // hold up all that are to follow it.
             Self::Tea | Self::Pibt => Settings {
                 admission: AdmissionSettings::unlimited(),
                 stub_guard: false,

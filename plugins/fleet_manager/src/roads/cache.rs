@@ -1,8 +1,8 @@
-//! Roads that were worked out before, in files.
+//! A cache of computed roads, in files.
 //!
-//! Working the roads of 122,000 edges out takes seconds, and depends on nothing but the shapes of
-//! edges and robots. So it is kept in a file named by a hash of them. A file is used only if it is
-//! whole and of these shapes: it ends with a checksum of all before it.
+//! To compute the roads of 122,000 edges takes seconds, and the result depends only on the shapes
+//! of edges and robots. It is kept in a file named by a hash of them. A file is used only if it is
+//! complete and has these shapes: it ends with a checksum of all before it.
 
 mod words;
 
@@ -16,17 +16,17 @@ use xxhash_rust::xxh3::{Xxh3, xxh3_128};
 pub(super) use self::words::{Reader, Writer};
 use super::Roads;
 
-/// Raised whenever roads are worked out in another way, or kept in another form.
+/// The version of the computation and of the file format.
 const VERSION: u32 = 1;
 const MAGIC: &[u8; 8] = b"rgtroads";
 const CHECKSUM_BYTES: usize = 16;
-/// The roads of fewer edges are worked out in less time than it is worth.
+/// The number of edges from which on roads are kept: those of fewer are computed fast enough.
 const FEWEST_EDGES: usize = 10_000;
-/// The most files that are kept; the least recently used ones go.
+/// The largest number of files; the least recently used ones are removed.
 const MOST_FILES: usize = 16;
 const PREFIX: &str = "roads-";
 
-/// The error of keeping roads. They are there all the same.
+/// The error of keeping roads in a file. The roads can be used all the same.
 #[derive(Debug, thiserror::Error)]
 #[error("can't keep the roads in {} ({reason}); choose another folder with --cache, or use --no-cache", path.display())]
 pub struct CacheError {
@@ -34,16 +34,15 @@ pub struct CacheError {
     reason: std::io::Error,
 }
 
-/// Returns the user's folder for files that can be made anew; `None` for a user without a home
-/// folder.
+/// Returns the user's cache folder; `None` for a user without a home folder.
 pub fn default_folder() -> Option<PathBuf> {
     use etcetera::BaseStrategy;
     Some(etcetera::choose_base_strategy().ok()?.cache_dir().join("regatta"))
 }
 
 impl Roads {
-    /// As [`new`](Self::new), but takes what was worked out before from a folder, and keeps what
-    /// wasn't there, unless there are only few edges.
+    /// As [`new`](Self::new), but takes the roads from the cache in a folder, or adds them to it,
+    /// unless there are only few edges.
     ///
     /// # Errors
     /// Beside the roads, [`CacheError`] if they can't be kept.
@@ -92,46 +91,41 @@ fn forget_old(folder: &Path) -> std::io::Result<()> {
     }
     files.sort_unstable();
     let old = files.len().saturating_sub(MOST_FILES);
-    files[..old].iter().try_for_each(|(_, path)| fs::remove_file(path))
+    for (_, path) in &files[..old] {
+        fs::remove_file(path)?;
+    }
+    Ok(())
 }
 
 /// Returns a hash of everything that the roads depend on.
 fn key(world: &World<'_>) -> u128 {
     let mut hash = Xxh3::new();
-    let mut add = |words: &[u32]| words.iter().for_each(|word| hash.update(&word.to_le_bytes()));
-    add(&[
-        VERSION,
-        world.nodes().len() as u32,
-        world.edges().len() as u32,
-        world.robot_types().len() as u32,
-    ]);
+    let lengths = [world.nodes().len(), world.edges().len(), world.robot_types().len()];
+    add(&mut hash, &[VERSION]);
+    add(&mut hash, &lengths.map(|length| length as u32));
     for node in world.nodes() {
-        add(&[node.x.to_bits(), node.y.to_bits()]);
+        add(&mut hash, &[node.x.to_bits(), node.y.to_bits()]);
     }
     for edge in world.edges() {
-        let speeds = [edge.speed.to_bits(), edge.reverse_speed.to_bits()];
-        add(&[
-            edge.origin,
-            edge.destination,
-            speeds[0],
-            speeds[1],
-            edge.orientation,
-            edge.orientation_angle.to_bits(),
-        ]);
-        add(&[edge.curves]);
-        for curve in world.curves(edge) {
-            curve.control_points.iter().for_each(|[x, y]| add(&[x.to_bits(), y.to_bits()]));
+        add(&mut hash, &[edge.origin, edge.destination]);
+        add(&mut hash, &[edge.speed.to_bits(), edge.reverse_speed.to_bits()]);
+        add(&mut hash, &[edge.orientation, edge.orientation_angle.to_bits(), edge.curves]);
+        for point in world.curves(edge).iter().flat_map(|curve| curve.control_points) {
+            add(&mut hash, &point.map(f32::to_bits));
         }
     }
     for class in world.robot_types() {
-        add(&[
-            class.shape,
-            class.length.to_bits(),
-            class.width.to_bits(),
-            class.max_rotation_speed.to_bits(),
-        ]);
+        let sizes = [class.length, class.width, class.max_rotation_speed];
+        add(&mut hash, &[class.shape]);
+        add(&mut hash, &sizes.map(f32::to_bits));
     }
     hash.digest128()
+}
+
+fn add(hash: &mut Xxh3, words: &[u32]) {
+    for word in words {
+        hash.update(&word.to_le_bytes());
+    }
 }
 
 fn pack(roads: &Roads, key: u128) -> Vec<u8> {

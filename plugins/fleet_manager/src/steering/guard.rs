@@ -4,12 +4,12 @@
 use super::Steering;
 use crate::traffic::Blocker;
 
-/// The longest ring that is looked for.
+/// The length of the longest ring that is found, in robots.
 const LONGEST_RING: usize = 128;
 
 impl Steering {
-    /// Returns for whom a robot, at the end of its base, would wait and on which edge, if that
-    /// robot waits for another one, and so on, and the last of them for the first.
+    /// Returns the blocker of a robot at the end of its base, if that one waits for another robot,
+    /// and so on, and the last of them for the first.
     pub(super) fn closes_ring(&self, robot: u32) -> Option<Blocker> {
         let (mut current, mut first) = (robot, None);
         for _ in 0..LONGEST_RING {

@@ -4,7 +4,7 @@ use super::{Change, Generator, HistoryEntry, NewOrder, Order, OrderId, OrderPool
 use crate::draft::DraftError;
 use crate::file::TimedDraft;
 use crate::load::Load;
-use crate::order::{NameError, OrderName};
+use crate::order::OrderName;
 use crate::store::Known;
 use crate::yaml::InputError;
 
@@ -28,11 +28,12 @@ impl OrderPool {
     ) -> Result<(), InputError> {
         let mut names = std::collections::BTreeSet::new();
         for TimedDraft { line, secs, draft } in orders {
-            let error = |reason: String| InputError { line: *line, reason };
-            let order =
-                self.file_order(*line, draft).map_err(|reason| error(reason.to_string()))?;
+            let order = self
+                .file_order(*line, draft)
+                .map_err(|error| InputError { line: *line, reason: error.to_string() })?;
             if !names.insert(order.name.clone()) {
-                return Err(error(format!("there are two orders `{}`", order.name)));
+                let reason = format!("there are two orders `{}`", order.name);
+                return Err(InputError { line: *line, reason });
             }
             if !known.names.contains(order.name.as_str()) {
                 self.timetable.push((*secs, order));
@@ -47,7 +48,7 @@ impl OrderPool {
     fn file_order(&self, line: usize, draft: &crate::OrderDraft) -> Result<NewOrder, DraftError> {
         let mut draft = draft.clone();
         let name = draft.name.take().unwrap_or_else(|| format!("line-{line}"));
-        let name = OrderName::parse(&name).map_err(|error: NameError| DraftError::Name(error))?;
+        let name = OrderName::parse(&name)?;
         draft.check(&self.places, || name)
     }
 
@@ -76,14 +77,14 @@ impl OrderPool {
             arrivals.extend(self.timetable.pop().map(|(secs, order)| (secs, None, order)));
         }
         for (index, generator) in self.generators.iter_mut().enumerate() {
-            // Orders that can't be carried out now don't keep robots busy; but they must not become
-            // ever more.
-            let is_lost = |id| {
-                self.open.get(id).is_some_and(|order: &Order| order.state == State::Unroutable)
-            };
-            let made = || self.made_by.iter().filter(|(_, maker)| **maker == index);
-            let lost = made().filter(|(id, _)| is_lost(*id)).count();
-            let mut open = made().count() - lost.min(MOST_LOST * robots);
+            // Unroutable orders don't keep robots busy, but their number is bounded.
+            let (mut open, mut lost) = (0, 0);
+            for (id, _) in self.made_by.iter().filter(|(_, maker)| **maker == index) {
+                open += 1;
+                let order = self.open.get(id);
+                lost += usize::from(order.is_some_and(|order| order.state == State::Unroutable));
+            }
+            open -= lost.min(MOST_LOST * robots);
             while let Some((secs, order)) = generator.next(now_secs, robots, open) {
                 arrivals.push((secs, Some(index), order));
                 open += 1;

@@ -1,9 +1,9 @@
-//! Regions that are helped, and how others are kept out of them.
+//! Regions that are helped, and the legs that others may drive outside of them.
 
 use super::course::Course;
 use super::lacam::Search;
 use super::region::{Region, Size};
-use super::ways::{self, Stand};
+use super::ways::Stand;
 use crate::roads::Leg;
 use crate::traffic::Traffic;
 
@@ -54,8 +54,8 @@ impl Case {
     }
 }
 
-/// Returns how many legs a robot may go on without coming to kept tracks: as many as lead to the
-/// last stand before; `Some(None)` if it must stay, `None` if it comes to none.
+/// Returns the number of legs that a robot may drive without coming to kept tracks, up to the last
+/// stand before them; `Some(None)` if it must stay, `None` if it comes to no kept track.
 pub fn legs_outside(
     traffic: &Traffic<'_>,
     robot: u32,
@@ -67,9 +67,9 @@ pub fn legs_outside(
     if kept[stand.leg.edge() as usize] && !stand.is_at_end(roads) {
         return Some(None);
     }
-    let is_kept =
-        |leg: &Leg| kept[leg.edge() as usize] || kept[roads.disc(roads.start(*leg)) as usize];
-    let first = legs.iter().position(is_kept)?;
-    let last = (1..=first).rev().find(|count| ways::is_place(roads, legs[count - 1]));
+    let first = legs.iter().position(|leg| {
+        kept[leg.edge() as usize] || kept[roads.disc(roads.start(*leg)) as usize]
+    })?;
+    let last = (1..=first).rev().find(|count| roads.is_place(legs[count - 1]));
     Some(Some(last.unwrap_or(0)))
 }

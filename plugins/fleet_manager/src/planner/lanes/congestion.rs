@@ -37,14 +37,17 @@ impl Congestion {
     /// Makes the estimate of empty roads.
     pub fn new(roads: &Roads, settings: CongestionSettings) -> Self {
         let edges = roads.edges().len();
-        let zeros = || vec![0.0; edges];
-        Self { lost: zeros(), load: vec![0; edges], floor: zeros(), expected: zeros(), settings }
+        let zeros = vec![0.0; edges];
+        let (lost, floor) = (zeros.clone(), zeros.clone());
+        Self { lost, load: vec![0; edges], floor, expected: zeros, settings }
     }
 
     /// Lets a time pass, in seconds.
     pub fn pass(&mut self, seconds: f64) {
         let decay = (-seconds / self.settings.memory_secs).exp() as f32;
-        self.lost.iter_mut().for_each(|lost| *lost *= decay);
+        for lost in &mut self.lost {
+            *lost *= decay;
+        }
     }
 
     /// Records that a robot lost a time on its way to an edge, in seconds. It counts from
@@ -56,10 +59,12 @@ impl Congestion {
     /// Counts the robots whose routes lead along each edge anew, from [`settle`](Self::settle) on.
     pub fn count<'a>(&mut self, legs: impl Iterator<Item = &'a Leg>) {
         self.load.fill(0);
-        legs.for_each(|leg| self.load[leg.edge() as usize] += 1);
+        for leg in legs {
+            self.load[leg.edge() as usize] += 1;
+        }
     }
 
-    /// Works the expected delays out.
+    /// Computes the expected delays.
     pub fn settle(&mut self) {
         let CongestionSettings { per_lost_second, per_robot, .. } = self.settings;
         let observed = self.lost.iter().zip(&self.load).zip(&self.floor);

@@ -1,9 +1,9 @@
 //! Landmarks that follow the delays.
 //!
-//! Landmarks of empty roads say little where robots lose most of their time to each other. So they
-//! are worked out anew all the time, a few trees of fastest ways in each cycle, for the delays as
-//! they were when that began. Until the next ones are there, no smaller delays are expected: so
-//! landmarks stay lower bounds, and searches find the fastest ways.
+//! Landmarks of empty roads are weak bounds where robots lose most of their time to each other. So
+//! they are recomputed all the time, a few trees of fastest ways in each cycle, for the delays at
+//! the start of the computation. Until it is complete, no smaller delays are expected: so landmarks
+//! stay lower bounds, and searches find the fastest ways.
 
 use super::congestion::Congestion;
 use crate::planner::Landmarks;
@@ -32,7 +32,7 @@ impl Guide {
         &self.landmarks
     }
 
-    /// Works so many more trees of the next landmarks out, on some threads. When they are complete,
+    /// Computes so many more trees of the next landmarks, on some threads. When they are complete,
     /// they are used, and delays don't fall below those that they count on.
     pub fn go_on(
         &mut self,

@@ -1,5 +1,5 @@
-//! Admission of robots: while too many of them wait for each other, the others stay where they are
-//! and give way.
+//! Admission: while too many robots wait for each other, the others stay where they are and give
+//! way.
 
 use std::collections::BTreeMap;
 
@@ -7,10 +7,10 @@ use crate::density::{Density, DensitySettings};
 use crate::roads::Roads;
 use crate::traffic::Traffic;
 
-/// The places for each robot that always goes for its goal.
+/// The number of places for each robot that is always admitted.
 const PLACES_PER_ROBOT: f64 = 20.0;
-/// So many robots always go for their goals if there are four places for each: so few take their
-/// jams apart themselves.
+/// The number of robots that are always admitted if there are four places for each: so few resolve
+/// their jams themselves.
 const FEW: f64 = 20.0;
 
 /// The robots that are admitted: they drive to their goals.
@@ -33,14 +33,9 @@ impl Admission {
 
     /// Admits robots, those first that come first in `ranks`.
     pub(super) fn admit(&mut self, traffic: &Traffic<'_>, ranks: &[u32]) {
-        let sent = |robot: u32| {
-            traffic.robot(robot).filter(|state| state.goal().is_some()).map(|state| state.sent)
-        };
-        self.sent.retain(|robot, since| sent(*robot) == Some(*since));
-        let waits = |robot: &&u32| {
-            traffic.robot(**robot).is_some_and(|state| state.waiting_since.is_finite())
-        };
-        let waiting = self.sent.keys().filter(waits).count();
+        self.sent.retain(|robot, since| sent(traffic, *robot) == Some(*since));
+        let admitted = self.sent.keys().filter_map(|robot| traffic.robot(*robot));
+        let waiting = admitted.filter(|state| state.waiting_since.is_finite()).count();
         self.density.adapt(self.sent.len(), waiting, (traffic.now - self.last) as f32);
         self.last = traffic.now;
         for &robot in ranks {
@@ -48,7 +43,7 @@ impl Admission {
                 return;
             }
             if !self.sent.contains_key(&robot)
-                && let Some(since) = sent(robot)
+                && let Some(since) = sent(traffic, robot)
             {
                 self.sent.insert(robot, since);
                 self.density.enter();
@@ -60,4 +55,9 @@ impl Admission {
     pub(super) fn is_admitted(&self, robot: u32) -> bool {
         self.sent.contains_key(&robot)
     }
+}
+
+/// The time at which a robot with a goal was sent there, in simulated seconds.
+fn sent(traffic: &Traffic<'_>, robot: u32) -> Option<f64> {
+    traffic.robot(robot).filter(|state| state.goal().is_some()).map(|state| state.sent)
 }

@@ -2,9 +2,9 @@
 
 use crate::roads::{Leg, Roads};
 
-/// The most legs of a hop.
+/// The largest number of legs of a hop.
 const MOST_LEGS: usize = 6;
-/// The most hops that leave a node.
+/// The largest number of hops that leave a node.
 const MOST_HOPS: usize = 24;
 
 /// A way to a place.
@@ -36,11 +36,6 @@ impl Hops {
     }
 }
 
-/// Whether robots may stand at the end of a leg.
-pub(super) fn is_place(roads: &Roads, leg: Leg) -> bool {
-    (0..roads.footprints().len()).all(|footprint| roads.stops(footprint).is_siding(leg))
-}
-
 /// Finds the hops that leave a node: those of fewer legs come first.
 fn hops(roads: &Roads, node: u32) -> Vec<Hop> {
     let mut hops: Vec<Hop> = Vec::new();
@@ -55,7 +50,7 @@ fn hops(roads: &Roads, node: u32) -> Vec<Hop> {
             if hop.place == node || hops.len() >= MOST_HOPS {
                 continue;
             }
-            match is_place(roads, leg) {
+            match roads.is_place(leg) {
                 true => hops.push(hop),
                 false if hop.legs.len() < MOST_LEGS => open.push(hop),
                 false => {}

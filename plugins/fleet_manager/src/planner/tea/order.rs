@@ -1,5 +1,5 @@
-//! Keeps robots in the planned order: nobody gets a leg before all have got theirs that come
-//! earlier where it leads.
+//! Keeps robots in the planned order: a robot gets a leg only after all robots that come earlier
+//! there have got theirs.
 
 use std::collections::BTreeMap;
 
@@ -8,14 +8,14 @@ use super::space::Space;
 use crate::planner::Plans;
 use crate::traffic::Traffic;
 
-/// The legs beyond a base that are looked at.
+/// The number of legs beyond a base that are checked.
 const MOST_LEGS: usize = 8;
 
-/// The time that a robot waits for another one in its way before nobody is held back for it any
-/// more, in seconds.
+/// The time that a robot waits for another one in its way before no other robot is held back for it
+/// any more, in seconds.
 const STUCK_SECS: f64 = 4.0;
 
-/// When a robot gets a leg, by the plan: the layer, and its rank among those of the same layer.
+/// The planned turn of a robot on a leg: the layer, and its rank among those of the same layer.
 type Turn = (u16, usize);
 
 /// Holds robots back that would be too early somewhere.
@@ -27,25 +27,22 @@ pub(super) fn keep(
     plans: &mut Plans,
 ) {
     let mut turns: Vec<Vec<(Turn, u32)>> = vec![Vec::new(); traffic.roads.edges().len()];
-    let is_stuck = |robot: u32| {
-        traffic.robot(robot).is_none_or(|state| traffic.now - state.waiting_since >= STUCK_SECS)
-    };
-    for (rank, robot) in ranks.iter().enumerate().filter(|(_, robot)| !is_stuck(**robot)) {
+    for (rank, robot) in ranks.iter().enumerate() {
+        let Some(state) = traffic.robot(*robot) else { continue };
+        if traffic.now - state.waiting_since >= STUCK_SECS {
+            continue;
+        }
         for step in paths.get(robot).into_iter().flat_map(|path| &path.steps[path.done + 1..]) {
             turns[step.leg.edge() as usize].push(((step.layer, rank), *robot));
         }
     }
     for (rank, robot) in ranks.iter().enumerate() {
         let Some(path) = paths.get(robot) else { continue };
-        let ahead = &path.steps[path.done + 1..];
-        let is_early = |edge: u32, turn: Turn| {
-            let others = space.near(edge).iter().flat_map(|&near| &turns[near as usize]);
-            others.into_iter().any(|(other, who)| who != robot && *other < turn)
-        };
-        let legs = ahead
-            .iter()
-            .take(MOST_LEGS)
-            .position(|step| is_early(step.leg.edge(), (step.layer, rank)));
+        let legs = path.steps[path.done + 1..].iter().take(MOST_LEGS).position(|step| {
+            let near = space.near(step.leg.edge());
+            let mut others = near.iter().flat_map(|&near| &turns[near as usize]);
+            others.any(|(other, holder)| holder != robot && *other < (step.layer, rank))
+        });
         if let Some(legs) = legs {
             plans.permit(*robot).max_legs = legs;
         }

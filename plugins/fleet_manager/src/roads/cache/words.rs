@@ -8,7 +8,9 @@ impl Writer {
     /// Writes a list of numbers, with its length.
     pub fn list(&mut self, words: impl ExactSizeIterator<Item = u32>) {
         self.0.extend((words.len() as u32).to_le_bytes());
-        words.for_each(|word| self.0.extend(word.to_le_bytes()));
+        for word in words {
+            self.0.extend(word.to_le_bytes());
+        }
     }
 
     /// Writes a list of numbers, with its length.
@@ -52,8 +54,7 @@ impl<'a> Reader<'a> {
         Some(self.list_of(length)?.into_iter().map(f32::from_bits).collect())
     }
 
-    /// Reads where the parts of a list start, of which there are so many, and where the last one
-    /// ends.
+    /// Reads the start of each of so many parts of a list, and the end of the last one.
     pub fn starts(&mut self, parts: usize) -> Option<Vec<u32>> {
         self.list_of(parts + 1).filter(|starts| starts[0] == 0 && starts.is_sorted())
     }

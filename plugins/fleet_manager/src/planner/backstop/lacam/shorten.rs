@@ -1,12 +1,12 @@
-//! Leaves out of a solution what isn't needed.
+//! Shortens solutions.
 
 use super::problem::{Hop, Problem};
 
-/// The most hops of shorter solutions that are followed, times the number of agents.
+/// The largest number of hops of shorter solutions that are followed, times the number of agents.
 const MOST_WORK: usize = 1_000_000;
 
-/// Leaves out ways there and back that make room for nobody: where an agent comes back to a stand,
-/// and may as well have stayed. Returns hops that lead to the same end.
+/// Leaves out the loops of agents that make room for no other: an agent comes back to a stand, and
+/// could have stayed. Returns hops that lead to the same end.
 pub fn shorten(problem: &Problem, mut hops: Vec<Hop>) -> Vec<Hop> {
     let mut work = 0;
     for agent in 0..problem.starts.len() as u16 {
@@ -32,8 +32,10 @@ fn without_loop(
 ) -> Option<Option<Vec<Hop>>> {
     let own: Vec<usize> = (0..hops.len()).filter(|&index| hops[index].agent == agent).collect();
     let from = hops[*own.get(first)?].from;
-    let back = |last: &usize| problem.way(hops[own[*last]]).to == from;
-    for last in (first..own.len()).rev().filter(back) {
+    for last in (first..own.len()).rev() {
+        if problem.way(hops[own[last]]).to != from {
+            continue;
+        }
         *work += hops.len() * problem.starts.len();
         if *work > MOST_WORK {
             return None;
