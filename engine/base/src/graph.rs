@@ -41,9 +41,7 @@ pub struct Leg {
 pub const SMOOTH_TURN: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
 /// The way in which robots turn on the spot at an end of an edge.
-#[derive(
-    Clone, Copy, Debug, Default, PartialEq, Eq, strum::IntoStaticStr, strum::VariantArray,
-)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, strum::IntoStaticStr, strum::VariantArray)]
 #[strum(serialize_all = "lowercase")]
 pub enum Rotation {
     /// The shorter way.

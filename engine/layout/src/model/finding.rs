@@ -8,13 +8,23 @@ use std::sync::Arc;
 /// counted.
 pub const MAX_LISTED: usize = 10_000;
 
-/// The severity of a finding.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+/// The severity of a finding, displayed as `error` or `warning`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, strum::Display)]
+#[strum(serialize_all = "lowercase")]
 pub enum Severity {
     /// The graph can't be driven.
     Error,
     /// The graph can be driven, but perhaps not as intended.
     Warning,
+}
+
+/// The kind of a finding, for callers that treat some kinds differently.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum FindingKind {
+    /// No special treatment.
+    General,
+    /// Robots with a rotation speed turn at nodes: irrelevant if all robots have one.
+    TurnsAtNodes,
 }
 
 /// The part of the file that a finding is about.
@@ -33,6 +43,8 @@ pub enum Subject {
 pub struct Finding {
     /// The severity.
     pub severity: Severity,
+    /// The kind.
+    pub kind: FindingKind,
     /// The file's name, as given by the caller.
     pub file: String,
     /// The line in the file, from 1.
@@ -56,15 +68,6 @@ pub(crate) struct Report<'text> {
     file: String,
     lines: LineIndex<'text>,
     found: Findings,
-}
-
-impl fmt::Display for Severity {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Error => "error",
-            Self::Warning => "warning",
-        })
-    }
 }
 
 impl Subject {
@@ -125,13 +128,6 @@ impl Findings {
     pub fn first_error(&self) -> Option<&Finding> {
         self.list.iter().find(|finding| finding.severity == Severity::Error)
     }
-
-    fn count(&mut self, severity: Severity) -> &mut usize {
-        match severity {
-            Severity::Error => &mut self.errors,
-            Severity::Warning => &mut self.warnings,
-        }
-    }
 }
 
 impl<'text> Report<'text> {
@@ -171,6 +167,35 @@ impl<'text> Report<'text> {
         self.add(Severity::Warning, at, subject, message);
     }
 
+    pub fn add(
+        &mut self,
+        severity: Severity,
+        at: u32,
+        subject: Subject,
+        message: impl Into<String>,
+    ) {
+        self.add_kind(FindingKind::General, severity, at, subject, message.into());
+    }
+
+    pub fn add_kind(
+        &mut self,
+        kind: FindingKind,
+        severity: Severity,
+        at: u32,
+        subject: Subject,
+        message: String,
+    ) {
+        let count = match severity {
+            Severity::Error => &mut self.found.errors,
+            Severity::Warning => &mut self.found.warnings,
+        };
+        *count += 1;
+        if *count <= MAX_LISTED {
+            let (file, line) = (self.file.clone(), self.lines.line(at));
+            self.found.list.push(Finding { severity, kind, file, line, subject, message });
+        }
+    }
+
     /// Returns the line, from 1, of a byte offset.
     pub fn line(&self, at: u32) -> u32 {
         self.lines.line(at)
@@ -184,21 +209,6 @@ impl<'text> Report<'text> {
     pub fn into_findings(mut self) -> Findings {
         self.found.list.sort_by_key(|finding| finding.line);
         self.found
-    }
-
-    fn add(&mut self, severity: Severity, at: u32, subject: Subject, message: impl Into<String>) {
-        let count = self.found.count(severity);
-        *count += 1;
-        if *count <= MAX_LISTED {
-            let (file, line) = (self.file.clone(), self.lines.line(at));
-            self.found.list.push(Finding {
-                severity,
-                file,
-                line,
-                subject,
-                message: message.into(),
-            });
-        }
     }
 }
 

@@ -14,8 +14,18 @@ use strum::VariantArray;
 /// assert_eq!("LIF".parse(), Ok(Format::Lif));
 /// assert_eq!(Format::OpenRmfBuilding.name(), "open-rmf-building");
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[derive(strum::IntoStaticStr, strum::VariantArray)]
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    strum::IntoStaticStr,
+    strum::VariantArray,
+)]
 #[strum(serialize_all = "kebab-case")]
 pub enum Format {
     /// Our own YAML, that of the institute.

@@ -9,7 +9,7 @@ use regatta_base::bezier::CubicBezier;
 use regatta_base::graph::Rotation;
 use regatta_base::name::UnknownName;
 
-use super::finding::{Report, Subject};
+use super::finding::{Report, Severity, Subject};
 use super::spline::Handles;
 use super::tags::{Orientation, Role, Tags};
 use super::value::{Value, shorten};
@@ -47,25 +47,25 @@ pub(crate) struct RawNode {
 }
 
 impl RawNode {
-    /// Returns the subject of a finding about the node, and its message, which begins with the name
-    /// if there is one.
-    pub fn finding(&self, message: impl Into<String>) -> (Subject, String) {
-        finding(Subject::Node(self.id), self.tags.as_deref(), message.into())
+    /// Reports a finding about the node; its message begins with the name if there is one.
+    pub fn report(&self, severity: Severity, message: &str, report: &mut Report<'_>) {
+        let message = with_name(self.tags.as_deref(), message);
+        report.add(severity, self.at, Subject::Node(self.id), message);
     }
 }
 
 impl RawEdge {
-    /// Returns the subject of a finding about the edge, and its message, which begins with the name
-    /// if there is one.
-    pub fn finding(&self, message: impl Into<String>) -> (Subject, String) {
-        finding(Subject::Edge(self.id), self.tags.as_deref(), message.into())
+    /// Reports a finding about the edge; its message begins with the name if there is one.
+    pub fn report(&self, severity: Severity, message: &str, report: &mut Report<'_>) {
+        let message = with_name(self.tags.as_deref(), message);
+        report.add(severity, self.at, Subject::Edge(self.id), message);
     }
 }
 
-fn finding(subject: Subject, tags: Option<&Tags>, message: String) -> (Subject, String) {
+fn with_name(tags: Option<&Tags>, message: &str) -> String {
     match tags.and_then(|tags| tags.name.as_deref()) {
-        None => (subject, message),
-        Some(name) => (subject, format!("`{}`: {message}", shorten(name))),
+        None => message.to_owned(),
+        Some(name) => format!("`{}`: {message}", shorten(name)),
     }
 }
 
@@ -437,9 +437,7 @@ impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
     }
 
     fn number(&mut self, field: Field, name: &str) -> Option<f64> {
-        self.required(field, name, "a finite number", |number| {
-            number.is_finite().then_some(number)
-        })
+        self.required(field, name, "a finite number", |number| number.is_finite().then_some(number))
     }
 
     /// As [`Self::number`]; `None` without an error if the key has no value.

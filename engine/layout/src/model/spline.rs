@@ -10,8 +10,9 @@ use super::angle::unit;
 use super::route_graph::Node;
 
 /// The convention that assigns the handle lengths to the ends of a `Spline` edge.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-#[derive(strum::IntoStaticStr, strum::VariantArray)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Hash, strum::IntoStaticStr, strum::VariantArray,
+)]
 #[strum(serialize_all = "snake_case")]
 pub enum Handles {
     /// `ParamB` at the origin, `ParamF` at the destination: equations 3.2 to 3.5. The default.
