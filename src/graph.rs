@@ -67,7 +67,7 @@ pub enum GraphCommand {
         output: Destination,
         /// Format to write; that of the ending (.yaml, .json, .geojson, .xml) if not given
         #[arg(long, value_name = "FORMAT")]
-        #[arg(value_parser = one_of::<Format>(Format::ALL.map(Format::name)))]
+        #[arg(value_parser = one_of::<Format>(Format::ALL.iter().map(|format| format.name())))]
         to: Option<Format>,
         #[command(flatten)]
         force: Force,

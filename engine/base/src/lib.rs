@@ -15,6 +15,7 @@
 pub mod bezier;
 pub mod graph;
 mod ln;
+pub mod name;
 pub mod random;
 pub mod svg;
 pub mod yaml;

@@ -6,8 +6,8 @@ use std::path::Path;
 
 use regatta_layout::read::moving_ai;
 use regatta_layout::{
-    self as layout, Findings, Format, GraphError, LengthUnit, Millimetres, ReadOptions, RouteGraph,
-    TURNS_IF,
+    self as layout, FindingKind, Findings, Format, GraphError, LengthUnit, Millimetres,
+    ReadOptions, RouteGraph,
 };
 use serde::de::{DeserializeOwned, IgnoredAny};
 
@@ -148,12 +148,15 @@ impl Scenario {
                     message,
                 })?;
         let (graph, findings) = read_graph(&file.graph, &options)?;
-        let warnings = findings.as_slice().iter().map(ToString::to_string).collect();
-        let mut scenario = resolve::resolve(file, path, graph, warnings, overrides)?;
-        if scenario.robot_types.iter().all(|robot_type| robot_type.max_rotation_speed > 0.0) {
-            scenario.warnings.retain(|warning| !warning.contains(TURNS_IF));
-        }
-        Ok(scenario)
+        let scenario = resolve::resolve(file, path, graph, overrides)?;
+        let all_turn = scenario.robot_types.iter().all(|kind| kind.max_rotation_speed > 0.0);
+        let of_layout = findings
+            .as_slice()
+            .iter()
+            .filter(|finding| !(all_turn && finding.kind == FindingKind::TurnsAtNodes))
+            .map(ToString::to_string);
+        let warnings = of_layout.chain(scenario.warnings).collect();
+        Ok(Scenario { warnings, ..scenario })
     }
 }
 

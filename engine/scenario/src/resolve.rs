@@ -33,7 +33,7 @@ const ACCELERATIONS: RangeInclusive<f32> = 0.001..=1e6;
 /// Radians per second, and radians per second squared.
 const ROTATIONS: RangeInclusive<f32> = 0.001..=1000.0;
 
-/// Resolves the names in `file` and checks its values. `warnings` are those about the graph.
+/// Resolves the names in `file` and checks its values. Warnings about the graph are left out.
 ///
 /// # Errors
 /// If a value is invalid; the message names the entry.
@@ -41,7 +41,6 @@ pub(super) fn resolve(
     file: ScenarioFile,
     path: &Path,
     mut graph: RouteGraph,
-    mut warnings: Vec<String>,
     overrides: &Overrides,
 ) -> Result<Scenario, ScenarioError> {
     let invalid = |place: &str, message| ScenarioError::Invalid {
@@ -66,11 +65,12 @@ pub(super) fn resolve(
         .and_then(|()| check_order(&plugins))
         .map_err(|message| invalid("plugins", message))?;
 
-    let more_warnings =
-        [uneven_rate(rate, publish_rate, ticks_per_frame), dead_end(&groups, &graph)];
-    warnings.extend(
-        more_warnings.into_iter().flatten().map(|message| format!("{}: {message}", path.display())),
-    );
+    let warnings = [uneven_rate(rate, publish_rate, ticks_per_frame), dead_end(&groups, &graph)];
+    let warnings = warnings
+        .into_iter()
+        .flatten()
+        .map(|message| format!("{}: {message}", path.display()))
+        .collect();
 
     Ok(Scenario {
         graph: Arc::new(graph),

@@ -221,7 +221,7 @@ mod tests {
 
     #[test]
     fn roles_have_the_numbers_and_names_of_the_contract() {
-        for role in Role::ALL {
+        for &role in Role::ALL {
             let node = Node { role, ..Node::new(1, DVec2::ZERO, 0.0) };
             let mut world = WorldData::default();
             world.nodes = vec![node_record(&node, &mut world.texts)];

@@ -47,7 +47,7 @@ impl<'a> Row<'a> {
             self.number(Field::Theta, reader).map(|(number, unit)| number * unit.unwrap_or(1.0));
         let mut tags = self.tags();
         let role = self.text(Field::Role).map_or(Role::None, |text| {
-            text.parse().unwrap_or_else(|error: crate::model::tags::ParseRoleError| {
+            text.parse().unwrap_or_else(|error: regatta_base::name::UnknownName| {
                 reader.warning(self.place, &format!("{error}: it is kept as a property"));
                 tags.set("role", text);
                 Role::None
