@@ -421,16 +421,12 @@ fn texts_that_are_not_route_graphs_are_rejected() {
 }
 
 #[test]
-fn a_yaml_bomb_is_read_or_rejected_in_bounded_memory() {
+fn a_yaml_bomb_is_rejected_in_bounded_memory() {
     let mut bomb = String::from("a: &a [lol, lol, lol, lol, lol, lol, lol, lol, lol]\n");
     for (this, last) in ('b'..='i').zip('a'..) {
         bomb.push_str(&format!("{this}: &{this} [{}]\n", vec![format!("*{last}"); 9].join(",")));
     }
-    let found = check(&format!("{bomb}Edges: *i\n{NODES}"));
-    assert!(
-        found.iter().any(|finding| finding.contains("edge number 9 of the list must be a map")),
-        "{found:#?}"
-    );
+    assert_rejected(&format!("{bomb}Edges: *i\n{NODES}"), "aliases included");
     let keys: String = (0..2000).map(|key| format!("k{key}: 0, ")).collect();
     let items = "*e, ".repeat(100_000);
     assert_rejected(&format!("Vertices: [&e {{{keys}}}, {items}]\n"), "aliases included");

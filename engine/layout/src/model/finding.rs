@@ -196,6 +196,16 @@ impl<'text> Report<'text> {
         }
     }
 
+    /// Adds an error about the file as a whole.
+    pub fn file_error(&mut self, at: u32, message: impl Into<String>) {
+        self.error(at, Subject::File, message);
+    }
+
+    /// Adds a warning about the file as a whole.
+    pub fn file_warning(&mut self, at: u32, message: impl Into<String>) {
+        self.warning(at, Subject::File, message);
+    }
+
     /// Returns the line, from 1, of a byte offset.
     pub fn line(&self, at: u32) -> u32 {
         self.lines.line(at)

@@ -1,6 +1,6 @@
 //! Files of orders with times: YAML or CSV.
 //!
-//! YAML is a list (or a mapping with the list `orders`) of `{name: …, time: 12.5, priority: 3,
+//! YAML is a list (or a map with the list `orders`) of `{name: …, time: 12.5, priority: 3,
 //! earliest: 20, deadline: 600, stops: [{at: A1, action: pick, dwell: 5}, B2]}`, where only `stops`
 //! must be there, and a stop without action and dwell time may be a name alone.
 //!
@@ -9,11 +9,13 @@
 //! `place:action` or `place:action:dwell`, and names with spaces or colons are for YAML. All times
 //! are in seconds of simulated time.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
+
+use regatta_base::yaml::{self, Node};
 
 use super::draft::{Label, OrderDraft, StopDraft};
 use super::order::{Action, UnknownAction};
-use super::yaml::{self, InputError, Value};
 
 /// An order of a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,7 +45,7 @@ pub enum FileError {
         /// The file.
         path: PathBuf,
         /// The line and the reason.
-        error: InputError,
+        error: yaml::Error,
     },
 }
 
@@ -67,66 +69,70 @@ pub fn read_orders(path: &Path) -> Result<Vec<TimedDraft>, FileError> {
 /// Parses a YAML text of orders.
 ///
 /// # Errors
-/// [`InputError`] for the first error.
-pub fn parse_yaml(text: &str) -> Result<Vec<TimedDraft>, InputError> {
-    yaml::read(text, |document| {
-        let list = if document.is_mapping() {
-            document.fields(&["orders"])?.required("orders")?
-        } else {
-            document
-        };
-        list.list()?.into_iter().map(yaml_order).collect()
-    })
+/// [`yaml::Error`] for the first thing that is wrong.
+pub fn parse_yaml(text: &str) -> Result<Vec<TimedDraft>, yaml::Error> {
+    let document = yaml::parse(text)?;
+    let list = if document.is_map() {
+        document.fields(&["orders"])?.required("orders")?
+    } else {
+        &document
+    };
+    list.list()?.iter().map(yaml_order).collect()
 }
 
-fn yaml_order(order: Value) -> Result<TimedDraft, InputError> {
+fn yaml_order(order: &Node) -> Result<TimedDraft, yaml::Error> {
     let fields =
         order.fields(&["name", "time", "priority", "earliest", "deadline", "robot", "stops"])?;
     let stops = fields.required("stops")?.list()?;
     let draft = OrderDraft {
-        name: fields.optional("name", Value::text)?,
-        destinations: stops.into_iter().map(yaml_stop).collect::<Result<_, _>>()?,
+        name: fields.optional("name", Node::text)?.map(Cow::into_owned),
+        destinations: stops.iter().map(yaml_stop).collect::<Result<_, _>>()?,
         priority: fields.optional("priority", |value| value.integer(255))?.unwrap_or(0) as u8,
-        earliest_start: fields.optional("earliest", Value::positive)?,
-        deadline: fields.optional("deadline", Value::positive)?,
-        intended_vehicle: fields.optional("robot", Value::text)?.map(Label::Name),
+        earliest_start: fields.optional("earliest", Node::non_negative)?,
+        deadline: fields.optional("deadline", Node::non_negative)?,
+        intended_vehicle: fields
+            .optional("robot", Node::text)?
+            .map(|name| Label::Name(name.into_owned())),
     };
-    let secs = fields.optional("time", Value::positive)?.unwrap_or(0.0);
-    Ok(TimedDraft { line: order.error("").line, secs, draft })
+    let secs = fields.optional("time", Node::non_negative)?.unwrap_or(0.0);
+    Ok(TimedDraft { line: order.line, secs, draft })
 }
 
-fn yaml_stop(stop: Value) -> Result<StopDraft, InputError> {
-    if !stop.is_mapping() {
-        return Ok(StopDraft { location_name: Label::Name(stop.text()?), ..StopDraft::default() });
+fn yaml_stop(stop: &Node) -> Result<StopDraft, yaml::Error> {
+    if !stop.is_map() {
+        return Ok(StopDraft {
+            location_name: Label::Name(stop.text()?.into_owned()),
+            ..StopDraft::default()
+        });
     }
     let fields = stop.fields(&["at", "action", "dwell"])?;
     Ok(StopDraft {
-        location_name: Label::Name(fields.required("at")?.text()?),
+        location_name: Label::Name(fields.required("at")?.text()?.into_owned()),
         operation: fields.optional("action", yaml_action)?.unwrap_or_default(),
-        dwell: fields.optional("dwell", Value::positive)?.unwrap_or(0.0),
+        dwell: fields.optional("dwell", Node::non_negative)?.unwrap_or(0.0),
     })
 }
 
-fn yaml_action(value: Value) -> Result<Action, InputError> {
+fn yaml_action(value: &Node) -> Result<Action, yaml::Error> {
     value.text()?.parse().map_err(|error: UnknownAction| value.error(error.to_string()))
 }
 
 /// Parses a CSV text of orders.
 ///
 /// # Errors
-/// [`InputError`] for the first error.
-pub fn parse_csv(text: &str) -> Result<Vec<TimedDraft>, InputError> {
+/// [`yaml::Error`] for the first thing that is wrong.
+pub fn parse_csv(text: &str) -> Result<Vec<TimedDraft>, yaml::Error> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut reader = csv::ReaderBuilder::new()
         .trim(csv::Trim::All)
         .comment(Some(b'#'))
         .from_reader(text.as_bytes());
     let headers = reader.headers().map_err(csv_error)?.clone();
-    let columns = Columns::of(&headers).map_err(|reason| InputError { line: 1, reason })?;
+    let columns = Columns::of(&headers).map_err(|reason| yaml::Error { line: 1, reason })?;
     reader.records().map(|record| columns.order(&record.map_err(csv_error)?)).collect()
 }
 
-fn csv_error(error: csv::Error) -> InputError {
+fn csv_error(error: csv::Error) -> yaml::Error {
     let line = error.position().map_or(1, |position| position.line() as usize);
     let reason = match error.kind() {
         csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
@@ -134,7 +140,7 @@ fn csv_error(error: csv::Error) -> InputError {
         }
         _ => error.to_string(),
     };
-    InputError { line, reason }
+    yaml::Error { line, reason }
 }
 
 /// The headers of CSV files.
@@ -159,10 +165,10 @@ impl Columns {
         Ok(Self(columns))
     }
 
-    fn order(&self, record: &csv::StringRecord) -> Result<TimedDraft, InputError> {
+    fn order(&self, record: &csv::StringRecord) -> Result<TimedDraft, yaml::Error> {
         let line = record.position().map_or(1, |position| position.line() as usize);
-        let draft = self.draft(record).map_err(|reason| InputError { line, reason })?;
-        let secs = self.secs(record, 1).map_err(|reason| InputError { line, reason })?;
+        let draft = self.draft(record).map_err(|reason| yaml::Error { line, reason })?;
+        let secs = self.secs(record, 1).map_err(|reason| yaml::Error { line, reason })?;
         Ok(TimedDraft { line, secs: secs.unwrap_or(0.0), draft })
     }
 

@@ -48,7 +48,7 @@
 //!     orders.publish(now);
 //! }
 //! assert!(orders.figures(600.0).orders.finished > 50);
-//! # Ok::<(), regatta_orders::InputError>(())
+//! # Ok::<(), regatta_base::yaml::Error>(())
 //! ```
 
 pub mod assign;
@@ -67,7 +67,6 @@ pub mod store;
 mod threads;
 mod view;
 pub mod web;
-mod yaml;
 
 pub use assign::{Assigner, Candidate, InTurn, Nearest, OpenOrder, Problem};
 pub use client::{Client, ClientError};
@@ -85,4 +84,3 @@ pub use pool::{Assignments, Next, OrderPool, Urgency};
 pub use requests::{Vehicle, WithdrawError};
 pub use store::StoreError;
 pub use web::WebError;
-pub use yaml::InputError;

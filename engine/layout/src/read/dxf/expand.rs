@@ -193,7 +193,8 @@ impl<'a> Expander<'a> {
                 "entity SPLINE with fit points only".to_owned()
             } else {
                 format!(
-                    "entity SPLINE of degree {degree}, or with knots, points or weights that make no curve"
+                    "entity SPLINE of degree {degree}, or with knots, points or weights that make \
+                     no curve"
                 )
             };
             self.ignored.add(place.at, kind);

@@ -1,12 +1,13 @@
 //! The sources of orders: files, generators, and the store after a restart.
 
+use regatta_base::yaml;
+
 use super::{Change, Generator, HistoryEntry, NewOrder, Order, OrderId, OrderPool, State};
 use crate::draft::DraftError;
 use crate::file::TimedDraft;
 use crate::load::Load;
 use crate::order::OrderName;
 use crate::store::Known;
-use crate::yaml::InputError;
 
 /// The largest number of unroutable orders that an endless load replaces, for each robot.
 const MOST_LOST: usize = 10;
@@ -15,8 +16,8 @@ impl OrderPool {
     /// Adds the orders of a file. Those without a name get one of their line.
     ///
     /// # Errors
-    /// [`InputError`] if an order is wrong, or two have the same name.
-    pub fn add_orders(&mut self, orders: &[TimedDraft]) -> Result<(), InputError> {
+    /// [`yaml::Error`] if an order is wrong, or two have the same name.
+    pub fn add_orders(&mut self, orders: &[TimedDraft]) -> Result<(), yaml::Error> {
         self.add_new_orders(orders, &Known::default())
     }
 
@@ -25,15 +26,15 @@ impl OrderPool {
         &mut self,
         orders: &[TimedDraft],
         known: &Known,
-    ) -> Result<(), InputError> {
+    ) -> Result<(), yaml::Error> {
         let mut names = std::collections::BTreeSet::new();
         for TimedDraft { line, secs, draft } in orders {
             let order = self
                 .file_order(*line, draft)
-                .map_err(|error| InputError { line: *line, reason: error.to_string() })?;
+                .map_err(|error| yaml::Error { line: *line, reason: error.to_string() })?;
             if !names.insert(order.name.clone()) {
                 let reason = format!("there are two orders `{}`", order.name);
-                return Err(InputError { line: *line, reason });
+                return Err(yaml::Error { line: *line, reason });
             }
             if !known.names.contains(order.name.as_str()) {
                 self.timetable.push((*secs, order));
