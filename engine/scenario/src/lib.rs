@@ -29,6 +29,7 @@ mod robot_type;
 mod suggest;
 pub mod yaml;
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
@@ -40,16 +41,12 @@ pub use made_up::made_up_scenario;
 pub use read::{document, is_scenario};
 use regatta_layout::{GraphError, Leg, NodeIndex, ReadOptions, RouteGraph};
 pub use robot_type::{Battery, RobotType, Shape};
+use serde::de::{DeserializeOwned, IgnoredAny};
 pub use suggest::closest;
-pub use yaml::{
-    Breakdowns, CameraEntry, Disturbances, LegName, LightEntry, PluginCommand, Repeat, Stalls,
-    Viewer,
-};
+pub use yaml::{Breakdowns, Disturbances, LegName, PluginCommand, Repeat, Stalls, Viewer};
 
 /// The largest number of robots of a scenario: ids and columns stay far below the limits of `u32`.
 pub const MAX_ROBOTS: u32 = 16_000_000;
-/// The largest number of lights besides the sun: as many as the viewer supports.
-pub const MAX_LIGHTS: usize = 8;
 /// The size of the largest scenario file that is read. Layouts may be larger.
 const MAX_FILE_BYTES: u64 = 64 << 20;
 
@@ -70,21 +67,54 @@ pub struct Scenario {
     pub groups: Vec<RobotGroup>,
     /// What goes wrong.
     pub disturbances: Disturbances,
-    /// Whether the file describes a load of transport orders, for a fleet manager.
-    pub has_load: bool,
     /// The plugins to start.
     pub plugins: Vec<PluginCommand>,
     /// Whether to open the viewer.
     pub viewer: Viewer,
-    /// The lights of the viewer besides the sun; at most [`MAX_LIGHTS`], with finite numbers.
-    pub lights: Vec<LightEntry>,
-    /// The named cameras of the viewer: each with z, yaw and pitch, or with a height, and a name of
-    /// its own.
-    pub cameras: Vec<CameraEntry>,
+    /// The text, for the sections that belong to others.
+    pub source: Source,
     /// Warnings about the scenario and its graph, one line each.
     pub warnings: Vec<String>,
     /// Whether the file was a layout, for which the rest was made up.
     pub is_made_up: bool,
+}
+
+/// The text of a scenario.
+///
+/// Some of its sections belong to others: the load to a fleet manager, lights and cameras to the
+/// viewer. These are not checked with the scenario; their owners read them from here.
+///
+/// ```
+/// # use std::path::Path;
+/// # use regatta_scenario::{Overrides, Scenario};
+/// # let layout = "
+/// # Edges:
+/// # - {Id: 1, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: 1.5}
+/// # Vertices:
+/// # - {Id: 1, X: 0.0, Y: 0.0, Theta: 0.0}
+/// # - {Id: 2, X: 4.0, Y: 0.0, Theta: 0.0}
+/// # ";
+/// #[derive(serde::Deserialize)]
+/// struct Sections {
+///     load: Option<Load>,
+/// }
+/// #[derive(serde::Deserialize)]
+/// struct Load {
+///     seed: u64,
+/// }
+///
+/// let text = "graph: road.yaml\nload: {seed: 7}\nrobots: [{node: 1}]\n";
+/// let scenario =
+///     Scenario::from_texts(text, layout, Path::new("scenario.yaml"), &Overrides::default())?;
+/// let sections: Sections = scenario.source.sections()?;
+/// assert_eq!(sections.load.map(|load| load.seed), Some(7));
+/// # Ok::<(), regatta_scenario::ScenarioError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Source {
+    /// The path that messages name.
+    path: PathBuf,
+    text: Arc<str>,
 }
 
 /// Robots of one type that start in the same way.
@@ -178,6 +208,27 @@ pub enum ScenarioError {
         /// The problem and what to do about it.
         message: String,
     },
+}
+
+impl Source {
+    /// Reads the sections that the fields of `T` name.
+    ///
+    /// # Errors
+    /// [`ScenarioError::Yaml`] with the line and the entry.
+    pub fn sections<T: DeserializeOwned>(&self) -> Result<T, ScenarioError> {
+        document(&self.text, &self.path)
+    }
+
+    /// Whether the scenario has a section that isn't empty.
+    pub fn has(&self, section: &str) -> bool {
+        let sections = self.sections::<BTreeMap<String, Option<IgnoredAny>>>();
+        sections.is_ok_and(|sections| matches!(sections.get(section), Some(Some(_))))
+    }
+
+    /// Returns the error of an invalid value of a section. `place` is the entry.
+    pub fn invalid(&self, place: &str, message: String) -> ScenarioError {
+        ScenarioError::Invalid { path: self.path.clone(), place: place.to_owned(), message }
+    }
 }
 
 impl Scenario {

@@ -15,7 +15,7 @@ use super::explain::{GRAPH_KEYS, SCENARIO_KEYS, explain};
 use super::made_up::made_up_scenario;
 use super::suggest::closest;
 use super::yaml::{LayoutEntry, ScenarioFile};
-use super::{MAX_FILE_BYTES, Overrides, Scenario, ScenarioError, resolve};
+use super::{MAX_FILE_BYTES, Overrides, Scenario, ScenarioError, Source, resolve};
 
 impl Scenario {
     /// Reads a scenario and its graph.
@@ -137,19 +137,14 @@ impl Scenario {
         overrides: &Overrides,
         read_graph: impl FnOnce(&Path, &ReadOptions) -> Result<(RouteGraph, Findings), GraphError>,
     ) -> Result<Self, ScenarioError> {
-        let yaml_error =
-            |source| ScenarioError::Yaml { path: path.into(), problem: explain(&source), source };
-        let file: ScenarioFile = serde_yaml::from_str(text).map_err(yaml_error)?;
-        let options =
-            layout_options(&file.layout, &overrides.layout, path.parent().unwrap_or(Path::new("")))
-                .map_err(|message| ScenarioError::Invalid {
-                    path: path.into(),
-                    place: "layout".into(),
-                    message,
-                })?;
+        let source = Source { path: path.into(), text: text.into() };
+        let file: ScenarioFile = source.sections()?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let options = layout_options(&file.layout, &overrides.layout, folder)
+            .map_err(|message| source.invalid("layout", message))?;
         let (graph, findings) = read_graph(&file.graph, &options)?;
         let warnings = findings.as_slice().iter().map(ToString::to_string).collect();
-        let mut scenario = resolve::resolve(file, path, graph, warnings, overrides)?;
+        let mut scenario = resolve::resolve(file, source, graph, warnings, overrides)?;
         if scenario.robot_types.iter().all(|robot_type| robot_type.max_rotation_speed > 0.0) {
             scenario.warnings.retain(|warning| !warning.contains(TURNS_IF));
         }

@@ -11,12 +11,12 @@ use regatta_layout::{Gear, Leg, Node, NodeIndex, Role, RouteGraph};
 use super::battery::battery;
 use super::suggest::did_you_mean;
 use super::yaml::{
-    CameraEntry, Disturbances, LegName, LightEntry, NodeEntry, NodeKey, PluginCommand, PluginEntry,
-    RobotGroupEntry, RobotTypeEntry, RoutesEntry, ScenarioFile,
+    Disturbances, LegName, NodeEntry, NodeKey, PluginCommand, PluginEntry, RobotGroupEntry,
+    RobotTypeEntry, RoutesEntry, ScenarioFile,
 };
 use super::{
-    MAX_LIGHTS, MAX_ROBOTS, Overrides, Repeat, RobotCount, RobotGroup, RobotType, Scenario,
-    ScenarioError, Shape, Start,
+    MAX_ROBOTS, Overrides, Repeat, RobotCount, RobotGroup, RobotType, Scenario, ScenarioError,
+    Shape, Source, Start,
 };
 
 /// The range of ticks per simulated second.
@@ -33,43 +33,42 @@ const ACCELERATIONS: RangeInclusive<f32> = 0.001..=1e6;
 /// Radians per second, and radians per second squared.
 const ROTATIONS: RangeInclusive<f32> = 0.001..=1000.0;
 
-/// Resolves the names in `file` and checks its values. `warnings` are those about the graph.
+/// Resolves the names in `file`, which was read from `source`, and checks its values. `warnings` are
+/// those about the graph.
 ///
 /// # Errors
 /// If a value is invalid; the message names the entry.
 pub(super) fn resolve(
     file: ScenarioFile,
-    path: &Path,
+    source: Source,
     mut graph: RouteGraph,
     mut warnings: Vec<String>,
     overrides: &Overrides,
 ) -> Result<Scenario, ScenarioError> {
-    let invalid = |place: &str, message| ScenarioError::Invalid {
-        path: path.into(),
-        place: place.into(),
-        message,
-    };
     let rate = overrides.rate.unwrap_or(file.rate);
     let publish_rate = overrides.publish_rate.or(file.publish_rate).unwrap_or(rate);
     let (tick_period, ticks_per_frame) =
-        clock(rate, publish_rate).map_err(|message| invalid("rate", message))?;
+        clock(rate, publish_rate).map_err(|message| source.invalid("rate", message))?;
     let robot_types =
-        robot_types(file.robot_types).map_err(|message| invalid("robot_types", message))?;
-    override_nodes(file.nodes, &mut graph).map_err(|(place, message)| invalid(&place, message))?;
+        robot_types(file.robot_types).map_err(|message| source.invalid("robot_types", message))?;
+    override_nodes(file.nodes, &mut graph)
+        .map_err(|(place, message)| source.invalid(&place, message))?;
     let groups = groups(file.robots, &graph, &robot_types)
-        .map_err(|(place, message)| invalid(&place, message))?;
-    check_disturbances(&file.disturbances).map_err(|message| invalid("disturbances", message))?;
-    check_lights(&file.lights).map_err(|message| invalid("lights", message))?;
-    check_cameras(&file.cameras).map_err(|message| invalid("cameras", message))?;
-    let plugins = plugins(file.plugins, path);
+        .map_err(|(place, message)| source.invalid(&place, message))?;
+    check_disturbances(&file.disturbances)
+        .map_err(|message| source.invalid("disturbances", message))?;
+    let plugins = plugins(file.plugins, &source.path);
     check_names(&plugins)
         .and_then(|()| check_order(&plugins))
-        .map_err(|message| invalid("plugins", message))?;
+        .map_err(|message| source.invalid("plugins", message))?;
 
     let more_warnings =
         [uneven_rate(rate, publish_rate, ticks_per_frame), dead_end(&groups, &graph)];
     warnings.extend(
-        more_warnings.into_iter().flatten().map(|message| format!("{}: {message}", path.display())),
+        more_warnings
+            .into_iter()
+            .flatten()
+            .map(|message| format!("{}: {message}", source.path.display())),
     );
 
     Ok(Scenario {
@@ -80,11 +79,9 @@ pub(super) fn resolve(
         robot_types,
         groups,
         disturbances: file.disturbances,
-        has_load: file.load.is_some(),
         plugins,
         viewer: file.viewer,
-        lights: file.lights,
-        cameras: file.cameras,
+        source,
         warnings,
         is_made_up: false,
     })
@@ -212,68 +209,6 @@ fn check_disturbances(disturbances: &Disturbances) -> Result<(), String> {
         Some(format!("{name} is {value}; give {} to {}", range.start(), range.end()))
     };
     values.into_iter().find_map(bad).map_or(Ok(()), Err)
-}
-
-fn check_lights(lights: &[LightEntry]) -> Result<(), String> {
-    if lights.len() > MAX_LIGHTS {
-        return Err(format!("{} lights are too many; give at most {MAX_LIGHTS}", lights.len()));
-    }
-    for (number, light) in (1..).zip(lights) {
-        let LightEntry { x, y, z, colour: [red, green, blue] } = *light;
-        // The ranges of the viewer's option --light.
-        let invalid_coordinate = [("x", x), ("y", y), ("z", z)]
-            .into_iter()
-            .find(|(_, metres)| !metres.is_finite() || metres.abs() >= 1e6);
-        if let Some((name, metres)) = invalid_coordinate {
-            return Err(format!(
-                "entry {number}: {name} is {metres}; give metres, less than a million"
-            ));
-        }
-        if let Some(component) =
-            [red, green, blue].into_iter().find(|component| !(0.0..1e6).contains(component))
-        {
-            return Err(format!(
-                "entry {number}: colour has {component}; give red, green and blue, each 0 to 1 or a little above"
-            ));
-        }
-    }
-    Ok(())
-}
-
-fn check_cameras(cameras: &[CameraEntry]) -> Result<(), String> {
-    let mut names = BTreeSet::new();
-    for (number, camera) in (1..).zip(cameras) {
-        let CameraEntry { name, x, y, z, yaw, pitch, height } = camera;
-        let entry = |message: String| Err(format!("entry {number}: {message}"));
-        // The viewer tells names from fit, top, plan and numbers, on its command line too.
-        let is_name = name.starts_with(char::is_alphabetic)
-            && !name.contains([',', '='])
-            && name.trim() == name;
-        if !is_name || ["fit", "top", "plan"].contains(&name.as_str()) {
-            return entry(format!(
-                "name is '{name}'; give a name that begins with a letter, without , and =, and not fit, top or plan"
-            ));
-        }
-        if !names.insert(name) {
-            return entry(format!("the name '{name}' is used twice"));
-        }
-        let numbers = [Some(*x), Some(*y), *z, *yaw, *pitch, *height];
-        if let Some(bad) =
-            numbers.into_iter().flatten().find(|number| !number.is_finite() || number.abs() >= 1e6)
-        {
-            return entry(format!("{bad} is out of range; give numbers below a million"));
-        }
-        match (z, yaw, pitch, height) {
-            (Some(_), Some(_), Some(_), None) => {}
-            (None, None, None, Some(height)) if *height > 0.0 => {}
-            _ => {
-                return entry(
-                    "give either z, yaw and pitch, or height (above 0) for a plan".to_owned(),
-                );
-            }
-        }
-    }
-    Ok(())
 }
 
 /// Returns the robot type of scenarios that list none.

@@ -44,12 +44,10 @@ pub struct ScenarioFile {
     /// Whether `regatta run` opens the viewer.
     #[serde(default)]
     pub viewer: Viewer,
-    /// The lights of the viewer besides the sun.
-    #[serde(default)]
-    pub lights: Vec<LightEntry>,
-    /// The named cameras of the viewer.
-    #[serde(default)]
-    pub cameras: Vec<CameraEntry>,
+    /// The lights of the viewer, which reads them itself.
+    pub lights: Option<de::IgnoredAny>,
+    /// The cameras of the viewer, which reads them itself.
+    pub cameras: Option<de::IgnoredAny>,
 }
 
 fn default_rate() -> f64 {
@@ -237,45 +235,6 @@ pub enum Viewer {
     On,
     /// No.
     Off,
-}
-
-/// A light of the viewer.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct LightEntry {
-    /// Metres to the east.
-    pub x: f32,
-    /// Metres to the north.
-    pub y: f32,
-    /// Metres above the floor.
-    pub z: f32,
-    /// Linear red, green and blue, 0 to 1 and above; white by default.
-    #[serde(default = "white")]
-    pub colour: [f32; 3],
-}
-
-/// A named camera of the viewer: in perspective from a place, or a plan.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CameraEntry {
-    /// The name.
-    pub name: String,
-    /// Metres to the east: of the eye, or of a plan's middle.
-    pub x: f32,
-    /// Metres to the north.
-    pub y: f32,
-    /// The eye's metres above the floor; with it, `yaw` and `pitch`.
-    pub z: Option<f32>,
-    /// The view's direction in radians counter-clockwise from east.
-    pub yaw: Option<f32>,
-    /// The angle of the view's direction below the horizon, in radians.
-    pub pitch: Option<f32>,
-    /// Of a plan: the height of the ground in the picture in metres.
-    pub height: Option<f32>,
-}
-
-fn white() -> [f32; 3] {
-    [1.0; 3]
 }
 
 /// A plugin to start.
