@@ -9,7 +9,7 @@ use regatta_interface::footprint::Footprint;
 use regatta_interface::plan::{metres_text, round_step};
 use regatta_interface::text::with_plural;
 use regatta_plugin::frame::{Frame, RobotState};
-use regatta_plugin::world::{EdgeRecord, NodeRecord, NodeRole, RobotTypeRecord};
+use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord, Role};
 use regatta_plugin::{Result, World};
 use regatta_scene::camera::Bounds;
 use regatta_scene::curves::midpoint;
@@ -212,8 +212,7 @@ fn graph(text: &mut String, plan: &Plan<'_>, per_metre: f32) {
     closures(text, plan, per_metre);
     let _ = writeln!(text, "<g id=\"nodes\" fill=\"{}\">", hex(colours.node));
     for node in plan.nodes() {
-        let (at, is_station) =
-            (Vec2::new(node.x, node.y) + plan.offset, node.role() != NodeRole::None);
+        let (at, is_station) = (Vec2::new(node.x, node.y) + plan.offset, node.role() != Role::None);
         let radius = if is_station { 0.7 } else { 0.35 } / per_metre;
         let name = escaped(world.text(node.name));
         let (x, y, id) = (at.x, at.y, node.id);

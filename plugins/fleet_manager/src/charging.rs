@@ -6,7 +6,7 @@
 //! nearest charger, and a reserve.
 
 use regatta_plugin::World;
-use regatta_plugin::world::{NodeRole, RobotTypeRecord};
+use regatta_plugin::world::{RobotTypeRecord, Role};
 
 use crate::roads::Roads;
 
@@ -164,7 +164,7 @@ enum Phase {
 impl Charging {
     /// Takes the chargers and the batteries of a world.
     pub fn new(world: &World<'_>, settings: ChargingSettings) -> Self {
-        let is_charger = |node: &u32| world.nodes()[*node as usize].role() == NodeRole::Charge;
+        let is_charger = |node: &u32| world.nodes()[*node as usize].role() == Role::Charge;
         let nodes = 0..world.nodes().len() as u32;
         Self {
             settings,

@@ -28,7 +28,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use regatta_plugin::world::NodeRole;
+use regatta_plugin::world::Role;
 
 use super::file::{FileError, text_of};
 use super::places::Places;
@@ -146,7 +146,7 @@ fn generator(
     let has_ends = fields.get("from").is_some() || fields.get("to").is_some();
     let stops = match arrival {
         Arrival::Endless(_) if !has_ends => {
-            Stops::One(groups.find(fields.get("among"), NodeRole::None)?)
+            Stops::One(groups.find(fields.get("among"), Role::None)?)
         }
         _ => transports(value, fields, groups)?,
     };
@@ -192,8 +192,8 @@ fn transports(value: Value, fields: &Fields, groups: &Groups) -> Result<Stops, I
             "`among` is for an endless load of orders with one stop, without `from` and `to`",
         ));
     }
-    let from = groups.find(fields.get("from"), NodeRole::Pick)?;
-    let to = groups.find(fields.get("to"), NodeRole::Drop)?;
+    let from = groups.find(fields.get("from"), Role::Pick)?;
+    let to = groups.find(fields.get("to"), Role::Drop)?;
     if from.len() == 1 && from == to {
         return Err(value.error("`from` and `to` are the same single node"));
     }
@@ -247,17 +247,15 @@ impl<'places> Groups<'places> {
 
     /// Returns the nodes that a field names, or those of the role, or all if none has it; but no
     /// chargers.
-    fn find(&self, field: Option<Value>, role: NodeRole) -> Result<Vec<u32>, InputError> {
+    fn find(&self, field: Option<Value>, role: Role) -> Result<Vec<u32>, InputError> {
         let Some(field) = field else {
             let nodes = self.with_role(role);
-            let any = || self.places.nodes(|place| place.role != NodeRole::Charge);
-            return Ok(if nodes.is_empty() || role == NodeRole::None { any() } else { nodes });
+            let any = || self.places.nodes(|place| place.role != Role::Charge);
+            return Ok(if nodes.is_empty() || role == Role::None { any() } else { nodes });
         };
         let name = field.text()?;
-        let role = NodeRole::ALL
-            .into_iter()
-            .find(|role| role.name() == name)
-            .map(|role| self.with_role(role));
+        let role =
+            Role::ALL.into_iter().find(|role| role.name() == name).map(|role| self.with_role(role));
         match self.named.get(&name).cloned().or(role) {
             Some(nodes) if !nodes.is_empty() => Ok(nodes),
             Some(_) => Err(field.error(format!("no node has the role `{name}`"))),
@@ -265,7 +263,7 @@ impl<'places> Groups<'places> {
         }
     }
 
-    fn with_role(&self, role: NodeRole) -> Vec<u32> {
+    fn with_role(&self, role: Role) -> Vec<u32> {
         self.places.nodes(|place| place.role == role)
     }
 }
@@ -290,7 +288,7 @@ fn matching(value: Value, places: &Places) -> Result<Vec<u32>, InputError> {
     let fields = value.fields(&["role", "zone"])?;
     let role = |value: Value| {
         let name = value.text()?;
-        let role = NodeRole::ALL.into_iter().find(|role| role.name() == name);
+        let role = Role::ALL.into_iter().find(|role| role.name() == name);
         role.ok_or_else(|| value.error(format!("unknown role `{name}`")))
     };
     let role = fields.optional("role", role)?;
