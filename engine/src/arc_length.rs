@@ -32,14 +32,15 @@ pub const BYTES_PER_PIECE: u64 = 200;
 /// Returns the smallest number of pieces that [`compile`] can give: no piece is longer than 8 m.
 /// Takes no memory, and a microsecond per edge.
 pub fn least_pieces(graph: &RouteGraph) -> u64 {
-    let of = |edge: &Edge| {
+    let mut all = graph.nodes().len() as u64;
+    for edge in graph.edges() {
         let gears = if edge.reverse_speed.is_some() { 2 } else { 1 };
-        // The length of a line through points of the curve, which is at most the curve's.
-        // Saturates.
+        // The length of a line through points of the curve, which is at most the curve's. The cast
+        // saturates.
         let pieces = (edge.path.polyline_length(16) / fit::LONGEST_ACCEPTED).ceil().max(1.0) as u64;
-        pieces.saturating_mul(gears)
-    };
-    graph.edges().iter().map(of).fold(graph.nodes().len() as u64, u64::saturating_add)
+        all = all.saturating_add(pieces.saturating_mul(gears));
+    }
+    all
 }
 
 /// Fits pieces to every leg. Large graphs are fitted on all threads of the current rayon pool; the

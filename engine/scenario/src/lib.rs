@@ -19,14 +19,12 @@
 //! # Ok::<(), regatta_scenario::ScenarioError>(())
 //! ```
 
-mod battery;
 mod count;
 mod explain;
 mod made_up;
 mod read;
 mod resolve;
 mod robot_type;
-mod suggest;
 pub mod yaml;
 
 use std::collections::BTreeMap;
@@ -34,15 +32,13 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-pub use battery::{BatteryEntry, ChargeEntry};
 pub use count::{ParseRobotCountError, RobotCount};
-pub use explain::YamlProblem;
+pub use explain::{YamlProblem, closest};
 pub use made_up::made_up_scenario;
 pub use read::{document, is_scenario};
 use regatta_layout::{GraphError, Leg, NodeIndex, ReadOptions, RouteGraph};
-pub use robot_type::{Battery, RobotType, Shape};
+pub use robot_type::{Battery, ChargeRange, RobotType, Shape};
 use serde::de::{DeserializeOwned, IgnoredAny};
-pub use suggest::closest;
 pub use yaml::{Breakdowns, Disturbances, LegName, PluginCommand, Repeat, Stalls, Viewer};
 
 /// The largest number of robots of a scenario: ids and columns stay far below the limits of `u32`.
@@ -65,7 +61,7 @@ pub struct Scenario {
     pub robot_types: Vec<RobotType>,
     /// The robots by ascending id; at least one group.
     pub groups: Vec<RobotGroup>,
-    /// What goes wrong.
+    /// The disturbances.
     pub disturbances: Disturbances,
     /// The plugins to start.
     pub plugins: Vec<PluginCommand>,
@@ -149,7 +145,7 @@ pub enum Start {
 /// Settings of a command line that override those of the scenario.
 #[derive(Clone, Debug, Default)]
 pub struct Overrides {
-    /// How to read the layout; what isn't set here is as in the scenario.
+    /// The options of reading the layout; those that are not set are as in the scenario.
     pub layout: ReadOptions,
     /// The number of ticks per simulated second.
     pub rate: Option<f64>,
@@ -188,8 +184,9 @@ pub enum ScenarioError {
     },
     /// The file has no key of a scenario, and isn't a layout either.
     #[error(
-        "{}: neither a layout nor a scenario: a scenario has the keys graph and robots; --format names the format of a layout \
-         that its content doesn't tell", path.display()
+        "{}: neither a layout nor a scenario: a scenario has the keys graph and robots; --format \
+         names the format of a layout that its content doesn't tell",
+        path.display()
     )]
     Neither {
         /// The file.
@@ -241,13 +238,12 @@ impl Scenario {
     /// groups repeat, so that a fleet can grow while it runs.
     pub fn group_of(&self, robot: u32) -> &RobotGroup {
         let mut rest = robot % self.robots();
-        self.groups
-            .iter()
-            .find(|group| {
-                let found = rest < group.count;
-                rest = rest.wrapping_sub(group.count);
-                found
-            })
-            .expect("the remainder is less than the sum of the counts")
+        for group in &self.groups {
+            if rest < group.count {
+                return group;
+            }
+            rest -= group.count;
+        }
+        unreachable!("the remainder is less than the sum of the counts")
     }
 }

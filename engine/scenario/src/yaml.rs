@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Deserializer, de};
 
-use super::{BatteryEntry, RobotCount, Shape};
+use super::{Battery, RobotCount, Shape};
 
 /// A scenario file.
 #[derive(Clone, Debug, Deserialize)]
@@ -14,7 +14,7 @@ use super::{BatteryEntry, RobotCount, Shape};
 pub struct ScenarioFile {
     /// The route graph file, relative to the scenario's folder.
     pub graph: PathBuf,
-    /// How to read it, if it is of another format.
+    /// The options of reading it, if it is of another format.
     #[serde(default)]
     pub layout: LayoutEntry,
     /// The number of ticks per simulated second.
@@ -33,7 +33,7 @@ pub struct ScenarioFile {
     pub robot_types: Vec<RobotTypeEntry>,
     /// The groups of robots, in the order of their ids.
     pub robots: Vec<RobotGroupEntry>,
-    /// What goes wrong; nothing by default.
+    /// The disturbances; none by default.
     #[serde(default)]
     pub disturbances: Disturbances,
     /// The transport orders of a fleet manager, which reads them itself.
@@ -54,7 +54,7 @@ fn default_rate() -> f64 {
     100.0
 }
 
-/// How to read a layout of another format.
+/// The options of reading a layout of another format.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct LayoutEntry {
@@ -105,11 +105,11 @@ impl de::Visitor<'_> for NodeKeyVisitor {
     }
 }
 
-/// What a scenario says about a node; the rest is as in the graph.
+/// The role and the name of a node; those that are not given are as in the graph.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct NodeEntry {
-    /// What robots do there: none, pick, drop, park or charge.
+    /// The purpose: none, pick, drop, park or charge.
     pub role: Option<String>,
     /// The name.
     pub name: Option<String>,
@@ -137,7 +137,7 @@ pub struct RobotTypeEntry {
     /// Radians per second squared; by default the rotation speed changes instantly.
     pub max_rotation_acceleration: Option<f32>,
     /// The battery; by default it has none and never needs charging.
-    pub battery: Option<BatteryEntry>,
+    pub battery: Option<Battery>,
 }
 
 /// A group of robots that start in the same way.
@@ -185,7 +185,7 @@ pub enum RoutesEntry {
     None,
 }
 
-/// What goes wrong with robots, at random by the scenario's seed.
+/// Disturbances of robots, at random by the scenario's seed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Disturbances {
@@ -273,7 +273,7 @@ impl<'de> de::Visitor<'de> for PluginVisitor {
 }
 
 /// The command line of a plugin.
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PluginCommand {
     /// The name in messages; without a `command`, the name of a plugin that comes with Regatta.

@@ -58,7 +58,7 @@ pub(super) fn fit(path: &Path, tangents: [DVec2; 2]) -> Vec<CurveSpan> {
     fitted.spans
 }
 
-/// What has been fitted of a path: the spans, and their length.
+/// The fitted part of a path: the spans, and their length.
 struct Fitted {
     spans: Vec<CurveSpan>,
     metres: f64,
@@ -76,21 +76,19 @@ fn fit_cubic(curve: &CubicBezier, tangents: [DVec2; 2], before: Fitted) -> Fitte
         metres,
         units,
     };
-    let knot = |lambda, tangent| Knot { position: curve.position(lambda), tangent };
-    let (mut at, mut from) = (0.0, knot(0.0, tangents[0]));
+    let [start_tangent, end_tangent] = tangents;
+    let mut at = 0.0;
+    let mut from = Knot { position: curve.position(0.0), tangent: start_tangent };
     for slow in curve.slow_points() {
         let is_fixed = stops_at(curve, slow);
-        let to = knot(slow, curve.tangent(slow, Side::Before));
+        let to = fitter.knot(slow);
         (at, from) = fitter.fit_section(at, from, SectionEnd { at: slow, knot: to, is_fixed });
         if is_fixed {
             from.tangent = curve.tangent(slow, Side::After);
         }
     }
-    fitter.fit_section(
-        at,
-        from,
-        SectionEnd { at: 1.0, knot: knot(1.0, tangents[1]), is_fixed: true },
-    );
+    let to = Knot { position: curve.position(1.0), tangent: end_tangent };
+    fitter.fit_section(at, from, SectionEnd { at: 1.0, knot: to, is_fixed: true });
     Fitted { spans: fitter.spans, metres: fitter.metres, units: fitter.units }
 }
 

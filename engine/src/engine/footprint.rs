@@ -45,17 +45,16 @@ impl Footprint {
 
     /// Returns the shortest distance from another polygon's corners to this one's sides.
     fn corner_distance(&self, other: &Self) -> f64 {
-        let to_side = |corner: &DVec2, [from, to]: [DVec2; 2]| {
-            let side = to - from;
-            let part = ((corner - from).dot(side) / side.length_squared().max(f64::MIN_POSITIVE))
-                .clamp(0.0, 1.0);
-            corner.distance(from + part * side)
-        };
-        let all = other
-            .corners
-            .iter()
-            .flat_map(|corner| self.sides().map(move |side| to_side(corner, side)));
-        all.fold(f64::INFINITY, f64::min)
+        let mut shortest = f64::INFINITY;
+        for corner in &other.corners {
+            for [from, to] in self.sides() {
+                let side = to - from;
+                let squared = side.length_squared().max(f64::MIN_POSITIVE);
+                let part = ((corner - from).dot(side) / squared).clamp(0.0, 1.0);
+                shortest = shortest.min(corner.distance(from + part * side));
+            }
+        }
+        shortest
     }
 
     fn sides(&self) -> impl Iterator<Item = [DVec2; 2]> + '_ {
