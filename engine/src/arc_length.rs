@@ -49,11 +49,11 @@ pub fn least_pieces(graph: &RouteGraph) -> u64 {
 /// # Panics
 /// If there are 2³¹ pieces or more, which would take 64 GiB.
 pub fn compile(graph: &RouteGraph) -> Tracks {
-    let fit = |edge: &Edge| fit::fit(&edge.path, end_tangents(graph, edge));
     let edges = graph.edges();
-    let fitted: Vec<Vec<CurveSpan>> = match edges.len() {
-        0..PARALLEL_THRESHOLD => edges.iter().map(fit).collect(),
-        _ => edges.par_iter().map(fit).collect(),
+    let fitted: Vec<_> = if edges.len() < PARALLEL_THRESHOLD {
+        edges.iter().map(|edge| fit_edge(graph, edge)).collect()
+    } else {
+        edges.par_iter().map(|edge| fit_edge(graph, edge)).collect()
     };
     let mut tracks = Tracks::default();
     for (edge, spans) in edges.iter().zip(&fitted) {
@@ -62,6 +62,10 @@ pub fn compile(graph: &RouteGraph) -> Tracks {
     }
     tracks.push_nodes(graph.nodes().iter().map(node_piece));
     tracks
+}
+
+fn fit_edge(graph: &RouteGraph, edge: &Edge) -> Vec<CurveSpan> {
+    fit::fit(&edge.path, end_tangents(graph, edge))
 }
 
 fn node_piece(node: &Node) -> Piece {

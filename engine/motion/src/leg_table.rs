@@ -89,7 +89,7 @@ pub struct LegTable {
     /// By edge: position among its destination's exits of the edge that leads straight back, or
     /// `u32::MAX`.
     return_exits: Vec<u32>,
-    /// Edges that nobody may enter. Ordered by index, and mostly empty.
+    /// Edges that no robot may enter. Ordered by index, and mostly empty.
     closed: BTreeSet<EdgeIndex>,
 }
 
@@ -209,12 +209,12 @@ impl LegTable {
         self.closed.remove(&edge)
     }
 
-    /// Whether nobody may enter an edge.
+    /// Whether an edge is closed: no robot may enter it.
     pub fn is_closed(&self, edge: EdgeIndex) -> bool {
         self.closed.contains(&edge)
     }
 
-    /// The edges that nobody may enter.
+    /// The edges that no robot may enter.
     pub fn closed(&self) -> impl Iterator<Item = EdgeIndex> {
         self.closed.iter().copied()
     }

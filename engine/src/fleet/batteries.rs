@@ -6,7 +6,7 @@
 
 use std::time::Duration;
 
-use regatta_base::random::mix;
+use regatta_base::random::{mix, unit};
 use regatta_layout::{Role, RouteGraph};
 use regatta_plugin::frame::RobotState;
 use regatta_scenario::{Battery, ChargeRange, RobotType};
@@ -96,7 +96,7 @@ impl Batteries {
         let row = robot as usize;
         self.charges.resize(self.charges.len().max(row + 1), 0);
         let Some(amounts) = self.types[usize::from(robot_type)] else { return };
-        let part = (mix(self.seed ^ mix(u64::from(robot))) >> 11) as f64 / (1_u64 << 53) as f64;
+        let part = unit(mix(self.seed ^ mix(u64::from(robot))));
         let from = f64::from(amounts.start.min) / 100.0;
         let to = f64::from(amounts.start.max) / 100.0;
         self.charges[row] = ((from + part * (to - from)) * amounts.capacity as f64) as u64;
