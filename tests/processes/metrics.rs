@@ -6,6 +6,7 @@ use std::net::TcpStream;
 use std::path::Path;
 use std::process::Command;
 
+use regatta_plugin::column::COLLISION;
 use regatta_plugin::contact::ContactHeader;
 use regatta_plugin::{ColumnPublisher, ContactPublisher, FleetName, Participant};
 use rustix::process::Signal;
@@ -148,7 +149,7 @@ fn the_page_shows_the_collisions_of_the_checker() {
     let fleet = Fleet::start("metrics-collisions", "thirty.yaml", &[]);
     let metrics = Metrics::start(&fleet.name, &[]);
     let participant = Participant::join(&fleet.name, "checker").expect("joined");
-    let mut column = ColumnPublisher::open_on(&participant, "collision").expect("a column");
+    let mut column = ColumnPublisher::open_on(&participant, COLLISION.name()).expect("a column");
     let mut contacts = ContactPublisher::open_on(&participant).expect("contacts");
     fleet.control(&["pause"]);
     let (run, tick) = eventually("a frame", || {

@@ -7,6 +7,7 @@ use std::process::ChildStderr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use regatta_plugin::column::{COLLISION, TYPE};
 use regatta_plugin::frame::{NO_EDGE, RobotState};
 use regatta_plugin::{ColumnReader, Frame, Participant, WorldReader};
 use rustix::process::Signal;
@@ -115,7 +116,7 @@ fn a_collision_checker_waits_for_the_robots_of_a_source_without_a_word() {
     let second = Second::start("udp-checked", &[]);
     let checker = second.fleet.plugin("collision");
     let participant = Participant::join(&second.fleet.name, "test").expect("joined");
-    let mut column = ColumnReader::open_on(&participant, "collision").expect("opened");
+    let mut column = ColumnReader::open_on(&participant, COLLISION.name()).expect("opened");
     let robots = eventually("a column", || {
         column.latest().expect("readable").map(|column| column.values.len())
     });
@@ -177,7 +178,7 @@ fn a_second_fleet_has_the_poses_of_the_first() {
             .map(|world| (world.edges().len(), world.robot_types()[0]))
     });
     assert_eq!((edges, kind.length, kind.width), (0, 1.2, 0.8));
-    let mut types = ColumnReader::open_on(theirs.participant(), "type").expect("a name");
+    let mut types = ColumnReader::open_on(theirs.participant(), TYPE.name()).expect("a name");
     let types = eventually("types", || {
         types.latest().expect("readable").map(|column| column.values.to_vec())
     });

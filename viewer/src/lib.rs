@@ -21,6 +21,7 @@ pub mod past;
 pub mod picture;
 pub mod plans;
 pub mod playhead;
+pub mod sections;
 pub mod stage;
 pub mod svg;
 mod video;

@@ -11,6 +11,7 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use regatta_interface::robot_filter::{RobotSet, is_in};
+use regatta_plugin::column::{GOAL, WAITS_FOR};
 use regatta_plugin::{
     ColumnReader, FleetName, Participant, ReadError, Result, RouteClient, Subscriber, WorldReader,
 };
@@ -158,8 +159,8 @@ impl Watcher {
             frames: Subscriber::open_on(participant)?,
             worlds: WorldReader::open_on(participant)?,
             places: Places::default(),
-            goals: ColumnReader::open_on(participant, "goal")?,
-            waits: ColumnReader::open_on(participant, "waits-for")?,
+            goals: ColumnReader::open_on(participant, GOAL.name())?,
+            waits: ColumnReader::open_on(participant, WAITS_FOR.name())?,
             client: RouteClient::open_on(participant)?,
             collector: Collector::new(),
             ask_at: None,

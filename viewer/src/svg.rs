@@ -8,7 +8,7 @@ use regatta_interface::footprint::Footprint;
 use regatta_interface::plan::{metres_text, round_step};
 use regatta_interface::text::with_plural;
 use regatta_plugin::frame::{Frame, RobotState};
-use regatta_plugin::world::{EdgeRecord, NodeRecord, NodeRole, RobotTypeRecord};
+use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord, Role};
 use regatta_plugin::{Result, World};
 use regatta_scene::camera::Bounds;
 use regatta_scene::curves::midpoint;
@@ -200,7 +200,7 @@ fn draw_nodes(svg: &mut Svg, plan: &Plan<'_>, per_metre: f32) {
     svg.element("g").set("id", "nodes").fill(hex(plan.theme.colours().node)).open();
     for node in plan.nodes() {
         let at = Vec2::new(node.x, node.y) + plan.offset;
-        let radius = if node.role() == NodeRole::None { 0.35 } else { 0.7 };
+        let radius = if node.role() == Role::None { 0.35 } else { 0.7 };
         svg.circle(at, radius / per_metre).set("id", format_args!("n{}", node.id)).open();
         svg.element("title").content(plan.world.text(node.name));
         svg.close();

@@ -31,7 +31,7 @@ use regatta_plugin::records::lockstep::Done;
 use regatta_plugin::route::{RouteRequest, RouteResponse};
 use regatta_plugin::traffic::{EdgeTraffic, TrafficHeader};
 use regatta_plugin::world::{
-    CurveRecord, EdgeRecord, NodeRecord, NodeRole, RobotTypeRecord, Shape, WorldHeader,
+    CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Role, Shape, WorldHeader,
 };
 use regatta_plugin::{
     ColumnReader, CommandLogReader, ContactEventReader, ContactReader, FleetName, HistoryReader,
@@ -122,7 +122,7 @@ fn all_enums() -> Map<String, Value> {
         RobotState { Idle, Driving, Waiting, Held, Faulted, Turning, Stalled, Broken, Absent }
         ClockState { Running, Paused, Stopped }
         Shape { Rectangle, Circle }
-        NodeRole { None, Pick, Drop, Park, Charge }
+        Role { None, Pick, Drop, Park, Charge }
         CommandKind { Leg, Assign, Extend, Cancel, Hold, Resume, SpawnAtNode, SpawnOnEdge, Remove, Release, Break,
             Repair, CloseEdge, OpenEdge }
         EventKind { ReachedNode, RouteDone, WaitingForRelease, Held, Resumed, Accepted, Refused, Spawned, Removed, Faulted,

@@ -6,7 +6,7 @@
 //! charger, and a reserve.
 
 use regatta_plugin::World;
-use regatta_plugin::world::{NodeRole, RobotTypeRecord};
+use regatta_plugin::world::{RobotTypeRecord, Role};
 
 use crate::roads::Roads;
 
@@ -156,7 +156,7 @@ enum Phase {
 impl Charging {
     /// Takes the chargers and the batteries of a world.
     pub fn new(world: &World<'_>, settings: ChargingSettings) -> Self {
-        let chargers = (0..).zip(world.nodes()).filter(|(_, node)| node.role() == NodeRole::Charge);
+        let chargers = (0..).zip(world.nodes()).filter(|(_, node)| node.role() == Role::Charge);
         Self {
             settings,
             types: world.robot_types().iter().map(Battery::of).collect(),

@@ -3,6 +3,7 @@
 
 use std::time::Duration;
 
+use regatta_plugin::column::{ACTIVITY, GOAL, WAITS_FOR};
 use regatta_plugin::ports::columns::ColumnPublisher;
 use regatta_plugin::{Frame, Participant, Result};
 
@@ -21,9 +22,9 @@ impl ManagerColumns {
     /// Opens the columns of a fleet.
     pub fn open_on(fleet: &Participant) -> Result<Self> {
         Ok(Self {
-            activity: ColumnPublisher::open_on(fleet, "activity")?,
-            waits_for: ColumnPublisher::open_on(fleet, "waits-for")?,
-            goal: ColumnPublisher::open_on(fleet, "goal")?,
+            activity: ColumnPublisher::open_on(fleet, ACTIVITY.name())?,
+            waits_for: ColumnPublisher::open_on(fleet, WAITS_FOR.name())?,
+            goal: ColumnPublisher::open_on(fleet, GOAL.name())?,
             values: Vec::new(),
         })
     }

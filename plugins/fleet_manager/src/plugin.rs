@@ -10,6 +10,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use clap::Parser;
+use regatta_plugin::column::{BATTERY, TYPE};
 use regatta_plugin::command::RouteLeg;
 use regatta_plugin::event::EventKind;
 use regatta_plugin::frame::RobotState;
@@ -303,8 +304,8 @@ impl Plugin for FleetManager {
             commands: Commands::open_on(fleet)?,
             orders: OrderPublisher::open_on(fleet).map_err(only_one)?,
             columns: ManagerColumns::open_on(fleet)?,
-            types: ColumnReader::open_on(fleet, "type")?,
-            batteries: ColumnReader::open_on(fleet, "battery")?,
+            types: ColumnReader::open_on(fleet, TYPE.name())?,
+            batteries: ColumnReader::open_on(fleet, BATTERY.name())?,
             closures: ClosureReader::open_on(fleet)?,
             requests: ManagerServer::open_on(fleet)?,
         });

@@ -2,7 +2,7 @@
 
 use bytemuck::{Pod, Zeroable};
 use regatta_plugin::World;
-use regatta_plugin::world::NodeRole;
+use regatta_plugin::world::Role;
 use wgpu::{
     BindGroupLayout, PrimitiveTopology, RenderPass, RenderPipeline, VertexBufferLayout,
     VertexStepMode, vertex_attr_array,
@@ -19,7 +19,7 @@ use super::shaders::shader;
 struct Station {
     /// Metres east and north of the world's origin.
     place: [f32; 2],
-    /// A [`NodeRole`].
+    /// A [`Role`].
     role: u32,
 }
 
@@ -58,10 +58,8 @@ impl Stations {
     /// Takes the stations of a world.
     pub fn load(&mut self, gpu: &Gpu, world: &World<'_>, level: Option<&str>) {
         let is_shown = |level_of: u32| level.is_none_or(|level| world.text(level_of) == level);
-        let nodes = world
-            .nodes()
-            .iter()
-            .filter(|node| node.role() != NodeRole::None && is_shown(node.level));
+        let nodes =
+            world.nodes().iter().filter(|node| node.role() != Role::None && is_shown(node.level));
         let stations: Vec<_> =
             nodes.map(|node| Station { place: [node.x, node.y], role: node.role }).collect();
         self.stations.set(gpu, &stations);

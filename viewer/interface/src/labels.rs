@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashSet};
 use egui::{Align2, Context, FontId, LayerId, Rect, pos2};
 use glam::Vec2;
 use regatta_plugin::World;
-use regatta_plugin::world::{NodeRecord, NodeRole};
+use regatta_plugin::world::{NodeRecord, Role};
 use regatta_scene::camera::Camera;
 use regatta_scene::curves::midpoint;
 use regatta_scene::palette::Theme;
@@ -226,7 +226,7 @@ pub fn levels(world: &World<'_>) -> Vec<String> {
 /// Returns the name of a node with a role, or its role and id; `None` without a role.
 fn station_of(world: &World<'_>, node: &NodeRecord) -> Option<Box<str>> {
     match (node.role(), world.text(node.name)) {
-        (NodeRole::None, _) => None,
+        (Role::None, _) => None,
         (role, "") => Some(format!("{} {}", role.name(), node.id).into()),
         (_, name) => Some(name.into()),
     }
@@ -294,7 +294,7 @@ mod tests {
     fn a_station_has_its_name_and_keeps_room_for_it() {
         let mut world = WorldData::default();
         let name = world.texts.add("inbound dock 4");
-        let station = |id, name, x, role: NodeRole| NodeRecord {
+        let station = |id, name, x, role: Role| NodeRecord {
             id,
             name,
             x,
@@ -302,9 +302,9 @@ mod tests {
             ..NodeRecord::default()
         };
         world.nodes = vec![
-            station(1, name, 0.0, NodeRole::Pick),
-            station(2, 0, 6.0, NodeRole::Charge),
-            station(3, name, -6.0, NodeRole::None),
+            station(1, name, 0.0, Role::Pick),
+            station(2, 0, 6.0, Role::Charge),
+            station(3, name, -6.0, Role::None),
         ];
         let labels = Labels::new(&world.view(1, 1), None);
         let near = labels.visible(&over(0.0, 20.0), Vec2::ZERO, SIZE);

@@ -4,7 +4,7 @@ use egui::{RichText, Ui};
 use egui_plot::{Line, Plot};
 use regatta_plugin::contact::ContactLevel;
 use regatta_plugin::frame::{Frame, NO_EDGE, RobotState};
-use regatta_plugin::world::{NodeRole, Orientation};
+use regatta_plugin::world::{Orientation, Role};
 use regatta_scene::route::Remaining;
 
 use super::camera_controller::Follow;
@@ -299,7 +299,7 @@ impl Interface {
         };
         ui.label(RichText::new(format!("Node {}", node.id)).size(20.0));
         self.texts(ui, model, [node.name, node.level, node.zone]);
-        if node.role() != NodeRole::None {
+        if node.role() != Role::None {
             line(ui, theme, "role", node.role().name());
         }
         let offset = self.settings.offset;

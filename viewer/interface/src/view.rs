@@ -4,6 +4,7 @@ use std::path::Path;
 
 use egui::{DragValue, Key, Role, Slider, TextEdit, Ui, WidgetInfo};
 use glam::Vec3;
+use regatta_plugin::column::{GOAL, WAITS_FOR};
 use regatta_scene::palette::Colouring;
 use regatta_scene::plans::{Coverage, PlanFacts};
 use regatta_scene::{Light, MAX_LIGHTS};
@@ -286,7 +287,7 @@ fn colourings(model: &ViewModel<'_>) -> Vec<String> {
         .map(|colouring| colouring.to_string());
     let columns = model.columns.iter().map(ToString::to_string);
     // Ids make no colours, and the names are listed as long as this viewer reads them.
-    let ids = ["goal", "waits-for"];
+    let ids = [GOAL.name(), WAITS_FOR.name()];
     let columns: Vec<_> =
         columns.filter(|name| !built_in.contains(name) && !ids.contains(&name.as_str())).collect();
     built_in.into_iter().chain(columns).collect()

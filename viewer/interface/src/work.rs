@@ -2,6 +2,7 @@
 
 use egui::Ui;
 use regatta_plugin::activity::Activity;
+use regatta_plugin::column::{ACTIVITY, BATTERY, GOAL, WAITS_FOR};
 use regatta_plugin::order::StopAction;
 use regatta_plugin::world::NodeRecord;
 
@@ -10,7 +11,7 @@ use super::style::{self, heading, line};
 use super::view_model::{Item, ViewModel};
 
 /// The columns that this part shows.
-pub const COLUMNS: [&str; 4] = ["activity", "waits-for", "goal", "battery"];
+pub const COLUMNS: [&str; 4] = [ACTIVITY.name(), WAITS_FOR.name(), GOAL.name(), BATTERY.name()];
 
 impl Interface {
     /// Shows what the selected robot does, for whom it waits, where it goes, its order and its
@@ -24,12 +25,8 @@ impl Interface {
         }
         heading(ui, theme, "work");
         if let Some(activity) = activity {
-            line(
-                ui,
-                theme,
-                "does",
-                Activity::from_value(activity).map_or("unknown", Activity::name),
-            );
+            let name = ACTIVITY.element(activity).map_or("unknown", Activity::name);
+            line(ui, theme, "does", name);
         }
         self.order(ui, model);
         let mut next = None;
@@ -40,12 +37,12 @@ impl Interface {
             }
         }
         if let Some(other) = waits_for {
-            let other = (other >= 0.0).then_some(other as u32);
+            let other = WAITS_FOR.element(other);
             if link(ui, theme, "waits for", other.map(|id| format!("robot {id}"))) {
                 next = other.map(Item::Robot);
             }
         }
-        if let Some(charge) = battery.filter(|charge| charge.is_finite()) {
+        if let Some(charge) = battery.and_then(|value| BATTERY.element(value)) {
             line(ui, theme, "battery", format!("{charge:.0} %"));
         }
         if next.is_some() {
@@ -99,7 +96,7 @@ fn link(
 
 /// Returns the node of a value of the column `goal`, with its index in the world.
 fn node_of<'a>(model: &ViewModel<'a>, value: f32) -> Option<(u32, &'a NodeRecord)> {
-    let id = (value >= 0.0).then_some(value as u32)?;
+    let id = GOAL.element(value)?;
     (0..).zip(model.world.nodes()).find(|(_, node)| node.id == id)
 }
 

@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use regatta_interface::log::{AlarmChange, Entry, Kind, LogReport, Severity};
 use regatta_interface::text::with_plural;
+use regatta_plugin::column::GOAL;
 use regatta_plugin::frame::Frame;
 use regatta_plugin::{
     ColumnReader, ContactEventReader, EventReader, FleetName, OrderReader, Participant, ReadError,
@@ -119,7 +120,7 @@ impl LogCollector {
                 orders: OrderReader::open_on(participant)?,
             },
             now: Now::open(participant)?,
-            goals: ColumnReader::open_on(participant, "goal")?,
+            goals: ColumnReader::open_on(participant, GOAL.name())?,
             run_id: 0,
             looks: 0,
             health: Health::default(),

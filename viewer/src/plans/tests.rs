@@ -1,5 +1,6 @@
 use std::time::{Duration, Instant};
 
+use regatta_plugin::column::{GOAL, WAITS_FOR};
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::route::RouteResponse;
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
@@ -30,8 +31,8 @@ fn world() -> WorldData {
 /// Publishes a frame of three robots, with the columns of a fleet manager: the first two wait for
 /// each other.
 fn publish(producer: &mut ProducerPorts, tick: u64) {
-    producer.publish_column("goal", tick, &[12.0, 12.0, f32::NAN]).expect("a column");
-    producer.publish_column("waits-for", tick, &[1.0, 0.0, f32::NAN]).expect("a column");
+    producer.publish_column(GOAL.name(), tick, &[12.0, 12.0, f32::NAN]).expect("a column");
+    producer.publish_column(WAITS_FOR.name(), tick, &[1.0, 0.0, f32::NAN]).expect("a column");
     let mut frame = producer.loan(3).expect("a frame");
     frame.header_mut().tick = tick;
     let columns = frame.columns_mut();

@@ -29,7 +29,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use regatta_base::yaml::{self, Fields, Node};
-use regatta_plugin::world::NodeRole;
+use regatta_plugin::world::Role;
 
 use super::file::{FileError, text_of};
 use super::places::Places;
@@ -148,7 +148,7 @@ fn generator(
     let has_ends = fields.get("from").is_some() || fields.get("to").is_some();
     let stops = match arrival {
         Arrival::Endless(_) if !has_ends => {
-            Stops::One(groups.find(fields.get("among"), NodeRole::None)?)
+            Stops::One(groups.find(fields.get("among"), Role::None)?)
         }
         _ => transports(value, fields, groups)?,
     };
@@ -196,8 +196,8 @@ fn transports(
             "`among` is for an endless load of orders with one stop, without `from` and `to`",
         ));
     }
-    let from = groups.find(fields.get("from"), NodeRole::Pick)?;
-    let to = groups.find(fields.get("to"), NodeRole::Drop)?;
+    let from = groups.find(fields.get("from"), Role::Pick)?;
+    let to = groups.find(fields.get("to"), Role::Drop)?;
     if from.len() == 1 && from == to {
         return Err(value.error("`from` and `to` are the same single node"));
     }
@@ -252,11 +252,11 @@ impl<'places> Groups<'places> {
 
     /// Returns the nodes that a field names, or those of the role, or all if none has it; but no
     /// chargers.
-    fn find(&self, field: Option<&Node>, role: NodeRole) -> Result<Vec<u32>, yaml::Error> {
+    fn find(&self, field: Option<&Node>, role: Role) -> Result<Vec<u32>, yaml::Error> {
         let Some(field) = field else {
             let nodes = self.with_role(role);
-            if nodes.is_empty() || role == NodeRole::None {
-                return Ok(self.places.nodes(|place| place.role != NodeRole::Charge));
+            if nodes.is_empty() || role == Role::None {
+                return Ok(self.places.nodes(|place| place.role != Role::Charge));
             }
             return Ok(nodes);
         };
@@ -269,7 +269,7 @@ impl<'places> Groups<'places> {
         }
     }
 
-    fn with_role(&self, role: NodeRole) -> Vec<u32> {
+    fn with_role(&self, role: Role) -> Vec<u32> {
         self.places.nodes(|place| place.role == role)
     }
 }
@@ -300,11 +300,11 @@ fn matching(value: &Node, places: &Places) -> Result<Vec<u32>, yaml::Error> {
     }))
 }
 
-fn role_named(name: &str) -> Option<NodeRole> {
-    NodeRole::ALL.into_iter().find(|role| role.name() == name)
+fn role_named(name: &str) -> Option<Role> {
+    Role::ALL.into_iter().find(|role| role.name() == name)
 }
 
-fn node_role(value: &Node) -> Result<NodeRole, yaml::Error> {
+fn node_role(value: &Node) -> Result<Role, yaml::Error> {
     let name = value.text()?;
     role_named(&name).ok_or_else(|| value.error(format!("unknown role `{name}`")))
 }

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use regatta_plugin::World;
-use regatta_plugin::world::NodeRole;
+use regatta_plugin::world::Role;
 
 /// A node of the world.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -15,7 +15,7 @@ pub struct Place {
     /// Zone; empty for none.
     pub zone: String,
     /// The role of the node.
-    pub role: NodeRole,
+    pub role: Role,
     /// Metres east and north of the world's origin.
     pub position: [f32; 2],
 }

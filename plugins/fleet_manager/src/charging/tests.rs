@@ -30,7 +30,7 @@ fn ring(chargers: u32) -> WorldData {
     world.nodes = (0..RING).map(|id| node(id, id as f32, 64.0)).collect();
     let bays: Vec<u32> = (0..chargers).map(|charger| charger * RING / chargers).collect();
     let charger = |(id, at): (u32, &u32)| NodeRecord {
-        role: NodeRole::Charge as u32,
+        role: Role::Charge as u32,
         ..node(RING + id, *at as f32 + 0.5, 70.0)
     };
     world.nodes.extend((0..).zip(&bays).map(charger));
