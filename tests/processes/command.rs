@@ -1,5 +1,5 @@
-//! `regatta command` and `regatta robots break|repair`: commands to robots, and requests to the fleet
-//! manager.
+//! `regatta command` and `regatta robots break|repair`: commands to robots, and requests to the
+//! fleet manager.
 
 use std::process::Output;
 
@@ -92,7 +92,8 @@ fn answer(fleet: &Fleet, arguments: &[&str]) -> String {
 fn warehouse() -> (TempDir, Fleet) {
     let folder = TempDir::new().expect("a folder");
     let scenario = format!(
-        "graph: {}\nrate: 50\npublish_rate: 10\nseed: 3\nrobot_types:\n- {{name: amr, length: 0.9, width: 0.6}}\n\
+        "graph: {}\nrate: 50\npublish_rate: 10\nseed: 3\n\
+         robot_types:\n- {{name: amr, length: 0.9, width: 0.6}}\n\
          robots:\n- {{count: 20, routes: none}}\n",
         graphs("warehouse.yaml").display()
     );

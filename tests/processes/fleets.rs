@@ -29,7 +29,8 @@ fn list_shows_who_produces_a_fleet_and_how_it_is() {
     });
     let name = fleet.name.as_str();
     let expected = json!({
-        "fleet": name, "producer": "engine", "pid": pid, "robots": 30, "rate_hz": 50.0, "state": "running",
+        "fleet": name, "producer": "engine", "pid": pid, "robots": 30, "rate_hz": 50.0,
+        "state": "running",
     });
     assert_eq!(entry, expected);
     assert!(command(&["pause"], &fleet.name).status.success());

@@ -39,7 +39,10 @@ fn a_pause_ends_a_step(fleet: &FleetName) {
     eventually("the stepper's answer", || stepping.is_finished().then_some(()));
     let refused = stepping.join().expect("no panic");
     assert!(
-        matches!(&refused, Err(ControlError::Refused { reason, .. }) if reason.contains("a pause ended the step")),
+        matches!(
+            &refused,
+            Err(ControlError::Refused { reason, .. }) if reason.contains("a pause ended the step")
+        ),
         "{refused:?}"
     );
     let status = pausing.status().expect("answered");
@@ -136,7 +139,10 @@ fn a_step_beyond_the_end_of_a_run_is_refused_by_every_producer() {
         control.speed(f32::INFINITY).expect("changed");
         let refused = control.step(100_000);
         assert!(
-            matches!(&refused, Err(ControlError::Refused { reason, .. }) if reason.contains("the end of the run")),
+            matches!(
+                &refused,
+                Err(ControlError::Refused { reason, .. }) if reason.contains("the end of the run")
+            ),
             "{fleet}: {refused:?}"
         );
     }

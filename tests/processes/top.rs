@@ -231,12 +231,11 @@ fn collisions_are_listed_and_scroll() {
     let mut frames = fleet.subscriber();
     let (run_id, tick) =
         eventually("a frame", || frames.latest().ok()?.map(|frame| (frame.run_id(), frame.tick())));
-    let pair = |k: u32| ContactRecord {
-        robots: [100 + k, 200 + k],
-        level: if k < 3 { 2 } else { 1 },
-        ..Default::default()
-    };
-    let pairs: Vec<_> = (0..40).map(pair).collect();
+    let mut pairs = Vec::new();
+    for k in 0..40 {
+        let level = if k < 3 { 2 } else { 1 };
+        pairs.push(ContactRecord { robots: [100 + k, 200 + k], level, ..Default::default() });
+    }
     let header =
         ContactHeader { run_id, tick, touching: 3, possible: 37, ..ContactHeader::default() };
     let top = top(&fleet.name);
