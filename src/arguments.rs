@@ -59,7 +59,7 @@ pub struct LayoutArgs {
     /// Vehicle type of a LIF layout whose speeds and headings are used; the first if not given
     #[arg(long, value_name = "NAME")]
     pub vehicle_type: Option<String>,
-    /// Layer of a drawing whose lines are edges, the others are background; repeat it for several
+    /// Layer of a drawing whose lines are edges; other layers are background; may be repeated
     #[arg(long = "layer", value_name = "NAME")]
     pub layers: Vec<String>,
     /// Unit of a drawing instead of its own

@@ -43,14 +43,12 @@ pub struct RunArgs {
     /// Scenario or layout file, - for standard input; the built-in demo if not given.
     #[arg(value_hint = clap::ValueHint::FilePath)]
     scenario: Option<PathBuf>,
-    /// Run the built-in demo without the fleet manager: robots drive at random, and touch each
-    /// other.
+    /// Run the built-in demo without the fleet manager: robots drive at random, and may collide.
     #[arg(long, conflicts_with = "scenario")]
     unmanaged: bool,
     #[command(flatten)]
     options: EngineOptions,
-    /// Stop after this time on the wall clock, however fast the fleet runs: 10 (seconds), 5min, 1h
-    /// …
+    /// Stop after this wall time, at any speed of the fleet: 10 (seconds), 5min, 1h …
     #[arg(long = "for", value_name = "TIME")]
     time_limit: Option<Time>,
     /// Print JSON: a line about the fleet, then its status once per second.
@@ -321,7 +319,8 @@ mod tests {
     #[test]
     fn the_viewer_receives_the_lights_and_cameras_of_the_scenario() {
         let lights = "[{x: -1.5, y: 2, z: 3}, {x: 4, y: 5e2, z: 6, colour: [1, 0.5, 0.25]}]";
-        let cameras = "[{name: dock, x: 4, y: -3, z: 12, yaw: 1.5, pitch: 0.9}, {name: west hall, x: 2.5, y: 1, height: 40}]";
+        let cameras = "[{name: dock, x: 4, y: -3, z: 12, yaw: 1.5, pitch: 0.9}, \
+            {name: west hall, x: 2.5, y: 1, height: 40}]";
         let text = format!(
             "graph: none.yaml\nlights: {lights}\ncameras: {cameras}\nrobots: [{{node: 1}}]\n"
         );

@@ -101,13 +101,13 @@ fn fields(line: &str, separator: char) -> [f64; 4] {
 
 /// Whether two frames hold the same poses, as far as lines with three decimals can tell.
 fn agree(ours: &Frame<'_>, theirs: &Frame<'_>) -> bool {
-    let near = |a: f32, b: f32, tolerance: f32| (a - b).abs() <= tolerance;
-    let turned = |a: f32, b: f32| (a - b).abs().min(core::f32::consts::TAU - (a - b).abs());
+    const TOLERANCE: f32 = 0.000_51;
     ours.len() == theirs.len()
         && (0..ours.len()).all(|robot| {
-            near(ours.x()[robot], theirs.x()[robot], 0.000_51)
-                && near(ours.y()[robot], theirs.y()[robot], 0.000_51)
-                && turned(ours.theta()[robot], theirs.theta()[robot]) <= 0.000_51_f32.to_radians()
+            let turn = (ours.theta()[robot] - theirs.theta()[robot]).abs();
+            (ours.x()[robot] - theirs.x()[robot]).abs() <= TOLERANCE
+                && (ours.y()[robot] - theirs.y()[robot]).abs() <= TOLERANCE
+                && turn.min(core::f32::consts::TAU - turn) <= TOLERANCE.to_radians()
         })
 }
 
