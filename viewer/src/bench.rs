@@ -147,8 +147,7 @@ impl Bench<'_> {
             renderer.push_frame(&frame);
             renderer.set_values(Some(frame.speed()));
             times.upload = start.elapsed().as_secs_f64();
-            let mut encoder =
-                self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let mut encoder = self.gpu.encoder();
             let camera = &Self::turned(camera, view, number as u64);
             let picture =
                 Picture { camera, scene: &scene, legend: &legend, size, within: None, alpha: 0.5 };
@@ -201,8 +200,7 @@ impl Bench<'_> {
             }
             let uploaded = start.elapsed().as_secs_f64();
             times.upload = uploaded - times.read;
-            let mut encoder =
-                self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let mut encoder = self.gpu.encoder();
             let (size, alpha) = (self.offscreen.size(), stage.alpha(start));
             number += 1;
             stage.draw(

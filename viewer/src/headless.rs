@@ -367,8 +367,7 @@ impl HeadlessViewer<'_> {
     /// Draws a picture. Returns the names of the annotations that it has no room for, too.
     fn draw(&mut self, alpha: f32) -> Result<(RgbaImage, Vec<&'static str>)> {
         let camera = self.camera();
-        let mut encoder =
-            self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut encoder = self.gpu.encoder();
         let size = self.size();
         self.stage.draw(&mut encoder, &self.offscreen.view, &camera, size, alpha);
         let (target, legend) = ((&self.offscreen.overlay, size), self.stage.legend());
