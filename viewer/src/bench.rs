@@ -17,7 +17,7 @@ use regatta_scene::{Detail, Scene};
 use crate::options::Options;
 use crate::picture::{FORMAT, Offscreen};
 use crate::stage::Stage;
-use crate::watching::Inbox;
+use crate::worker::Inbox;
 use synthetic::SyntheticFleet;
 
 /// The time limit of a measurement, after the least number of pictures.
@@ -176,8 +176,8 @@ impl Bench<'_> {
             std::thread::sleep(Duration::from_millis(5));
         }
         let camera = self.camera(view, stage.bounds());
-        let plans = Inbox::open(&self.options.fleet, stage.plan_watch())?;
-        let jams = Inbox::open(&self.options.fleet, stage.jam_watch())?;
+        let plans = Inbox::open(&self.options.fleet, stage.plan_query())?;
+        let jams = Inbox::open(&self.options.fleet, stage.jam_query())?;
         let (mut failed, mut number) = (None, 0);
         let times = self.measure(|times| {
             let start = Instant::now();
