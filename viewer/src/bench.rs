@@ -17,7 +17,7 @@ use regatta_scene::{Detail, Scene};
 use crate::options::Options;
 use crate::picture::{FORMAT, Offscreen};
 use crate::stage::Stage;
-use crate::watching::Inbox;
+use crate::worker::Inbox;
 use synthetic::SyntheticFleet;
 
 /// The time limit of a measurement, after the least number of pictures.
@@ -147,8 +147,7 @@ impl Bench<'_> {
             renderer.push_frame(&frame);
             renderer.set_values(Some(frame.speed()));
             times.upload = start.elapsed().as_secs_f64();
-            let mut encoder =
-                self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let mut encoder = self.gpu.encoder();
             let camera = &Self::turned(camera, view, number as u64);
             let picture =
                 Picture { camera, scene: &scene, legend: &legend, size, within: None, alpha: 0.5 };
@@ -177,8 +176,8 @@ impl Bench<'_> {
             std::thread::sleep(Duration::from_millis(5));
         }
         let camera = self.camera(view, stage.bounds());
-        let plans = Inbox::open(&self.options.fleet, stage.plan_watch())?;
-        let jams = Inbox::open(&self.options.fleet, stage.jam_watch())?;
+        let plans = Inbox::open(&self.options.fleet, stage.plan_query())?;
+        let jams = Inbox::open(&self.options.fleet, stage.jam_query())?;
         let (mut failed, mut number) = (None, 0);
         let times = self.measure(|times| {
             let start = Instant::now();
@@ -201,8 +200,7 @@ impl Bench<'_> {
             }
             let uploaded = start.elapsed().as_secs_f64();
             times.upload = uploaded - times.read;
-            let mut encoder =
-                self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let mut encoder = self.gpu.encoder();
             let (size, alpha) = (self.offscreen.size(), stage.alpha(start));
             number += 1;
             stage.draw(

@@ -28,14 +28,14 @@ use regatta_scene::plans::PlanFacts;
 
 use crate::caption::{Annotations, Caption, pixels_per_point};
 use crate::feed::News;
-use crate::jams::Watch as JamWatched;
+use crate::jams::JamQuery;
 use crate::link::routes::RoutePoller;
 use crate::options::Options;
 use crate::picture::{FORMAT, Offscreen, write_png};
-use crate::plans::Watch;
+use crate::plans::PlanQuery;
 use crate::stage::Stage;
 use crate::video::VideoWriter;
-use crate::watching::Inbox;
+use crate::worker::Inbox;
 use levels::Part;
 
 /// The time between two polls for new data.
@@ -52,8 +52,8 @@ struct HeadlessViewer<'a> {
     participant: Participant,
     stage: Stage,
     routes: RoutePoller,
-    plans: Option<Inbox<Watch>>,
-    jams: Option<Inbox<JamWatched>>,
+    plans: Option<Inbox<PlanQuery>>,
+    jams: Option<Inbox<JamQuery>>,
     offscreen: Offscreen,
     caption: Caption,
     /// The time of the picture, where it isn't that of the newest frame, in seconds.
@@ -93,12 +93,12 @@ pub fn run(options: &Options) -> Result {
     );
     let followed = options.follow.iter().chain(&options.look.select).copied().collect();
     // A film reads them with each frame, so that they don't depend on when a thread wakes.
-    let watch = Watch { selected: followed, ..stage.plan_watch() };
+    let watch = PlanQuery { selected: followed, ..stage.plan_query() };
     let plans = if options.film.is_some() { None } else { Inbox::open(&options.fleet, watch)? };
     let jams = if options.film.is_some() || options.counts_traffic() {
         None
     } else {
-        Inbox::open(&options.fleet, stage.jam_watch())?
+        Inbox::open(&options.fleet, stage.jam_query())?
     };
     let caption = Caption::new(&gpu);
     let mut viewer = HeadlessViewer {
@@ -367,8 +367,7 @@ impl HeadlessViewer<'_> {
     /// Draws a picture. Returns the names of the annotations that it has no room for, too.
     fn draw(&mut self, alpha: f32) -> Result<(RgbaImage, Vec<&'static str>)> {
         let camera = self.camera();
-        let mut encoder =
-            self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut encoder = self.gpu.encoder();
         let size = self.size();
         self.stage.draw(&mut encoder, &self.offscreen.view, &camera, size, alpha);
         let (target, legend) = ((&self.offscreen.overlay, size), self.stage.legend());

@@ -26,10 +26,10 @@ use regatta_scene::route::{Remaining, remaining_route};
 use wgpu::{CommandEncoder, TextureView};
 
 use crate::feed::{Feed, News};
+use crate::frame_history::FrameHistory;
 use crate::jams;
-use crate::jams::{JamReport, Watch as JamWatched};
-use crate::past::Past;
-use crate::plans::Watch;
+use crate::jams::{JamQuery, JamReport};
+use crate::plans::PlanQuery;
 use crate::playhead::Playhead;
 use crate::svg;
 use further_levels::{LevelView, all};
@@ -46,7 +46,7 @@ pub struct Stage {
     /// The content and the style of pictures.
     pub scene: Scene,
     /// The last minutes of a live run; `None` if they aren't kept.
-    pub past: Option<Past>,
+    pub history: Option<FrameHistory>,
     /// The run and the simulated time that are shown instead of the newest frame, in nanoseconds.
     looking_back: Option<(u64, u64)>,
     playhead: Playhead,
@@ -84,7 +84,7 @@ impl Stage {
             renderer,
             further_levels: Vec::new(),
             scene,
-            past: None,
+            history: None,
             looking_back: None,
             playhead: Playhead::new(),
             graph_bounds: None,
@@ -141,8 +141,8 @@ impl Stage {
         self.update_closed(news, !has_graph);
         if let Some(frame) = self.feed.frame().filter(|_| news.frame) {
             let is_live = self.feed.recording().is_none();
-            if let Some(past) = self.past.as_mut().filter(|_| is_live) {
-                past.take(&frame);
+            if let Some(history) = self.history.as_mut().filter(|_| is_live) {
+                history.take(&frame);
             }
             self.looking_back = self.looking_back.filter(|(run, _)| *run == frame.run_id());
             self.playhead.push(&frame, now);
@@ -164,8 +164,8 @@ impl Stage {
 
     /// The frame that is shown: the newest one, or one of the past.
     pub fn frame(&self) -> Option<Frame<'_>> {
-        match (self.looking_back, &self.past) {
-            (Some((_, time)), Some(past)) => past.at(time),
+        match (self.looking_back, &self.history) {
+            (Some((_, time)), Some(history)) => history.at(time),
             _ => self.feed.frame(),
         }
     }
@@ -190,8 +190,8 @@ impl Stage {
     }
 
     fn live_timeline(&self, frame: &Frame<'_>) -> Option<Timeline<'_>> {
-        let past = self.past.as_ref()?;
-        let (start, end) = past.span()?;
+        let history = self.history.as_ref()?;
+        let (start, end) = history.span()?;
         Some(Timeline {
             name: "live",
             note: "",
@@ -201,7 +201,7 @@ impl Stage {
             searched: u64::MAX,
             left_out: 0,
             marks: &[],
-            live: Some(Live { bytes: past.bytes(), is_past: self.is_looking_back() }),
+            live: Some(Live { bytes: history.bytes(), is_past: self.is_looking_back() }),
         })
     }
 
@@ -217,8 +217,8 @@ impl Stage {
         self.looking_back = run.zip(time);
         // Twice, so that robots don't glide from one time to the other.
         for _ in 0..2 {
-            let frame = match (self.looking_back, &self.past) {
-                (Some((_, time)), Some(past)) => past.at(time),
+            let frame = match (self.looking_back, &self.history) {
+                (Some((_, time)), Some(history)) => history.at(time),
                 _ => self.feed.frame(),
             };
             if let Some(frame) = frame {
@@ -243,9 +243,9 @@ impl Stage {
     }
 
     /// What is to be watched for the scene, of all robots.
-    pub fn plan_watch(&self) -> Watch {
+    pub fn plan_query(&self) -> PlanQuery {
         let Scene { layers, selected, .. } = &self.scene;
-        Watch {
+        PlanQuery {
             plans: layers.plans,
             waits: layers.waits,
             matching: None,
@@ -266,8 +266,8 @@ impl Stage {
     }
 
     /// What is to be watched of where it jams for the pictures.
-    pub fn jam_watch(&self) -> JamWatched {
-        JamWatched { heat: self.scene.heat, ..JamWatched::default() }
+    pub fn jam_query(&self) -> JamQuery {
+        JamQuery { heat: self.scene.heat, ..JamQuery::default() }
     }
 
     /// Takes what was found of where it jams. Returns whether it makes a difference.

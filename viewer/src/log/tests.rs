@@ -6,6 +6,8 @@ use regatta_plugin::event::{EventKind, EventRecord};
 use regatta_plugin::order::NO_ROBOT;
 
 use super::entries::{of_contact, of_event};
+use super::health::about_fleet;
+use super::{MOST_OF_A_KIND, thin_out};
 
 fn event(kind: EventKind, robot: u32) -> (Entry, AlarmChange) {
     of_event(&EventRecord { kind: kind as u32, robot, id: 5, ..EventRecord::default() }, 7)
@@ -89,4 +91,20 @@ fn only_robots_that_touch_are_an_alarm() {
     let (_, change) =
         of_contact(&contact(ContactLevel::Touching, ContactChange::Ended)).expect("an entry");
     assert_eq!(change, AlarmChange::Ends(AlarmKey::Contact([2, 9])));
+}
+
+#[test]
+fn many_entries_at_once_are_counted() {
+    let entry = |number: usize| {
+        (about_fleet(number as u64, Severity::Info, String::new()), AlarmChange::None)
+    };
+    let mut news: Vec<_> = (0..1_000).map(entry).collect();
+    news[900].1 = AlarmChange::Begins(AlarmKey::Standstill);
+    thin_out(&mut news);
+    assert_eq!(news.len(), MOST_OF_A_KIND + 2, "an alarm is never left out");
+    assert!(
+        news.last().is_some_and(|(entry, _)| entry.text.starts_with("800 more")),
+        "{:?}",
+        news.last()
+    );
 }

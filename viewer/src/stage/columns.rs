@@ -49,9 +49,12 @@ impl Stage {
         let is_kept = matches!(self.scene.colouring, Colouring::Speed);
         let values = match (self.looking_back, values) {
             (Some(_), Some(_)) if !is_kept => None,
-            (Some((_, time)), Some(_)) => {
-                Some(self.past.as_ref().and_then(|past| past.at(time)).map(|frame| frame.speed()))
-            }
+            (Some((_, time)), Some(_)) => Some(
+                self.history
+                    .as_ref()
+                    .and_then(|history| history.at(time))
+                    .map(|frame| frame.speed()),
+            ),
             (_, values) => values,
         };
         if let Some(values) = values {

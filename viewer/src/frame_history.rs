@@ -45,20 +45,20 @@ impl KeptFrame {
 
 /// The frames of the current run that are kept.
 #[derive(Debug)]
-pub struct Past {
+pub struct FrameHistory {
     frames: VecDeque<KeptFrame>,
     bytes: usize,
     budget: usize,
 }
 
-impl Default for Past {
+impl Default for FrameHistory {
     fn default() -> Self {
         Self::new(Live::BUDGET)
     }
 }
 
-impl Past {
-    /// Creates an empty past with room for so many bytes.
+impl FrameHistory {
+    /// Creates an empty history with room for so many bytes.
     pub fn new(budget: usize) -> Self {
         Self { frames: VecDeque::new(), bytes: 0, budget }
     }
@@ -125,8 +125,8 @@ mod tests {
 
     use super::*;
 
-    /// Passes frames of so many robots to a past, a tick of 50 ms each.
-    fn run(past: &mut Past, run_id: u64, robots: usize, ticks: std::ops::Range<u64>) {
+    /// Passes frames of so many robots to a history, a tick of 50 ms each.
+    fn run(history: &mut FrameHistory, run_id: u64, robots: usize, ticks: std::ops::Range<u64>) {
         let mut lines = vec![Line::default(); frame_lines(robots)];
         for tick in ticks {
             ColumnsMut::split(&mut lines, robots).x.fill(tick as f32);
@@ -138,39 +138,42 @@ mod tests {
                 stride_lines: stride_lines(robots) as u32,
                 ..FrameHeader::default()
             };
-            past.take(&Frame::new(&header, &lines).expect("a frame"));
+            history.take(&Frame::new(&header, &lines).expect("a frame"));
         }
     }
 
     #[test]
     fn ten_minutes_are_kept_and_found_by_their_times() {
-        let mut past = Past::default();
-        run(&mut past, 1, 10, 0..20_000);
-        let (start, end) = past.span().expect("frames");
+        let mut history = FrameHistory::default();
+        run(&mut history, 1, 10, 0..20_000);
+        let (start, end) = history.span().expect("frames");
         assert_eq!(end, 999_900_000_000);
         assert_eq!(end - start, KEPT);
-        let frame = past.at(700_060_000_000).expect("a frame");
+        let frame = history.at(700_060_000_000).expect("a frame");
         assert_eq!((frame.tick(), frame.x()[9]), (14_000, 14_000.0), "the newest one until then");
-        assert_eq!(past.at(0).expect("the oldest").header().sim_time_nanos, start);
-        assert_eq!((past.after(700_000_000_000), past.after(end)), (Some(700_100_000_000), None));
-        run(&mut past, 2, 10, 0..3);
-        assert_eq!(past.span(), Some((0, 100_000_000)), "another run begins anew");
+        assert_eq!(history.at(0).expect("the oldest").header().sim_time_nanos, start);
+        assert_eq!(
+            (history.after(700_000_000_000), history.after(end)),
+            (Some(700_100_000_000), None)
+        );
+        run(&mut history, 2, 10, 0..3);
+        assert_eq!(history.span(), Some((0, 100_000_000)), "another run begins anew");
     }
 
     #[test]
     fn many_robots_have_fewer_frames_and_never_more_memory() {
-        let mut past = Past::new(1 << 20);
-        run(&mut past, 1, 1000, 0..4000);
-        assert!(past.bytes() <= 1 << 20 && past.bytes() > 900_000, "{}", past.bytes());
-        let frame = past.bytes() / past.frames.len();
+        let mut history = FrameHistory::new(1 << 20);
+        run(&mut history, 1, 1000, 0..4000);
+        assert!(history.bytes() <= 1 << 20 && history.bytes() > 900_000, "{}", history.bytes());
+        let frame = history.bytes() / history.frames.len();
         assert!((25_000..27_000).contains(&frame), "{frame} bytes for a thousand robots");
-        let (start, end) = past.span().expect("frames");
+        let (start, end) = history.span().expect("frames");
         assert_eq!(
-            (end - start) / (past.frames.len() as u64 - 1),
+            (end - start) / (history.frames.len() as u64 - 1),
             INTERVALS.1,
             "and so less than ten minutes"
         );
-        let mut tiny = Past::new(10);
+        let mut tiny = FrameHistory::new(10);
         run(&mut tiny, 1, 1000, 0..100);
         assert_eq!(tiny.frames.len(), 1, "the newest one");
     }
