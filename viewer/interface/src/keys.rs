@@ -1,5 +1,7 @@
 //! The keyboard shortcuts: one table for both their commands and the help.
 
+use std::ops::AddAssign;
+
 use egui::{Context, Event, Key, Modifiers};
 
 /// A command of a keyboard shortcut.
@@ -175,16 +177,16 @@ const SHORTCUTS: &[Shortcut] = &[
 
 /// Keys that move the camera while they are held: keys, motion, text in the help.
 const HELD_KEYS: &[(&[Key], CameraMotion, &str)] = &[
-    (&[Key::W, Key::ArrowUp], CameraMotion([0.0, 1.0, 0.0, 0.0, 0.0]), "forward"),
-    (&[Key::S, Key::ArrowDown], CameraMotion([0.0, -1.0, 0.0, 0.0, 0.0]), "backward"),
-    (&[Key::A, Key::ArrowLeft], CameraMotion([-1.0, 0.0, 0.0, 0.0, 0.0]), "left"),
-    (&[Key::D, Key::ArrowRight], CameraMotion([1.0, 0.0, 0.0, 0.0, 0.0]), "right"),
-    (&[Key::Q], CameraMotion([0.0, 0.0, 1.0, 0.0, 0.0]), "turn left"),
-    (&[Key::E], CameraMotion([0.0, 0.0, -1.0, 0.0, 0.0]), "turn right"),
-    (&[Key::R], CameraMotion([0.0, 0.0, 0.0, 1.0, 0.0]), "tilt down"),
-    (&[Key::V], CameraMotion([0.0, 0.0, 0.0, -1.0, 0.0]), "tilt up"),
-    (&[Key::Plus, Key::Equals], CameraMotion([0.0, 0.0, 0.0, 0.0, -1.0]), "zoom in"),
-    (&[Key::Minus], CameraMotion([0.0, 0.0, 0.0, 0.0, 1.0]), "zoom out"),
+    (&[Key::W, Key::ArrowUp], CameraMotion { forward: 1.0, ..STILL }, "forward"),
+    (&[Key::S, Key::ArrowDown], CameraMotion { forward: -1.0, ..STILL }, "backward"),
+    (&[Key::A, Key::ArrowLeft], CameraMotion { right: -1.0, ..STILL }, "left"),
+    (&[Key::D, Key::ArrowRight], CameraMotion { right: 1.0, ..STILL }, "right"),
+    (&[Key::Q], CameraMotion { turn_left: 1.0, ..STILL }, "turn left"),
+    (&[Key::E], CameraMotion { turn_left: -1.0, ..STILL }, "turn right"),
+    (&[Key::R], CameraMotion { tilt_down: 1.0, ..STILL }, "tilt down"),
+    (&[Key::V], CameraMotion { tilt_down: -1.0, ..STILL }, "tilt up"),
+    (&[Key::Plus, Key::Equals], CameraMotion { zoom_out: -1.0, ..STILL }, "zoom in"),
+    (&[Key::Minus], CameraMotion { zoom_out: 1.0, ..STILL }, "zoom out"),
 ];
 
 /// Gestures of mouse and touchpad, for the help: gesture, effect.
@@ -202,9 +204,34 @@ pub const POINTER_GESTURES: &[(&str, &str)] = &[
     ("click while measuring", "one end, then the other: robots or places"),
 ];
 
-/// The camera motion of held keys: right, forward, turn left, tilt down, zoom out; each -1, 0 or 1.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct CameraMotion(pub [f32; 5]);
+/// The camera motion of held keys; each part is -1, 0 or 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraMotion {
+    /// Over the ground, to the right.
+    pub right: f32,
+    /// Over the ground, forward.
+    pub forward: f32,
+    /// Around the target, to the left.
+    pub turn_left: f32,
+    /// Around the target, downwards.
+    pub tilt_down: f32,
+    /// Away from the target.
+    pub zoom_out: f32,
+}
+
+/// No motion.
+pub const STILL: CameraMotion =
+    CameraMotion { right: 0.0, forward: 0.0, turn_left: 0.0, tilt_down: 0.0, zoom_out: 0.0 };
+
+impl AddAssign for CameraMotion {
+    fn add_assign(&mut self, other: Self) {
+        self.right += other.right;
+        self.forward += other.forward;
+        self.turn_left += other.turn_left;
+        self.tilt_down += other.tilt_down;
+        self.zoom_out += other.zoom_out;
+    }
+}
 
 /// Returns the commands of the keys pressed since the last picture. A text field with the focus
 /// gets all keys but Ctrl+F.
@@ -257,7 +284,7 @@ fn command_of(key: Key, modifiers: Modifiers) -> Option<Command> {
 
 /// Returns the camera motion of the keys that are held.
 pub fn held(context: &Context) -> CameraMotion {
-    let mut all = CameraMotion::default();
+    let mut all = STILL;
     if context.egui_wants_keyboard_input() {
         return all;
     }
@@ -274,7 +301,7 @@ pub fn held(context: &Context) -> CameraMotion {
         }
         for (keys, motion, _) in HELD_KEYS {
             if keys.iter().any(|key| input.key_down(*key)) {
-                all.0.iter_mut().zip(motion.0).for_each(|(all, part)| *all += part);
+                all += *motion;
             }
         }
     });

@@ -50,8 +50,13 @@ pub enum Place {
     None,
     /// An edge, by id.
     Edge(u32),
-    /// Metres east and north.
-    At([f32; 2]),
+    /// A place on the ground.
+    At {
+        /// Metres east.
+        x: f32,
+        /// Metres north.
+        y: f32,
+    },
 }
 
 impl Kind {
@@ -149,15 +154,21 @@ pub struct LogReport {
     pub news: Vec<(Entry, AlarmChange)>,
 }
 
-/// All that is kept.
+/// The numbers of entries and alarms that are not kept.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LogLosses {
+    /// Entries that were forgotten.
+    pub forgotten: u64,
+    /// Alarms that there was no room for.
+    pub left_out: u64,
+}
+
+/// The entries and the alarms of a fleet.
 #[derive(Clone, Debug, Default)]
 pub struct FleetLog {
     entries: VecDeque<Entry>,
     alarms: BTreeMap<AlarmKey, Alarm>,
-    /// Entries that were forgotten.
-    forgotten: u64,
-    /// Alarms that there was no room for.
-    left_out: u64,
+    losses: LogLosses,
     /// Whether a fleet manager steers the robots.
     is_managed: bool,
     /// Whether a recording is replayed, in which nobody has to acknowledge alarms.
@@ -181,14 +192,14 @@ impl FleetLog {
         }
         let surplus = self.entries.len().saturating_sub(MAX_ENTRIES);
         self.entries.drain(..surplus);
-        self.forgotten += surplus as u64;
+        self.losses.forgotten += surplus as u64;
         self.revision += 1;
     }
 
     fn change(&mut self, entry: &Entry, change: AlarmChange) {
         match change {
             AlarmChange::None => {}
-            AlarmChange::Begins(key) if !self.has_room(key) => self.left_out += 1,
+            AlarmChange::Begins(key) if !self.has_room(key) => self.losses.left_out += 1,
             AlarmChange::Begins(key) => {
                 let alarm = Alarm { entry: entry.clone(), is_active: true, is_acknowledged: false };
                 self.alarms.insert(key, alarm);
@@ -215,17 +226,15 @@ impl FleetLog {
         else {
             return false;
         };
-        self.left_out += 1;
+        self.losses.left_out += 1;
         self.alarms.remove(&oldest).is_some()
     }
 
     /// Acknowledges an alarm, or with `None` all. Those that are over disappear.
     pub fn acknowledge(&mut self, key: Option<AlarmKey>) {
-        let is_meant = |other: &AlarmKey| key.is_none_or(|key| key == *other);
-        self.alarms
-            .iter_mut()
-            .filter(|(key, _)| is_meant(key))
-            .for_each(|(_, alarm)| alarm.is_acknowledged = true);
+        for (other, alarm) in &mut self.alarms {
+            alarm.is_acknowledged |= key.is_none_or(|key| key == *other);
+        }
         self.alarms.retain(|_, alarm| alarm.is_active || !alarm.is_acknowledged);
         self.revision += 1;
     }
@@ -250,9 +259,9 @@ impl FleetLog {
         self.alarms.values().filter(|alarm| !alarm.is_acknowledged).count()
     }
 
-    /// The numbers of entries that were forgotten, and of alarms that there was no room for.
-    pub fn losses(&self) -> [u64; 2] {
-        [self.forgotten, self.left_out]
+    /// The entries and the alarms that are no longer there, or never were.
+    pub fn losses(&self) -> LogLosses {
+        self.losses
     }
 
     /// Whether a fleet manager steers the robots.

@@ -45,6 +45,15 @@ pub struct Counts {
     pub skipped: u64,
 }
 
+/// The UDP programs that are running.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RunningUdp {
+    /// Whether the UDP source receives robots.
+    pub receives: bool,
+    /// Whether the UDP sender sends the fleet.
+    pub sends: bool,
+}
+
 /// Everything that the interface shows in one picture.
 #[derive(Clone, Debug)]
 pub struct ViewModel<'a> {
@@ -99,8 +108,8 @@ pub struct ViewModel<'a> {
     pub lag: Option<f64>,
     /// Points of each trail that fit the graphics adapter, of those requested.
     pub trail_points: u32,
-    /// Whether the UDP source and the UDP sender are running.
-    pub udp: [bool; 2],
+    /// The UDP programs that are running.
+    pub udp: RunningUdp,
     /// The recording that is replayed, or what is kept of a live run.
     pub timeline: Option<Timeline<'a>>,
 }
