@@ -48,13 +48,20 @@ pub enum CameraOption {
 
 /// Parses finite numbers below a million, separated by commas.
 pub fn numbers(text: &str, expected: &'static str) -> Result<Vec<f32>, ParseError> {
-    let number = |part: &str| {
-        part.trim().parse::<f32>().ok().filter(|number| number.is_finite() && number.abs() < 1e6)
-    };
-    text.split(',')
-        .map(number)
-        .collect::<Option<_>>()
-        .ok_or(ParseError { text: text.to_owned(), expected })
+    let mut numbers = Vec::new();
+    for part in text.split(',') {
+        match part.trim().parse::<f32>() {
+            Ok(number) if number.is_finite() && number.abs() < 1e6 => numbers.push(number),
+            _ => return Err(ParseError::new(text, expected)),
+        }
+    }
+    Ok(numbers)
+}
+
+impl ParseError {
+    fn new(text: &str, expected: &'static str) -> Self {
+        Self { text: text.to_owned(), expected }
+    }
 }
 
 impl FromStr for Bookmark {
@@ -62,11 +69,12 @@ impl FromStr for Bookmark {
 
     fn from_str(text: &str) -> Result<Self, ParseError> {
         let expected = "a named camera such as dock=4,-3,12,1.57,0.9 or hall=20,10,60";
-        let failed = || ParseError { text: text.to_owned(), expected };
-        let (name, view) =
-            text.split_once('=').filter(|(name, _)| !name.trim().is_empty()).ok_or_else(failed)?;
+        let (name, view) = text
+            .split_once('=')
+            .filter(|(name, _)| !name.trim().is_empty())
+            .ok_or_else(|| ParseError::new(text, expected))?;
         match view.parse()? {
-            CameraOption::Named(_) => Err(failed()),
+            CameraOption::Named(_) => Err(ParseError::new(text, expected)),
             view => Ok(Self { name: name.trim().to_owned(), view }),
         }
     }
@@ -77,7 +85,6 @@ impl FromStr for CameraOption {
 
     fn from_str(text: &str) -> Result<Self, ParseError> {
         let expected = "fit, top, plan, a bookmark's name, x,y,z,yaw,pitch or x,y,height";
-        let failed = || ParseError { text: text.to_owned(), expected };
         let is_name = !text.contains(',') && text.starts_with(char::is_alphabetic);
         match text {
             "fit" => Ok(Self::Fit),
@@ -91,7 +98,7 @@ impl FromStr for CameraOption {
                 [x, y, height] if height > 0.0 => {
                     Ok(Self::Eye(Camera::plan_around(Vec2::new(x, y), height)))
                 }
-                _ => Err(failed()),
+                _ => Err(ParseError::new(text, expected)),
             },
         }
     }

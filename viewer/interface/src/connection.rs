@@ -32,9 +32,8 @@ pub(super) fn show(context: &PanelContext<'_>, udp: &mut UdpSettings, ui: &mut U
         line(ui, "robots", thousands(status.robots.into()));
         line(ui, "ticks", thousands(status.tick));
         line(ui, "late ticks", thousands(status.late_ticks));
-        let cost = |nanos: u64| format!("{:.2} ms", nanos as f64 * 1e-6);
-        line(ui, "tick cost, median", cost(status.tick_cost_p50_nanos));
-        line(ui, "tick cost, 99 %", cost(status.tick_cost_p99_nanos));
+        line(ui, "tick cost, median", millis_text(status.tick_cost_p50_nanos));
+        line(ui, "tick cost, 99 %", millis_text(status.tick_cost_p99_nanos));
         line(ui, "memory", format!("{} MB", status.resident_bytes / 1_000_000));
     } else {
         ui.label(style::faint(ui, "no engine answers"));
@@ -47,6 +46,10 @@ pub(super) fn show(context: &PanelContext<'_>, udp: &mut UdpSettings, ui: &mut U
     udp_source(context, udp, ui);
     heading(ui, "UDP out: this fleet");
     udp_sender(context, udp, ui);
+}
+
+fn millis_text(nanos: u64) -> String {
+    format!("{:.2} ms", nanos as f64 * 1e-6)
 }
 
 fn udp_source(context: &PanelContext<'_>, udp: &mut UdpSettings, ui: &mut Ui) {

@@ -15,9 +15,9 @@ use super::style::{self, faint};
 use crate::jams::Presence;
 use crate::text::thousands;
 
-/// How near the pointer is to an edge, in points.
+/// The largest distance of the pointer from an edge, in points.
 const REACH: f32 = 7.0;
-/// How long the pointer rests before the figures are shown, in seconds.
+/// The time that the pointer rests before the figures are shown, in seconds.
 const REST: f32 = 0.2;
 /// The figures of an edge where no heat map is shown.
 const USUAL: [Figure; 2] = [Figure::Throughput, Figure::Waiting];

@@ -62,26 +62,23 @@ impl FilterChoices {
             OrderFilter::None => "without an order".to_owned(),
             OrderFilter::Number(number) => format!("order {number}"),
         };
-        let shown = ComboBox::from_id_salt("filter order").selected_text(name).width(96.0).show_ui(
-            ui,
-            |ui| {
-                ui.selectable_value(order, OrderFilter::Any, "any order");
-                ui.selectable_value(order, OrderFilter::Some, "with an order");
-                ui.selectable_value(order, OrderFilter::None, "without an order");
-                let field = ui.add(
-                    TextEdit::singleline(number).hint_text("order number").desired_width(84.0),
-                );
-                field.widget_info(|| WidgetInfo::labeled(Role::TextInput, true, "order number"));
-                if let Some(number) = number.trim().parse().ok().filter(|_| field.changed()) {
-                    *order = OrderFilter::Number(number);
-                }
-            },
-        );
-        shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "filter: order"));
+        let combo = ComboBox::from_id_salt("filter order").selected_text(name).width(96.0);
+        style::choice(ui, "filter: order", combo, |ui| {
+            ui.selectable_value(order, OrderFilter::Any, "any order");
+            ui.selectable_value(order, OrderFilter::Some, "with an order");
+            ui.selectable_value(order, OrderFilter::None, "without an order");
+            let field =
+                ui.add(TextEdit::singleline(number).hint_text("order number").desired_width(84.0));
+            field.widget_info(|| WidgetInfo::labeled(Role::TextInput, true, "order number"));
+            if let Some(number) = number.trim().parse().ok().filter(|_| field.changed()) {
+                *order = OrderFilter::Number(number);
+            }
+        });
     }
 }
 
-/// Says how many robots match; without a filter, how many are on the level that alone is shown.
+/// Returns the number of robots that match, as a text; without a filter, the number of those on the
+/// level that alone is shown.
 fn count_text(filter: &Filter, context: &PanelContext<'_>) -> String {
     let is_level_alone = filter.level.is_some() && !context.is_side_by_side;
     let has_conditions = filter.has_conditions();
@@ -114,14 +111,13 @@ pub(super) fn is_matching(context: &PanelContext<'_>, robot: u32) -> bool {
 
 fn state(ui: &mut Ui, filter: &mut Filter) {
     let name = filter.state.map_or("any state", RobotState::name);
-    let shown =
-        ComboBox::from_id_salt("filter state").selected_text(name).width(84.0).show_ui(ui, |ui| {
-            ui.selectable_value(&mut filter.state, None, "any state");
-            for state in STATES {
-                ui.selectable_value(&mut filter.state, Some(state), state.name());
-            }
-        });
-    shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "filter: state"));
+    let combo = ComboBox::from_id_salt("filter state").selected_text(name).width(84.0);
+    style::choice(ui, "filter: state", combo, |ui| {
+        ui.selectable_value(&mut filter.state, None, "any state");
+        for state in STATES {
+            ui.selectable_value(&mut filter.state, Some(state), state.name());
+        }
+    });
 }
 
 fn robot_type(ui: &mut Ui, filter: &mut Filter, model: &ViewModel<'_>) {
@@ -132,14 +128,13 @@ fn robot_type(ui: &mut Ui, filter: &mut Filter, model: &ViewModel<'_>) {
     let name_of =
         |index: u32| types.get(index as usize).map_or("unknown", |robot_type| robot_type.name());
     let name = filter.robot_type.map_or("any type", name_of);
-    let shown =
-        ComboBox::from_id_salt("filter type").selected_text(name).width(84.0).show_ui(ui, |ui| {
-            ui.selectable_value(&mut filter.robot_type, None, "any type");
-            for index in 0..types.len() as u32 {
-                ui.selectable_value(&mut filter.robot_type, Some(index), name_of(index));
-            }
-        });
-    shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "filter: type"));
+    let combo = ComboBox::from_id_salt("filter type").selected_text(name).width(84.0);
+    style::choice(ui, "filter: type", combo, |ui| {
+        ui.selectable_value(&mut filter.robot_type, None, "any type");
+        for index in 0..types.len() as u32 {
+            ui.selectable_value(&mut filter.robot_type, Some(index), name_of(index));
+        }
+    });
 }
 
 fn zone(ui: &mut Ui, filter: &mut Filter, model: &ViewModel<'_>) {
@@ -148,14 +143,13 @@ fn zone(ui: &mut Ui, filter: &mut Filter, model: &ViewModel<'_>) {
         return;
     }
     let name = filter.zone.clone().unwrap_or_else(|| "any zone".to_owned());
-    let shown =
-        ComboBox::from_id_salt("filter zone").selected_text(name).width(84.0).show_ui(ui, |ui| {
-            ui.selectable_value(&mut filter.zone, None, "any zone");
-            let zones: BTreeSet<&str> =
-                model.world.edges().iter().map(|edge| model.world.text(edge.zone)).collect();
-            for zone in zones.into_iter().filter(|zone| !zone.is_empty()) {
-                ui.selectable_value(&mut filter.zone, Some(zone.to_owned()), zone);
-            }
-        });
-    shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "filter: zone"));
+    let combo = ComboBox::from_id_salt("filter zone").selected_text(name).width(84.0);
+    style::choice(ui, "filter: zone", combo, |ui| {
+        ui.selectable_value(&mut filter.zone, None, "any zone");
+        let zones: BTreeSet<&str> =
+            model.world.edges().iter().map(|edge| model.world.text(edge.zone)).collect();
+        for zone in zones.into_iter().filter(|zone| !zone.is_empty()) {
+            ui.selectable_value(&mut filter.zone, Some(zone.to_owned()), zone);
+        }
+    });
 }

@@ -62,7 +62,7 @@ pub(super) struct FleetPanel {
     requests_focus: bool,
     /// The rows while the pointer is over them: they don't move then.
     held: Option<Rows>,
-    /// Where the list was shown last.
+    /// The last place of the list, in points.
     area: Option<egui::Rect>,
 }
 
@@ -96,17 +96,16 @@ impl FleetPanel {
         let rows = held.as_ref();
         let levels = contact_levels(context.model);
         let count = rows.map_or(frame.len(), |rows| rows.ids.len());
-        let id_of = |row: usize| match rows {
-            Some(rows) => rows.ids[row],
-            None if query.descending => (frame.len() - 1 - row) as u32,
-            None => row as u32,
-        };
         let (selected, offset, theme) = (context.selection.robots(), context.offset, context.theme);
         let opacity = ui.opacity();
         let mut clicked = None;
         self.area = Some(ui.available_rect_before_wrap());
         self.list.show(ui, "fleet list", &colours, count, |ui, rect, row| {
-            let id = id_of(row);
+            let id = match rows {
+                Some(rows) => rows.ids[row],
+                None if query.descending => (frame.len() - 1 - row) as u32,
+                None => row as u32,
+            };
             // A bit is looked up for each row in sight.
             ui.set_opacity(if is_matching(context, id) { opacity } else { opacity * DIMMED });
             let is_selected = selected.contains(&id);
@@ -225,7 +224,7 @@ fn header(ui: &mut Ui, query: &mut RowQuery, colours: &ThemeColours, columns: &[
     }
 }
 
-/// What a row shows beside the frame's columns.
+/// The values of a row beside the frame's columns.
 struct Row {
     id: u32,
     /// The id of the edge.
@@ -281,6 +280,10 @@ fn cells(
     }
 }
 
+fn metres_text(metres: f32) -> String {
+    if metres.abs() < 1000.0 { format!("{metres:.2}") } else { format!("{metres:.1}") }
+}
+
 /// Returns the text and the colour of a robot's cell; `None` is the column of contacts.
 fn cell(
     frame: &Frame<'_>,
@@ -289,13 +292,10 @@ fn cell(
     colours: &ThemeColours,
 ) -> (String, Color32) {
     let id = row.id as usize;
-    let metres = |metres: f32| {
-        if metres.abs() < 1000.0 { format!("{metres:.2}") } else { format!("{metres:.1}") }
-    };
     let text = match sort {
         Some(SortBy::Id) => row.id.to_string(),
-        Some(SortBy::X) => metres(frame.x()[id] + row.offset.x),
-        Some(SortBy::Y) => metres(frame.y()[id] + row.offset.y),
+        Some(SortBy::X) => metres_text(frame.x()[id] + row.offset.x),
+        Some(SortBy::Y) => metres_text(frame.y()[id] + row.offset.y),
         Some(SortBy::Theta) => format!("{:.1}°", frame.theta()[id].to_degrees()),
         Some(SortBy::Speed) if frame.speed()[id].abs() >= 10.0 => {
             format!("{:.1}", frame.speed()[id])

@@ -1,6 +1,6 @@
 //! The heat map in the interface: its switch, its legend, and the figures of an edge.
 
-use egui::{ComboBox, Grid, RichText, Role, Ui, WidgetInfo};
+use egui::{ComboBox, Grid, RichText, Ui};
 use regatta_scene::heat::{Figure, Heat, HeatFacts, Period};
 use regatta_scene::palette::{Theme, heat_ramp};
 
@@ -13,9 +13,9 @@ use crate::text::with_plural;
 /// The part of the legend about the heat map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeatLegend {
-    /// What is to be shown.
+    /// The figure and the period that the user has chosen.
     pub heat: Heat,
-    /// What is shown; `None` if nobody publishes the figures.
+    /// The shown figures; `None` if no plugin publishes them.
     pub facts: Option<HeatFacts>,
 }
 
@@ -45,7 +45,7 @@ impl HeatLegend {
         ui.label(faint(ui, period_text(facts.heat.period, facts.secs)));
     }
 
-    /// Says what the figure lacks.
+    /// Shows the plugins that the figure lacks.
     fn lacks(ui: &mut Ui, theme: Theme, facts: &HeatFacts) {
         let colours = style::colours(theme);
         if facts.heat.figure == Figure::Contacts && !facts.has_contacts {
@@ -62,8 +62,8 @@ impl HeatLegend {
     }
 }
 
-/// Says which time the figures are about: the windows are longer than their names by a part that
-/// isn't over yet.
+/// Returns the time that the figures are about, as a text: the periods are longer than their names
+/// by a part that isn't over yet.
 pub(super) fn period_text(period: Period, secs: f32) -> String {
     let secs = secs.round() as u32;
     let (minutes, rest) = (secs / 60, secs % 60);
@@ -86,26 +86,20 @@ pub(super) fn layer(context: &PanelContext<'_>, settings: &mut Settings, ui: &mu
     }
     let heat = &mut settings.heat_of;
     ui.horizontal(|ui| {
-        let choice =
+        let combo =
             ComboBox::from_id_salt("heat figure").selected_text(heat.figure.name()).width(96.0);
-        let shown = choice.show_ui(ui, |ui| {
+        style::choice(ui, "heat map: figure", combo, |ui| {
             for figure in Figure::ALL {
                 ui.selectable_value(&mut heat.figure, figure, figure.name());
             }
         });
-        shown
-            .response
-            .widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "heat map: figure"));
-        let choice =
+        let combo =
             ComboBox::from_id_salt("heat window").selected_text(heat.period.title()).width(120.0);
-        let shown = choice.show_ui(ui, |ui| {
+        style::choice(ui, "heat map: window", combo, |ui| {
             for period in Period::ALL {
                 ui.selectable_value(&mut heat.period, period, period.title());
             }
         });
-        shown
-            .response
-            .widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "heat map: window"));
     });
     match context.model.jams.heat {
         Some(facts) => {
@@ -117,7 +111,7 @@ pub(super) fn layer(context: &PanelContext<'_>, settings: &mut Settings, ui: &mu
     }
 }
 
-/// Says in one line how to get the figures of edges.
+/// Shows the command that publishes the figures of edges.
 fn no_traffic(context: &PanelContext<'_>, ui: &mut Ui) {
     let text = format!("regatta plugin traffic --fleet {}", context.model.fleet);
     ui.label(RichText::new(text).monospace().size(11.0).color(context.colours.accent))

@@ -258,28 +258,37 @@ pub fn pressed(context: &Context) -> Vec<Command> {
 /// in the same picture, before the search field gets the focus. Pointer events stay.
 pub fn take_input_after_find(context: &Context) -> Vec<Event> {
     context.input_mut(|input| {
-        let is_find = |event: &Event| {
-            matches!(event, Event::Key { key: Key::F, pressed: true, modifiers, .. } if modifiers.matches_exact(CTRL))
-        };
-        let after = input.events.iter().position(is_find).map_or(input.events.len(), |at| at + 1);
-        let typed = |event: &mut Event| matches!(event, Event::Text(_) | Event::Key { .. } | Event::Ime(_));
-        let (mut rest, mut taken) = (input.events.split_off(after), Vec::new());
-        rest.retain_mut(|event| {
-            let is_typed = typed(event);
-            if is_typed {
-                taken.push(event.clone());
-            }
-            !is_typed
-        });
-        input.events.append(&mut rest);
-        taken
+        let find = input.events.iter().position(is_find);
+        let after = find.map_or(input.events.len(), |at| at + 1);
+        let late = input.events.split_off(after);
+        let (typed, others): (Vec<_>, Vec<_>) = late.into_iter().partition(is_typed);
+        input.events.extend(others);
+        typed
     })
 }
 
+fn is_find(event: &Event) -> bool {
+    match event {
+        Event::Key { key: Key::F, pressed: true, modifiers, .. } => modifiers.matches_exact(CTRL),
+        _ => false,
+    }
+}
+
+fn is_typed(event: &Event) -> bool {
+    matches!(event, Event::Text(_) | Event::Key { .. } | Event::Ime(_))
+}
+
+/// Whether a key is that of + and =. Where + is Shift and =, it may go up as the other one than it
+/// went down as.
+fn is_plus(key: &Key) -> bool {
+    matches!(key, Key::Plus | Key::Equals)
+}
+
 fn command_of(key: Key, modifiers: Modifiers) -> Option<Command> {
-    let matches =
-        |shortcut: &&Shortcut| shortcut.key == key && modifiers.matches_exact(shortcut.modifiers);
-    SHORTCUTS.iter().find(matches).map(|shortcut| shortcut.command)
+    let shortcut = SHORTCUTS
+        .iter()
+        .find(|shortcut| shortcut.key == key && modifiers.matches_exact(shortcut.modifiers))?;
+    Some(shortcut.command)
 }
 
 /// Returns the camera motion of the keys that are held.
@@ -289,11 +298,11 @@ pub fn held(context: &Context) -> CameraMotion {
         return all;
     }
     context.input_mut(|input| {
-        // Where + is Shift and =, the key may go up as the other one than it went down as.
-        let is_plus = |key: &Key| matches!(key, Key::Plus | Key::Equals);
-        let is_up =
-            |event: &Event| matches!(event, Event::Key { key, pressed: false, .. } if is_plus(key));
-        if input.events.iter().any(is_up) {
+        if input
+            .events
+            .iter()
+            .any(|event| matches!(event, Event::Key { key, pressed: false, .. } if is_plus(key)))
+        {
             input.keys_down.retain(|key| !is_plus(key));
         }
         if input.modifiers.command || input.modifiers.alt {
@@ -310,18 +319,21 @@ pub fn held(context: &Context) -> CameraMotion {
 
 /// Returns all keys with their texts in the help.
 pub fn list(context: &Context) -> Vec<(String, &'static str)> {
-    let name = |modifiers: Modifiers, key: Key| match modifiers {
-        NONE => name_of(key).to_owned(),
-        _ => format!("{}+{}", context.format_modifiers(modifiers), name_of(key)),
-    };
-    let shortcuts = SHORTCUTS.iter().filter(|shortcut| !shortcut.text.is_empty());
-    let shortcuts =
-        shortcuts.map(|shortcut| (name(shortcut.modifiers, shortcut.key), shortcut.text));
-    let held = HELD_KEYS.iter().map(|(keys, _, text)| {
+    let mut list = Vec::new();
+    for (keys, _, text) in HELD_KEYS {
         let names: Vec<_> = keys.iter().map(|key| name_of(*key)).collect();
-        (names.join("  "), *text)
-    });
-    held.chain(shortcuts).collect()
+        list.push((names.join("  "), *text));
+    }
+    for Shortcut { modifiers, key, text, .. } in SHORTCUTS {
+        let name = match *modifiers {
+            NONE => name_of(*key).to_owned(),
+            held => format!("{}+{}", context.format_modifiers(held), name_of(*key)),
+        };
+        if !text.is_empty() {
+            list.push((name, *text));
+        }
+    }
+    list
 }
 
 /// Returns a key's name as printed on it.

@@ -2,10 +2,7 @@
 //! all have the same camera, so that what is above each other is at the same place of each part of
 //! the picture. Mouse and panels are about one level, that of the part which was clicked last.
 
-use egui::{
-    Align2, ComboBox, Event, FontId, LayerId, Pos2, Rect, Role, Stroke, StrokeKind, Ui, WidgetInfo,
-    vec2,
-};
+use egui::{Align2, ComboBox, Event, FontId, LayerId, Pos2, Rect, Stroke, StrokeKind, Ui, vec2};
 use glam::{Vec2, Vec3};
 use regatta_scene::camera::{Bounds, Camera};
 
@@ -13,6 +10,7 @@ use super::context::{PanelContext, Request};
 use super::overlay::beside_legend;
 use super::placement::Placement;
 use super::state::Interface;
+use super::style;
 use super::view_model::Action;
 
 /// The levels of a world, and the choice of how they are shown.
@@ -29,7 +27,7 @@ pub(super) struct Levels {
     late_clicks: Vec<Action>,
 }
 
-/// Where the picture of the fleet is, in points.
+/// The place of the picture of the fleet, in points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PictureArea {
     /// The picture that mouse and panels are about; it goes on under the panels.
@@ -62,12 +60,15 @@ impl PictureArea {
 /// Returns into how many columns a picture is best divided for so many parts that show things of
 /// some width and height.
 pub fn columns(parts: u32, size: Vec2, extent: Vec2) -> u32 {
-    let scale = |columns: u32| {
+    let mut best = (0.0, 1);
+    for columns in 1..=parts {
         let part = size / Vec2::new(columns as f32, parts.div_ceil(columns) as f32);
-        (part / extent.max(Vec2::splat(0.1))).min_element()
-    };
-    let all = (1..=parts).rev();
-    all.max_by(|a, b| scale(*a).total_cmp(&scale(*b))).unwrap_or(1)
+        let scale = (part / extent.max(Vec2::splat(0.1))).min_element();
+        if scale > best.0 {
+            best = (scale, columns);
+        }
+    }
+    best.1
 }
 
 /// Divides a picture for levels, from the upper left corner on. All parts have the same number of
@@ -80,11 +81,8 @@ fn divide(
 ) -> Vec<(String, Rect)> {
     let number = levels.len() as u32;
     let columns = columns(number, Vec2::new(whole.width(), whole.height()), extent);
-    let pixel = |points: f32| (points * pixels_per_point).floor() / pixels_per_point;
-    let size = vec2(
-        pixel(whole.width() / columns as f32),
-        pixel(whole.height() / number.div_ceil(columns) as f32),
-    );
+    let part = whole.size() / vec2(columns as f32, number.div_ceil(columns) as f32);
+    let size = (part * pixels_per_point).floor() / pixels_per_point;
     let parts = levels.iter().zip(0..).map(|(level, part)| {
         let at = vec2((part % columns) as f32, (part / columns) as f32);
         (level.clone(), Rect::from_min_size(whole.min + at * size, size))
@@ -187,9 +185,6 @@ impl Interface {
         actions: Vec<Action>,
     ) -> Vec<Action> {
         let mut timely = std::mem::take(&mut self.levels.late_clicks);
-        let is_click = |action: &Action| {
-            matches!(action, Action::Pick { .. } | Action::Menu { .. } | Action::Measure { .. })
-        };
         let is_early = !self.levels.parts.is_empty() && self.level() != level_before;
         let (late, now): (Vec<_>, Vec<_>) =
             actions.into_iter().partition(|action| is_early && is_click(action));
@@ -197,6 +192,10 @@ impl Interface {
         self.levels.late_clicks = late;
         timely
     }
+}
+
+fn is_click(action: &Action) -> bool {
+    matches!(action, Action::Pick { .. } | Action::Menu { .. } | Action::Measure { .. })
 }
 
 impl Levels {
@@ -233,28 +232,26 @@ impl Levels {
         if self.names.len() < 2 && context.filter.level.is_none() {
             return;
         }
-        let (was_beside, mut level) = (self.is_side_by_side(), context.filter.level.clone());
-        let name =
-            if was_beside { "side by side" } else { level.as_deref().unwrap_or("all levels") };
-        let mut is_beside = was_beside;
-        let shown =
-            ComboBox::from_id_salt("level").selected_text(name.to_owned()).show_ui(ui, |ui| {
-                let mut choice = |ui: &mut Ui, name: &str, wanted: (bool, Option<&String>)| {
-                    let is_chosen =
-                        wanted.0 == is_beside && (is_beside || wanted.1 == level.as_ref());
-                    if ui.selectable_label(is_chosen, name).clicked() {
-                        (is_beside, level) = (wanted.0, wanted.1.cloned());
-                    }
-                };
-                choice(ui, "all levels", (false, None));
-                choice(ui, "side by side", (true, context.filter.level.as_ref()));
-                for name in &self.names {
-                    choice(ui, name, (false, Some(name)));
+        let (is_beside, level) = (self.is_side_by_side(), context.level());
+        let name = if is_beside { "side by side" } else { level.unwrap_or("all levels") };
+        let combo = ComboBox::from_id_salt("level").selected_text(name);
+        style::choice(ui, "level", combo, |ui| {
+            let is_all = !is_beside && level.is_none();
+            if ui.selectable_label(is_all, "all levels").clicked() {
+                context.ask(Request::ShowSideBySide(false));
+                context.ask(Request::ShowLevel(None));
+            }
+            if ui.selectable_label(is_beside, "side by side").clicked() {
+                context.ask(Request::ShowSideBySide(true));
+            }
+            for name in &self.names {
+                let is_chosen = !is_beside && level == Some(name);
+                if ui.selectable_label(is_chosen, name).clicked() {
+                    context.ask(Request::ShowSideBySide(false));
+                    context.ask(Request::ShowLevel(Some(name.clone())));
                 }
-            });
-        shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "level"));
-        context.ask(Request::ShowSideBySide(is_beside));
-        context.ask(Request::ShowLevel(level));
+            }
+        });
     }
 }
 

@@ -32,7 +32,7 @@ pub(super) struct LogPanel {
     pub log: FleetLog,
     filter: LogFilter,
     pub list: VirtualList,
-    /// What `shown` was made of: the revision of the log, and the filter.
+    /// The source of `shown`: the revision of the log, and the filter.
     made_of: Option<(u64, LogFilter)>,
     /// The entries that the filter shows, by their places in the log, the newest first.
     shown: Vec<usize>,
@@ -164,18 +164,13 @@ impl LogPanel {
     fn filters(&mut self, ui: &mut Ui) {
         let filter = &mut self.filter;
         ui.horizontal(|ui| {
-            let name = |kind: Option<Kind>| kind.map_or("everything", Kind::name);
-            let shown = ComboBox::from_id_salt("log kind")
-                .selected_text(name(filter.kind))
-                .width(90.0)
-                .show_ui(ui, |ui| {
-                    for kind in std::iter::once(None).chain(Kind::ALL.map(Some)) {
-                        ui.selectable_value(&mut filter.kind, kind, name(kind));
-                    }
-                });
-            shown
-                .response
-                .widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "kind of entries"));
+            let combo =
+                ComboBox::from_id_salt("log kind").selected_text(name_of(filter.kind)).width(90.0);
+            style::choice(ui, "kind of entries", combo, |ui| {
+                for kind in std::iter::once(None).chain(Kind::ALL.map(Some)) {
+                    ui.selectable_value(&mut filter.kind, kind, name_of(kind));
+                }
+            });
             let text = TextEdit::singleline(&mut filter.text)
                 .hint_text("text, or #7")
                 .desired_width(f32::INFINITY);
@@ -238,6 +233,10 @@ fn jump(context: &PanelContext<'_>, entry: &Entry) {
         Place::None if entry.robot.is_some() => context.ask(Request::FlyToSelected),
         Place::None => {}
     }
+}
+
+fn name_of(kind: Option<Kind>) -> &'static str {
+    kind.map_or("everything", Kind::name)
 }
 
 fn acknowledge_button(ui: &mut Ui, key: AlarmKey) -> egui::Response {

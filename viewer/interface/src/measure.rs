@@ -19,7 +19,7 @@ pub enum End {
     Place(Vec2),
 }
 
-/// What is measured: up to two ends.
+/// The ends of a measurement: up to two.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Measuring(pub Vec<End>);
 
@@ -138,18 +138,16 @@ impl Measuring {
             }
         }
         let Some(result) = self.measure(model, offset) else { return };
-        let line = |[from, to]: [Vec2; 2], stroke: Stroke| {
+        let mut lines = vec![(result.ends, Stroke::new(1.0, colours.accent))];
+        if result.clearance.is_some() {
+            lines.push((result.nearest, Stroke::new(2.5, colours.text)));
+        }
+        for ([from, to], stroke) in lines {
             if let (Some(from), Some(to)) = (at(from), at(to)) {
-                painter.line_segment(
-                    [from, to],
-                    Stroke::new(stroke.width + 2.0, Color32::from_black_alpha(160)),
-                );
+                let border = Stroke::new(stroke.width + 2.0, Color32::from_black_alpha(160));
+                painter.line_segment([from, to], border);
                 painter.line_segment([from, to], stroke);
             }
-        };
-        line(result.ends, Stroke::new(1.0, colours.accent));
-        if result.clearance.is_some() {
-            line(result.nearest, Stroke::new(2.5, colours.text));
         }
         let shown = result.clearance.unwrap_or(result.distance);
         let ends = if result.clearance.is_some() { result.nearest } else { result.ends };

@@ -20,7 +20,7 @@ pub(super) struct Menu(Option<OpenMenu>);
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct OpenMenu {
     item: Item,
-    /// Where it was opened, in points.
+    /// The place where it was opened, in points.
     at: Pos2,
     /// Whether it has been shown: the click that opened it doesn't close it.
     is_shown: bool,
@@ -29,7 +29,7 @@ struct OpenMenu {
 /// An entry of the menu.
 struct Entry {
     name: String,
-    /// What it does, or why it can't.
+    /// The effect, or the reason for which it is impossible.
     hint: String,
     is_possible: bool,
     commands: Vec<UserCommand>,
@@ -168,7 +168,7 @@ fn view_entries(context: &PanelContext<'_>, ui: &mut Ui, item: Item) -> bool {
     .inner
 }
 
-/// Why this fleet takes no commands now; `None` if it does.
+/// The reason for which this fleet takes no commands now; `None` if it takes them.
 fn unsteerable(model: &ViewModel<'_>) -> Option<&'static str> {
     match model.engine {
         _ if model.recording().is_some() => {
@@ -232,9 +232,10 @@ fn robot_entries(
     vec![hold, repair, cancel]
 }
 
-/// How robots are sent while a fleet manager runs. It claims space for each robot and stops those
-/// that leave theirs, so that it has to be asked.
-const BY_MANAGER: &str = "The fleet manager sends it: at once, or with a load when its order is finished. Recall takes it back.";
+/// The hint of sending a robot while a fleet manager runs. The manager claims space for each robot
+/// and stops those that leave theirs, so it has to send them.
+const BY_MANAGER: &str = "The fleet manager sends it: at once, or with a load when its order is \
+                          finished. Recall takes it back.";
 
 fn send_entry(mut robots: Vec<u32>, node: u32, is_managed: bool) -> Entry {
     robots.truncate(MOST_ROBOTS);
@@ -248,15 +249,17 @@ fn send_entry(mut robots: Vec<u32>, node: u32, is_managed: bool) -> Entry {
             (format!("Send {} robots here", robots.len()), "Each by its fastest way of open edges")
         }
     };
-    let command = |robot| match is_managed {
-        true => UserCommand::SendByManager { robot, node },
-        false => UserCommand::Send { robot, node },
-    };
     Entry {
         name,
         hint: if is_managed && !robots.is_empty() { BY_MANAGER } else { hint }.to_owned(),
         is_possible: !robots.is_empty(),
-        commands: robots.into_iter().map(command).collect(),
+        commands: robots
+            .into_iter()
+            .map(|robot| match is_managed {
+                true => UserCommand::SendByManager { robot, node },
+                false => UserCommand::Send { robot, node },
+            })
+            .collect(),
     }
 }
 

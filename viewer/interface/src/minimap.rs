@@ -33,10 +33,10 @@ pub(super) struct Minimap {
     drawn: Option<(Drawn, Arc<Mesh>)>,
 }
 
-/// What the triangles of the lines depend on, beside the lines.
+/// The values that the triangles depend on, beside the lines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Drawn {
-    /// Where the map is, in points.
+    /// The place of the map, in points.
     place: Rect,
     /// The lower left corner of what it shows, in metres, without the offset.
     low: Vec2,

@@ -35,13 +35,14 @@ struct Draft {
 impl Notes {
     /// The notes of a live run as marks.
     pub fn marks(&self, run: u64) -> Vec<RecordingMark> {
-        let mark = |(time_nanos, _): &(u64, String)| RecordingMark {
+        let notes = self.live.iter().filter(|_| run == self.run);
+        let marks = notes.map(|(time_nanos, _)| RecordingMark {
             time_nanos: *time_nanos,
             kind: MarkKind::Note as u32,
             count: 1,
             ..RecordingMark::default()
-        };
-        if run == self.run { self.live.iter().map(mark).collect() } else { Vec::new() }
+        });
+        marks.collect()
     }
 
     /// The text of the last note of a live run at or before a time; empty for none.

@@ -41,8 +41,8 @@ pub(super) fn show(context: &PanelContext<'_>, ui: &mut Ui) {
 /// Draws a stacked bar for each picture, without the time spent waiting for the screen.
 fn bars(ui: &Ui, area: Rect, timing: &Timing, colours: [Color32; 5]) {
     ui.painter().rect_filled(area, 4.0, ui.visuals().extreme_bg_color);
-    let total = |parts: &[f32; 5]| parts[..4].iter().sum::<f32>();
-    let highest = timing.parts().map(total).fold(0.002, f32::max);
+    let totals = timing.parts().map(|parts| parts[..4].iter().sum());
+    let highest = totals.fold(0.002, f32::max);
     let width = area.width() / PICTURES as f32;
     for (i, parts) in timing.parts().enumerate() {
         let left = area.left() + i as f32 * width;

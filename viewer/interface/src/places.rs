@@ -12,8 +12,8 @@ use super::view_model::{Item, ViewModel};
 use crate::jams::Presence;
 use crate::text::thousands;
 
-/// The robots at a place, in the shown frame. Threads watch places in the newest frame; of a frame of
-/// the past, the robots are counted here, once.
+/// The robots at a place, in the shown frame. A thread watches places in the newest frame; of a
+/// frame of the past, the robots are counted here, once.
 #[derive(Clone, Debug, Default)]
 pub(super) struct PresenceCounter {
     counted: Option<(Counted, Presence)>,

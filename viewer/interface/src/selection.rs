@@ -188,8 +188,7 @@ impl SelectionPanel {
     }
 }
 
-/// What is known of a robot now, and not of the past: its route, its collisions, and what
-/// plugins say of it.
+/// Shows facts that are known of the present only: route, collisions, and columns of plugins.
 fn present(context: &PanelContext<'_>, ui: &mut Ui, id: u32) {
     route(context, ui);
     robot_collisions(context, ui, id);

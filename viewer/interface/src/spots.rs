@@ -15,9 +15,9 @@ use crate::text::thousands;
 /// The radius of the mark in metres, and its least one in points.
 const MARK: (f32, f32) = (5.0, 14.0);
 
-/// A plugin that lives has published anew after so many seconds.
+/// The longest time between two publications of a plugin that runs, in seconds.
 const MUST_HAVE_COME: f64 = 10.0;
-/// Who has seen the first simulated seconds of a run has seen all of it.
+/// A history that begins within so many simulated seconds of a run is that of the whole run.
 const FROM_START: f64 = 2.0;
 
 /// The hot spots panel.
@@ -158,25 +158,19 @@ fn cells(
 
 /// Draws a sign for a trend: a triangle up or down, a bar, or nothing.
 fn trend(painter: &Painter, at: egui::Pos2, trend: Trend, colours: &ThemeColours) {
-    let triangle = |tip: f32, colour| {
-        let points = vec![
-            pos2(at.x - 4.5, at.y + tip),
-            pos2(at.x + 4.5, at.y + tip),
-            pos2(at.x, at.y - tip),
-        ];
-        painter.add(egui::Shape::convex_polygon(points, colour, Stroke::NONE));
-    };
-    match trend {
-        Trend::Growing => triangle(4.0, colours.bad),
-        Trend::Easing => triangle(-4.0, colours.good),
+    let (left, right) = (at - vec2(4.5, 0.0), at + vec2(4.5, 0.0));
+    let (tip, colour) = match trend {
+        Trend::Growing => (4.0, colours.bad),
+        Trend::Easing => (-4.0, colours.good),
         Trend::Steady => {
-            painter.line_segment(
-                [pos2(at.x - 4.5, at.y), pos2(at.x + 4.5, at.y)],
-                Stroke::new(2.0, colours.warn),
-            );
+            painter.line_segment([left, right], Stroke::new(2.0, colours.warn));
+            return;
         }
-        Trend::Over => {}
-    }
+        Trend::Over => return,
+    };
+    let tip = vec2(0.0, tip);
+    let points = vec![left + tip, right + tip, at - tip];
+    painter.add(egui::Shape::convex_polygon(points, colour, Stroke::NONE));
 }
 
 fn details(spot: &Spot) -> String {
@@ -190,7 +184,7 @@ fn details(spot: &Spot) -> String {
     )
 }
 
-/// Says which part of the run the hot spots and the figures over time are about.
+/// Returns the part of the run that the hot spots and the figures over time are about, as a text.
 pub(super) fn known_text(model: &ViewModel<'_>) -> String {
     let Known { from_secs, until_secs, is_published } = model.jams.known;
     let (from, until) = (clock(from_secs), clock(until_secs.round()));
@@ -213,14 +207,16 @@ fn speed(model: &ViewModel<'_>) -> f64 {
     model.status.map_or(1.0, |status| f64::from(status.real_time_factor)).max(1.0)
 }
 
-/// Says how to know all of a run.
+/// Returns a hint about the source of the history.
 pub(super) fn known_hint(model: &ViewModel<'_>) -> &'static str {
     match model.recording() {
         Some(_) => {
-            "a replay reads all of its recording in the background, and publishes what it has read so far"
+            "a replay reads all of its recording in the background, and publishes what it has \
+             read so far"
         }
         None => {
-            "regatta plugin traffic keeps all that it has seen of the run, for windows that open later"
+            "regatta plugin traffic keeps all that it has seen of the run, for windows that open \
+             later"
         }
     }
 }

@@ -1,5 +1,5 @@
-//! The state of the interface: the user's choices, which panels share, and the panels, each of which
-//! owns its state.
+//! The state of the interface: the user's choices, which panels share, and the panels, each of
+//! which owns its state.
 
 use std::cell::RefCell;
 use std::path::Path;

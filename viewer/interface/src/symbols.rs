@@ -18,9 +18,9 @@ const SIZE: egui::Vec2 = vec2(26.0, 12.0);
 pub struct Symbols {
     /// Routes and goals of all robots.
     pub plans: bool,
-    /// Who waits for whom.
+    /// The robots that others wait for.
     pub waits: bool,
-    /// What is known.
+    /// The facts of the plans.
     pub facts: PlanFacts,
     /// The density of half the strength in robots per hectare, if robots are drawn as their
     /// density.
@@ -70,7 +70,7 @@ impl Symbols {
         list
     }
 
-    /// Says what the picture lacks; empty if it lacks nothing.
+    /// Returns the facts that the picture lacks, as texts.
     fn gaps(&self) -> Vec<String> {
         let mut gaps = Vec::new();
         if let Some(routes) = self.facts.routes.filter(|_| self.plans && self.facts.lacks_routes())

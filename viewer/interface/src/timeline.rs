@@ -81,7 +81,7 @@ fn rest(ui: &mut Ui, text: RichText) {
     }
 }
 
-/// Says how many marks there is no room for.
+/// Returns the number of marks that there is no room for, as a text.
 fn not_shown(left_out: u64) -> String {
     let verb = if left_out == 1 { "is" } else { "are" };
     format!("{} {verb} not shown", with_plural(left_out, "more mark"))
@@ -135,7 +135,8 @@ impl TimelinePanel {
             (None, Some(_)) => "end the loop",
             (None, None) => "loop from here",
         };
-        let hint = "Repeat a part: once for its start, once for its end, once more to end it (Y); or drag with Shift";
+        let hint = "Repeat a part: once for its start, once for its end, once more to end it (Y); \
+                    or drag with Shift";
         if ui.button(RichText::new(text).size(11.0)).on_hover_text(hint).clicked() {
             self.cycle_loop(context);
         }
@@ -164,7 +165,7 @@ impl TimelinePanel {
         }
     }
 
-    /// Tells how much of a live run is kept, and leads back to it.
+    /// Shows the kept part of a live run, and a button that leads back to the newest frame.
     fn past_title(
         &mut self,
         context: &PanelContext<'_>,
@@ -365,7 +366,7 @@ impl TimelinePanel {
         if !(is_running || was_running) {
             return;
         }
-        // Whoever goes elsewhere stays there.
+        // A user who goes elsewhere stays there.
         let was_inside = self.last.replace(now).is_some_and(|last| (from..to).contains(&last));
         if now < to || !was_inside {
             return;

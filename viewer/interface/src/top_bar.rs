@@ -167,8 +167,8 @@ fn tab(
     button
 }
 
-/// Shows a count over the corner of a button if it isn't 0. It takes no room of its own, so that the
-/// buttons beside it stay in place.
+/// Shows a count over the corner of a button if it isn't 0. It takes no room of its own, so that
+/// the buttons beside it stay in place.
 fn count(context: &PanelContext<'_>, ui: &Ui, button: &Response, name: &str, count: usize) {
     if count == 0 {
         return;

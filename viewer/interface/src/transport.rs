@@ -145,8 +145,8 @@ impl TransportBar {
 
     fn robots_slider(&mut self, context: &PanelContext<'_>, ui: &mut Ui) {
         // Of an engine that has ended, the last frame tells.
-        let in_frame = || context.model.frame.map_or(0, |frame| frame.len() as u32);
-        let reported = context.model.status.map_or_else(in_frame, |status| status.robots);
+        let in_frame = context.model.frame.map_or(0, |frame| frame.len() as u32);
+        let reported = context.model.status.map_or(in_frame, |status| status.robots);
         let mut count = self.robots.unwrap_or(reported);
         let range = 1..=MAX_ROBOTS.max(reported);
         let speed = f64::from(count) * 0.01;
@@ -234,7 +234,7 @@ pub(super) fn multiply_robots(context: &PanelContext<'_>, factor: f32) {
     }));
 }
 
-/// Whether there is room for the rails of sliders, and not only for their numbers.
+/// Whether there is room for the rails of sliders.
 fn has_rail(ui: &Ui) -> bool {
     ui.spacing().slider_width >= SHORTEST_RAIL
 }

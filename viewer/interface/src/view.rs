@@ -13,7 +13,7 @@ use super::context::PanelContext;
 use super::heat;
 use super::levels::Levels;
 use super::settings::{RobotMesh, Settings};
-use super::style::{faint, heading};
+use super::style::{self, faint, heading};
 use super::view_model::ViewModel;
 use crate::text::{thousands, with_plural};
 
@@ -103,16 +103,13 @@ impl ViewPanel {
             }
         });
         heading(ui, "interface");
-        let percent = |scale: f32| format!("{:.0} %", scale * 100.0);
-        let choice = egui::ComboBox::from_id_salt("scale").selected_text(percent(settings.scale));
-        let shown = choice.show_ui(ui, |ui| {
+        let combo =
+            egui::ComboBox::from_id_salt("scale").selected_text(percent_text(settings.scale));
+        style::choice(ui, "size of the interface", combo, |ui| {
             for scale in [0.75, 0.9, 1.0, 1.15, 1.3, 1.5, 2.0] {
-                ui.selectable_value(&mut settings.scale, scale, percent(scale));
+                ui.selectable_value(&mut settings.scale, scale, percent_text(scale));
             }
         });
-        shown
-            .response
-            .widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "size of the interface"));
     }
 
     /// Uses a file that was dropped on the window: a mesh for the robots, any other file for the
@@ -195,14 +192,12 @@ fn plan_layers(context: &PanelContext<'_>, settings: &mut Settings, ui: &mut Ui)
 
 /// Shows the choice of colourings of the robots.
 fn colour_choice(context: &PanelContext<'_>, settings: &mut Settings, ui: &mut Ui) {
-    let choice =
-        egui::ComboBox::from_id_salt("colour").selected_text(&settings.colour).width(110.0);
-    let shown = choice.show_ui(ui, |ui| {
+    let combo = egui::ComboBox::from_id_salt("colour").selected_text(&settings.colour).width(110.0);
+    style::choice(ui, "robot colours", combo, |ui| {
         for name in colourings(context.model) {
             ui.selectable_value(&mut settings.colour, name.clone(), name);
         }
     });
-    shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "robot colours"));
 }
 
 /// Selects the next colouring.
@@ -212,7 +207,11 @@ pub(super) fn next_colouring(model: &ViewModel<'_>, settings: &mut Settings) {
     settings.colour = all[next % all.len()].clone();
 }
 
-/// Returns what is known of the routes of all robots, or of those that match the filter.
+fn percent_text(scale: f32) -> String {
+    format!("{:.0} %", scale * 100.0)
+}
+
+/// Returns the coverage of the routes of all robots, or of those that match the filter, as a text.
 fn routes_text(plans: &PlanFacts) -> String {
     let goals = if plans.has_goals { "" } else { "; no goals: no fleet manager publishes them" };
     let noun = robot_noun(plans);
@@ -229,12 +228,12 @@ fn routes_text(plans: &PlanFacts) -> String {
     }
 }
 
-/// Returns what the robots are that are counted.
+/// Returns the name of the counted robots.
 fn robot_noun(plans: &PlanFacts) -> &'static str {
     if plans.is_filtered { "matching robot" } else { "robot" }
 }
 
-/// Returns how many robots wait.
+/// Returns the number of robots that wait, as a text.
 fn waits_text(plans: &PlanFacts) -> String {
     match plans.waiting {
         Some([waiting, in_rings]) => {

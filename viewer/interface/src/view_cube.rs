@@ -83,10 +83,9 @@ fn shoelace(corners: &[Pos2; 4]) -> f32 {
 
 /// Whether a convex polygon, in either direction, contains a point.
 fn contains(corners: &[Pos2; 4], point: Pos2) -> bool {
-    let side = |i: usize| {
+    let signs = [0, 1, 2, 3].map(|i: usize| {
         let (from, to) = (corners[i], corners[(i + 1) % 4]);
-        (to.x - from.x) * (point.y - from.y) - (to.y - from.y) * (point.x - from.x)
-    };
-    let signs = [0, 1, 2, 3].map(|i| side(i) >= 0.0);
+        (to.x - from.x) * (point.y - from.y) - (to.y - from.y) * (point.x - from.x) >= 0.0
+    });
     signs.iter().all(|sign| *sign) || signs.iter().all(|sign| !sign)
 }

@@ -83,14 +83,14 @@ pub struct ViewModel<'a> {
     pub order: Option<RobotOrder>,
     /// The rest of the selected robot's route, if it is known.
     pub route: Option<Remaining>,
-    /// How much of the plans of all robots is known.
+    /// The known part of the plans of all robots.
     pub plans: PlanFacts,
     /// The indices of closed edges, sorted.
     pub closed: &'a [u32],
     /// The density of half the strength in robots per hectare, if robots are drawn as their
     /// density.
     pub density: Option<f32>,
-    /// What is known of where it jams.
+    /// The facts about jams.
     pub jams: &'a JamFacts,
     /// The answer to the last [`Action::Rows`].
     pub rows: Option<&'a Rows>,
@@ -131,13 +131,13 @@ pub struct Timeline<'a> {
     pub searched: u64,
     /// Marks that there was no room for.
     pub left_out: u64,
-    /// What happened, sorted by time.
+    /// The marks, sorted by time.
     pub marks: &'a [RecordingMark],
     /// If this is a run that goes on: what is kept of it.
     pub live: Option<Live>,
 }
 
-/// What is kept of a live run.
+/// The kept part of a live run.
 #[derive(Clone, Copy, Debug)]
 pub struct Live {
     /// The memory that it takes, in bytes.
@@ -232,7 +232,7 @@ impl ViewModel<'_> {
         clock == Some(ClockState::Paused as u32)
     }
 
-    /// What is shown: the file of a recording, or the fleet.
+    /// The shown source: the file of a recording, or the fleet.
     pub fn name(&self) -> &str {
         self.recording().map_or(self.fleet, |recording| recording.name)
     }
