@@ -158,7 +158,7 @@ pub(super) fn contact_entry(
         None => format!("robots {one} and {other} are apart again"),
     };
     let time = pair.map_or(now_nanos, |pair| pair.since_nanos);
-    let place = pair.map_or(Place::None, |pair| Place::At([pair.x, pair.y]));
+    let place = pair.map_or(Place::None, |pair| Place::At { x: pair.x, y: pair.y });
     Some(Entry {
         robot: Some(one),
         place,

@@ -45,7 +45,8 @@ fn entries_and_alarms_are_bounded() {
     let robots = (MAX_ENTRIES + 10) as u32;
     let log = log((0..robots).map(|robot| event(EventKind::BrokenDown, robot)).collect());
     assert_eq!((log.entries().len(), log.alarms().len()), (MAX_ENTRIES, MAX_ALARMS));
-    assert_eq!(log.losses(), [10, u64::from(robots) - MAX_ALARMS as u64]);
+    let left_out = u64::from(robots) - MAX_ALARMS as u64;
+    assert_eq!(log.losses(), LogLosses { forgotten: 10, left_out });
     assert_eq!(log.entries()[0].robot, Some(10), "the oldest are forgotten");
 }
 
@@ -86,7 +87,7 @@ fn only_robots_that_touch_are_an_alarm() {
         of_contact(&contact(ContactLevel::Touching, ContactChange::Began)).expect("an entry");
     assert_eq!(
         (entry.place, change),
-        (Place::At([4.0, 0.0]), AlarmChange::Begins(AlarmKey::Contact([2, 9])))
+        (Place::At { x: 4.0, y: 0.0 }, AlarmChange::Begins(AlarmKey::Contact([2, 9])))
     );
     let (_, change) =
         of_contact(&contact(ContactLevel::Touching, ContactChange::Ended)).expect("an entry");

@@ -9,7 +9,7 @@ use regatta_interface::jams::JamFacts;
 use regatta_interface::labels::Labels;
 use regatta_interface::settings::Settings;
 use regatta_interface::timing::Timing;
-use regatta_interface::view_model::{Action, Counts, EngineState, Timeline, ViewModel};
+use regatta_interface::view_model::{Action, Counts, EngineState, RunningUdp, Timeline, ViewModel};
 use regatta_plugin::Contacts;
 use regatta_plugin::contact::{ContactHeader, ContactRecord};
 use regatta_plugin::control::ControlResponse;
@@ -159,7 +159,7 @@ impl Fixture {
             counts: Counts::default(),
             lag: None,
             trail_points: 0,
-            udp: [false, false],
+            udp: RunningUdp::default(),
         };
         let (picture, actions) = self.interface.show(ui, &model);
         self.picture = picture;

@@ -71,7 +71,7 @@ impl ViewerWindow {
             columns: &self.fleet_state.columns,
             values: &self.fleet_state.values,
             order: self.fleet_state.order,
-            route: match self.interface.selected {
+            route: match self.interface.selection.item {
                 Some(Item::Robot(id)) => self.stage.remaining(id),
                 _ => None,
             },
@@ -89,7 +89,7 @@ impl ViewerWindow {
             counts: self.stage.feed.counts(),
             lag: self.fleet_state.lag,
             trail_points: self.stage.renderer.trail_points(),
-            udp: self.udp.is_running(),
+            udp: self.udp.running(),
             timeline: self.stage.timeline(),
         };
         let input = self.input.take_egui_input(&self.window);
@@ -163,7 +163,7 @@ impl ViewerWindow {
             }
             self.frame_pacing.schedule(Instant::now());
         }
-        let selected = self.interface.selected;
+        let selected = self.interface.selection.item;
         if self.fleet_state.values_of != selected {
             self.fleet_state.values_of = selected;
             self.fleet_state.values.clear();
