@@ -63,7 +63,7 @@ pub enum Content<'text> {
     Bool(bool),
     /// An integer: decimal, `0x` or `0o`.
     Integer(i64),
-    /// Any other number, also `.inf` and `.nan`.
+    /// Any other number that an `f64` can hold, also `.inf` and `.nan`.
     Float(f64),
     /// A quoted text, or a plain one that is none of the above.
     Text(Cow<'text, str>),
@@ -430,7 +430,8 @@ fn scalar<'text>(text: Cow<'text, str>, style: ScalarStyle, tag: Option<&Tag>) -
     }
     // Without a digit it is a word, such as `inf`, which Rust reads as a number.
     if text.bytes().any(|byte| byte.is_ascii_digit())
-        && let Ok(number) = text.parse()
+        && let Ok(number) = text.parse::<f64>()
+        && number.is_finite()
     {
         return Content::Float(number);
     }
@@ -507,6 +508,7 @@ mod tests {
             ("007", Content::Text("007".into())),
             ("0", Content::Integer(0)),
             ("0.5", Content::Float(0.5)),
+            ("1e999", Content::Text("1e999".into())),
             ("!degrees 90", Content::Tagged),
             ("!pair [1, 2]", Content::Tagged),
         ];
