@@ -4,7 +4,6 @@
 //! A cycle is a function of what came before, of the frame and of the requests: in lockstep a run
 //! repeats bit by bit.
 
-mod activity;
 mod charge;
 mod requests;
 #[cfg(test)]

@@ -2,10 +2,10 @@
 //! may ever touch another.
 
 mod body;
-mod drive;
 pub mod managed;
 pub mod worlds;
 
+use crate::steering::AdmissionSettings;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -15,7 +15,6 @@ use regatta_plugin::frame::RobotState;
 use regatta_plugin::world::WorldData;
 
 use self::body::{Body, Outlines};
-pub use self::drive::{Maker, drive};
 use crate::planner::{Planner, Plans};
 use crate::roads::{Leg, Rectangle, Roads};
 use crate::steering::{Command, Settings, Steering};
@@ -248,4 +247,31 @@ pub fn places(world: &WorldData, count: usize, seed: u64) -> Vec<(Leg, f32)> {
 /// A robot that stands or drives on an edge, as a frame shows it.
 fn seen(edge: u32, s: f32, speed: f32, position: Vec2) -> Seen {
     Seen { robot_type: 0, edge: Some(edge), s, speed, position, state: RobotState::Idle }
+}
+
+/// Makes a planner.
+pub type Maker = fn(&Roads) -> Box<dyn Planner>;
+
+/// Drives robots from random node to random node for some simulated seconds, all of them admitted.
+pub fn drive(
+    name: &str,
+    world: &WorldData,
+    (robots, seed): (usize, u64),
+    secs: u32,
+    planner: Maker,
+) -> Model {
+    let settings = Settings { admission: AdmissionSettings::unlimited(), ..Settings::default() };
+    let mut model = Model::new(world, &places(world, robots, seed), seed, settings, planner);
+    model.run((secs as f32 / TICK_SECS) as u32);
+    let Spent { cycles, sum, longest } = model.spent();
+    println!(
+        "{name}, {robots} robots, {secs} s: {} goals, fewest {:?}, longest {:.0} s; {:.2} ms a cycle, longest {:.1} ms; {:?}",
+        model.total(),
+        model.arrivals.iter().min(),
+        model.longest_secs(),
+        1e3 * sum.as_secs_f64() / f64::from(cycles),
+        1e3 * longest.as_secs_f64(),
+        model.counts()
+    );
+    model
 }

@@ -11,6 +11,7 @@ mod pibt;
 mod route;
 mod tea;
 
+use clap::ValueEnum;
 use std::fmt;
 
 pub use self::backstop::{Backstop, BackstopSettings};
@@ -20,7 +21,8 @@ pub use self::lanes::{CongestionSettings, Lanes, LanesSettings};
 pub use self::pibt::{Pibt, PibtSettings};
 pub use self::route::{Router, Search};
 pub use self::tea::{Tea, TeaSettings};
-use crate::roads::Leg;
+use crate::roads::{Leg, Roads};
+use crate::steering::{AdmissionSettings, Settings};
 use crate::traffic::{Permit, Traffic};
 
 /// Decides the routes of robots and their precedence.
@@ -73,5 +75,44 @@ impl Plans {
     /// Takes the permits of all robots, by robot; beyond the end, robots have the default.
     pub(crate) fn take_permits(&mut self) -> impl Iterator<Item = Permit> + '_ {
         self.permits.drain(..)
+    }
+}
+
+/// The planner that decides which way robots go.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum PlannerKind {
+    /// The fastest way, with the time added that others lose on it; for roads whose lanes are
+    /// driven one way
+    #[default]
+    Lanes,
+    /// Time-enhanced A*: whole paths in time layers; for some tens of robots
+    Tea,
+    /// Priority inheritance with backtracking: from place to place; where opposing traffic shares
+    /// one track
+    Pibt,
+}
+
+impl PlannerKind {
+    /// Makes the planner for some roads.
+    pub fn planner(self, roads: &Roads) -> Box<dyn Planner> {
+        match self {
+            Self::Lanes => Box::new(Lanes::new(roads, LanesSettings::default())),
+            Self::Tea => Box::new(Tea::new(roads, TeaSettings::default())),
+            Self::Pibt => Box::new(Pibt::new(roads, PibtSettings::default())),
+        }
+    }
+
+    /// The settings of steering for it.
+    pub(crate) fn settings(self) -> Settings {
+        match self {
+            Self::Lanes => Settings::default(),
+            // They decide themselves in which order robots drive: a robot that isn't admitted would
+            // hold up all that are to follow it.
+            Self::Tea | Self::Pibt => Settings {
+                admission: AdmissionSettings::unlimited(),
+                stub_guard: false,
+                ..Settings::default()
+            },
+        }
     }
 }

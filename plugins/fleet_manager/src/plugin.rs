@@ -1,7 +1,5 @@
 //! The plugin: frames in, commands and the order log out.
 
-mod planner_kind;
-
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::net::SocketAddr;
@@ -22,11 +20,11 @@ use regatta_plugin::{
     ManagerServer, OpenError, Options, Participant, Plugin, Rate, Result, World, tell,
 };
 
-pub use self::planner_kind::PlannerKind;
 use crate::charging::{Charging, ChargingSettings};
 use crate::columns::ManagerColumns;
 use crate::manager::Manager;
 use crate::order_log::OrderLog;
+pub use crate::planner::PlannerKind;
 use crate::planner::{Backstop, BackstopSettings, Planner};
 use crate::roads::{Leg, Roads, default_cache_folder};
 use crate::run_figures::{Doing, RunFigures};

@@ -9,7 +9,6 @@ mod adopt;
 mod closures;
 mod evict;
 mod grant;
-mod guard;
 #[cfg(test)]
 mod tests;
 

@@ -62,7 +62,6 @@ mod open;
 pub mod order;
 pub mod places;
 pub mod pool;
-mod requests;
 pub mod store;
 mod threads;
 mod view;
@@ -81,6 +80,6 @@ pub use order::{
 };
 pub use places::{Place, Places};
 pub use pool::{Assignments, Next, OrderPool, Urgency};
-pub use requests::{Vehicle, WithdrawError};
 pub use store::StoreError;
+pub use threads::{Vehicle, WithdrawError};
 pub use web::WebError;

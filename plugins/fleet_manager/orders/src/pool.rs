@@ -10,8 +10,8 @@ use super::order::{
     Change, HistoryEntry, NewOrder, Order, OrderEvent, OrderId, OrderName, State, Stop,
 };
 use super::places::Places;
-use super::requests::{ABSENT, Reply, Request, Update, Vehicle, WithdrawError};
 use super::threads::Threads;
+use super::threads::{ABSENT, Reply, Request, Update, Vehicle, WithdrawError};
 
 mod assignment;
 mod requests;

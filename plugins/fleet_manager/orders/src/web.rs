@@ -14,8 +14,8 @@ use regatta_kit::server::{Limits, Server, WhenFull};
 use tokio::sync::Semaphore;
 use tokio::sync::mpsc::UnboundedReceiver;
 
-use super::requests::{Request, Update};
 use super::store::{Archive, Job, StoreError};
+use super::threads::{Request, Update};
 
 mod api;
 mod board;

@@ -5,7 +5,6 @@
 //! their goals or out of it, and they drive in that order. A robot that has made its last hop is
 //! left to the planner again. While nothing stands, the planner's plans stay as they are.
 
-mod case;
 mod course;
 mod lacam;
 mod region;
@@ -14,9 +13,9 @@ mod standing;
 mod tests;
 mod ways;
 
+use self::ways::Stand;
 use std::collections::{BTreeMap, BTreeSet};
 
-use self::case::{Case, Phase, legs_outside};
 use self::course::Course;
 use self::lacam::{Outcome, Search, shorten};
 use self::region::{Region, Size};
@@ -311,4 +310,71 @@ impl Planner for Backstop {
         ];
         self.planner.counts().into_iter().chain(own).collect()
     }
+}
+
+/// A region that is helped.
+#[derive(Debug)]
+struct Case {
+    /// The robots that stood.
+    seeds: Vec<u32>,
+    size: Size,
+    is_enlarged: bool,
+    region: Region,
+    phase: Phase,
+}
+
+#[derive(Debug)]
+enum Phase {
+    /// A solution is searched, with the targets of so many members.
+    Search(Box<Search>, usize),
+    Drive(Course),
+    /// All are released.
+    Over,
+}
+
+impl Case {
+    /// The robots that are led.
+    fn robots(&self) -> Box<dyn Iterator<Item = u32> + '_> {
+        match &self.phase {
+            Phase::Search(..) => Box::new(self.region.members.iter().copied()),
+            Phase::Drive(course) => Box::new(course.robots()),
+            Phase::Over => Box::new(std::iter::empty()),
+        }
+    }
+
+    /// Marks the tracks on which others would be in the way.
+    fn mark(&self, traffic: &Traffic<'_>, kept: &mut [bool]) {
+        match &self.phase {
+            Phase::Search(..) => self.region.mark(traffic.roads, kept),
+            Phase::Drive(course) => course.mark(kept),
+            Phase::Over => {}
+        }
+    }
+
+    /// The tracks on which others would be in the way: by track.
+    fn kept(&self, traffic: &Traffic<'_>) -> Vec<bool> {
+        let mut kept = vec![false; traffic.roads.conflicts().tracks()];
+        self.mark(traffic, &mut kept);
+        kept
+    }
+}
+
+/// Returns the number of legs that a robot may drive without coming to kept tracks, up to the last
+/// stand before them; `Some(None)` if it must stay, `None` if it comes to no kept track.
+fn legs_outside(
+    traffic: &Traffic<'_>,
+    robot: u32,
+    legs: &[Leg],
+    kept: &[bool],
+) -> Option<Option<usize>> {
+    let roads = traffic.roads;
+    let stand = Stand::of(traffic, robot)?;
+    if kept[stand.leg.edge() as usize] && !stand.is_at_end(roads) {
+        return Some(None);
+    }
+    let first = legs.iter().position(|leg| {
+        kept[leg.edge() as usize] || kept[roads.disc(roads.start(*leg)) as usize]
+    })?;
+    let last = (1..=first).rev().find(|count| roads.is_place(legs[count - 1]));
+    Some(Some(last.unwrap_or(0)))
 }

@@ -6,13 +6,11 @@
 
 mod congestion;
 mod detours;
-mod guide;
 
 use std::panic::resume_unwind;
 
-use self::congestion::Congestion;
 pub use self::congestion::CongestionSettings;
-use self::guide::Guide;
+use self::congestion::{Congestion, Guide};
 use super::route::Hints;
 use super::{Planner, Plans, Router, Search};
 use crate::roads::{Leg, Roads};

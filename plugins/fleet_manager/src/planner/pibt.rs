@@ -11,19 +11,15 @@
 //! once, among the places that are left; if it finds none, the other one chooses again. A hop is
 //! commanded only when no base ends at its place any more: decisions are made as late as possible.
 
-mod admission;
-mod hops;
 mod push;
 #[cfg(test)]
 mod tests;
 
 use std::collections::BTreeMap;
 
-use self::admission::Admission;
-use self::hops::{Hop, Hops};
 use self::push::Push;
 use super::{DrivingTimes, Planner, Plans};
-use crate::density::DensitySettings;
+use crate::density::{Density, DensitySettings};
 use crate::roads::{Leg, Roads};
 use crate::traffic::{Errand, Robot, Traffic};
 
@@ -259,4 +255,125 @@ impl Planner for Pibt {
             ("demotions", self.demotions),
         ]
     }
+}
+
+/// The largest number of legs of a hop.
+const MOST_LEGS: usize = 6;
+/// The largest number of hops that leave a node.
+const MOST_HOPS: usize = 24;
+
+/// A way to a place.
+#[derive(Clone, Debug, PartialEq)]
+struct Hop {
+    /// From the place before.
+    pub legs: Vec<Leg>,
+    /// The node where it ends.
+    pub place: u32,
+    /// Driving time, in seconds.
+    pub secs: f64,
+}
+
+/// The hops of some roads.
+#[derive(Debug)]
+struct Hops {
+    /// By node.
+    from: Vec<Vec<Hop>>,
+}
+
+impl Hops {
+    fn new(roads: &Roads) -> Self {
+        Self { from: (0..roads.nodes()).map(|node| hops(roads, node)).collect() }
+    }
+
+    /// The hops that leave a node.
+    fn from(&self, node: u32) -> &[Hop] {
+        &self.from[node as usize]
+    }
+}
+
+/// Finds the hops that leave a node: those of fewer legs come first.
+fn hops(roads: &Roads, node: u32) -> Vec<Hop> {
+    let mut hops: Vec<Hop> = Vec::new();
+    let mut open = vec![Hop { legs: Vec::new(), place: node, secs: 0.0 }];
+    while let Some(way) = open.pop() {
+        for &leg in roads.exits(way.place).iter().filter(|leg| !leg.is_reverse()) {
+            let edge = roads.edge(leg.edge());
+            let mut legs = way.legs.clone();
+            legs.push(leg);
+            let secs = way.secs + f64::from(edge.length / edge.speeds[0].max(1e-3));
+            let hop = Hop { legs, place: roads.end(leg), secs };
+            if hop.place == node || hops.len() >= MOST_HOPS {
+                continue;
+            }
+            match roads.is_place(leg) {
+                true => hops.push(hop),
+                false if hop.legs.len() < MOST_LEGS => open.push(hop),
+                false => {}
+            }
+        }
+    }
+    hops.sort_by(|a, b| a.legs.len().cmp(&b.legs.len()).then(a.secs.total_cmp(&b.secs)));
+    // A place is reached by one of the ways only.
+    let mut places: Vec<u32> = Vec::new();
+    hops.retain(|hop| {
+        let is_new = !places.contains(&hop.place);
+        places.push(hop.place);
+        is_new
+    });
+    hops
+}
+
+/// The number of places for each robot that is always admitted.
+const PLACES_PER_ROBOT: f64 = 20.0;
+/// The number of robots that are always admitted if there are four places for each: so few resolve
+/// their jams themselves.
+const FEW: f64 = 20.0;
+
+/// The robots that are admitted: they drive to their goals.
+#[derive(Debug)]
+struct Admission {
+    density: Density,
+    /// By admitted robot: when it was sent to its goal, in simulated seconds. Another goal needs
+    /// another admission.
+    sent: BTreeMap<u32, f64>,
+    last: f64,
+}
+
+impl Admission {
+    fn new(roads: &Roads, settings: DensitySettings) -> Self {
+        let places = f64::from(roads.nodes());
+        let density =
+            Density::new(settings, (places / PLACES_PER_ROBOT).max(FEW.min(places / 4.0)));
+        Self { density, sent: BTreeMap::new(), last: 0.0 }
+    }
+
+    /// Admits robots, those first that come first in `ranks`.
+    fn admit(&mut self, traffic: &Traffic<'_>, ranks: &[u32]) {
+        self.sent.retain(|robot, since| sent(traffic, *robot) == Some(*since));
+        let admitted = self.sent.keys().filter_map(|robot| traffic.robot(*robot));
+        let waiting = admitted.filter(|state| state.waiting_since.is_finite()).count();
+        self.density.adapt(self.sent.len(), waiting, (traffic.now - self.last) as f32);
+        self.last = traffic.now;
+        for &robot in ranks {
+            if !self.density.is_open() {
+                return;
+            }
+            if !self.sent.contains_key(&robot)
+                && let Some(since) = sent(traffic, robot)
+            {
+                self.sent.insert(robot, since);
+                self.density.enter();
+            }
+        }
+    }
+
+    /// Whether a robot goes for its goal.
+    fn is_admitted(&self, robot: u32) -> bool {
+        self.sent.contains_key(&robot)
+    }
+}
+
+/// The time at which a robot with a goal was sent there, in simulated seconds.
+fn sent(traffic: &Traffic<'_>, robot: u32) -> Option<f64> {
+    traffic.robot(robot).filter(|state| state.goal().is_some()).map(|state| state.sent)
 }

@@ -18,7 +18,6 @@
 //! there.
 
 mod layers;
-mod order;
 mod round;
 mod search;
 mod space;
@@ -208,7 +207,7 @@ impl Planner for Tea {
         if self.supervise(traffic) {
             self.plan_paths(traffic, plans);
         }
-        order::keep(traffic, &self.space, &self.paths, &self.ranks, plans);
+        keep_order(traffic, &self.space, &self.paths, &self.ranks, plans);
     }
 
     fn counts(&self) -> Vec<(&'static str, u64)> {
@@ -246,5 +245,46 @@ impl Path {
     /// The layer in which the robot leaves the place where its base ends; `None` if it stays there.
     fn until(&self) -> Option<u16> {
         self.steps.get(self.done + 1).map(|next| next.layer - 1)
+    }
+}
+
+/// The number of legs beyond a base that are checked.
+const MOST_LEGS: usize = 8;
+
+/// The time that a robot waits for another one in its way before no other robot is held back for it
+/// any more, in seconds.
+const STUCK_SECS: f64 = 4.0;
+
+/// The planned turn of a robot on a leg: the layer, and its rank among those of the same layer.
+type Turn = (u16, usize);
+
+/// Holds robots back that would be too early somewhere.
+fn keep_order(
+    traffic: &Traffic<'_>,
+    space: &Space,
+    paths: &BTreeMap<u32, Path>,
+    ranks: &[u32],
+    plans: &mut Plans,
+) {
+    let mut turns: Vec<Vec<(Turn, u32)>> = vec![Vec::new(); traffic.roads.edges().len()];
+    for (rank, robot) in ranks.iter().enumerate() {
+        let Some(state) = traffic.robot(*robot) else { continue };
+        if traffic.now - state.waiting_since >= STUCK_SECS {
+            continue;
+        }
+        for step in paths.get(robot).into_iter().flat_map(|path| &path.steps[path.done + 1..]) {
+            turns[step.leg.edge() as usize].push(((step.layer, rank), *robot));
+        }
+    }
+    for (rank, robot) in ranks.iter().enumerate() {
+        let Some(path) = paths.get(robot) else { continue };
+        let legs = path.steps[path.done + 1..].iter().take(MOST_LEGS).position(|step| {
+            let near = space.near(step.leg.edge());
+            let mut others = near.iter().flat_map(|&near| &turns[near as usize]);
+            others.any(|(other, holder)| holder != robot && *other < (step.layer, rank))
+        });
+        if let Some(legs) = legs {
+            plans.permit(*robot).max_legs = legs;
+        }
     }
 }

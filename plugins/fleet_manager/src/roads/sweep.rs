@@ -3,7 +3,7 @@
 use glam::{DVec2, Vec2, vec2};
 use regatta_plugin::world::{CurveRecord, EdgeRecord, Orientation};
 
-use super::path::Cubic;
+use super::geometry::Cubic;
 use super::{Footprint, Rectangle, Span};
 
 /// The longest stretch, in metres: the resolution at which claims are given back.

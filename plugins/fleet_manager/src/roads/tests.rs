@@ -5,7 +5,7 @@ use regatta_plugin::world::{
     CurveRecord, EdgeRecord, NodeRecord, Orientation, RobotTypeRecord, WorldData,
 };
 
-use super::path::Cubic;
+use super::geometry::Cubic;
 use super::*;
 use crate::model::worlds;
 

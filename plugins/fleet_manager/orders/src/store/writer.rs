@@ -13,7 +13,7 @@ use rusqlite::{ErrorCode, Transaction, params};
 use super::{OrderStore, stop_rows};
 use crate::order::{NewOrder, Order, OrderName};
 use crate::places::Places;
-use crate::requests::Reply;
+use crate::threads::Reply;
 
 /// The largest number of jobs in a commit.
 const MAX_JOBS: usize = 4_096;

@@ -14,8 +14,8 @@ use tokio::sync::mpsc::UnboundedReceiver;
 use crate::figures::Figures;
 use crate::order::{NewOrder, Order, OrderId, OrderName, State};
 use crate::places::Places;
-use crate::requests::{ABSENT, Update, Vehicle};
 use crate::store::Page;
+use crate::threads::{ABSENT, Update, Vehicle};
 use crate::view::{TransportOrder, VehicleView};
 
 /// The largest number of orders that are over and still shown; older ones are in the store.

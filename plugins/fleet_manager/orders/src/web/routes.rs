@@ -30,8 +30,8 @@ use super::api::{
 };
 use crate::draft::OrderDraft;
 use crate::order::{OrderName, State as OrderState};
-use crate::requests::{Request, WithdrawError};
 use crate::store::Page;
+use crate::threads::{Request, WithdrawError};
 use crate::view::{TransportOrder, VehicleView};
 
 /// The largest body of one order, in bytes.

@@ -13,15 +13,13 @@
 //! allow either.
 
 mod problem;
-mod shorten;
 mod step;
 #[cfg(test)]
 mod tests;
 
 use std::collections::BTreeMap;
 
-pub use self::problem::{Hop, Problem, Way};
-pub use self::shorten::shorten;
+pub use self::problem::{Hop, Problem, Way, shorten};
 use self::step::{Choice, Step};
 
 /// The state of a search.

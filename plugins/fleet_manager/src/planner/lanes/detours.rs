@@ -1,6 +1,6 @@
 //! Takes rings of waiting robots apart.
 
-use super::guide::Guide;
+use super::congestion::Guide;
 use super::{Lanes, SLACK, Search};
 use crate::planner::Plans;
 use crate::roads::Leg;

@@ -3,8 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use super::Stand;
-use super::hops::{Hop, Hops};
+use super::{Hop, Hops, Stand};
 use crate::planner::DrivingTimes;
 use crate::traffic::Traffic;
 
