@@ -260,7 +260,7 @@ struct CurveInstance {
     /// Metres; 0 if the curve belongs to no edge, and isn't drawn.
     edge_length: f32,
     /// The edge's speed in reverse gear in metres per second; 0 if that isn't allowed.
-    backwards: f32,
+    reverse_speed: f32,
     control_points: [Vec2; 4],
     /// The parameter of the edge's arrow, or a negative number if the arrow is on another curve.
     arrow: f32,
@@ -308,7 +308,7 @@ fn assign(
         instance.edge = index;
         instance.length = if curves.len() == 1 { edge.length } else { curve_length(curve) * scale };
         instance.edge_length = edge.length;
-        instance.backwards = edge.reverse_speed;
+        instance.reverse_speed = edge.reverse_speed;
         instance.arrow = if number == with_arrow { parameter } else { -1.0 };
     }
 }

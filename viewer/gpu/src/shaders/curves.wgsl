@@ -6,7 +6,7 @@ struct Curve {
     edge: u32,
     length: f32,
     edge_length: f32,
-    backwards: f32,
+    reverse_speed: f32,
     start: vec2f,
     control_a: vec2f,
     control_b: vec2f,
