@@ -87,11 +87,8 @@ pub fn run(options: &Options) -> Result {
     options.look.load_meshes(&mut renderer);
     let stage = Stage::new(&participant, renderer, options.look.scene())?;
     let mut routes = RoutePoller::default();
-    routes.watch(
-        options.follow.iter().chain(&options.look.select).copied().collect(),
-        Instant::now(),
-    );
-    let followed = options.follow.iter().chain(&options.look.select).copied().collect();
+    let followed: Vec<u32> = options.follow.iter().chain(&options.look.select).copied().collect();
+    routes.watch(followed.clone(), Instant::now());
     // A film reads them with each frame, so that they don't depend on when a thread wakes.
     let watch = PlanQuery { selected: followed, ..stage.plan_query() };
     let plans = if options.film.is_some() { None } else { Inbox::open(&options.fleet, watch)? };
@@ -193,8 +190,8 @@ impl HeadlessViewer<'_> {
         }
         let pictures = video.finish()?;
         if repeats > 0 {
-            let (fps, verb) =
-                (self.options.fps, if repeats == 1 { "is a repeat" } else { "are repeats" });
+            let fps = self.options.fps;
+            let verb = if repeats == 1 { "is a repeat" } else { "are repeats" };
             eprintln!(
                 "{repeats} of {} {verb}: this machine renders fewer than {fps} per second; \
                  `regatta record`, then `regatta viewer FILE --film`, repeats none",
@@ -224,20 +221,20 @@ impl HeadlessViewer<'_> {
         }
     }
 
-    /// Takes what was found of where it jams.
+    /// Takes the new figures of jams.
     fn update_jams(&mut self) -> Result {
-        let found = self.jams.as_ref().map(Inbox::take).transpose()?;
-        found.into_iter().flatten().for_each(|report| {
-            self.stage.set_jams(report);
-        });
+        if let Some(jams) = &self.jams {
+            for report in jams.take()? {
+                self.stage.set_jams(report);
+            }
+        }
         Ok(())
     }
 
-    /// Takes the newest plans. Returns what is known if there are new ones.
+    /// Takes the newest plans. Returns their counts if there are new ones.
     fn update_plans(&mut self) -> Result<Option<PlanFacts>> {
-        let Some(found) = self.plans.as_ref().map(Inbox::newest).transpose()?.flatten() else {
-            return Ok(None);
-        };
+        let Some(plans) = &self.plans else { return Ok(None) };
+        let Some(found) = plans.newest()? else { return Ok(None) };
         self.stage.set_plans(found);
         Ok(Some(self.stage.plan_facts()))
     }

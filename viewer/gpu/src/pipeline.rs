@@ -76,9 +76,9 @@ pub struct PipelineDescriptor<'a> {
     pub buffers: &'a [VertexBufferLayout<'a>],
     /// The primitives that the vertices form.
     pub topology: PrimitiveTopology,
-    /// How the depth buffer is used.
+    /// The use of the depth buffer.
     pub depth: DepthMode,
-    /// How fragments are blended with the target; `None` to replace it. Ids are never blended.
+    /// The blending of fragments with the target; `None` to replace it. Ids are never blended.
     pub blend: Option<BlendState>,
 }
 

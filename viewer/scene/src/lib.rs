@@ -28,7 +28,7 @@ pub struct Scene {
     pub theme: Theme,
     /// The data that robots are coloured by.
     pub colouring: Colouring,
-    /// Which layers are drawn.
+    /// The layers that are drawn.
     pub layers: Layers,
     /// The heat map of the edges, if there is one.
     pub heat: Option<Heat>,

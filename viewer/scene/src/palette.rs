@@ -27,7 +27,7 @@ pub struct Rgb(pub u32);
 pub const CLOSED: Rgb = Rgb(0xd8232f);
 
 /// A colour theme.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Theme {
     /// Light objects on a dark floor.
     #[default]

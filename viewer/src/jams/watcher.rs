@@ -144,7 +144,7 @@ impl Watcher {
         Some((spots.iter().map(Spot::from).collect(), samples.into(), known))
     }
 
-    /// What was found here, since this thread began to query.
+    /// The findings of this thread since it began to watch.
     fn own(&self) -> History {
         let until_secs = self.run.series.samples.last().map_or(0.0, |sample| sample.secs);
         let known = Known { from_secs: self.run.spots.began().1, until_secs, is_published: false };

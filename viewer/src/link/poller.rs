@@ -89,7 +89,7 @@ struct Poller {
     values_at: Instant,
 }
 
-/// What a filter looks at.
+/// The ports that a filter reads.
 struct Filtered {
     frames: Subscriber,
     worlds: WorldReader,

@@ -63,8 +63,9 @@ impl Stage {
             if let Some(values) = values.filter(|_| is_due) {
                 self.range = widened(self.range, values);
             }
-            all(&mut self.renderer, &mut self.further_levels)
-                .for_each(|renderer| renderer.set_values(values));
+            for renderer in all(&mut self.renderer, &mut self.further_levels) {
+                renderer.set_values(values);
+            }
         }
     }
 
@@ -81,7 +82,9 @@ impl Stage {
         (self.robot_bounds_run, self.robot_bounds) = (run, bounds);
         if let Some(bounds) = bounds {
             let ground = (bounds.high - bounds.low).element_product();
-            self.renderers().for_each(|renderer| renderer.set_ground(ground));
+            for renderer in self.renderers() {
+                renderer.set_ground(ground);
+            }
         }
     }
 }

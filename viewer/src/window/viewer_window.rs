@@ -72,7 +72,7 @@ pub struct ViewerWindow {
     timing: Timing,
     look: LookOptions,
     fleet: FleetName,
-    /// What is shown: a file, or a fleet.
+    /// The name of the file or the fleet that is shown.
     name: String,
     /// Width and height of the window, in pixels.
     size: UVec2,
@@ -284,7 +284,9 @@ impl ViewerWindow {
         }
         let ended = self.udp.remove_ended();
         has_news |= !ended.is_empty();
-        ended.into_iter().for_each(|text| self.interface.notify(text));
+        for text in ended {
+            self.interface.notify(text);
+        }
         has_news
     }
 
