@@ -116,7 +116,7 @@ fn curves(
     expander.curves
 }
 
-/// Which layers are edges. Names are in upper case: they are the same in any case.
+/// The layers that are edges. Names are in upper case: they are the same in any case.
 struct Layers {
     edges: BTreeSet<String>,
     background: BTreeSet<String>,
@@ -126,13 +126,15 @@ impl Layers {
     fn new(curves: &[Curve], scan: &Scan, options: &ReadOptions, report: &mut Report<'_>) -> Self {
         let names: BTreeMap<String, &str> =
             curves.iter().map(|curve| (curve.layer.to_uppercase(), curve.layer.as_str())).collect();
-        let is_visible = |name: &&String| !scan.hidden_layers.contains(*name) && *name != DEFPOINTS;
-        let visible: BTreeSet<String> = names.keys().filter(is_visible).cloned().collect();
-        let of = |(upper, name): (&String, &&str)| {
-            let hidden = if visible.contains(upper) { "" } else { " (hidden)" };
-            format!("`{}`{hidden}", shorten(name))
-        };
-        let list = names.iter().map(of).collect::<Vec<_>>().join(", ");
+        let (mut visible, mut list) = (BTreeSet::new(), Vec::new());
+        for (upper, name) in &names {
+            let is_hidden = scan.hidden_layers.contains(upper) || upper == DEFPOINTS;
+            list.push(format!("`{}`{}", shorten(name), if is_hidden { " (hidden)" } else { "" }));
+            if !is_hidden {
+                visible.insert(upper.clone());
+            }
+        }
+        let list = list.join(", ");
         if curves.is_empty() {
             report.file_error(0, "the drawing has no lines or curves that can be routes");
         }
@@ -214,13 +216,13 @@ fn report_network(network: &Network, report: &mut Report<'_>, ignored: &mut Igno
 
 /// Makes two edges of each line: a drawing has no direction.
 fn layout(network: Network, background: &[Curve]) -> Layout {
-    let node = |(index, &(position, at)): (usize, &(DVec2, u32))| LayoutNode {
+    let nodes = (1..).zip(&network.nodes).map(|(id, &(position, at)): (usize, _)| LayoutNode {
         at,
-        id: (index + 1).to_string(),
+        id: id.to_string(),
         position,
         ..LayoutNode::default()
-    };
-    let nodes = network.nodes.iter().enumerate().map(node).collect();
+    });
+    let nodes = nodes.collect();
     let links = network.links.into_iter().enumerate();
     let edges = links.flat_map(|(index, link)| {
         let back = reversed(&link);

@@ -107,10 +107,12 @@ fn outlines(grid: &Grid) -> Result<Vec<Vec<DVec2>>, String> {
              clean the map up"
         )
     })?;
-    let to_metres = |line: Vec<[u32; 2]>| {
-        line.into_iter().map(|[x, y]| grid.metres(DVec2::new(x.into(), y.into())))
-    };
-    Ok(lines.into_iter().map(|line| to_metres(line).collect()).collect())
+    let mut outlines = Vec::new();
+    for line in lines {
+        let points = line.into_iter().map(|[x, y]| DVec2::new(x.into(), y.into()));
+        outlines.push(points.map(|point| grid.metres(point)).collect());
+    }
+    Ok(outlines)
 }
 
 fn report_roadmap(roadmap: &Roadmap, width: u32, report: &mut Report<'_>) {
@@ -139,15 +141,12 @@ fn layout(roadmap: &Roadmap, grid: &Grid, background: Vec<Vec<DVec2>>) -> Layout
         position: grid.metres(position),
         ..LayoutNode::default()
     });
-    let edge = |id: usize, [from, to]: [usize; 2]| LayoutEdge {
+    let directions = roadmap.edges.iter().flat_map(|&[from, to]| [[from, to], [to, from]]);
+    let edges = (1..).zip(directions).map(|(id, [from, to]): (usize, _)| LayoutEdge {
         id: id.to_string(),
         origin: (from + 1).to_string(),
         destination: (to + 1).to_string(),
         ..LayoutEdge::default()
-    };
-    let roads = (0..).zip(&roadmap.edges);
-    let edges = roads.flat_map(|(index, &[from, to])| {
-        [edge(2 * index + 1, [from, to]), edge(2 * index + 2, [to, from])]
     });
     Layout { nodes: nodes.collect(), edges: edges.collect(), background, ..Layout::default() }
 }

@@ -40,7 +40,7 @@ pub struct Expander<'a> {
     steps: usize,
 }
 
-/// Where an entity is.
+/// The place of an entity.
 #[derive(Clone, Copy)]
 struct Place<'a> {
     at: u32,

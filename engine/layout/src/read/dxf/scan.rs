@@ -18,7 +18,7 @@ const MAX_ENTITIES: usize = 500_000;
 /// copy of it.
 const MAX_NAME: usize = 255;
 
-/// What the scanner finds in a file.
+/// The content of a file that the reader uses.
 #[derive(Debug, Default)]
 pub struct Scan {
     /// A DXF file of the blocks and entities that are used.
@@ -257,12 +257,12 @@ impl<'a, 'text> Scanner<'a, 'text> {
 
     fn layer_value(&mut self, pair: Pair<'_>) {
         let Some((name, hidden)) = &mut self.layer else { return };
-        let number = || pair.value.parse::<i32>().unwrap_or_default();
+        let number = pair.value.parse::<i32>().unwrap_or_default();
         match pair.code {
             2 => pair.value.clone_into(name),
             // A negative colour: switched off. The lowest bit of the flags: frozen.
-            62 => *hidden |= number() < 0,
-            70 => *hidden |= number() & 1 != 0,
+            62 => *hidden |= number < 0,
+            70 => *hidden |= number & 1 != 0,
             _ => {}
         }
     }

@@ -46,7 +46,9 @@ impl<'a> Vehicles<'a> {
             list.iter().filter_map(|raw| Object::parse(raw, kind, context)).collect();
         let types: Vec<Option<String>> =
             objects.iter_mut().map(|object| object.take_text("vehicleTypeId", context)).collect();
-        types.iter().flatten().for_each(|name| self.add(name));
+        for name in types.iter().flatten() {
+            self.add(name);
+        }
         let wanted = self.wanted.or(self.first.as_deref());
         let index = types.iter().position(|name| name.is_some() && name.as_deref() == wanted);
         if let (None, [first, _, ..]) = (self.wanted, list) {

@@ -207,12 +207,11 @@ fn read_picture(path: &Path) -> Result<DynamicImage, String> {
 fn brightness(picture: &DynamicImage) -> Vec<Option<u8>> {
     match picture {
         DynamicImage::ImageLuma8(grey) => grey.pixels().map(|pixel| Some(pixel.0[0])).collect(),
-        other => {
-            let mean = |[red, green, blue, alpha]: [u8; 4]| {
-                let sum = u16::from(red) + u16::from(green) + u16::from(blue);
-                (alpha != 0).then_some((sum / 3) as u8)
-            };
-            other.to_rgba8().pixels().map(|pixel| mean(pixel.0)).collect()
-        }
+        other => other.to_rgba8().pixels().map(|pixel| mean(pixel.0)).collect(),
     }
+}
+
+fn mean([red, green, blue, alpha]: [u8; 4]) -> Option<u8> {
+    let sum = u16::from(red) + u16::from(green) + u16::from(blue);
+    (alpha != 0).then_some((sum / 3) as u8)
 }
