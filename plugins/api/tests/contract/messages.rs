@@ -1,8 +1,5 @@
 //! Commands, events, requests, columns and lockstep, there and back, within one process.
 
-#[path = "support/common.rs"]
-mod common;
-
 use std::time::{Duration, Instant};
 
 use iceoryx2::prelude::*;
@@ -21,7 +18,7 @@ use regatta_plugin::{
     RouteClient, RouteError, RouteServer, Subscriber, column_names, services,
 };
 
-use common::{fleet, publish};
+use crate::common::{fleet, publish};
 
 fn taken(producer: &mut ProducerPorts) -> Vec<Vec<CommandRecord>> {
     let mut samples = Vec::new();

@@ -1,8 +1,5 @@
 //! Frames from a producer to readers, within one process.
 
-#[path = "support/common.rs"]
-mod common;
-
 use std::time::{Duration, Instant};
 
 use regatta_plugin::ProducerPorts;
@@ -11,7 +8,7 @@ use regatta_plugin::health::occupants;
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
 use regatta_plugin::{OpenError, Subscriber, WorldReader};
 
-use common::{fleet, publish};
+use crate::common::{fleet, publish};
 
 fn check(subscriber: &mut Subscriber, tick: u64, robots: usize) {
     let frame = subscriber.latest().unwrap().expect("a new frame");

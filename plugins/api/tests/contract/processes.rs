@@ -1,9 +1,6 @@
 //! Producers and readers as processes: stopped, killed, replaced. This program starts itself again
 //! as each.
 
-#[path = "support/common.rs"]
-mod common;
-
 use std::io::{BufRead, BufReader};
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
@@ -15,7 +12,7 @@ use regatta_plugin::world::WorldData;
 use regatta_plugin::{FleetName, Frame, OpenError, Plugin, Result, Subscriber, World};
 use rustix::process::{Pid, Signal, kill_process};
 
-use common::{fleet, publish};
+use crate::common::{fleet, publish};
 
 /// Longest wait for anything: machines may be busy.
 const PATIENCE: Duration = Duration::from_secs(30);
@@ -104,7 +101,7 @@ struct Role {
 impl Role {
     fn start(role: &str, fleet: &FleetName) -> Self {
         let mut child = Command::new(std::env::current_exe().unwrap())
-            .args(["--exact", "child", "--nocapture", "--test-threads=1"])
+            .args(["--exact", "processes::child", "--nocapture", "--test-threads=1"])
             .env("REGATTA_TEST_ROLE", role)
             .env("REGATTA_TEST_FLEET", fleet.as_str())
             .stdout(Stdio::piped())
@@ -250,7 +247,7 @@ fn a_killed_producer_is_replaced_while_its_readers_live_on() {
     witness.wait_for("ended", || ());
     drop(reader);
     // The dead one's traces go with the next process to join any fleet.
-    drop(Subscriber::open(&common::fleet()).unwrap());
+    drop(Subscriber::open(&crate::common::fleet()).unwrap());
     assert!(services_of(&fleet).unwrap().is_empty(), "{:?}", services_of(&fleet));
 }
 
@@ -283,7 +280,7 @@ fn ten_readers_come_and_go() {
 fn a_plugin_says_once_that_it_waits_for_an_engine() {
     let fleet = fleet();
     let mut child = Command::new(std::env::current_exe().unwrap())
-        .args(["--exact", "child", "--nocapture"])
+        .args(["--exact", "processes::child", "--nocapture"])
         .env("REGATTA_TEST_ROLE", "plugin")
         .env("REGATTA_TEST_FLEET", fleet.as_str())
         .stdout(Stdio::null())
