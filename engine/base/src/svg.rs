@@ -224,7 +224,7 @@ impl Element<'_> {
 
     /// Ends the element with a text as its content, which is escaped.
     pub fn content(mut self, text: impl Display) {
-        self.svg.text.extend([">", &partial_escape(&text.to_string()), "</", self.name]);
+        self.svg.text.extend([">", &partial_escape(text.to_string()), "</", self.name]);
         self.end = ">\n";
     }
 }

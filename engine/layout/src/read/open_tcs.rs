@@ -48,7 +48,7 @@ pub(crate) fn read<'text>(
     if model.name != "model" {
         return Err(SyntaxError::new(
             line,
-            &format!("the outermost element is `{}`, not `model`", shorten(model.name)),
+            format!("the outermost element is `{}`, not `model`", shorten(model.name)),
         ));
     }
     if options.level.is_some() {
