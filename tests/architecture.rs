@@ -84,7 +84,7 @@ const ARROWS: [(&str, &[&str]); 16] = [
     ("plugins/fleet_manager/orders", &["regatta-base", "regatta-kit", "regatta-plugin"]),
     // An independent judge shares nothing with those that it judges.
     ("plugins/validator", &["regatta-plugin"]),
-    // What a user copies knows the contract only.
+    // A plugin that users copy knows the contract only.
     ("plugins/hello", &["regatta-plugin"]),
     // Panels don't know graphics cards, and the renderer no panels: what both know is plain data.
     ("viewer/scene", &["regatta-base", "regatta-plugin"]),

@@ -25,7 +25,7 @@ const CLOSED: &str = "#d8232e";
 const MARGIN: f32 = 10.0;
 const FOOTER: f32 = 14.0;
 
-/// What a plan shows.
+/// The contents of a plan.
 #[derive(Clone, Copy, Debug)]
 pub struct Plan<'a> {
     /// The route graph and the robot types.
@@ -46,13 +46,13 @@ pub struct Plan<'a> {
     pub closed: &'a [u32],
     /// The level whose nodes, edges and robots are shown; `None` for all levels.
     pub level: Option<&'a str>,
-    /// What is to be seen, in metres.
+    /// The visible part, in metres.
     pub bounds: Bounds,
     /// Metres added to all positions.
     pub offset: Vec2,
     /// The scale: 200 for 1:200; `None` for one at which the drawing fits on A3.
     pub scale: Option<f32>,
-    /// What is shown: the name of a fleet or a recording.
+    /// The name of the fleet or the recording.
     pub name: &'a str,
     /// The time of the frame in seconds, on the clock that is shown.
     pub seconds: f64,

@@ -52,7 +52,7 @@ pub(super) fn fit(path: &Path, tangents: [DVec2; 2]) -> Vec<CurveSpan> {
         fitted = fit_cubic(cubic, [start, end], fitted);
         let Some(next) = cubics.peek() else { break };
         let departure = next.tangent(0.0, Side::After);
-        // Where the curve is smooth, both pieces get exactly the same tangent.
+        // If the curve is smooth there, both pieces get exactly the same tangent.
         start = if departure.distance(end) < SAME_HEADING { end } else { departure };
     }
     fitted.spans

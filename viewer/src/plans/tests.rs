@@ -87,7 +87,7 @@ fn watched(
 fn routes_goals_and_waits_of_a_fleet_are_collected() {
     let watch = PlanQuery { plans: true, waits: true, ..PlanQuery::default() };
     let (report, asked) = watched("plans", watch, |found| found.lines.len() == 3);
-    // What is left of edge 0 for the first robot, and of edge 1 for the second one; all of edge 1
+    // The rest of edge 0 for the first robot, and of edge 1 for the second one; all of edge 1
     // is the first one's horizon.
     let lines: Vec<_> = report.lines.iter().map(|line| (line.curve, line.released)).collect();
     assert_eq!(lines, [(1, 0), (0, 1), (1, 1)]);

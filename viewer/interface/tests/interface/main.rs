@@ -68,7 +68,7 @@ struct Fixture {
     timing: Timing,
     legend: Legend,
     actions: Vec<Action>,
-    /// Where the picture is, in points.
+    /// The place of the picture, in points.
     picture: egui::Rect,
     /// The marks of a recording of ten seconds, and its time, in seconds.
     recording: Option<(Vec<RecordingMark>, f64)>,
@@ -225,7 +225,7 @@ fn timeline(marks: &[RecordingMark], now: f64) -> Timeline<'_> {
     }
 }
 
-/// What is kept of a live run: ten seconds.
+/// The kept part of a live run: ten seconds.
 fn past(header: &FrameHeader, is_past: bool) -> Timeline<'static> {
     let now = header.sim_time_nanos;
     let live = Some(Live { bytes: 12 << 20, is_past });

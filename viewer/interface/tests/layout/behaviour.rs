@@ -1,4 +1,4 @@
-//! What the interface does in a window of a usual size.
+//! The behaviour of the interface in a window of a usual size.
 
 use egui::Key;
 use egui_kittest::kittest::Queryable;

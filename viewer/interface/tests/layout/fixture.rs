@@ -48,7 +48,7 @@ pub struct Fixture {
     pub picture: Rect,
     pub actions: Vec<Action>,
     pub engine: EngineState,
-    /// What a collision checker says.
+    /// The figures of a collision checker.
     pub contacts: Option<ContactHeader>,
     pub pairs: Vec<ContactRecord>,
     /// The file that is replayed, or the past of a live run; neither is known as long as it is
@@ -113,7 +113,7 @@ impl Fixture {
         }
     }
 
-    /// Where a bar or a panel is, if it is open.
+    /// The place of a bar or a panel, if it is open.
     pub fn panel(&self, name: &str) -> Option<Rect> {
         let settings = &self.interface.settings;
         // Those that were open are remembered.

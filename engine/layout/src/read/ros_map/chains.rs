@@ -29,7 +29,7 @@ pub fn trace(cells: &[u32], space: &Space) -> Vec<Vec<u32>> {
                 .filter_map(|next| tracer.follow(node, next, |cell| nodes.contains(&cell))),
         );
     }
-    // What is left are loops without a junction.
+    // Loops without a junction are left.
     let mut seen: BTreeSet<u32> = chains.iter().flatten().copied().collect();
     for &start in cells {
         let next = tracer.neighbours(start).next();
