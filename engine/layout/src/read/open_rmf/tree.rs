@@ -155,8 +155,11 @@ mod tests {
 
     #[test]
     fn tuples_know_their_lines() {
-        let text = "levels:\n  L1:\n    vertices:\n    - - 1.5\n      - -2\n      - {name: a}\n   \
-                    - [3, 4, {}]\n";
+        let text = concat!(
+            "levels:\n  L1:\n    vertices:\n",
+            "    - - 1.5\n      - -2\n      - {name: a}\n",
+            "    - [3, 4, {}]\n",
+        );
         let root = Tree::parse(text).expect("yaml");
         let vertices = root
             .get("levels")
