@@ -43,18 +43,15 @@ where
     PossibleValuesParser::new(names).try_map(|name| name.parse::<T>())
 }
 
-/// The points of an edge that handles may be measured from.
-const HANDLES: [Handles; 2] = [Handles::BAtOrigin, Handles::FAtOrigin];
-
 /// The options of reading a layout.
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = "Layout")]
 pub struct LayoutArgs {
     /// Handle length at an edge's origin instead of the file's setting
-    #[arg(long, value_parser = one_of::<Handles>(HANDLES.map(Handles::name)))]
+    #[arg(long, value_parser = one_of::<Handles>(Handles::ALL.iter().map(|handles| handles.name())))]
     pub handles: Option<Handles>,
     /// Format of the layout; detected by its content if not given
-    #[arg(long, value_parser = one_of::<Format>(Format::ALL.map(Format::name)))]
+    #[arg(long, value_parser = one_of::<Format>(Format::ALL.iter().map(|format| format.name())))]
     pub format: Option<Format>,
     /// Level (floor) or layout to read; all if not given
     #[arg(long, value_name = "NAME")]
@@ -62,11 +59,11 @@ pub struct LayoutArgs {
     /// Vehicle type of a LIF layout whose speeds and headings are used; the first if not given
     #[arg(long, value_name = "NAME")]
     pub vehicle_type: Option<String>,
-    /// Layer of a drawing whose lines are edges, the others are background; repeat it for several
+    /// Layer of a drawing whose lines are edges; other layers are background; may be repeated
     #[arg(long = "layer", value_name = "NAME")]
     pub layers: Vec<String>,
     /// Unit of a drawing instead of its own
-    #[arg(long, value_parser = one_of::<LengthUnit>(LengthUnit::ALL.map(LengthUnit::name)))]
+    #[arg(long, value_parser = one_of::<LengthUnit>(LengthUnit::ALL.iter().map(|unit| unit.name())))]
     pub units: Option<LengthUnit>,
     /// Length in metres of the side of a grid map's cells; 1 if not given
     #[arg(long, value_name = "METRES")]

@@ -28,7 +28,7 @@ static LONG_VERSION: LazyLock<String> = LazyLock::new(version::long);
 #[command(long_version = LONG_VERSION.as_str())]
 #[command(arg_required_else_help = false, max_term_width = 100)]
 pub struct Cli {
-    /// Print more: -v shows progress and the causes of errors, -vv also details.
+    /// Print more messages: -v for progress and the causes of errors, -vv for details, too.
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     pub verbose: u8,
     #[command(subcommand)]
@@ -54,14 +54,13 @@ pub enum Command {
         #[command(subcommand)]
         command: graph::GraphCommand,
     },
-    /// Make a folder with a scenario and a README for a layout of any format.
+    /// Create a folder with a scenario and a README for a layout of any format.
     New(crate::new::NewArgs),
     /// Pause the clock of a running fleet.
     Pause(Target),
     /// Resume the clock of a paused fleet.
     Resume(Target),
-    /// Pause, and advance by a number of ticks at the fleet's speed (immediately after `regatta
-    /// speed max`).
+    /// Pause, then advance by a number of ticks at the fleet's speed.
     Step {
         /// Number of ticks.
         #[arg(default_value_t = 1)]
@@ -120,7 +119,7 @@ pub enum Command {
     Stop(Target),
     /// Record a fleet to an MCAP file, or repair such a recording.
     Record(regatta_record::RecordArgs),
-    /// Publish a recording as if its fleet were running, so that every reader works with it.
+    /// Publish a recording as a fleet, which every reader can read.
     Replay(regatta_record::ReplayArgs),
     /// Describe a recording: its fleet, time, ticks, robots, runs, topics with their sizes, and
     /// whether it is complete.
@@ -130,7 +129,7 @@ pub enum Command {
     /// Plot one robot of a recording: its path over the graph, and its x, y, heading and speed over
     /// time.
     Plot(regatta_record::PlotArgs),
-    /// Judge a recording: contacts, motion, orders. Fails if anything is found.
+    /// Validate a recording: contacts, motion, orders. Fails if there are findings.
     Validate(recording::ValidateArgs),
     /// Watch and steer a running fleet live in this terminal.
     Top(Target),
@@ -140,19 +139,19 @@ pub enum Command {
         #[command(subcommand)]
         command: orders::OrdersCommand,
     },
-    /// Repeat the experiments that Regatta's accuracy and speed are measured with.
+    /// Measure Regatta's accuracy and speed.
     #[command(arg_required_else_help = false)]
     Report {
         #[command(subcommand)]
         command: report::ReportCommand,
     },
-    /// Answer how many robots a plant holds, by many runs, here or on a cluster, with a page of
-    /// results.
+    /// Compute how many robots a plant holds, by many runs, here or on a cluster, and write a page
+    /// of results.
     Study(Box<study::StudyArgs>),
-    /// Do one job of a study: the command that a study gives to its workers.
+    /// Execute one job of a study; the workers of a study run this command.
     #[command(hide = true)]
     StudyRun(study::StudyRunArgs),
-    /// Measure and judge a run of a study.
+    /// Measure and validate a run of a study.
     #[command(hide = true)]
     StudyObserve(study::ObserverArgs),
     /// Check that this machine can run fleets, and clean up after crashed ones.

@@ -28,7 +28,7 @@ pub enum RobotCommand {
         node: Option<String>,
         #[command(flatten)]
         edges: Edges,
-        /// Allow the way to a node to use reverse gear.
+        /// Allow reverse gear on the route to a node.
         #[arg(long)]
         reverse: bool,
     },
@@ -66,15 +66,15 @@ pub enum RobotCommand {
     Close(Edge),
     /// Open a closed edge again.
     Open(Edge),
-    /// Ask the fleet manager to send a robot to a node: at once, or with a load when its order is
-    /// finished.
+    /// Ask the fleet manager to send a robot to a node: immediately, or after its order if it has a
+    /// load.
     Send {
         #[command(flatten)]
         robot: Robot,
         /// Node to drive to, by id or name.
         node: String,
     },
-    /// Ask the fleet manager to end the errand that a robot was sent on.
+    /// Ask the fleet manager to cancel a `send`, so that the robot gets orders as before.
     Recall(Robot),
     /// Add a robot, on a node or on an edge.
     Spawn {

@@ -27,8 +27,7 @@ pub enum GraphCommand {
         /// Print JSON
         #[arg(long)]
         json: bool,
-        /// Write a copy in which angles in degrees, repeated edges and ends that nearly meet are
-        /// mended
+        /// Write a copy that corrects angles in degrees, repeated edges and ends that nearly meet
         #[arg(long, value_name = "FILE", conflicts_with = "json")]
         fix: Option<Destination>,
         #[command(flatten)]
@@ -65,9 +64,9 @@ pub enum GraphCommand {
         /// File to write; - for standard output
         #[arg(short, long, value_name = "FILE")]
         output: Destination,
-        /// Format to write; that of the ending (.yaml, .json, .geojson, .xml) if not given
+        /// Format to write; by the file ending (.yaml, .json, .geojson, .xml) if not given
         #[arg(long, value_name = "FORMAT")]
-        #[arg(value_parser = one_of::<Format>(Format::ALL.map(Format::name)))]
+        #[arg(value_parser = one_of::<Format>(Format::ALL.iter().map(|format| format.name())))]
         to: Option<Format>,
         #[command(flatten)]
         force: Force,

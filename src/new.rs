@@ -17,7 +17,7 @@ pub struct NewArgs {
     /// Layout of any format
     #[arg(value_hint = clap::ValueHint::FilePath)]
     plant: PathBuf,
-    /// Folder to make; the name of the layout without its ending if not given
+    /// Folder to create; the name of the layout without its ending if not given
     #[arg(short, long, value_name = "FOLDER")]
     output: Option<PathBuf>,
     #[command(flatten)]

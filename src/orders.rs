@@ -13,7 +13,7 @@ use crate::failure::Failure;
 pub enum OrdersCommand {
     /// List orders: their states, robots and stops.
     List {
-        /// Only orders of this state: open, created, waiting, travelling, handling, finished …
+        /// List only orders in this state: open, created, waiting, travelling, handling, finished …
         #[arg(long)]
         state: Option<String>,
         /// Print JSON.
@@ -33,7 +33,7 @@ pub enum OrdersCommand {
     Cancel {
         /// Name of the order.
         name: String,
-        /// Even if its robot has handled a stop; its load stays on the robot.
+        /// Withdraw it even if its robot has handled a stop; the load stays on the robot.
         #[arg(long)]
         immediate: bool,
         #[command(flatten)]
@@ -42,7 +42,7 @@ pub enum OrdersCommand {
     /// Send all orders of a file, or none: CSV (name,time,priority,earliest,deadline,stops) or
     /// YAML.
     Import {
-        /// The file; its times are in seconds of simulated time.
+        /// File of orders, with times in seconds of simulated time.
         file: PathBuf,
         #[command(flatten)]
         manager: Manager,
@@ -55,7 +55,7 @@ pub struct Manager {
     /// Address of its web API.
     #[arg(long, default_value = Client::DEFAULT_URL)]
     url: String,
-    /// File with the token, if it needs one.
+    /// File with the token, if the web API needs one.
     #[arg(long)]
     token_file: Option<PathBuf>,
 }

@@ -20,13 +20,13 @@ struct BuiltIn {
 const PLUGINS: &[BuiltIn] = &[
     BuiltIn {
         name: "collision",
-        about: "Mark robots that collide, now or soon",
+        about: "Find robots that collide, now or soon",
         run: |args| regatta_collision::run_from(args),
         add_options: |_| regatta_collision::Cli::command(),
     },
     BuiltIn {
         name: "fleet-manager",
-        about: "Carry transport orders out: steer robots that never touch each other",
+        about: "Carry out transport orders, with robots that never touch each other",
         run: |args| regatta_fleet_manager::run_from(args),
         add_options: |_| regatta_fleet_manager::Cli::command(),
     },
@@ -38,7 +38,7 @@ const PLUGINS: &[BuiltIn] = &[
     },
     BuiltIn {
         name: "meter",
-        about: "Measure what the fleet carries over time: orders and their times",
+        about: "Measure the throughput of the fleet: orders and their times",
         run: |args| regatta_meter::run_from(args),
         add_options: |_| regatta_meter::Cli::command(),
     },
@@ -56,7 +56,7 @@ const PLUGINS: &[BuiltIn] = &[
     },
     BuiltIn {
         name: "traffic",
-        about: "Publish what happens on each edge: throughput, speed, waiting",
+        about: "Publish figures of each edge: throughput, speed, waiting",
         run: |args| regatta_traffic::run_from(args),
         add_options: |_| regatta_traffic::Cli::command(),
     },
@@ -68,13 +68,13 @@ const PLUGINS: &[BuiltIn] = &[
     },
     BuiltIn {
         name: "udp-source",
-        about: "Make a fleet of poses that arrive over UDP",
+        about: "Publish poses that are received over UDP as a fleet",
         run: |args| regatta_udp::source::run(args),
         add_options: |command| command,
     },
     BuiltIn {
         name: "validator",
-        about: "Judge the fleet: contacts, motion, orders",
+        about: "Validate the fleet: contacts, motion, orders",
         run: |args| regatta_validator::run_from(args),
         add_options: |_| regatta_validator::Cli::command(),
     },

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use regatta_plugin::column::ACTIVITY;
 use regatta_plugin::{AFTER_VARIABLE, Control, FleetName, LOAD_VARIABLE, Termination};
-use regatta_scenario::{CameraEntry, LightEntry, PluginCommand, Scenario, Viewer};
+use regatta_scenario::{PluginCommand, Scenario, Viewer};
 use serde_json::json;
 use tempfile::NamedTempFile;
 
@@ -33,6 +33,8 @@ const ENGINE: &str = "engine";
 const VIEWER: &str = "viewer";
 /// The name of the plugin that publishes the activities of robots.
 const FLEET_MANAGER: &str = "fleet-manager";
+/// The section of a scenario that the fleet manager reads.
+const LOAD: &str = "load";
 /// Whether this program has a viewer.
 const HAS_VIEWER: bool = cfg!(feature = "viewer");
 
@@ -41,14 +43,12 @@ pub struct RunArgs {
     /// Scenario or layout file, - for standard input; the built-in demo if not given.
     #[arg(value_hint = clap::ValueHint::FilePath)]
     scenario: Option<PathBuf>,
-    /// Run the built-in demo without the fleet manager: robots drive at random, and touch each
-    /// other.
+    /// Run the built-in demo without the fleet manager: robots drive at random, and may collide.
     #[arg(long, conflicts_with = "scenario")]
     unmanaged: bool,
     #[command(flatten)]
     options: EngineOptions,
-    /// Stop after this time on the wall clock, however fast the fleet runs: 10 (seconds), 5min, 1h
-    /// …
+    /// Stop after this wall time, at any speed of the fleet: 10 (seconds), 5min, 1h …
     #[arg(long = "for", value_name = "TIME")]
     time_limit: Option<Time>,
     /// Print JSON: a line about the fleet, then its status once per second.
@@ -72,7 +72,8 @@ pub fn run(args: RunArgs) -> Result<ExitCode, Failure> {
     }
 
     let mut supervisor = Supervisor::default();
-    let load = if scenario.has_load { Some(LoadFile::new(&args, input.as_ref())?) } else { None };
+    let has_load = scenario.source.has(LOAD);
+    let load = if has_load { Some(LoadFile::new(&args, input.as_ref())?) } else { None };
     let mut engine = engine_command(&args)?;
     if let Some(input) = input {
         engine.stdin(input);
@@ -119,6 +120,7 @@ fn read_scenario(args: &RunArgs) -> Result<(Scenario, Option<File>), Failure> {
     io::copy(&mut io::stdin().lock(), &mut file)?;
     file.rewind()?;
     let scenario = Scenario::read_from(&file, Path::new(scenario::STANDARD_INPUT), &overrides)?;
+    scenario::viewer_args(&scenario)?;
     file.rewind()?;
     Ok((scenario, Some(file)))
 }
@@ -283,14 +285,7 @@ fn viewer_command(fleet: &FleetName, scenario: &Scenario) -> Result<Command, Fai
     if scenario.plugins.iter().any(|plugin| plugin.name == FLEET_MANAGER) {
         command.args(["--colour", ACTIVITY.name()]);
     }
-    for LightEntry { x, y, z, colour: [red, green, blue] } in &scenario.lights {
-        command.args(["--light", &format!("{x},{y},{z},{red},{green},{blue}")]);
-    }
-    for CameraEntry { name, x, y, z, yaw, pitch, height } in &scenario.cameras {
-        let numbers = [Some(*x), Some(*y), *z, *yaw, *pitch, *height].into_iter().flatten();
-        let view: Vec<_> = numbers.map(|number| number.to_string()).collect();
-        command.args(["--bookmark", &format!("{name}={}", view.join(","))]);
-    }
+    command.args(scenario::viewer_args(scenario)?);
     Ok(command)
 }
 
@@ -324,7 +319,8 @@ mod tests {
     #[test]
     fn the_viewer_receives_the_lights_and_cameras_of_the_scenario() {
         let lights = "[{x: -1.5, y: 2, z: 3}, {x: 4, y: 5e2, z: 6, colour: [1, 0.5, 0.25]}]";
-        let cameras = "[{name: dock, x: 4, y: -3, z: 12, yaw: 1.5, pitch: 0.9}, {name: west hall, x: 2.5, y: 1, height: 40}]";
+        let cameras = "[{name: dock, x: 4, y: -3, z: 12, yaw: 1.5, pitch: 0.9}, \
+            {name: west hall, x: 2.5, y: 1, height: 40}]";
         let text = format!(
             "graph: none.yaml\nlights: {lights}\ncameras: {cameras}\nrobots: [{{node: 1}}]\n"
         );
@@ -359,31 +355,5 @@ mod tests {
         assert_eq!(names, ["dock", "west hall"]);
         let hall = &options.bookmark[1].view;
         assert!(matches!(hall, CameraOption::Eye(camera) if camera.is_plan()), "{hall:?}");
-    }
-
-    #[test]
-    fn wrong_cameras_are_refused_in_one_line() {
-        let graph = include_str!("../graphs/square.yaml");
-        for (cameras, reason) in [
-            ("[{name: fit, x: 0, y: 0, height: 4}]", "not fit, top or plan"),
-            ("[{name: 'a=b', x: 0, y: 0, height: 4}]", "without , and ="),
-            ("[{name: a, x: 0, y: 0, height: 0}]", "above 0"),
-            ("[{name: a, x: 0, y: 0, z: 3}]", "either z, yaw and pitch"),
-            (
-                "[{name: a, x: 0, y: 0, z: 3, yaw: 0, pitch: 1, height: 2}]",
-                "either z, yaw and pitch",
-            ),
-            ("[{name: a, x: .nan, y: 0, height: 2}]", "out of range"),
-            ("[{name: a, x: 0, y: 0, height: 2}, {name: a, x: 0, y: 0, height: 3}]", "used twice"),
-        ] {
-            let text = format!("graph: none.yaml\ncameras: {cameras}\nrobots: [{{node: 1}}]\n");
-            let error =
-                Scenario::from_texts(&text, graph, Path::new("test"), &Overrides::default());
-            let error = error.map(|_| ()).expect_err(cameras).to_string();
-            assert!(
-                error.contains(reason) && error.contains("cameras") && !error.contains('\n'),
-                "{cameras}: {error}"
-            );
-        }
     }
 }

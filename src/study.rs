@@ -34,7 +34,7 @@ pub struct StudyArgs {
     /// Layout of any format, scenario, or study file (YAML with the key `plant`)
     #[arg(value_name = "PLANT", value_hint = clap::ValueHint::FilePath)]
     plant: PathBuf,
-    /// Numbers of robots: a range, doubled and then refined round the knee, or a list [default:
+    /// Numbers of robots: a range, doubled and then refined around the knee, or a list [default:
     /// 1..1000]
     #[arg(long, value_name = "FROM..TO")]
     robots: Option<Robots>,
@@ -48,26 +48,30 @@ pub struct StudyArgs {
     /// repeated
     #[arg(long, value_name = "NAME=VALUES")]
     vary: Vec<Axis>,
-    /// A manager of your own instead of ours: a command, which finds the fleet in --fleet; compared
-    /// with ours and the bound
+    /// Command line of a manager of your own, which gets --fleet; compared with ours and the bound
     #[arg(long, value_name = "COMMAND")]
     manager: Option<String>,
-    /// Add the bound: the same robots, which drive through each other
+    /// Add the bound: the same robots, driving through each other
     #[arg(long)]
     bound: bool,
-    /// Number of bottlenecks whose relief is tried [default: 3]
+    /// Number of bottlenecks to relieve [default: 3]
     #[arg(long, value_name = "N")]
     reliefs: Option<usize>,
     /// Ticks and frames per simulated second
-    #[arg(long, value_name = "HZ", default_value_t = 10, value_parser = clap::value_parser!(u32).range(10..=1000))]
+    #[arg(
+        long,
+        value_name = "HZ",
+        default_value_t = 10,
+        value_parser = clap::value_parser!(u32).range(10..=1000)
+    )]
     rate: u32,
-    /// Folder of the study; a study that was interrupted goes on there [default: study-NAME]
+    /// Folder of the study; an interrupted study continues there [default: study-NAME]
     #[arg(short, long, value_name = "FOLDER")]
     output: Option<PathBuf>,
     /// Runs side by side on this machine [default: the number of cores]
     #[arg(short, long, value_name = "N", conflicts_with = "on")]
     jobs: Option<std::num::NonZeroUsize>,
-    /// Cluster that does the runs: tcp://HOST:PORT of a Dask scheduler, or ray://HOST:PORT
+    /// Cluster that executes the runs: tcp://HOST:PORT of a Dask scheduler, or ray://HOST:PORT
     #[arg(long, value_name = "ADDRESS", value_parser = parse_address)]
     on: Option<String>,
     /// Only write the first runs as a job array to this folder, for Slurm or a shell

@@ -4,6 +4,7 @@
 use std::hint::black_box;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use regatta_base::random::mix;
 use regatta_kit::Spots;
 use regatta_plugin::Frame;
 use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, RobotState, frame_lines, stride_lines};
@@ -20,11 +21,8 @@ const FRAME_NANOS: u64 = 100_000_000;
 fn lines(nth: usize) -> Vec<Line> {
     let mut lines = vec![Line::default(); frame_lines(ROBOTS)];
     let columns = ColumnsMut::split(&mut lines, ROBOTS);
-    let mut random = 0x9e37_79b9_7f4a_7c15_u64;
     for robot in 0..ROBOTS {
-        random =
-            random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        let edge = (random >> 33) as usize % EDGES;
+        let edge = (mix(robot as u64) >> 33) as usize % EDGES;
         columns.edge[robot] = edge as u32;
         (columns.x[robot], columns.y[robot]) =
             ((edge % 316) as f32 * 6.0, (edge / 316) as f32 * 6.0);

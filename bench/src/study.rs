@@ -71,7 +71,6 @@ pub fn run(program: &Program, args: &StudyArgs) -> Result<ExitCode, Failure> {
     let interval = orders("half_width") / orders("mean");
     let repeats = twice[0].bytes == twice[1].bytes;
     let (line, machine) = environment(program);
-    let verdict = |is_met: bool| if is_met { "met" } else { "**missed**" };
     let knee_robots = at_knee["robots"].as_u64().unwrap_or(0);
     let markdown = format!(
         "# Studies\n\n{line}\n\n| | measured | bar | |\n|---|---|---|---|\n\
@@ -107,7 +106,11 @@ pub fn run(program: &Program, args: &StudyArgs) -> Result<ExitCode, Failure> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Does a study in a new folder.
+fn verdict(is_met: bool) -> &'static str {
+    if is_met { "met" } else { "**missed**" }
+}
+
+/// Runs a study in a new folder.
 fn measure(
     program: &Program,
     plant: &Path,

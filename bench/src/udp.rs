@@ -146,10 +146,11 @@ fn measure(
 /// Returns the command of a plugin that writes its final figures to `NAME.json` and its messages to
 /// `NAME.log`.
 fn plugin_command(program: &Program, folder: &Path, plugin: &[&str]) -> Result<Command, Failure> {
-    let file = |extension: &str| File::create(folder.join(format!("{}.{extension}", plugin[0])));
+    let json = File::create(folder.join(format!("{}.json", plugin[0])))?;
+    let log = File::create(folder.join(format!("{}.log", plugin[0])))?;
     let mut command = program.command();
     command.arg("plugin").args(plugin).arg("--json");
-    command.stdin(Stdio::null()).stdout(file("json")?).stderr(file("log")?);
+    command.stdin(Stdio::null()).stdout(json).stderr(log);
     Ok(command)
 }
 
@@ -225,14 +226,15 @@ fn cores(side: &Value) -> f64 {
 mod tests {
     use super::*;
 
+    fn side(lines: u64) -> Value {
+        json!({
+            "lines": lines, "frames": 100, "wall_secs": 2.0, "cpu_secs": 0.5,
+            "dropped_packets": 3, "late_ticks": 0,
+        })
+    }
+
     #[test]
     fn the_table_lists_losses() {
-        let side = |lines: u64| {
-            json!({
-                "lines": lines, "frames": 100, "wall_secs": 2.0, "cpu_secs": 0.5,
-                "dropped_packets": 3, "late_ticks": 0,
-            })
-        };
         let figures = Figures { robots: 10, hz: 50, sender: side(1000), receiver: side(990) };
         let text = markdown(&[figures], "here");
         assert!(

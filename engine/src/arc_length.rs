@@ -32,14 +32,15 @@ pub const BYTES_PER_PIECE: u64 = 200;
 /// Returns the smallest number of pieces that [`compile`] can give: no piece is longer than 8 m.
 /// Takes no memory, and a microsecond per edge.
 pub fn least_pieces(graph: &RouteGraph) -> u64 {
-    let of = |edge: &Edge| {
+    let mut all = graph.nodes().len() as u64;
+    for edge in graph.edges() {
         let gears = if edge.reverse_speed.is_some() { 2 } else { 1 };
-        // The length of a line through points of the curve, which is at most the curve's.
-        // Saturates.
+        // The length of a line through points of the curve, which is at most the curve's. The cast
+        // saturates.
         let pieces = (edge.path.polyline_length(16) / fit::LONGEST_ACCEPTED).ceil().max(1.0) as u64;
-        pieces.saturating_mul(gears)
-    };
-    graph.edges().iter().map(of).fold(graph.nodes().len() as u64, u64::saturating_add)
+        all = all.saturating_add(pieces.saturating_mul(gears));
+    }
+    all
 }
 
 /// Fits pieces to every leg. Large graphs are fitted on all threads of the current rayon pool; the
@@ -48,11 +49,11 @@ pub fn least_pieces(graph: &RouteGraph) -> u64 {
 /// # Panics
 /// If there are 2³¹ pieces or more, which would take 64 GiB.
 pub fn compile(graph: &RouteGraph) -> Tracks {
-    let fit = |edge: &Edge| fit::fit(&edge.path, end_tangents(graph, edge));
     let edges = graph.edges();
-    let fitted: Vec<Vec<CurveSpan>> = match edges.len() {
-        0..PARALLEL_THRESHOLD => edges.iter().map(fit).collect(),
-        _ => edges.par_iter().map(fit).collect(),
+    let fitted: Vec<_> = if edges.len() < PARALLEL_THRESHOLD {
+        edges.iter().map(|edge| fit_edge(graph, edge)).collect()
+    } else {
+        edges.par_iter().map(|edge| fit_edge(graph, edge)).collect()
     };
     let mut tracks = Tracks::default();
     for (edge, spans) in edges.iter().zip(&fitted) {
@@ -61,6 +62,10 @@ pub fn compile(graph: &RouteGraph) -> Tracks {
     }
     tracks.push_nodes(graph.nodes().iter().map(node_piece));
     tracks
+}
+
+fn fit_edge(graph: &RouteGraph, edge: &Edge) -> Vec<CurveSpan> {
+    fit::fit(&edge.path, end_tangents(graph, edge))
 }
 
 fn node_piece(node: &Node) -> Piece {

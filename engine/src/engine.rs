@@ -19,7 +19,6 @@ use crate::digest::Digest;
 use crate::fleet::{EventBuffer, Fleet, FleetConfig, check_size};
 use disturbances::Schedule;
 pub use options::{EngineError, Options, Summary};
-use population::NoRoom;
 use regatta_motion::Isa;
 use regatta_motion::Tracks;
 use regatta_scenario::{MAX_ROBOTS, Scenario};
@@ -45,7 +44,7 @@ struct Simulation {
     commands: Vec<(CommandHeader, Vec<CommandRecord>)>,
     /// The commands of this tick, if a process reads the command log.
     command_log: Vec<CommandRecord>,
-    /// How often edges had been closed or opened when the closed ones were last published.
+    /// The number of closures and openings when the closed edges were last published.
     closures_published: u64,
     /// Ticks with events since readers were last woken.
     unannounced_ticks: usize,
@@ -108,9 +107,7 @@ impl Engine {
         // The first frame shows these robots. Events of them would reach only readers that
         // happen to be there by now.
         simulation.events.set_wanted(false);
-        simulation
-            .place_robots(robots)
-            .map_err(|NoRoom { wanted, fit }| EngineError::NoRoom { wanted, fit })?;
+        simulation.place_robots(robots)?;
         let session = Session::new(ports, simulation.scenario.tick_period, options.speed, lockstep);
         Ok(Self { session, simulation })
     }
@@ -141,33 +138,40 @@ impl Simulation {
     /// Applies the commands that came since the last tick; in lockstep by sender, so that the order
     /// in which processes were scheduled doesn't matter.
     fn take_commands(&mut self, session: &mut Session) -> Result<(), EngineError> {
-        let by_sender = session.is_lockstep();
+        let is_lockstep = session.is_lockstep();
         let ports = session.ports();
-        let logged = ports.has_command_log_readers();
-        let Self { fleet, events, commands, command_log, .. } = self;
-        let mut came = false;
-        let mut apply = |records: &[CommandRecord]| {
-            came = true;
-            fleet.apply(records, events);
-            if logged {
-                command_log.extend_from_slice(records);
-            }
-        };
-        if by_sender {
+        let is_logged = ports.has_command_log_readers();
+        let mut has_commands = false;
+        if is_lockstep {
+            let mut commands = std::mem::take(&mut self.commands);
             ports.take_commands(|header, records| commands.push((*header, records.to_vec())))?;
             commands.sort_by_key(|(header, _)| header.sender);
-            commands.drain(..).for_each(|(_, records)| apply(&records));
+            for (_, records) in commands.drain(..) {
+                self.apply(&records, is_logged);
+                has_commands = true;
+            }
+            self.commands = commands;
         } else {
-            ports.take_commands(|_, records| apply(records))?;
+            ports.take_commands(|_, records| {
+                self.apply(records, is_logged);
+                has_commands = true;
+            })?;
         }
-        let left_out = self.robot_types.is_empty();
-        if (came || left_out) && self.fleet.robot_types() != self.robot_types {
+        let were_left_out = self.robot_types.is_empty();
+        if (has_commands || were_left_out) && self.fleet.robot_types() != self.robot_types {
             self.publish_types(session)?;
         }
         Ok(())
     }
 
-    /// Publishes what happened in the current tick.
+    fn apply(&mut self, records: &[CommandRecord], is_logged: bool) {
+        self.fleet.apply(records, &mut self.events);
+        if is_logged {
+            self.command_log.extend_from_slice(records);
+        }
+    }
+
+    /// Publishes the events, the closures and the command log of the current tick.
     fn publish_events(&mut self, session: &mut Session) -> Result<(), EngineError> {
         let tick = session.tick();
         let ports = session.ports();

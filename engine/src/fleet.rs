@@ -44,7 +44,8 @@ use self::step_pool::StepPool;
 pub enum FleetError {
     /// A robot could drive more than [`Fleet::LONGEST_STEP`] in a tick.
     #[error(
-        "a robot would drive {metres:.1} m in one tick of {tick:?}, more than {} m; use a higher rate",
+        "a robot would drive {metres:.1} m in one tick of {tick:?}, more than {} m; use a higher \
+         rate",
         Fleet::LONGEST_STEP
     )]
     StepTooLong {
@@ -55,7 +56,8 @@ pub enum FleetError {
     },
     /// A robot type has a limit that is not a positive number.
     #[error(
-        "robot type {name:?}: limits of speed and acceleration must be more than 0; leave them out for no limit"
+        "robot type {name:?}: limits of speed and acceleration must be more than 0; leave them out \
+         for no limit"
     )]
     BadLimit {
         /// Name of the type.
@@ -66,8 +68,8 @@ pub enum FleetError {
     TooManyTypes(usize),
     /// The route graph has more pieces than the fleet can index.
     #[error(
-        "the route graph compiles to {pieces} pieces (of 8 m at most), more than {max}: its edges are too long in all, or \
-         there are too many; are the positions in metres?"
+        "the route graph compiles to {pieces} pieces (of 8 m at most), more than {max}: its edges \
+         are too long in all, or there are too many; are the positions in metres?"
     )]
     TooManyPieces {
         /// Number of pieces, or fewer.
@@ -77,8 +79,8 @@ pub enum FleetError {
     },
     /// The route graph needs more memory than this machine has left.
     #[error(
-        "the route graph compiles to {pieces} pieces (of 8 m at most), which need {needed_mb} MB of memory; {available_mb} MB \
-         are left: use a smaller graph; are the positions in metres?"
+        "the route graph compiles to {pieces} pieces (of 8 m at most), which need {needed_mb} MB \
+         of memory; {available_mb} MB are left: use a smaller graph; are the positions in metres?"
     )]
     GraphTooLarge {
         /// Number of pieces, or fewer.
@@ -139,7 +141,7 @@ pub struct Fleet {
     impairments: BTreeMap<u32, Impairment>,
     /// `None` if no type has a battery.
     batteries: Option<Batteries>,
-    /// How often edges were closed or opened.
+    /// The number of closures and openings of edges.
     closure_changes: u64,
     /// None if a step runs on the calling thread alone.
     pool: Option<StepPool>,
@@ -245,7 +247,9 @@ impl Fleet {
     /// Number of robots by [`RobotState`]; absent ones aren't counted. Reads one byte per robot.
     pub fn robots_by_state(&self) -> [u32; RobotState::COUNT] {
         let mut by_state = [0; 256];
-        self.states().iter().for_each(|&state| by_state[usize::from(state)] += 1);
+        for &state in self.states() {
+            by_state[usize::from(state)] += 1;
+        }
         std::array::from_fn(|state| by_state[state])
     }
 
@@ -358,14 +362,14 @@ fn check_config(graph: &RouteGraph, config: &FleetConfig) -> Result<(), FleetErr
     if config.types.len() > usize::from(u16::MAX) {
         return Err(FleetError::TooManyTypes(config.types.len()));
     }
-    let has_limits = |robot_type: &RobotType| {
-        robot_type.max_speed > 0.0
+    for robot_type in &config.types {
+        let is_valid = robot_type.max_speed > 0.0
             && robot_type.max_acceleration > 0.0
             && robot_type.max_rotation_speed >= 0.0
-            && robot_type.max_rotation_acceleration > 0.0
-    };
-    if let Some(bad) = config.types.iter().find(|robot_type| !has_limits(robot_type)) {
-        return Err(FleetError::BadLimit { name: bad.name.clone() });
+            && robot_type.max_rotation_acceleration > 0.0;
+        if !is_valid {
+            return Err(FleetError::BadLimit { name: robot_type.name.clone() });
+        }
     }
     let speeds =
         graph.edges().iter().flat_map(|edge| [edge.speed, edge.reverse_speed.unwrap_or(0.0)]);

@@ -11,8 +11,15 @@ use regatta_layout::{NodeIndex, ReadOptions, parse};
 
 fuzz_target!(|text: &str| {
     let Ok((graph, _)) = parse(text, "fuzzed.yaml", &ReadOptions::default()) else { return };
-    let legs: usize = (0..graph.nodes().len() as u32).map(|node| graph.departures(NodeIndex(node)).len()).sum();
+    let legs: usize =
+        (0..graph.nodes().len() as u32).map(|node| graph.departures(NodeIndex(node)).len()).sum();
     assert!(legs >= graph.edges().len());
     let tracks = arc_length::compile(&graph);
-    assert!(tracks.pieces().iter().all(|piece| piece.x.iter().chain(&piece.y).all(|value| value.is_finite())));
+    assert!(
+        tracks.pieces().iter().all(|piece| piece
+            .x
+            .iter()
+            .chain(&piece.y)
+            .all(|value| value.is_finite()))
+    );
 });

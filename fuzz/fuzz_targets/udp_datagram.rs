@@ -22,13 +22,13 @@ const DEADLINE: Duration = Duration::from_millis(50);
 fuzz_target!(|input: (u8, &[u8])| {
     let (options, bytes) = input;
     let unit = if options & 1 == 0 { AngleUnit::Degrees } else { AngleUnit::Radians };
-    let datagrams = || bytes.split(|&byte| byte == 0);
-    for line in datagrams().flat_map(lines) {
+    let datagrams = bytes.split(|&byte| byte == 0);
+    for line in datagrams.clone().flat_map(lines) {
         assert_round_trip(line, Separator::Comma);
         assert_round_trip(line, Separator::Space);
     }
-    check_source(datagrams(), unit, options);
-    check_answers(datagrams(), unit);
+    check_source(datagrams.clone(), unit, options);
+    check_answers(datagrams, unit);
 });
 
 fn assert_round_trip(line: &[u8], separator: Separator) {
@@ -37,9 +37,10 @@ fn assert_round_trip(line: &[u8], separator: Separator) {
     let format = LineFormat { separator, decimals: 9, theta_decimals: 9 };
     let mut text = Vec::new();
     read.write(&mut text, format);
-    let again = PoseLine::parse(text.trim_ascii_end(), separator).expect("a written line can be parsed");
-    let near = |a: f32, b: f32| (a - b).abs() <= 1e-9;
-    assert!(again.id == read.id && near(again.x, read.x) && near(again.y, read.y) && near(again.theta, read.theta));
+    let again =
+        PoseLine::parse(text.trim_ascii_end(), separator).expect("a written line can be parsed");
+    let (x, y, theta) = (again.x - read.x, again.y - read.y, again.theta - read.theta);
+    assert!(again.id == read.id && [x, y, theta].iter().all(|difference| difference.abs() <= 1e-9));
 }
 
 fn check_source<'a>(datagrams: impl Iterator<Item = &'a [u8]>, unit: AngleUnit, options: u8) {
@@ -72,11 +73,13 @@ fn check_answers<'a>(datagrams: impl Iterator<Item = &'a [u8]>, unit: AngleUnit)
         now += DEADLINE / 3;
         if number % 2 == 0 {
             let mut sent = check.frame(2, now);
-            let all = lines(datagram).filter_map(|line| PoseLine::parse(line, Separator::Comma).ok());
+            let all =
+                lines(datagram).filter_map(|line| PoseLine::parse(line, Separator::Comma).ok());
             all.filter(|line| line.id < MAX_ROBOTS).for_each(|line| sent.push(&line));
             check.note(sent);
         } else {
-            let answers = lines(datagram).filter_map(|line| PoseLine::parse(line, Separator::Space).ok());
+            let answers =
+                lines(datagram).filter_map(|line| PoseLine::parse(line, Separator::Space).ok());
             answers.for_each(|line| check.judge(&line, now));
         }
         check.pass_time(now);

@@ -12,6 +12,7 @@ use super::FileArgs;
 use crate::failure::Failure;
 use crate::output::with_plural;
 use crate::progress::Progress;
+use crate::scenario::viewer_args;
 
 /// The result of a check.
 struct Checked {
@@ -50,7 +51,9 @@ pub fn run(file: &FileArgs, json: bool) -> Result<ExitCode, Failure> {
 fn check_scenario(text: &str, file: &FileArgs) -> Result<Checked, Failure> {
     let overrides = Overrides { layout: file.options(), ..Overrides::default() };
     let checked = Checked { kind: "scenario", ..Checked::route_graph(None, Findings::default()) };
-    match Scenario::from_text(text, Path::new(&file.name()), &overrides) {
+    let read = Scenario::from_text(text, Path::new(&file.name()), &overrides)
+        .and_then(|scenario| viewer_args(&scenario).map(|_| scenario));
+    match read {
         Ok(scenario) => {
             let robots = with_plural(scenario.robots() as usize, "robot");
             let edges = with_plural(scenario.graph.edges().len(), "edge");

@@ -36,7 +36,7 @@ fn print_losses(format: Format, losses: &[impl Display]) {
     }
 }
 
-/// Writes a copy of a layout in which faults with one obvious correction are mended. Lists the
+/// Writes a copy of a layout that corrects all problems with one obvious correction. Lists the
 /// corrections and the losses on standard error.
 pub fn fix(file: &FileArgs, output: &Destination, force: Force) -> Result<(), Failure> {
     let format = format_of(output).map_err(|_| {

@@ -35,11 +35,13 @@ pub fn export(plan: &Plan, folder: &Path) -> Result<(), Failure> {
     make_executable(&path).map_err(|error| unwritable(&path, &error))?;
     let folder = folder.display();
     println!(
-        "{folder}: {} jobs. `cd {folder} && sbatch run.sh`, or `{folder}/run.sh` in a shell, does them all;",
+        "{folder}: {} jobs. `cd {folder} && sbatch run.sh`, or `{folder}/run.sh` in a shell, \
+         executes all of them;",
         ids.len()
     );
     println!(
-        "then the same `regatta study` with `--output {folder}` instead of `--export-jobs` goes on from there."
+        "then the same `regatta study` with `--output {folder}` instead of `--export-jobs` \
+         continues from there."
     );
     Ok(())
 }

@@ -9,6 +9,7 @@ use std::fmt::Write as _;
 
 pub use chart::COLOURS;
 pub use content::{content, title};
+use regatta_base::svg::escape;
 
 /// A part of a page.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,7 +79,7 @@ pub fn html(title: &str, blocks: &[Block]) -> String {
     let mut text = format!(
         "<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" \
          content=\"width=device-width,initial-scale=1\">\n<title>{}</title>\n<style>{STYLE}</style>\n",
-        escaped(title)
+        escape(title)
     );
     for block in blocks {
         // Writing to a String never fails.
@@ -114,7 +115,7 @@ fn html_table(rows: &[Vec<String>]) -> String {
 
 /// Returns a text with `**strong**` and `` `code` `` as elements.
 fn inline(text: &str) -> String {
-    marked(&marked(&escaped(text), "**", "strong"), "`", "code")
+    marked(&marked(&escape(text), "**", "strong"), "`", "code")
 }
 
 /// Returns a text with the parts between pairs of a mark as elements.
@@ -129,10 +130,6 @@ fn marked(text: &str, mark: &str, tag: &str) -> String {
         }
     }
     marked
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 #[cfg(test)]

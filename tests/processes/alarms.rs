@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use regatta_plugin::{Control, FleetName, Participant, WorldReader};
 use regatta_viewer::interface::log::{AlarmKey, FleetLog};
-use regatta_viewer::log::watch::LogCollector;
+use regatta_viewer::log::LogCollector;
 
 use crate::fleet::{Fleet, Process, eventually, regatta, unique};
 use crate::record::{file, recorder};

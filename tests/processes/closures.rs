@@ -108,7 +108,8 @@ fn walkers_enter_a_closed_edge_only_after_it_is_opened_again() {
 /// Robots that wait for commands, and a load that keeps them busy.
 fn managed(folder: &Path) -> (Fleet, Process) {
     let scenario = format!(
-        "graph: {}\nrate: 50\npublish_rate: 10\nseed: 3\nrobot_types:\n- {{name: amr, length: 0.9, width: 0.6}}\n\
+        "graph: {}\nrate: 50\npublish_rate: 10\nseed: 3\n\
+         robot_types:\n- {{name: amr, length: 0.9, width: 0.6}}\n\
          robots:\n- {{count: 60, routes: none}}\n",
         graphs("warehouse.yaml").display()
     );

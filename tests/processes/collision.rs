@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 
+use regatta_plugin::column::COLLISION;
 use regatta_plugin::contact::{ContactChange, ContactEvent, ContactLevel};
 use regatta_plugin::{ColumnReader, ContactEventReader, ContactReader, Participant, ReadError};
 use rustix::process::Signal;
@@ -66,7 +67,7 @@ fn a_contact_is_predicted_published_logged_and_summarised() {
     let participant = Participant::join(&fleet.name, "test").expect("joined");
     let mut reader = ContactEventReader::open_on(&participant).expect("opened");
     let mut contacts = ContactReader::open_on(&participant).expect("opened");
-    let mut column = ColumnReader::open_on(&participant, "collision").expect("opened");
+    let mut column = ColumnReader::open_on(&participant, COLLISION.name()).expect("opened");
     let name = fleet.name.to_string();
     let args = [
         "plugin",
@@ -186,7 +187,7 @@ fn events_on_fork(name: &str, route: &str) -> Vec<ContactEvent> {
     let fleet = Fleet::start(name, &path.to_string_lossy(), &["--speed", "0.001"]);
     let participant = Participant::join(&fleet.name, "test").expect("joined");
     let mut reader = ContactEventReader::open_on(&participant).expect("opened");
-    let mut column = ColumnReader::open_on(&participant, "collision").expect("opened");
+    let mut column = ColumnReader::open_on(&participant, COLLISION.name()).expect("opened");
     let args = ["plugin", "collision", "--margin", "0", "--fleet", &fleet.name.to_string()];
     let _plugin = Process::start(regatta().args(args));
     eventually("the first column", || column.latest().expect("readable").map(|_| ()));
@@ -223,7 +224,7 @@ fn a_robot_whose_route_turns_away_is_not_predicted_to_hit_and_one_whose_route_tu
 fn a_stopped_and_a_killed_checker_cost_no_late_tick_and_another_one_replaces_it() {
     let fleet = Fleet::start("collision-kill", "thirty.yaml", &["--rate", "50"]);
     let participant = Participant::join(&fleet.name, "test").expect("joined");
-    let mut column = ColumnReader::open_on(&participant, "collision").expect("opened");
+    let mut column = ColumnReader::open_on(&participant, COLLISION.name()).expect("opened");
     let mut next = || {
         eventually("a column", || {
             column.latest().expect("readable").map(|column| column.header.tick)
@@ -259,7 +260,7 @@ fn the_checker_continues_with_the_next_engine_and_prints_a_summary_of_each_run()
         &name.to_string(),
     ]));
     let participant = Participant::join(&name, "test").expect("joined");
-    let mut column = ColumnReader::open_on(&participant, "collision").expect("opened");
+    let mut column = ColumnReader::open_on(&participant, COLLISION.name()).expect("opened");
     let mut run_other_than = |previous: u64| {
         eventually("a column of the run", || {
             let run = column.latest().expect("readable")?.header.run_id;

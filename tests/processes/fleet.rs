@@ -77,13 +77,13 @@ impl Process {
     /// Waits for the end of the process and returns its output.
     pub fn finish(mut self) -> Output {
         let status = eventually("the process ends", || self.0.try_wait().expect("a status"));
-        let read = |pipe: &mut dyn Read| {
-            let mut bytes = Vec::new();
-            pipe.read_to_end(&mut bytes).expect("its output");
-            bytes
-        };
-        let stdout = self.0.stdout.take().map(|mut pipe| read(&mut pipe)).unwrap_or_default();
-        let stderr = self.0.stderr.take().map(|mut pipe| read(&mut pipe)).unwrap_or_default();
+        let (mut stdout, mut stderr) = (Vec::new(), Vec::new());
+        if let Some(pipe) = &mut self.0.stdout {
+            pipe.read_to_end(&mut stdout).expect("its output");
+        }
+        if let Some(pipe) = &mut self.0.stderr {
+            pipe.read_to_end(&mut stderr).expect("its messages");
+        }
         Output { status, stdout, stderr }
     }
 

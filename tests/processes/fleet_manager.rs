@@ -12,7 +12,8 @@ use crate::fleet::{Process, eventually, graphs, regatta, unique};
 fn scenario(folder: &Path, robots: usize, robot_type: &str) -> PathBuf {
     let graph = graphs("warehouse.yaml");
     let text = format!(
-        "graph: {}\nrate: 50\npublish_rate: 10\nseed: 3\nrobot_types:\n- {{name: amr, length: 0.9, width: 0.6{robot_type}}}\n\
+        "graph: {}\nrate: 50\npublish_rate: 10\nseed: 3\n\
+         robot_types:\n- {{name: amr, length: 0.9, width: 0.6{robot_type}}}\n\
          robots:\n- {{count: {robots}, routes: none}}\n",
         graph.display()
     );
@@ -119,7 +120,8 @@ fn drive_porto(test: &str, manager: &mut Command) -> u64 {
     let (scenario, load) = (folder.path().join("scenario.yaml"), folder.path().join("load.yaml"));
     let graph = graphs("porto.yaml");
     let description = format!(
-        "graph: {}\nrate: 20\npublish_rate: 10\nseed: 3\nrobot_types:\n- {{name: amr, length: 0.9, width: 0.6}}\n\
+        "graph: {}\nrate: 20\npublish_rate: 10\nseed: 3\n\
+         robot_types:\n- {{name: amr, length: 0.9, width: 0.6}}\n\
          robots:\n- {{count: 10, routes: none}}\n",
         graph.display()
     );

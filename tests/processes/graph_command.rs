@@ -70,7 +70,8 @@ fn check_lists_everything_and_fails() {
 fn handles_on_the_command_line_override_those_of_the_file() {
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("swapped.yaml");
-    let text_of_file = "Handles: f_at_origin\nEdges:\n- {Id: 1, Origin_ID: 1, Destination_ID: 2, CurveType: Spline, ParamB: 9, \
+    let text_of_file = "Handles: f_at_origin\nEdges:\n\
+        - {Id: 1, Origin_ID: 1, Destination_ID: 2, CurveType: Spline, ParamB: 9, \
         ParamF: 1, VelocityForward: 1, VelocityBackwards: 1}\n\
         Vertices:\n- {Id: 1, X: 0, Y: 0, Theta: 0}\n- {Id: 2, X: 2, Y: 9, Theta: 1.57}\n";
     std::fs::write(&file, text_of_file).expect("written");

@@ -6,6 +6,7 @@ use std::net::TcpStream;
 use std::path::Path;
 use std::process::Command;
 
+use regatta_plugin::column::COLLISION;
 use regatta_plugin::contact::ContactHeader;
 use regatta_plugin::{ColumnPublisher, ContactPublisher, FleetName, Participant};
 use rustix::process::Signal;
@@ -148,7 +149,7 @@ fn the_page_shows_the_collisions_of_the_checker() {
     let fleet = Fleet::start("metrics-collisions", "thirty.yaml", &[]);
     let metrics = Metrics::start(&fleet.name, &[]);
     let participant = Participant::join(&fleet.name, "checker").expect("joined");
-    let mut column = ColumnPublisher::open_on(&participant, "collision").expect("a column");
+    let mut column = ColumnPublisher::open_on(&participant, COLLISION.name()).expect("a column");
     let mut contacts = ContactPublisher::open_on(&participant).expect("contacts");
     fleet.control(&["pause"]);
     let (run, tick) = eventually("a frame", || {
@@ -256,7 +257,8 @@ fn the_format_and_the_encoding_are_those_that_the_client_accepts() {
     let (head, page) = metrics.answer("");
     assert!(head.contains("content-type: text/plain; version=0.0.4; charset=utf-8\r\n"), "{head}");
     assert!(!String::from_utf8_lossy(&page).contains("# EOF"));
-    let accept = "Accept: application/openmetrics-text;version=1.0.0;q=0.5,text/plain;version=0.0.4;q=0.2,*/*;q=0.1\r\n";
+    let accept = "Accept: application/openmetrics-text;version=1.0.0;q=0.5,\
+        text/plain;version=0.0.4;q=0.2,*/*;q=0.1\r\n";
     let (head, page) = metrics.answer(accept);
     assert!(
         head.contains(
@@ -308,13 +310,17 @@ fn a_restarted_engine_continues_its_series() {
     assert_eq!(first, second);
 }
 
+/// Returns a CSV file that has a row.
+fn rows(path: &Path) -> Option<String> {
+    fs::read_to_string(path).ok().filter(|text| text.lines().count() >= 2)
+}
+
 #[test]
 fn a_rotated_csv_file_is_continued_in_a_new_one() {
     let fleet = Fleet::start("metrics-rotate", "thirty.yaml", &[]);
     let folder = tempfile::tempdir().expect("a folder");
     let (path, old) = (folder.path().join("run.csv"), folder.path().join("run.csv.1"));
     let metrics = Metrics::start(&fleet.name, &["--csv", path.to_str().expect("a path")]);
-    let rows = |path: &Path| fs::read_to_string(path).ok().filter(|text| text.lines().count() >= 2);
     let before = eventually("a row", || rows(&path));
     // As logrotate does: once by moving the file away, once by copying and truncating it.
     fs::rename(&path, &old).expect("moved");

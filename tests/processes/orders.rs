@@ -70,7 +70,8 @@ impl Served {
 /// Writes a scenario of robots with batteries that wait for orders.
 fn scenario(folder: &Path) -> PathBuf {
     let text = format!(
-        "graph: {}\nrate: 50\npublish_rate: 10\nseed: 3\nrobot_types:\n- name: amr\n  length: 0.9\n  width: 0.6\n  battery: \
+        "graph: {}\nrate: 50\npublish_rate: 10\nseed: 3\n\
+         robot_types:\n- name: amr\n  length: 0.9\n  width: 0.6\n  battery: \
          {{capacity: 800, drain_moving: 120, drain_standing: 20, charge_rate: 900}}\n\
          robots:\n- {{count: 10, routes: none}}\n",
         graphs("warehouse-chargers.yaml").display()

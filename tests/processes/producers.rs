@@ -1,10 +1,13 @@
-//! Behaviour that all producers share: the engine, a replay, and one that a user wrote.
+//! Behaviour that all producers share: the engine, a replay, and one that a user wrote; and the
+//! plugin outside of the workspace that the README tells people to write.
 
 use std::process::Command;
 use std::time::Duration;
 
 use regatta_plugin::frame::ClockState;
-use regatta_plugin::{Control, ControlError, FleetName, Subscriber};
+use regatta_plugin::{
+    ColumnReader, Commands, Control, ControlError, FleetName, Participant, Subscriber,
+};
 use regatta_record::{Recording, Topic};
 use tempfile::TempDir;
 
@@ -36,7 +39,10 @@ fn a_pause_ends_a_step(fleet: &FleetName) {
     eventually("the stepper's answer", || stepping.is_finished().then_some(()));
     let refused = stepping.join().expect("no panic");
     assert!(
-        matches!(&refused, Err(ControlError::Refused { reason, .. }) if reason.contains("a pause ended the step")),
+        matches!(
+            &refused,
+            Err(ControlError::Refused { reason, .. }) if reason.contains("a pause ended the step")
+        ),
         "{refused:?}"
     );
     let status = pausing.status().expect("answered");
@@ -133,7 +139,10 @@ fn a_step_beyond_the_end_of_a_run_is_refused_by_every_producer() {
         control.speed(f32::INFINITY).expect("changed");
         let refused = control.step(100_000);
         assert!(
-            matches!(&refused, Err(ControlError::Refused { reason, .. }) if reason.contains("the end of the run")),
+            matches!(
+                &refused,
+                Err(ControlError::Refused { reason, .. }) if reason.contains("the end of the run")
+            ),
             "{fleet}: {refused:?}"
         );
     }
@@ -157,4 +166,29 @@ fn a_recorder_at_a_low_rate_loses_nothing() {
     );
     let recording = Recording::open(&file(&folder)).expect("a recording");
     assert!(recording.count(&Topic::ContactEvents) > 100, "{report}");
+}
+
+#[test]
+fn the_example_plugin_builds_by_itself_and_reads_the_fleet() {
+    // Built before the fleet starts: its robots drive for a few seconds only, and the build takes a
+    // minute or two.
+    let program = build_example("own-plugin");
+    let fleet = Fleet::start("own-plugin", "thirty.yaml", &[]);
+    let plugin = Process::start(Command::new(program).args(["--fleet", &fleet.name.to_string()]));
+    let participant = Participant::join(&fleet.name, "test").expect("joined");
+    let mut column = ColumnReader::open_on(&participant, "standing").expect("opened");
+    let mut commands = Commands::open_on(&participant).expect("opened");
+    commands.hold(7);
+    commands.send().expect("sent");
+    eventually("robot 7 stands for a second, and others drive on", || {
+        let standing = column.latest().expect("readable")?.values;
+        (standing.len() == 30 && standing[7] > 1.0 && standing.contains(&0.0)).then_some(())
+    });
+    let output = plugin.interrupt();
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(
+        text.lines().any(|line| line.contains("robot ") && line.contains("has stood for")),
+        "{text}"
+    );
 }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use regatta_kit::Spots;
+use regatta_plugin::column::{COLLISION, TYPE};
 use regatta_plugin::command::CommandKind;
 use regatta_plugin::contact::ContactRecord;
 use regatta_plugin::event::EventKind;
@@ -215,7 +216,7 @@ fn commands_events_and_columns_are_replayed() {
     let participant = Participant::join(&fleet, "test").expect("joined");
     let mut log = CommandLogReader::open_on(&participant).expect("opened");
     let mut events = EventReader::open_on(&participant).expect("opened");
-    let mut column = ColumnReader::open_on(&participant, "type").expect("opened");
+    let mut column = ColumnReader::open_on(&participant, TYPE.name()).expect("opened");
     control.resume().expect("resumed");
     let (mut held, mut accepted) = (None, None);
     eventually("the command and its answer", || {
@@ -319,7 +320,7 @@ fn a_live_collision_checker_works_on_a_recording_that_has_no_contacts() {
     let checker =
         Process::start(regatta().args(["plugin", "collision", "--fleet", &fleet.to_string()]));
     let participant = Participant::join(&fleet, "test").expect("joined");
-    let mut column = ColumnReader::open_on(&participant, "collision").expect("opened");
+    let mut column = ColumnReader::open_on(&participant, COLLISION.name()).expect("opened");
     let mut contacts = ContactReader::open_on(&participant).expect("opened");
     let robots = eventually("the column", || {
         column.latest().expect("readable").map(|column| column.values.len())
@@ -372,10 +373,10 @@ fn a_jump_shows_the_columns_of_its_time_at_once_and_its_contacts_soon() {
     record_contacts("replay-jump-source", &file(&folder), &[]);
     let (fleet, process, mut control) = paused("replay-jump", &file(&folder), &[]);
     let participant = Participant::join(&fleet, "test").expect("joined");
-    let mut column = ColumnReader::open_on(&participant, "collision").expect("opened");
+    let mut column = ColumnReader::open_on(&participant, COLLISION.name()).expect("opened");
     let mut contacts = ContactReader::open_on(&participant).expect("opened");
     let (mut types, mut world) = (
-        ColumnReader::open_on(&participant, "type").expect("opened"),
+        ColumnReader::open_on(&participant, TYPE.name()).expect("opened"),
         WorldReader::open_on(&participant).expect("opened"),
     );
     control.status().expect("answered");

@@ -4,12 +4,13 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-use std::time::Duration;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use regatta_plugin::{
     Commands, Control, OpenError, Participant, RUNTIME_DIR_VARIABLE, RouteClient, Subscriber,
     health, services,
 };
+use rustix::fs::{AtFlags, CWD, Timespec, Timestamps, utimensat};
 use tempfile::TempDir;
 
 use crate::fleet::{Fleet, Process, eventually, graphs, regatta, unique};
@@ -271,23 +272,33 @@ fn all_places_can_be_taken_and_the_error_says_by_whom() {
     assert!(Subscriber::open(&name).is_ok(), "another fleet has places of its own");
 }
 
+/// Runs `regatta doctor --clean` in a directory of iceoryx2's files.
+fn doctor(directory: &Path) -> Output {
+    let mut command = regatta();
+    Process::start(command.args(["doctor", "--clean"]).env(RUNTIME_DIR_VARIABLE, directory))
+        .finish()
+}
+
+/// Sets the time of a file's last change back by a minute: younger files may belong to processes
+/// that are joining.
+fn age(path: &Path) {
+    let minute_ago = SystemTime::now() - Duration::from_secs(60);
+    let since_epoch = minute_ago.duration_since(UNIX_EPOCH).expect("after 1970");
+    let time = Timespec { tv_sec: since_epoch.as_secs() as i64, tv_nsec: 0 };
+    let times = Timestamps { last_access: time, last_modification: time };
+    utimensat(CWD, path, &times, AtFlags::empty()).expect("this user's file");
+}
+
 /// A process that was killed while it created a segment leaves it without a length. iceoryx2 waits
 /// for its creator for ever.
 #[test]
 fn a_segment_that_was_never_finished_holds_nobody_up() {
     let directory = TempDir::new().expect("a folder");
-    let doctor = || {
-        let mut command = regatta();
-        Process::start(
-            command.args(["doctor", "--clean"]).env(RUNTIME_DIR_VARIABLE, directory.path()),
-        )
-        .finish()
-    };
-    assert!(doctor().status.success());
+    assert!(doctor(directory.path()).status.success());
     let unfinished = management_segment(directory.path());
     fs::File::create(&unfinished).expect("emptied");
-    std::thread::sleep(Duration::from_millis(1500));
-    assert!(doctor().status.success());
+    age(&unfinished);
+    assert!(doctor(directory.path()).status.success());
     remove_segments(directory.path());
 }
 
@@ -310,9 +321,11 @@ fn what_processes_killed_at_their_start_leave_is_cleaned_up() {
         std::thread::sleep(Duration::from_millis(3 * round));
         drop(readers);
     }
-    // Younger files may belong to processes that are joining.
-    std::thread::sleep(Duration::from_secs(11));
-    let output = command(&["doctor", "--clean"]).finish();
+    let files = fs::read_dir(directory.path().join("nodes")).expect("listed");
+    for file in files.map(|file| file.expect("listed").path()).chain(segments(directory.path())) {
+        age(&file);
+    }
+    let output = doctor(directory.path());
     let printed = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success() && !printed.contains("can't clean up"), "{printed}");
     let nodes: Vec<_> = fs::read_dir(directory.path().join("nodes"))

@@ -378,32 +378,24 @@ fn dwell_times_and_layouts_can_be_compared() {
 
 /// A ring of 40 edges of 6 m, of which edge 10, from node 10 to node 11, is slow.
 fn ring_with_a_slow_edge() -> String {
-    let place = |index: u32| match index {
-        0..15 => (6 * index, 0),
-        15..20 => (90, 6 * (index - 15)),
-        20..35 => (6 * (35 - index), 30),
-        _ => (0, 6 * (40 - index)),
-    };
-    let role = |index| {
-        ["pick", "drop"]
-            .iter()
-            .zip([0, 20])
-            .find(|(_, at)| *at == index)
-            .map_or("", |(role, _)| *role)
-    };
-    let node =
-        |index| format!("{},{},{},{}\n", index + 1, place(index).0, place(index).1, role(index));
-    let edge = |index| {
-        format!(
-            "{},{},{},{}\n",
-            index + 1,
-            index + 1,
-            (index + 1) % 40 + 1,
-            if index == 9 { 0.05 } else { 1.5 }
-        )
-    };
-    let (nodes, edges): (String, String) =
-        ((0..40).map(node).collect(), (0..40).map(edge).collect());
+    let (mut nodes, mut edges) = (String::new(), String::new());
+    for index in 0..40 {
+        let (x, y) = match index {
+            0..15 => (6 * index, 0),
+            15..20 => (90, 6 * (index - 15)),
+            20..35 => (6 * (35 - index), 30),
+            _ => (0, 6 * (40 - index)),
+        };
+        let role = match index {
+            0 => "pick",
+            20 => "drop",
+            _ => "",
+        };
+        let (id, next) = (index + 1, (index + 1) % 40 + 1);
+        let speed = if index == 9 { 0.05 } else { 1.5 };
+        nodes += &format!("{id},{x},{y},{role}\n");
+        edges += &format!("{id},{id},{next},{speed}\n");
+    }
     format!("id,x,y,role\n{nodes}\nid,from,to,speed\n{edges}")
 }
 

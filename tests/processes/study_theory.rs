@@ -23,7 +23,8 @@ fn study(
     fs::write(folder.join("plant.csv"), layout).expect("written");
     let scenario = folder.join(format!("{name}.yaml"));
     let text = format!(
-        "graph: plant.csv\nrobot_types: [{{name: amr, length: 0.9, width: 0.6}}]\nrobots: [{{routes: none}}]\nload: {load}\n\
+        "graph: plant.csv\n\
+         robot_types: [{{name: amr, length: 0.9, width: 0.6}}]\nrobots: [{{routes: none}}]\nload: {load}\n\
          plugins: [{{name: fleet-manager, args: [--in-turn]}}]\n"
     );
     fs::write(&scenario, text).expect("written");
@@ -59,7 +60,8 @@ fn figure(answer: &Value, name: &str) -> (f64, f64) {
 }
 
 /// A loop of 40 m at 1 m/s with a station to pick at and one to drop at, half a loop apart.
-const LOOP: &str = "id,x,y,role\nA,0,0,pick\nB,10,0,\nC,10,10,drop\nD,0,10,\n\nfrom,to,speed\nA,B,1\nB,C,1\nC,D,1\nD,A,1\n";
+const LOOP: &str = "id,x,y,role\nA,0,0,pick\nB,10,0,\nC,10,10,drop\nD,0,10,\n\n\
+    from,to,speed\nA,B,1\nB,C,1\nC,D,1\nD,A,1\n";
 
 /// A robot drives to the pick (20 s), stands there (2 to 18 s), drives to the drop (20 s) and
 /// stands there (2 to 18 s).
@@ -70,10 +72,9 @@ const SERVICE_VARIANCE: f64 = 2.0 * 16.0 * 16.0 / 12.0;
 #[test]
 fn a_single_server_loop_agrees_with_pollaczek_and_khinchine() {
     let folder = tempfile::tempdir().expect("a folder");
-    let load = |arrivals: &str| {
-        format!("{{{arrivals}, from: pick, to: drop, dwell: {{min: 2, max: 18}}}}")
-    };
-    let busy = study(folder.path(), "busy", LOOP, &load("endless: robots"), 1, "90min");
+    const STOPS: &str = "from: pick, to: drop, dwell: {min: 2, max: 18}";
+    let endless = format!("{{endless: robots, {STOPS}}}");
+    let busy = study(folder.path(), "busy", LOOP, &endless, 1, "90min");
     // Closed: the robot is never without an order, so it finishes one in each service time.
     let (orders_per_hour, half_width) = figure(&busy, "orders_per_hour");
     let service_secs = 3600.0 / orders_per_hour;
@@ -86,8 +87,8 @@ fn a_single_server_loop_agrees_with_pollaczek_and_khinchine() {
 
     // Open: orders come at random, 60 % of what the robot can carry.
     let per_hour = 36.0;
-    let open =
-        study(folder.path(), "open", LOOP, &load(&format!("per_hour: {per_hour}")), 1, "90min");
+    let random = format!("{{per_hour: {per_hour}, {STOPS}}}");
+    let open = study(folder.path(), "open", LOOP, &random, 1, "90min");
     let (response_secs, half_width) = figure(&open, "service_mean_secs");
     let rate = per_hour / 3600.0;
     let load = rate * service_secs;
@@ -111,16 +112,18 @@ fn bays(count: usize) -> String {
     let (mut nodes, mut edges) = (String::from("id,x,y,role\n"), String::from("\nfrom,to,speed\n"));
     for index in 0..count {
         let angle = std::f64::consts::TAU * index as f64 / count as f64;
-        let at = |angle: f64, radius: f64| {
-            format!("{:.3},{:.3}", radius * angle.cos(), radius * angle.sin())
-        };
         let next = (index + 1) % count;
         let half = std::f64::consts::PI / count as f64;
-        nodes +=
-            &format!("R{index},{},\nB{index},{},pick\n", at(angle, 12.0), at(angle + half, 17.0));
+        let (road, bay) = (on_circle(angle, 12.0), on_circle(angle + half, 17.0));
+        nodes += &format!("R{index},{road},\nB{index},{bay},pick\n");
         edges += &format!("R{index},R{next},2\nR{index},B{index},2\nB{index},R{next},2\n");
     }
     nodes + &edges
+}
+
+/// Formats a point of a circle around (0, 0).
+fn on_circle(angle: f64, radius: f64) -> String {
+    format!("{:.3},{:.3}", radius * angle.cos(), radius * angle.sin())
 }
 
 /// Returns the probability that an order has to wait if orders come at random and service times are

@@ -7,6 +7,7 @@ use std::process::ChildStderr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+use regatta_plugin::column::{COLLISION, TYPE};
 use regatta_plugin::frame::{NO_EDGE, RobotState};
 use regatta_plugin::{ColumnReader, Frame, Participant, WorldReader};
 use rustix::process::Signal;
@@ -100,13 +101,13 @@ fn fields(line: &str, separator: char) -> [f64; 4] {
 
 /// Whether two frames hold the same poses, as far as lines with three decimals can tell.
 fn agree(ours: &Frame<'_>, theirs: &Frame<'_>) -> bool {
-    let near = |a: f32, b: f32, tolerance: f32| (a - b).abs() <= tolerance;
-    let turned = |a: f32, b: f32| (a - b).abs().min(core::f32::consts::TAU - (a - b).abs());
+    const TOLERANCE: f32 = 0.000_51;
     ours.len() == theirs.len()
         && (0..ours.len()).all(|robot| {
-            near(ours.x()[robot], theirs.x()[robot], 0.000_51)
-                && near(ours.y()[robot], theirs.y()[robot], 0.000_51)
-                && turned(ours.theta()[robot], theirs.theta()[robot]) <= 0.000_51_f32.to_radians()
+            let turn = (ours.theta()[robot] - theirs.theta()[robot]).abs();
+            (ours.x()[robot] - theirs.x()[robot]).abs() <= TOLERANCE
+                && (ours.y()[robot] - theirs.y()[robot]).abs() <= TOLERANCE
+                && turn.min(core::f32::consts::TAU - turn) <= TOLERANCE.to_radians()
         })
 }
 
@@ -115,7 +116,7 @@ fn a_collision_checker_waits_for_the_robots_of_a_source_without_a_word() {
     let second = Second::start("udp-checked", &[]);
     let checker = second.fleet.plugin("collision");
     let participant = Participant::join(&second.fleet.name, "test").expect("joined");
-    let mut column = ColumnReader::open_on(&participant, "collision").expect("opened");
+    let mut column = ColumnReader::open_on(&participant, COLLISION.name()).expect("opened");
     let robots = eventually("a column", || {
         column.latest().expect("readable").map(|column| column.values.len())
     });
@@ -177,7 +178,7 @@ fn a_second_fleet_has_the_poses_of_the_first() {
             .map(|world| (world.edges().len(), world.robot_types()[0]))
     });
     assert_eq!((edges, kind.length, kind.width), (0, 1.2, 0.8));
-    let mut types = ColumnReader::open_on(theirs.participant(), "type").expect("a name");
+    let mut types = ColumnReader::open_on(theirs.participant(), TYPE.name()).expect("a name");
     let types = eventually("types", || {
         types.latest().expect("readable").map(|column| column.values.to_vec())
     });

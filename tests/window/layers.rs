@@ -1,5 +1,5 @@
-//! What the window shows besides robots: the heat map, panels in a narrow window, and levels side
-//! by side.
+//! The layers of the window besides robots: the heat map, panels in a narrow window, and levels
+//! side by side.
 
 use regatta_viewer::scene::palette::{Rgb, Theme, heat_ramp};
 

@@ -75,26 +75,22 @@ const TESTS: &[(&str, fn())] = &[
 
 fn main() -> ExitCode {
     let arguments = Arguments::from_args();
-    let is_installed = |program: &str| {
-        Command::new(program)
-            .arg("-version")
-            .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .status()
-            .is_ok()
-    };
     let can_run = is_installed("Xvfb") && is_installed("xdotool") && Gpu::offscreen().is_ok();
-    let trial = |(name, test): &(&str, fn())| {
-        let test = *test;
-        let run = move || {
+    let mut trials = Vec::new();
+    for &(name, test) in TESTS {
+        let trial = Trial::test(name, move || {
             test();
             Ok(())
-        };
-        Trial::test(*name, run)
-            .with_ignored_flag(!can_run)
-            .with_kind("needs Xvfb, xdotool and a graphics driver")
-    };
-    libtest_mimic::run(&arguments, TESTS.iter().map(trial).collect()).exit_code()
+        });
+        let needs = "needs Xvfb, xdotool and a graphics driver";
+        trials.push(trial.with_ignored_flag(!can_run).with_kind(needs));
+    }
+    libtest_mimic::run(&arguments, trials).exit_code()
+}
+
+fn is_installed(program: &str) -> bool {
+    let mut command = Command::new(program);
+    command.arg("-version").stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok()
 }
 
 fn viewer(screen: &Screen, fleet: &regatta_plugin::FleetName, args: &[&str]) -> Process {

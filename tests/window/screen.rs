@@ -163,12 +163,9 @@ impl Screenshot {
         x: std::ops::Range<usize>,
         y: std::ops::Range<usize>,
     ) -> usize {
-        let is_near = |[b, g, r]: [u8; 3], colour: &[u8; 3]| {
-            [r, g, b].into_iter().zip(colour).all(|(found, wanted)| found.abs_diff(*wanted) <= 3)
-        };
         let pixels =
             y.flat_map(|y| x.clone().map(move |x| y * SIZE.0 + x)).map(|place| self.0[place]);
-        pixels.filter(|pixel| colours.iter().any(|colour| is_near(*pixel, colour))).count()
+        pixels.filter(|pixel| colours.iter().any(|colour| is_near(*pixel, *colour))).count()
     }
 
     /// Returns the number of different colours.
@@ -186,4 +183,9 @@ impl Drop for Screen {
         let _ = self.server.kill();
         let _ = self.server.wait();
     }
+}
+
+/// Whether a pixel (blue, green and red) looks like a colour (red, green and blue).
+fn is_near([b, g, r]: [u8; 3], colour: [u8; 3]) -> bool {
+    [r, g, b].into_iter().zip(colour).all(|(found, wanted)| found.abs_diff(wanted) <= 3)
 }

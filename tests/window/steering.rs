@@ -25,7 +25,7 @@ Edges:
 const MIDDLE: Vec2 = Vec2::new(18.0, 4.0);
 const HEIGHT: f32 = 24.0;
 
-/// Where an entry of a menu is, from the place of the right click, in pixels.
+/// The place of an entry of a menu, from the place of the right click, in pixels.
 fn entry(number: i32) -> [i32; 2] {
     [40, 37 + 25 * number]
 }

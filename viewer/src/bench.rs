@@ -14,10 +14,12 @@ use regatta_scene::heat::{Heat, HeatMap};
 use regatta_scene::palette::{Colouring, Theme};
 use regatta_scene::{Detail, Scene};
 
+use crate::jams::JamQuery;
 use crate::options::Options;
 use crate::picture::{FORMAT, Offscreen};
+use crate::plans::PlanQuery;
 use crate::stage::Stage;
-use crate::watching::Inbox;
+use crate::worker::Inbox;
 use synthetic::SyntheticFleet;
 
 /// The time limit of a measurement, after the least number of pictures.
@@ -147,8 +149,7 @@ impl Bench<'_> {
             renderer.push_frame(&frame);
             renderer.set_values(Some(frame.speed()));
             times.upload = start.elapsed().as_secs_f64();
-            let mut encoder =
-                self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let mut encoder = self.gpu.encoder();
             let camera = &Self::turned(camera, view, number as u64);
             let picture =
                 Picture { camera, scene: &scene, legend: &legend, size, within: None, alpha: 0.5 };
@@ -177,8 +178,8 @@ impl Bench<'_> {
             std::thread::sleep(Duration::from_millis(5));
         }
         let camera = self.camera(view, stage.bounds());
-        let plans = Inbox::open(&self.options.fleet, stage.plan_watch())?;
-        let jams = Inbox::open(&self.options.fleet, stage.jam_watch())?;
+        let plans = Inbox::open(&self.options.fleet, stage.plan_query())?;
+        let jams = Inbox::open(&self.options.fleet, stage.jam_query())?;
         let (mut failed, mut number) = (None, 0);
         let times = self.measure(|times| {
             let start = Instant::now();
@@ -189,20 +190,12 @@ impl Bench<'_> {
                 }
                 Err(error) => failed = Some(error.into()),
             }
-            match plans.as_ref().map(Inbox::newest).transpose() {
-                Ok(found) => found.flatten().into_iter().for_each(|found| stage.set_plans(found)),
-                Err(error) => failed = Some(error),
-            }
-            match jams.as_ref().map(Inbox::take).transpose() {
-                Ok(found) => found.into_iter().flatten().for_each(|found| {
-                    stage.set_jams(found);
-                }),
-                Err(error) => failed = Some(error),
+            if let Err(error) = take_answers(&mut stage, plans.as_ref(), jams.as_ref()) {
+                failed = Some(error);
             }
             let uploaded = start.elapsed().as_secs_f64();
             times.upload = uploaded - times.read;
-            let mut encoder =
-                self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let mut encoder = self.gpu.encoder();
             let (size, alpha) = (self.offscreen.size(), stage.alpha(start));
             number += 1;
             stage.draw(
@@ -239,9 +232,26 @@ impl Bench<'_> {
             all.push(times);
         }
         let busy = (busy_seconds() - busy) / all.len() as f64;
-        all.iter_mut().for_each(|times| times.busy = busy);
+        for times in &mut all {
+            times.busy = busy;
+        }
         all
     }
+}
+
+/// Uploads the answers that have come since the last picture.
+fn take_answers(
+    stage: &mut Stage,
+    plans: Option<&Inbox<PlanQuery>>,
+    jams: Option<&Inbox<JamQuery>>,
+) -> Result {
+    if let Some(found) = plans.map(Inbox::newest).transpose()?.flatten() {
+        stage.set_plans(found);
+    }
+    for found in jams.map(Inbox::take).transpose()?.unwrap_or_default() {
+        stage.set_jams(found);
+    }
+    Ok(())
 }
 
 /// Works a heat map out and uploads it. Returns the number of its edges, and the median times in

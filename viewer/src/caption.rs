@@ -45,7 +45,7 @@ pub struct Annotations<'a> {
     pub legend: Option<&'a Legend>,
     /// Whether a plan has its coordinates, its scale and the direction to the north.
     pub plan: bool,
-    /// What is known of plans.
+    /// The counts of plans.
     pub plans: PlanFacts,
     /// The fleet, the time and the number of robots, a line each; shown with the legend.
     pub title: Vec<String>,
@@ -62,7 +62,7 @@ pub struct Annotations<'a> {
     pub density: Option<f32>,
     /// Robots whose ids are shown, with their positions in metres.
     pub robots: Vec<(u32, Vec2)>,
-    /// What the picture says of itself.
+    /// The title, the clock and the scale.
     pub banner: Banner,
 }
 

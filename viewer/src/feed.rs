@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use regatta_interface::view_model::Counts;
 use regatta_plugin::closure::ClosedEdge;
+use regatta_plugin::column::TYPE;
 use regatta_plugin::{
     ClosureReader, ColumnName, ColumnReader, ContactReader, Contacts, Frame, Participant,
     ReadError, RecordingReader, ReplayedRecording, Result, Subscriber, World, WorldReader,
@@ -68,7 +69,7 @@ impl Feed {
         Ok(Self {
             frames: Subscriber::open_on(participant)?,
             worlds: WorldReader::open_on(participant)?,
-            robot_type: ColumnReader::open_on(participant, "type")?,
+            robot_type: ColumnReader::open_on(participant, TYPE.name())?,
             value: None,
             contacts: ContactReader::open_on(participant)?,
             closures: ClosureReader::open_on(participant)?,

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use glam::Vec2;
 use image::{ImageReader, RgbaImage};
+use regatta_base::yaml::{self, Node};
 use regatta_gpu::floor::FloorPicture;
 use regatta_interface::settings::FloorPlacement;
 use regatta_scene::camera::Bounds;
-use saphyr::{LoadableYamlNode, Yaml};
 
 use crate::files;
 
@@ -113,7 +113,7 @@ fn load_map(path: &Path) -> Result<FloorPicture, FloorPictureError> {
     let failed = |reason: String| FloorPictureError { path: path.to_owned(), reason };
     files::check_regular(path).map_err(failed)?;
     let text = std::fs::read_to_string(path).map_err(|error| failed(error.to_string()))?;
-    let map = parse_map(&text).map_err(failed)?;
+    let map = parse_map(&text).map_err(|error| failed(error.to_string()))?;
     let image = path.parent().unwrap_or(Path::new("")).join(&map.image);
     let mut pixels = read(&image).map_err(|reason| FloorPictureError { path: image, reason })?;
     for pixel in pixels.pixels_mut() {
@@ -132,31 +132,24 @@ fn load_map(path: &Path) -> Result<FloorPicture, FloorPictureError> {
     Ok(FloorPicture { pixels, corner: Vec2::new(x, y), turn, size })
 }
 
-fn parse_map(text: &str) -> Result<Map, String> {
-    let documents =
-        Yaml::load_from_str(text).map_err(|error| error.to_string().replace('\n', " "))?;
-    let map = documents.first().ok_or("the file is empty")?;
-    let number = |value: &Yaml<'_>| {
-        value.as_floating_point().or(value.as_integer().map(|whole| whole as f64))
+fn parse_map(text: &str) -> Result<Map, yaml::Error> {
+    let root = yaml::parse(text)?;
+    let fields = root.all_fields()?;
+    let resolution = fields.required("resolution")?;
+    if !(1e-4..=100.0).contains(&resolution.number()?) {
+        return Err(resolution.error("resolution must be metres per pixel, from 0.0001 to 100"));
+    }
+    let origin = fields.required("origin")?;
+    let [x, y, yaw] = origin.list()? else {
+        return Err(origin.error("origin must be [x, y, yaw] of the lower left pixel"));
     };
-    let get = |key: &str| map.as_mapping_get(key);
-    let optional = |key: &str, default: f64| {
-        get(key).map_or(Some(default), number).ok_or(format!("{key} is not a number"))
-    };
-    let origin = get("origin").and_then(|list| {
-        let parts = list.as_sequence()?.iter().map(number).collect::<Option<Vec<_>>>()?;
-        <[f64; 3]>::try_from(parts).ok().filter(|parts| parts.iter().all(|part| part.is_finite()))
-    });
     Ok(Map {
-        image: get("image").and_then(Yaml::as_str).ok_or("the key image is missing")?.to_owned(),
-        resolution: get("resolution")
-            .and_then(number)
-            .filter(|metres| (1e-4..=100.0).contains(metres))
-            .ok_or("resolution must be metres per pixel, from 0.0001 to 100")?,
-        origin: origin.ok_or("origin must be [x, y, yaw] of the lower left pixel")?,
-        negate: optional("negate", 0.0)? != 0.0,
-        occupied_thresh: optional("occupied_thresh", 0.65)?,
-        free_thresh: optional("free_thresh", 0.25)?,
+        image: fields.required("image")?.text()?.into_owned(),
+        resolution: resolution.number()?,
+        origin: [x.number()?, y.number()?, yaw.number()?],
+        negate: fields.optional("negate", Node::number)?.is_some_and(|negate| negate != 0.0),
+        occupied_thresh: fields.optional("occupied_thresh", Node::number)?.unwrap_or(0.65),
+        free_thresh: fields.optional("free_thresh", Node::number)?.unwrap_or(0.25),
     })
 }
 
@@ -185,7 +178,7 @@ mod tests {
         for (missing, _) in good {
             let text: Vec<_> =
                 good.iter().filter(|(key, _)| *key != missing).map(|(_, line)| *line).collect();
-            let error = parse_map(&text.join("\n")).unwrap_err();
+            let error = parse_map(&text.join("\n")).unwrap_err().to_string();
             assert!(error.contains(missing) && !error.contains('\n'), "{error}");
         }
         for bad in [

@@ -28,14 +28,14 @@ use regatta_scene::plans::PlanFacts;
 
 use crate::caption::{Annotations, Caption, pixels_per_point};
 use crate::feed::News;
-use crate::jams::Watch as JamWatched;
+use crate::jams::JamQuery;
 use crate::link::routes::RoutePoller;
 use crate::options::Options;
 use crate::picture::{FORMAT, Offscreen, write_png};
-use crate::plans::Watch;
+use crate::plans::PlanQuery;
 use crate::stage::Stage;
 use crate::video::VideoWriter;
-use crate::watching::Inbox;
+use crate::worker::Inbox;
 use levels::Part;
 
 /// The time between two polls for new data.
@@ -52,8 +52,8 @@ struct HeadlessViewer<'a> {
     participant: Participant,
     stage: Stage,
     routes: RoutePoller,
-    plans: Option<Inbox<Watch>>,
-    jams: Option<Inbox<JamWatched>>,
+    plans: Option<Inbox<PlanQuery>>,
+    jams: Option<Inbox<JamQuery>>,
     offscreen: Offscreen,
     caption: Caption,
     /// The time of the picture, where it isn't that of the newest frame, in seconds.
@@ -87,18 +87,15 @@ pub fn run(options: &Options) -> Result {
     options.look.load_meshes(&mut renderer);
     let stage = Stage::new(&participant, renderer, options.look.scene())?;
     let mut routes = RoutePoller::default();
-    routes.watch(
-        options.follow.iter().chain(&options.look.select).copied().collect(),
-        Instant::now(),
-    );
-    let followed = options.follow.iter().chain(&options.look.select).copied().collect();
+    let followed: Vec<u32> = options.follow.iter().chain(&options.look.select).copied().collect();
+    routes.watch(followed.clone(), Instant::now());
     // A film reads them with each frame, so that they don't depend on when a thread wakes.
-    let watch = Watch { selected: followed, ..stage.plan_watch() };
+    let watch = PlanQuery { selected: followed, ..stage.plan_query() };
     let plans = if options.film.is_some() { None } else { Inbox::open(&options.fleet, watch)? };
     let jams = if options.film.is_some() || options.counts_traffic() {
         None
     } else {
-        Inbox::open(&options.fleet, stage.jam_watch())?
+        Inbox::open(&options.fleet, stage.jam_query())?
     };
     let caption = Caption::new(&gpu);
     let mut viewer = HeadlessViewer {
@@ -193,8 +190,8 @@ impl HeadlessViewer<'_> {
         }
         let pictures = video.finish()?;
         if repeats > 0 {
-            let (fps, verb) =
-                (self.options.fps, if repeats == 1 { "is a repeat" } else { "are repeats" });
+            let fps = self.options.fps;
+            let verb = if repeats == 1 { "is a repeat" } else { "are repeats" };
             eprintln!(
                 "{repeats} of {} {verb}: this machine renders fewer than {fps} per second; \
                  `regatta record`, then `regatta viewer FILE --film`, repeats none",
@@ -224,20 +221,20 @@ impl HeadlessViewer<'_> {
         }
     }
 
-    /// Takes what was found of where it jams.
+    /// Takes the new figures of jams.
     fn update_jams(&mut self) -> Result {
-        let found = self.jams.as_ref().map(Inbox::take).transpose()?;
-        found.into_iter().flatten().for_each(|report| {
-            self.stage.set_jams(report);
-        });
+        if let Some(jams) = &self.jams {
+            for report in jams.take()? {
+                self.stage.set_jams(report);
+            }
+        }
         Ok(())
     }
 
-    /// Takes the newest plans. Returns what is known if there are new ones.
+    /// Takes the newest plans. Returns their counts if there are new ones.
     fn update_plans(&mut self) -> Result<Option<PlanFacts>> {
-        let Some(found) = self.plans.as_ref().map(Inbox::newest).transpose()?.flatten() else {
-            return Ok(None);
-        };
+        let Some(plans) = &self.plans else { return Ok(None) };
+        let Some(found) = plans.newest()? else { return Ok(None) };
         self.stage.set_plans(found);
         Ok(Some(self.stage.plan_facts()))
     }
@@ -367,8 +364,7 @@ impl HeadlessViewer<'_> {
     /// Draws a picture. Returns the names of the annotations that it has no room for, too.
     fn draw(&mut self, alpha: f32) -> Result<(RgbaImage, Vec<&'static str>)> {
         let camera = self.camera();
-        let mut encoder =
-            self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut encoder = self.gpu.encoder();
         let size = self.size();
         self.stage.draw(&mut encoder, &self.offscreen.view, &camera, size, alpha);
         let (target, legend) = ((&self.offscreen.overlay, size), self.stage.legend());

@@ -1,23 +1,23 @@
-//! Where it jams: the heat map of edges, hot spots, and the figures of the fleet over time. A
-//! background thread reads frames, contacts and what the traffic plugin publishes, and reduces them
-//! to lists to draw and figures to show, so that no picture waits for it.
+//! Jams: the heat map of edges, hot spots, and the figures of the fleet over time. A worker reads
+//! frames, contacts and the figures of the traffic plugin, and reduces them to lists to draw and
+//! figures to show.
 
 mod watcher;
 
 use std::sync::Arc;
-use std::sync::mpsc::Receiver;
+use std::time::Instant;
 
 use regatta_interface::jams::{EdgeFacts, Known, NodeFacts, Spot};
 use regatta_plugin::history::FleetSample;
-use regatta_plugin::{FleetName, Participant, Result};
+use regatta_plugin::{Participant, Result};
 use regatta_scene::heat::{Heat, HeatMap};
 
-use crate::watching::Watched;
+use crate::worker::Query;
 use watcher::Watcher;
 
-/// What is to be watched.
+/// The figures to work out.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Watch {
+pub struct JamQuery {
     /// The heat map to work out.
     pub heat: Option<Heat>,
     /// The edges whose figures are wanted, by their indices in the world: the selected one, and the
@@ -29,8 +29,9 @@ pub struct Watch {
     pub history: bool,
 }
 
-impl Watched for Watch {
+impl Query for JamQuery {
     type Report = JamReport;
+    type Ports = Watcher;
 
     const THREAD: &'static str = "jams";
 
@@ -38,33 +39,27 @@ impl Watched for Watch {
         *self == Self::default()
     }
 
-    fn run(
-        fleet: &FleetName,
-        changed: &Receiver<Self>,
-        report: &mut dyn FnMut(JamReport) -> bool,
-    ) -> Result {
-        watcher::run(fleet, changed, report)
-    }
-}
-
-/// Reads where it jams at once, with the newest frame, for programs that wait for it.
-pub struct JamReader(Watcher);
-
-impl JamReader {
-    /// Opens what a fleet publishes.
-    ///
-    /// # Errors
-    /// If the fleet can't be read.
-    pub fn open(fleet: &FleetName) -> Result<Self> {
-        Ok(Self(Watcher::open(&Participant::join(fleet, "viewer-jams")?)?))
+    fn is_urgent(&self, _: &Self) -> bool {
+        false
     }
 
-    /// Returns what is new with the newest frame.
-    ///
-    /// # Errors
-    /// If the fleet can't be read.
-    pub fn read(&mut self, watch: &Watch) -> Result<JamReport> {
-        self.0.look_now(watch)
+    fn open(participant: &Participant) -> Result<Watcher> {
+        Watcher::open(participant)
+    }
+
+    fn due(watcher: &Watcher) -> Instant {
+        watcher.look_at
+    }
+
+    fn poll(&self, watcher: &mut Watcher, at_once: bool) -> Result<Option<JamReport>> {
+        if at_once {
+            watcher.look_at = Instant::now();
+        }
+        watcher.look(self).map(Some)
+    }
+
+    fn nothing() -> JamReport {
+        JamReport { heat: Some(None), ..JamReport::default() }
     }
 }
 
@@ -78,21 +73,21 @@ pub fn moved((spots, series, known): History, secs: f64) -> History {
     if secs == 0.0 {
         return (spots, series, known);
     }
-    let spot = |spot: &Spot| Spot { seen: spot.seen.map(|at| at + secs), ..spot.clone() };
-    let sample = |sample: &FleetSample| FleetSample { secs: sample.secs + secs, ..*sample };
+    let spots =
+        spots.iter().map(|spot| Spot { seen: spot.seen.map(|at| at + secs), ..spot.clone() });
+    let series = series.iter().map(|sample| FleetSample { secs: sample.secs + secs, ..*sample });
     let (from_secs, until_secs) = (known.from_secs + secs, known.until_secs + secs);
-    let known = Known { from_secs, until_secs, ..known };
-    (spots.iter().map(spot).collect(), series.iter().map(sample).collect(), known)
+    (spots.collect(), series.collect(), Known { from_secs, until_secs, ..known })
 }
 
-/// What was found since the report before.
+/// The findings since the report before.
 #[derive(Clone, Debug, Default)]
 pub struct JamReport {
     /// Another heat map; `Some(None)` if there is none any more.
     pub heat: Option<Option<HeatMap>>,
-    /// What is known of the watched edges.
+    /// The figures of the watched edges.
     pub edges: Vec<EdgeFacts>,
-    /// What is known of the watched node.
+    /// The figures of the watched node.
     pub node: Option<NodeFacts>,
     /// The hot spots and the figures over time, if there are newer ones.
     pub history: Option<History>,

@@ -18,25 +18,25 @@ use regatta_interface::rows::RowQuery;
 use regatta_plugin::control::ControlRequest;
 use regatta_plugin::{FleetName, Result};
 
-use crate::jams::Watch as JamWatched;
-use crate::log::watch::LogWatch;
-use crate::plans::Watch;
-use crate::watching::Watching;
+use crate::jams::JamQuery;
+use crate::log::LogQuery;
+use crate::plans::PlanQuery;
+use crate::worker::{Query as WorkerQuery, Worker};
 use poller::Query;
 pub use report::{Fact, Report};
 
 /// A handle to the background threads. Dropping it ends them.
 #[derive(Debug)]
 pub struct Link {
-    requests: Option<Sender<ControlRequest>>,
+    requests: Sender<ControlRequest>,
     queries: Option<Sender<Query>>,
-    commands: Option<Sender<UserCommand>>,
+    commands: Sender<UserCommand>,
     reports: Receiver<Report>,
     poller: Option<JoinHandle<()>>,
-    plans: Watching<Watch>,
-    jams: Watching<JamWatched>,
+    plans: Worker<PlanQuery>,
+    jams: Worker<JamQuery>,
     /// Collects as long as it lives.
-    _log: LogWatch,
+    _log: Worker<LogQuery>,
 }
 
 impl Link {
@@ -46,72 +46,34 @@ impl Link {
     /// If the system can't start a thread.
     pub fn open(fleet: &FleetName) -> std::io::Result<Self> {
         let (report, reports) = mpsc::channel();
-        let (requests, requested) = mpsc::channel();
-        let (queries, queried) = mpsc::channel();
-        let (name, control_report) = (fleet.clone(), report.clone());
-        // This thread is not joined at the end, because the engine may take long to answer.
-        std::thread::Builder::new().name("control".into()).spawn(move || {
-            report_error(&control_report, control::run(&name, &requested, &control_report));
-        })?;
-        let (commands, commanded) = mpsc::channel();
-        let (name, command_report) = (fleet.clone(), report.clone());
-        // Not joined either: it may wait for the world of a fleet that ends.
-        std::thread::Builder::new().name("commands".into()).spawn(move || {
-            report_error(&command_report, commands::run(&name, &commanded, &command_report));
-        })?;
-        let plan_report = report.clone();
-        let plans = Watching::start(fleet, move |found| {
-            let found = found.map_or_else(
-                |error| Report::Notice(error.to_string()),
-                |found| Report::Plans(Box::new(found)),
-            );
-            plan_report.send(found).is_ok()
-        })?;
-        let jam_report = report.clone();
-        let jams = Watching::start(fleet, move |found| {
-            let found = found.map_or_else(
-                |error| Report::Notice(error.to_string()),
-                |found| Report::Jams(Box::new(found)),
-            );
-            jam_report.send(found).is_ok()
-        })?;
-        let log_report = report.clone();
-        let log = LogWatch::start(fleet, move |found| {
-            let found = found.map_or_else(
-                |error| Report::Notice(error.to_string()),
-                |found| Report::Log(Box::new(found)),
-            );
-            log_report.send(found).is_ok()
-        })?;
-        let name = fleet.clone();
-        let poller = std::thread::Builder::new().name("poller".into()).spawn(move || {
-            report_error(&report, poller::run(&name, &queried, &report));
-        })?;
+        // These threads are not joined at the end: the engine may take long to answer, and a command
+        // may wait for the world of a fleet that ends.
+        let (requests, _) = spawn("control", fleet, &report, control::run)?;
+        let (commands, _) = spawn("commands", fleet, &report, commands::run)?;
+        let (queries, poller) = spawn("poller", fleet, &report, poller::run)?;
+        let log = worker(fleet, &report, Report::Log)?;
+        log.ask(LogQuery);
         Ok(Self {
-            requests: Some(requests),
+            requests,
+            commands,
             queries: Some(queries),
-            commands: Some(commands),
+            plans: worker(fleet, &report, Report::Plans)?,
+            jams: worker(fleet, &report, Report::Jams)?,
             reports,
             poller: Some(poller),
-            plans,
-            jams,
             _log: log,
         })
     }
 
     /// Queues a request to the engine. Requests are sent one after the other.
     pub fn request(&self, request: ControlRequest) {
-        if let Some(requests) = &self.requests {
-            // Fails only after the thread has ended and reported its error.
-            let _ = requests.send(request);
-        }
+        // Fails only after the thread has ended and reported its error.
+        let _ = self.requests.send(request);
     }
 
     /// Queues a command to the fleet. Its answer comes as a notice.
     pub fn command(&self, command: UserCommand) {
-        if let Some(commands) = &self.commands {
-            let _ = commands.send(command);
-        }
+        let _ = self.commands.send(command);
     }
 
     /// Sets the query of the fleet list's rows.
@@ -134,14 +96,14 @@ impl Link {
         self.query(Query::Routes(robots));
     }
 
-    /// Sets which plans are watched.
-    pub fn plans(&self, watch: Watch) {
-        self.plans.watch(watch);
+    /// Sets the plans that are collected.
+    pub fn plans(&self, query: PlanQuery) {
+        self.plans.ask(query);
     }
 
-    /// Sets what is watched of where it jams.
-    pub fn jams(&self, watch: JamWatched) {
-        self.jams.watch(watch);
+    /// Sets the figures of jams that are worked out.
+    pub fn jams(&self, query: JamQuery) {
+        self.jams.ask(query);
     }
 
     fn query(&self, query: Query) {
@@ -158,7 +120,7 @@ impl Link {
 
 impl Drop for Link {
     fn drop(&mut self) {
-        (self.requests, self.queries, self.commands) = (None, None, None);
+        self.queries = None;
         if let Some(poller) = self.poller.take() {
             // The result is an error only if the thread panicked, and the panic has been printed.
             let _ = poller.join();
@@ -166,9 +128,36 @@ impl Drop for Link {
     }
 }
 
-fn report_error(report: &Sender<Report>, result: Result) {
-    if let Err(error) = result {
-        // The receiver is gone only while the viewer exits.
-        let _ = report.send(Report::Notice(error.to_string()));
-    }
+/// Starts a thread that runs until the returned sender is dropped, and reports its error.
+fn spawn<T: Send + 'static>(
+    name: &str,
+    fleet: &FleetName,
+    report: &Sender<Report>,
+    run: fn(&FleetName, &Receiver<T>, &Sender<Report>) -> Result,
+) -> std::io::Result<(Sender<T>, JoinHandle<()>)> {
+    let (sender, receiver) = mpsc::channel();
+    let (fleet, report) = (fleet.clone(), report.clone());
+    let thread = std::thread::Builder::new().name(name.into()).spawn(move || {
+        if let Err(error) = run(&fleet, &receiver, &report) {
+            // The receiver is gone only while the viewer exits.
+            let _ = report.send(Report::Notice(error.to_string()));
+        }
+    })?;
+    Ok((sender, thread))
+}
+
+/// Starts a worker whose answers are wrapped into reports.
+fn worker<Q: WorkerQuery>(
+    fleet: &FleetName,
+    report: &Sender<Report>,
+    wrap: fn(Box<Q::Report>) -> Report,
+) -> std::io::Result<Worker<Q>> {
+    let report = report.clone();
+    Worker::start(fleet, move |found| {
+        let found = match found {
+            Ok(found) => wrap(Box::new(found)),
+            Err(error) => Report::Notice(error.to_string()),
+        };
+        report.send(found).is_ok()
+    })
 }

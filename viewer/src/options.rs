@@ -113,7 +113,7 @@ pub struct LookOptions {
     #[arg(long, value_name = "SOURCE")]
     pub colour: Option<Colouring>,
     /// Colour theme [default: dark]
-    #[arg(long, value_enum)]
+    #[arg(long, value_parser = values::theme())]
     pub theme: Option<Theme>,
     /// Offset of robots and graph in metres; the floor stays in place [default: 0,0]
     #[arg(long, value_name = "X,Y", allow_hyphen_values = true)]
@@ -262,7 +262,7 @@ impl LookOptions {
 }
 
 impl Options {
-    /// What is shown: the name of the recording's file, or of the fleet.
+    /// The name of the recording's file, or of the fleet.
     pub fn name(&self) -> String {
         let file = self.recording.as_ref().and_then(|path| path.file_name());
         file.map_or_else(|| self.fleet.to_string(), |name| name.to_string_lossy().into_owned())
@@ -274,7 +274,7 @@ impl Options {
     }
 
     /// The time at which a recording stands for a picture, a plan or a film, or [`Duration::MAX`]
-    /// for its start; `None` if it plays. What a heat map is about comes before the picture.
+    /// for its start; `None` if it plays. The period of a heat map comes before the picture.
     pub fn starts_at(&self) -> Option<Duration> {
         let stands = self.film.is_some() || self.screenshot.is_some() || self.svg.is_some();
         let time = if self.film.is_some() { self.from } else { self.at };

@@ -7,10 +7,10 @@ use image::RgbaImage;
 use regatta_gpu::TargetConfig;
 use regatta_gpu::attachments::Attachments;
 use regatta_gpu::device::{DeviceError, Gpu};
-use regatta_gpu::resources::view_of;
+use regatta_gpu::resources::{Readback, begin_pass, extent, view_of};
 use regatta_interface::text::with_plural;
 use regatta_scene::palette::Rgb;
-use wgpu::{BufferUsages, TextureFormat, TextureUsages};
+use wgpu::{TextureFormat, TextureUsages};
 
 /// The format of offscreen pictures.
 pub const FORMAT: TextureFormat = TextureFormat::Rgba8UnormSrgb;
@@ -61,7 +61,7 @@ pub struct Offscreen {
     pub view: wgpu::TextureView,
     /// A view of the texture in the [`OVERLAY_FORMAT`].
     pub overlay: wgpu::TextureView,
-    readback: wgpu::Buffer,
+    readback: Readback,
 }
 
 impl Offscreen {
@@ -81,10 +81,9 @@ impl Offscreen {
     /// Returns `None` if the adapter has no room.
     fn allocate(gpu: &Gpu, size: UVec2, target: TargetConfig) -> Option<Self> {
         let limits = gpu.device.limits();
-        let readback = u64::from(row_bytes(size)) * u64::from(size.y);
         let is_within = size.min_element() > 0
             && size.max_element() <= limits.max_texture_dimension_2d
-            && readback <= limits.max_buffer_size;
+            && Readback::bytes(size) <= limits.max_buffer_size;
         // A software adapter hands out more than the machine has, and the system then kills the
         // process.
         let available = available_memory().filter(|_| gpu.is_software());
@@ -102,7 +101,7 @@ impl Offscreen {
         let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC;
         let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
             label: Some("offscreen"),
-            size: wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 },
+            size: extent(size),
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
@@ -112,19 +111,13 @@ impl Offscreen {
         });
         let overlay =
             wgpu::TextureViewDescriptor { format: Some(OVERLAY_FORMAT), ..Default::default() };
-        let readback = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("readback"),
-            size: u64::from(row_bytes(size)) * u64::from(size.y),
-            usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
-            mapped_at_creation: false,
-        });
         Self {
             gpu: gpu.clone(),
             size,
             view: view_of(&texture),
             overlay: texture.create_view(&overlay),
             texture,
-            readback,
+            readback: Readback::new(gpu, size),
         }
     }
 
@@ -136,46 +129,21 @@ impl Offscreen {
     /// Fills the texture with a colour.
     pub fn fill(&self, encoder: &mut wgpu::CommandEncoder, colour: Rgb) {
         let [r, g, b] = colour.linear().to_array().map(f64::from);
-        let load = wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a: 1.0 });
-        encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("fill"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &self.view,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations { load, store: wgpu::StoreOp::Store },
-            })],
-            ..wgpu::RenderPassDescriptor::default()
-        });
+        let colour = wgpu::Color { r, g, b, a: 1.0 };
+        begin_pass(encoder, "fill", &self.view, wgpu::LoadOp::Clear(colour));
     }
 
     /// Submits the commands that draw into the texture, waits for them, and returns the picture.
     ///
     /// # Errors
     /// [`PictureError::Lost`] and [`PictureError::OutOfMemory`].
-    pub fn read(&self, mut encoder: wgpu::CommandEncoder) -> Result<RgbaImage, PictureError> {
-        let layout = wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(row_bytes(self.size)),
-            rows_per_image: None,
-        };
-        encoder.copy_texture_to_buffer(
-            self.texture.as_image_copy(),
-            wgpu::TexelCopyBufferInfo { buffer: &self.readback, layout },
-            self.texture.size(),
-        );
-        self.gpu.queue.submit([encoder.finish()]);
+    pub fn read(&self, encoder: wgpu::CommandEncoder) -> Result<RgbaImage, PictureError> {
+        let read = self.readback.read(&self.gpu, encoder, &self.texture);
         self.gpu.check_memory()?;
-        self.readback.map_async(wgpu::MapMode::Read, .., |_| ());
-        self.gpu.wait();
-        let lost = |reason: String| PictureError::Lost(self.gpu.lost().unwrap_or(reason));
-        let mapped = self.readback.get_mapped_range(..).map_err(|error| lost(error.to_string()))?;
-        let rows = mapped.chunks(row_bytes(self.size) as usize);
-        let pixels = rows.flat_map(|row| &row[..self.size.x as usize * 4]).copied().collect();
-        drop(mapped);
-        self.readback.unmap();
-        RgbaImage::from_raw(self.size.x, self.size.y, pixels)
-            .ok_or_else(|| lost("the buffer has too few pixels".to_owned()))
+        let pixels = read.map_err(|error| {
+            PictureError::Lost(self.gpu.lost().unwrap_or_else(|| error.to_string()))
+        })?;
+        Ok(RgbaImage::from_raw(self.size.x, self.size.y, pixels).expect("a buffer of all pixels"))
     }
 }
 
@@ -183,30 +151,27 @@ impl Offscreen {
 /// the renderer's depth and samples, with four bytes for each.
 fn bytes_of(size: UVec2, samples: u32) -> u64 {
     let layers = 3 + samples + if samples > 1 { samples } else { 0 };
-    u64::from(size.x) * u64::from(size.y) * 4 * u64::from(layers)
+    size.as_u64vec2().element_product() * 4 * u64::from(layers)
 }
 
 /// Returns the largest size of the same shape for which there is room.
 fn largest(gpu: &Gpu, size: UVec2, target: TargetConfig) -> UVec2 {
     const PARTS: u64 = 4096;
-    let scaled = |part: u64| {
-        UVec2::from(size.to_array().map(|side| (u64::from(side) * part / PARTS).max(1) as u32))
-    };
     let (mut low, mut high) = (0, PARTS);
     while high - low > 1 {
         let middle = low.midpoint(high);
-        if Offscreen::allocate(gpu, scaled(middle), target).is_some() {
+        if Offscreen::allocate(gpu, scaled(size, middle, PARTS), target).is_some() {
             low = middle
         } else {
             high = middle
         }
     }
-    scaled(low)
+    scaled(size, low, PARTS)
 }
 
-/// The stride of the rows in the readback buffer, which wgpu aligns to 256 bytes.
-fn row_bytes(size: UVec2) -> u32 {
-    (size.x * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT)
+/// Returns a size scaled by `part` of `parts`, of at least 1x1 pixels.
+fn scaled(size: UVec2, part: u64, parts: u64) -> UVec2 {
+    (size.as_u64vec2() * part / parts).as_uvec2().max(UVec2::ONE)
 }
 
 /// Writes a picture as PNG.

@@ -1,41 +1,40 @@
-//! What a fleet manager plans, for all robots or those that match the filter: routes, goals, and
-//! who waits for whom. A background thread collects and reduces it to lists to draw, so that no
-//! picture waits for it.
+//! The plans of a fleet manager, for all robots or those that match the filter: routes, goals, and
+//! the robots that robots wait for. A worker collects and reduces them to lists to draw.
 
 mod collector;
 pub mod goals;
 pub mod lines;
 pub mod waits;
 
-use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use regatta_interface::robot_filter::{RobotSet, is_in};
+use regatta_plugin::column::{GOAL, WAITS_FOR};
 use regatta_plugin::{
-    ColumnReader, FleetName, Participant, ReadError, Result, RouteClient, Subscriber, WorldReader,
+    ColumnReader, Participant, ReadError, Result, RouteClient, Subscriber, WorldReader,
 };
 use regatta_scene::plans::PlanReport;
 
-use crate::watching::Watched;
+use crate::worker::Query;
 use collector::Collector;
 use goals::Places;
 
 /// The time between two reports, unless they take long, and between two rounds of requests for
 /// routes.
 const REPORT_EVERY: Duration = Duration::from_millis(100);
-/// The time for which routes are asked for between two looks at what is to be watched.
+/// The time for which routes are asked for between two looks at the query.
 const ASK_FOR: Duration = Duration::from_millis(40);
 /// The time after which routes are asked for again if nobody answers.
 const ASK_AGAIN: Duration = Duration::from_millis(500);
 /// A report is followed by a pause of at least so many times the time that it took.
 const PAUSES: u32 = 5;
 
-/// What is to be watched.
+/// The plans to collect.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Watch {
+pub struct PlanQuery {
     /// Routes and goals.
     pub plans: bool,
-    /// Who waits for whom.
+    /// The robots that robots wait for.
     pub waits: bool,
     /// The robots whose plans and waits are watched; `None` for all.
     pub matching: Option<RobotSet>,
@@ -44,24 +43,20 @@ pub struct Watch {
     pub selected: Vec<u32>,
 }
 
-impl Watch {
+impl PlanQuery {
     /// Returns the robots that match, and the selected ones; `None` for all.
     fn robots(&self) -> Option<RobotSet> {
         let mut robots = self.matching.clone()?;
-        self.selected.iter().for_each(|robot| robots.insert(*robot));
+        for robot in &self.selected {
+            robots.insert(*robot);
+        }
         Some(robots)
-    }
-
-    /// Whether something else is to be watched than before, other than that some more or fewer
-    /// robots match.
-    fn differs(&self, before: &Self) -> bool {
-        let wanted = |watch: &Self| (watch.plans, watch.waits, watch.matching.is_some());
-        wanted(self) != wanted(before) || self.selected != before.selected
     }
 }
 
-impl Watched for Watch {
+impl Query for PlanQuery {
     type Report = PlanReport;
+    type Ports = Watcher;
 
     const THREAD: &'static str = "plans";
 
@@ -69,78 +64,31 @@ impl Watched for Watch {
         !self.plans && !self.waits && self.selected.is_empty()
     }
 
-    fn run(
-        fleet: &FleetName,
-        changed: &Receiver<Self>,
-        report: &mut dyn FnMut(PlanReport) -> bool,
-    ) -> Result {
-        run(fleet, changed, report)
+    /// Not if only some more or fewer robots match.
+    fn is_urgent(&self, before: &Self) -> bool {
+        (self.plans, self.waits, &self.selected) != (before.plans, before.waits, &before.selected)
+            || self.matching.is_some() != before.matching.is_some()
+    }
+
+    fn open(participant: &Participant) -> Result<Watcher> {
+        Watcher::open(participant)
+    }
+
+    fn due(watcher: &Watcher) -> Instant {
+        watcher.ask_at.map_or(watcher.report_at, |ask| ask.min(watcher.report_at))
+    }
+
+    fn poll(&self, watcher: &mut Watcher, at_once: bool) -> Result<Option<PlanReport>> {
+        watcher.poll(self, at_once)
+    }
+
+    fn nothing() -> PlanReport {
+        PlanReport::default()
     }
 }
 
-/// Reads plans at once, with the newest frame, for programs that wait for it.
-pub struct PlanReader(Watcher);
-
-impl PlanReader {
-    /// Opens what a fleet publishes.
-    ///
-    /// # Errors
-    /// If the fleet can't be read.
-    pub fn open(fleet: &FleetName) -> Result<Self> {
-        Ok(Self(Watcher::open(&Participant::join(fleet, "viewer-plans")?)?))
-    }
-
-    /// Returns what is known with the newest frame.
-    ///
-    /// # Errors
-    /// If the fleet can't be read.
-    pub fn read(&mut self, watch: &Watch) -> Result<PlanReport> {
-        Ok(self.0.poll(watch, true)?.unwrap_or_default())
-    }
-}
-
-fn run(
-    fleet: &FleetName,
-    changed: &Receiver<Watch>,
-    report: &mut dyn FnMut(PlanReport) -> bool,
-) -> Result {
-    let participant = Participant::join(fleet, "viewer-plans")?;
-    let mut watch = Watch::default();
-    let mut watcher: Option<Watcher> = None;
-    loop {
-        let wait = watcher.as_ref().map_or(Duration::MAX, Watcher::idle_time);
-        let change = if wait == Duration::MAX {
-            changed.recv().map_err(|_| RecvTimeoutError::Disconnected)
-        } else {
-            changed.recv_timeout(wait)
-        };
-        let mut is_changed = false;
-        match change {
-            Ok(newer) => {
-                let newer = changed.try_iter().last().unwrap_or(newer);
-                is_changed = newer.differs(&watch);
-                watch = newer;
-            }
-            Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => return Ok(()),
-        }
-        let found = if watch.is_idle() {
-            watcher.take().map(|_| PlanReport::default())
-        } else {
-            let open = match &mut watcher {
-                Some(open) => open,
-                none => none.insert(Watcher::open(&participant)?),
-            };
-            open.poll(&watch, is_changed)?
-        };
-        if found.is_some_and(|found| !report(found)) {
-            return Ok(());
-        }
-    }
-}
-
-/// The ports that are open while something is watched.
-struct Watcher {
+/// The open ports, and the routes so far.
+pub struct Watcher {
     frames: Subscriber,
     worlds: WorldReader,
     places: Places,
@@ -158,8 +106,8 @@ impl Watcher {
             frames: Subscriber::open_on(participant)?,
             worlds: WorldReader::open_on(participant)?,
             places: Places::default(),
-            goals: ColumnReader::open_on(participant, "goal")?,
-            waits: ColumnReader::open_on(participant, "waits-for")?,
+            goals: ColumnReader::open_on(participant, GOAL.name())?,
+            waits: ColumnReader::open_on(participant, WAITS_FOR.name())?,
             client: RouteClient::open_on(participant)?,
             collector: Collector::new(),
             ask_at: None,
@@ -167,45 +115,37 @@ impl Watcher {
         })
     }
 
-    fn idle_time(&self) -> Duration {
-        let next = self.ask_at.map_or(self.report_at, |ask| ask.min(self.report_at));
-        next.saturating_duration_since(Instant::now())
-    }
-
-    /// Does what is due. Returns a report if one is, or `at_once` if what is watched has changed.
-    fn poll(&mut self, watch: &Watch, at_once: bool) -> Result<Option<PlanReport>> {
+    /// Asks for routes and reports, each if it is due. Reports in any case `at_once`.
+    fn poll(&mut self, query: &PlanQuery, at_once: bool) -> Result<Option<PlanReport>> {
         self.frames.latest()?;
         if self.worlds.latest()?.is_some() {
             self.places =
                 self.worlds.current()?.map(|world| Places::new(&world)).unwrap_or_default();
         }
-        if !watch.plans {
+        if !query.plans {
             self.ask_at = None;
             self.collector = Collector::new();
         } else if self.ask_at.is_none_or(|ask| Instant::now() >= ask) {
-            self.ask(watch)?;
+            self.ask(query)?;
         }
         if !at_once && Instant::now() < self.report_at {
             return Ok(None);
         }
         let start = Instant::now();
-        let report = self.report(watch)?;
+        let report = self.report(query)?;
         self.report_at = Instant::now() + REPORT_EVERY.max(start.elapsed() * PAUSES);
         Ok(Some(report))
     }
 
-    fn ask(&mut self, watch: &Watch) -> Result<(), ReadError> {
+    fn ask(&mut self, query: &PlanQuery) -> Result<(), ReadError> {
         let now = Instant::now();
         let Some(frame) = self.frames.current()? else {
             self.ask_at = Some(now + REPORT_EVERY);
             return Ok(());
         };
-        let asked = self.collector.advance(
-            &mut self.client,
-            &frame,
-            watch.robots().as_ref(),
-            now + ASK_FOR,
-        );
+        let robots = query.robots();
+        let until = now + ASK_FOR;
+        let asked = self.collector.advance(&mut self.client, &frame, robots.as_ref(), until);
         let rest = match asked {
             Ok(false) => Duration::ZERO,
             Ok(true) => REPORT_EVERY,
@@ -218,15 +158,15 @@ impl Watcher {
         Ok(())
     }
 
-    fn report(&mut self, watch: &Watch) -> Result<PlanReport, ReadError> {
+    fn report(&mut self, query: &PlanQuery) -> Result<PlanReport, ReadError> {
         let mut found = PlanReport::default();
         let (Some(frame), Some(world)) = (self.frames.current()?, self.worlds.current()?) else {
             return Ok(found);
         };
-        let (matching, robots) = (watch.matching.as_ref(), watch.robots());
+        let (matching, robots) = (query.matching.as_ref(), query.robots());
         let is_watched = |robot: u32| is_in(robots.as_ref(), robot);
         found.facts.is_filtered = matching.is_some();
-        if watch.plans {
+        if query.plans {
             let routes = self.collector.routes().filter(|route| is_watched(route.robot));
             found.lines = lines::lines(routes, &frame, &world);
             found.facts.routes = Some(self.collector.coverage(&frame, matching));
@@ -235,12 +175,12 @@ impl Watcher {
             found.facts.has_goals = true;
             found.goals = goals::marks(
                 goals,
-                |robot| watch.plans && is_watched(robot),
-                &watch.selected,
+                |robot| query.plans && is_watched(robot),
+                &query.selected,
                 &self.places,
             );
         }
-        if let Some(waits_for) = values(&mut self.waits, frame.run_id())?.filter(|_| watch.waits) {
+        if let Some(waits_for) = values(&mut self.waits, frame.run_id())?.filter(|_| query.waits) {
             found.arrows = waits::arrows(waits_for);
             found.arrows.retain(|arrow| is_watched(arrow.from));
             let counted = || found.arrows.iter().filter(|arrow| is_in(matching, arrow.from));

@@ -16,20 +16,20 @@ use regatta_plugin::closure::ClosedEdge;
 use regatta_plugin::frame::ClockState;
 use regatta_plugin::route::RouteResponse;
 use regatta_plugin::{Frame, Participant, Result, World};
-use regatta_scene::Scene;
 use regatta_scene::camera::{Bounds, Camera};
 use regatta_scene::curves::curve_point;
 use regatta_scene::heat::HeatMap;
 use regatta_scene::palette::{Colouring, Legend, Theme};
 use regatta_scene::plans::{PlanFacts, PlanReport};
 use regatta_scene::route::{Remaining, remaining_route};
+use regatta_scene::{Scene, is_on_level};
 use wgpu::{CommandEncoder, TextureView};
 
 use crate::feed::{Feed, News};
+use crate::frame_history::FrameHistory;
 use crate::jams;
-use crate::jams::{JamReport, Watch as JamWatched};
-use crate::past::Past;
-use crate::plans::Watch;
+use crate::jams::{JamQuery, JamReport};
+use crate::plans::PlanQuery;
 use crate::playhead::Playhead;
 use crate::svg;
 use further_levels::{LevelView, all};
@@ -46,7 +46,7 @@ pub struct Stage {
     /// The content and the style of pictures.
     pub scene: Scene,
     /// The last minutes of a live run; `None` if they aren't kept.
-    pub past: Option<Past>,
+    pub history: Option<FrameHistory>,
     /// The run and the simulated time that are shown instead of the newest frame, in nanoseconds.
     looking_back: Option<(u64, u64)>,
     playhead: Playhead,
@@ -84,7 +84,7 @@ impl Stage {
             renderer,
             further_levels: Vec::new(),
             scene,
-            past: None,
+            history: None,
             looking_back: None,
             playhead: Playhead::new(),
             graph_bounds: None,
@@ -125,7 +125,9 @@ impl Stage {
             self.feed.watch(column)?;
             self.watched = Some(self.scene.colouring.clone());
             self.range = None;
-            self.renderers().for_each(|renderer| renderer.set_values(None));
+            for renderer in self.renderers() {
+                renderer.set_values(None);
+            }
         }
         let is_other_level = self.level != self.scene.level;
         let has_graph = !is_other_level || self.change_level();
@@ -135,14 +137,15 @@ impl Stage {
             self.graph_bounds = bounds_of_graph(&world, None);
             self.robot_types =
                 world.robot_types().iter().map(|robot_type| robot_type.name().to_owned()).collect();
-            all(&mut self.renderer, &mut self.further_levels)
-                .for_each(|renderer| renderer.set_world(&world));
+            for renderer in all(&mut self.renderer, &mut self.further_levels) {
+                renderer.set_world(&world);
+            }
         }
         self.update_closed(news, !has_graph);
         if let Some(frame) = self.feed.frame().filter(|_| news.frame) {
             let is_live = self.feed.recording().is_none();
-            if let Some(past) = self.past.as_mut().filter(|_| is_live) {
-                past.take(&frame);
+            if let Some(history) = self.history.as_mut().filter(|_| is_live) {
+                history.take(&frame);
             }
             self.looking_back = self.looking_back.filter(|(run, _)| *run == frame.run_id());
             self.playhead.push(&frame, now);
@@ -151,8 +154,9 @@ impl Stage {
                 self.playhead.arrive();
             }
             if self.looking_back.is_none() {
-                all(&mut self.renderer, &mut self.further_levels)
-                    .for_each(|renderer| renderer.push_frame(&frame));
+                for renderer in all(&mut self.renderer, &mut self.further_levels) {
+                    renderer.push_frame(&frame);
+                }
             }
         }
         if news.world || (news.frame && !self.routes.is_empty()) {
@@ -164,8 +168,8 @@ impl Stage {
 
     /// The frame that is shown: the newest one, or one of the past.
     pub fn frame(&self) -> Option<Frame<'_>> {
-        match (self.looking_back, &self.past) {
-            (Some((_, time)), Some(past)) => past.at(time),
+        match (self.looking_back, &self.history) {
+            (Some((_, time)), Some(history)) => history.at(time),
             _ => self.feed.frame(),
         }
     }
@@ -190,8 +194,8 @@ impl Stage {
     }
 
     fn live_timeline(&self, frame: &Frame<'_>) -> Option<Timeline<'_>> {
-        let past = self.past.as_ref()?;
-        let (start, end) = past.span()?;
+        let history = self.history.as_ref()?;
+        let (start, end) = history.span()?;
         Some(Timeline {
             name: "live",
             note: "",
@@ -201,7 +205,7 @@ impl Stage {
             searched: u64::MAX,
             left_out: 0,
             marks: &[],
-            live: Some(Live { bytes: past.bytes(), is_past: self.is_looking_back() }),
+            live: Some(Live { bytes: history.bytes(), is_past: self.is_looking_back() }),
         })
     }
 
@@ -217,17 +221,20 @@ impl Stage {
         self.looking_back = run.zip(time);
         // Twice, so that robots don't glide from one time to the other.
         for _ in 0..2 {
-            let frame = match (self.looking_back, &self.past) {
-                (Some((_, time)), Some(past)) => past.at(time),
+            let frame = match (self.looking_back, &self.history) {
+                (Some((_, time)), Some(history)) => history.at(time),
                 _ => self.feed.frame(),
             };
             if let Some(frame) = frame {
-                all(&mut self.renderer, &mut self.further_levels)
-                    .for_each(|renderer| renderer.push_frame(&frame));
+                for renderer in all(&mut self.renderer, &mut self.further_levels) {
+                    renderer.push_frame(&frame);
+                }
             }
         }
         // The columns are those of the newest frame, and are uploaded again when it is shown.
-        self.renderers().for_each(|renderer| renderer.set_values(None));
+        for renderer in self.renderers() {
+            renderer.set_values(None);
+        }
         self.watched = None;
     }
 
@@ -242,10 +249,10 @@ impl Stage {
         self.remaining.iter().find(|(id, _)| *id == robot).map(|(_, remaining)| *remaining)
     }
 
-    /// What is to be watched for the scene, of all robots.
-    pub fn plan_watch(&self) -> Watch {
+    /// The query for the plans of the scene, of all robots.
+    pub fn plan_query(&self) -> PlanQuery {
         let Scene { layers, selected, .. } = &self.scene;
-        Watch {
+        PlanQuery {
             plans: layers.plans,
             waits: layers.waits,
             matching: None,
@@ -253,40 +260,40 @@ impl Stage {
         }
     }
 
-    /// Replaces what is drawn of plans.
+    /// Replaces the plans.
     pub fn set_plans(&mut self, report: PlanReport) {
         self.plans = report;
-        all(&mut self.renderer, &mut self.further_levels)
-            .for_each(|renderer| renderer.set_plans(&self.plans));
+        for renderer in all(&mut self.renderer, &mut self.further_levels) {
+            renderer.set_plans(&self.plans);
+        }
     }
 
-    /// How much of the plans is known.
+    /// The counts of the plans.
     pub fn plan_facts(&self) -> PlanFacts {
         self.plans.facts
     }
 
-    /// What is to be watched of where it jams for the pictures.
-    pub fn jam_watch(&self) -> JamWatched {
-        JamWatched { heat: self.scene.heat, ..JamWatched::default() }
+    /// The query for the heat map of the scene.
+    pub fn jam_query(&self) -> JamQuery {
+        JamQuery { heat: self.scene.heat, ..JamQuery::default() }
     }
 
-    /// Takes what was found of where it jams. Returns whether it makes a difference.
+    /// Takes figures of jams. Returns whether they make a difference.
     pub fn set_jams(&mut self, report: JamReport) -> bool {
         let facts = &self.jam_facts;
         let is_same = report.edges == facts.edges && report.node == facts.node;
         let is_new = report.heat.is_some() || report.history.is_some() || !is_same;
         if let Some(map) = report.heat {
             self.jam_facts.heat = map.as_ref().map(|map| map.facts);
-            all(&mut self.renderer, &mut self.further_levels)
-                .for_each(|renderer| renderer.set_heat(map.as_ref()));
+            for renderer in all(&mut self.renderer, &mut self.further_levels) {
+                renderer.set_heat(map.as_ref());
+            }
             self.heat = map;
         }
         (self.jam_facts.edges, self.jam_facts.node) = (report.edges, report.node);
-        if let Some((spots, series, known)) =
-            report.history.map(|history| jams::moved(history, self.feed.ahead_secs()))
-        {
+        if let Some(history) = report.history {
             (self.jam_facts.spots, self.jam_facts.series, self.jam_facts.known) =
-                (spots, series, known);
+                jams::moved(history, self.feed.ahead_secs());
         }
         is_new
     }
@@ -300,7 +307,7 @@ impl Stage {
         self.renderer.shown_density(&picture)
     }
 
-    /// What is known of where it jams.
+    /// The figures of jams.
     pub fn jam_facts(&self) -> &JamFacts {
         &self.jam_facts
     }
@@ -322,8 +329,9 @@ impl Stage {
             world.edges().iter().zip(0..).filter(|(edge, _)| !ids.is_empty() && is_closed(edge.id));
         self.closed = (run, edges.map(|(_, index)| index).collect());
         let closed = &self.closed.1;
-        all(&mut self.renderer, &mut self.further_levels)
-            .for_each(|renderer| renderer.set_closed(&world, closed));
+        for renderer in all(&mut self.renderer, &mut self.further_levels) {
+            renderer.set_closed(&world, closed);
+        }
     }
 
     fn update_routes(&mut self) {
@@ -336,7 +344,9 @@ impl Stage {
                 self.remaining.push((answer.robot, remaining));
             }
         }
-        self.renderers().for_each(|renderer| renderer.set_routes(&segments));
+        for renderer in self.renderers() {
+            renderer.set_routes(&segments);
+        }
     }
 
     /// Hides the robots that are on another level than the scene's. A window has this done by its
@@ -452,10 +462,11 @@ impl Stage {
 
 /// The bounds of a graph, or of one of its levels; `None` if that has neither edges nor nodes.
 fn bounds_of_graph(world: &World<'_>, level: Option<&str>) -> Option<Bounds> {
-    let is_shown = |text: u32| level.is_none_or(|level| world.text(text) == level);
-    let points = |curve| [0.0, 0.25, 0.5, 0.75, 1.0].map(|parameter| curve_point(curve, parameter));
-    let edges = world.edges().iter().filter(|edge| is_shown(edge.level));
-    let nodes = world.nodes().iter().filter(|node| is_shown(node.level));
-    Bounds::from_points(edges.flat_map(|edge| world.curves(edge)).flat_map(points))
+    let edges = world.edges().iter().filter(|edge| is_on_level(world, edge.level, level));
+    let nodes = world.nodes().iter().filter(|node| is_on_level(world, node.level, level));
+    let curves = edges.flat_map(|edge| world.curves(edge));
+    let points =
+        curves.flat_map(|curve| [0.0, 0.25, 0.5, 0.75, 1.0].map(|at| curve_point(curve, at)));
+    Bounds::from_points(points)
         .or_else(|| Bounds::from_points(nodes.map(|node| Vec2::new(node.x, node.y))))
 }

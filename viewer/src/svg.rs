@@ -2,14 +2,13 @@
 //! their true size, in millimetres at a scale, with a grid in metres, a scale bar and an arrow to
 //! the north.
 
-use std::fmt::Write;
-
 use glam::Vec2;
+use regatta_base::svg::Svg;
 use regatta_interface::footprint::Footprint;
 use regatta_interface::plan::{metres_text, round_step};
 use regatta_interface::text::with_plural;
 use regatta_plugin::frame::{Frame, RobotState};
-use regatta_plugin::world::{EdgeRecord, NodeRecord, NodeRole, RobotTypeRecord};
+use regatta_plugin::world::{EdgeRecord, NodeRecord, RobotTypeRecord, Role};
 use regatta_plugin::{Result, World};
 use regatta_scene::camera::Bounds;
 use regatta_scene::curves::midpoint;
@@ -26,7 +25,7 @@ const CLOSED: &str = "#d8232e";
 const MARGIN: f32 = 10.0;
 const FOOTER: f32 = 14.0;
 
-/// What a plan shows.
+/// The contents of a plan.
 #[derive(Clone, Copy, Debug)]
 pub struct Plan<'a> {
     /// The route graph and the robot types.
@@ -47,13 +46,13 @@ pub struct Plan<'a> {
     pub closed: &'a [u32],
     /// The level whose nodes, edges and robots are shown; `None` for all levels.
     pub level: Option<&'a str>,
-    /// What is to be seen, in metres.
+    /// The visible part, in metres.
     pub bounds: Bounds,
     /// Metres added to all positions.
     pub offset: Vec2,
     /// The scale: 200 for 1:200; `None` for one at which the drawing fits on A3.
     pub scale: Option<f32>,
-    /// What is shown: the name of a fleet or a recording.
+    /// The name of the fleet or the recording.
     pub name: &'a str,
     /// The time of the frame in seconds, on the clock that is shown.
     pub seconds: f64,
@@ -127,152 +126,123 @@ pub fn draw(plan: &Plan<'_>) -> Result<String> {
     // Millimetres of paper per metre.
     let per_metre = 1000.0 / scale;
     let paper = size * per_metre + Vec2::new(2.0 * MARGIN, 2.0 * MARGIN + FOOTER);
-    let [width, height] = paper.to_array();
     let colours = plan.theme.colours();
-    let mut text = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width:.2}mm\" height=\"{height:.2}mm\" \
-         viewBox=\"0 0 {width:.2} {height:.2}\" font-family=\"sans-serif\">\n<title>{}</title>\n\
-         <desc>Scale 1:{scale}; a unit is a millimetre of paper; the group 'plan' is in metres, x east and y north</desc>\n\
-         <rect width=\"100%\" height=\"100%\" fill=\"{}\"/>\n",
-        escaped(&plan.title()),
-        hex(colours.floor)
-    );
+    let mut svg = Svg::new(2);
+    svg.document(paper, "mm").set("font-family", "sans-serif").open();
+    svg.element("title").content(plan.title());
+    svg.element("desc").content(format_args!(
+        "Scale 1:{scale}; a unit is a millimetre of paper; the group 'plan' is in metres, x east \
+         and y north"
+    ));
+    svg.background(hex(colours.floor));
     let top = MARGIN + size.y * per_metre;
     let (east, north) = (MARGIN - low.x * per_metre, top + low.y * per_metre);
-    let _ = writeln!(
-        text,
-        "<g id=\"plan\" transform=\"matrix({per_metre} 0 0 {} {east:.4} {north:.4})\">",
-        -per_metre
-    );
-    grid(&mut text, plan, per_metre);
-    graph(&mut text, plan, per_metre);
-    draw_robots(&mut text, plan, per_metre);
-    text.push_str("</g>\n");
-    footer(&mut text, plan, [width, height], scale);
-    text.push_str("</svg>\n");
-    Ok(text)
+    let down = -per_metre;
+    let page_from_plan = format_args!("matrix({per_metre} 0 0 {down} {east:.4} {north:.4})");
+    svg.element("g").set("id", "plan").set("transform", page_from_plan).open();
+    svg.decimals = 4;
+    draw_grid(&mut svg, plan, per_metre);
+    draw_edges(&mut svg, plan, per_metre);
+    draw_closures(&mut svg, plan, per_metre);
+    draw_nodes(&mut svg, plan, per_metre);
+    draw_robots(&mut svg, plan, per_metre);
+    svg.close();
+    svg.decimals = 2;
+    draw_footer(&mut svg, plan, paper, scale);
+    Ok(svg.finish())
 }
 
 fn hex(colour: Rgb) -> String {
     format!("#{:06x}", colour.0)
 }
 
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
-
 /// Lines at round distances, some 15 mm apart on paper, with their coordinates.
-fn grid(text: &mut String, plan: &Plan<'_>, per_metre: f32) {
+fn draw_grid(svg: &mut Svg, plan: &Plan<'_>, per_metre: f32) {
     let Bounds { low, high } = plan.bounds;
+    let colours = plan.theme.colours();
     let step = round_step(38.0 / per_metre);
-    let thin = 0.1 / per_metre;
-    let _ = writeln!(
-        text,
-        "<g id=\"grid\" stroke=\"{}\" stroke-width=\"{thin:.5}\">",
-        hex(plan.theme.colours().grid)
-    );
     let (first, last) = ((low / step).ceil().as_ivec2(), (high / step).floor().as_ivec2());
-    let font = 2.4 / per_metre;
-    let mut labels = String::new();
-    let mut label = |x: f32, y: f32, metres: f32, anchor: &str| {
-        let _ = writeln!(
-            labels,
-            "<text transform=\"translate({x:.3} {y:.3}) scale(1 -1)\" text-anchor=\"{anchor}\">{}</text>",
-            metres_text(metres)
-        );
-    };
-    for x in (first.x..=last.x).map(|i| i as f32 * step) {
-        let _ = writeln!(text, "<path d=\"M{x:.3} {:.3}V{:.3}\"/>", low.y, high.y);
-        label(x, low.y - 3.5 / per_metre, x, "middle");
+    let xs = || (first.x..=last.x).map(|i| i as f32 * step);
+    let ys = || (first.y..=last.y).map(|i| i as f32 * step);
+    let stroke = hex(colours.grid);
+    svg.element("g").set("id", "grid").stroke(stroke, 0.1 / per_metre).open();
+    let columns = xs().map(|x| [Vec2::new(x, low.y), Vec2::new(x, high.y)]);
+    let rows = ys().map(|y| [Vec2::new(low.x, y), Vec2::new(high.x, y)]);
+    for [from, to] in columns.chain(rows) {
+        svg.line(from, to);
     }
-    for y in (first.y..=last.y).map(|i| i as f32 * step) {
-        let _ = writeln!(text, "<path d=\"M{:.3} {y:.3}H{:.3}\"/>", low.x, high.x);
-        label(low.x - 1.0 / per_metre, y, y, "end");
+    svg.close();
+    let group = svg.element("g").set("id", "coordinates").fill(hex(colours.node));
+    group.number("font-size", 2.4 / per_metre).open();
+    let below = xs().map(|x| (Vec2::new(x, low.y - 3.5 / per_metre), x, "middle"));
+    let left = ys().map(|y| (Vec2::new(low.x - 1.0 / per_metre, y), y, "end"));
+    for (Vec2 { x, y }, metres, anchor) in below.chain(left) {
+        let upright = format_args!("translate({x:.3} {y:.3}) scale(1 -1)");
+        let text = svg.element("text").set("transform", upright).set("text-anchor", anchor);
+        text.content(metres_text(metres));
     }
-    let _ = writeln!(
-        text,
-        "</g>\n<g id=\"coordinates\" font-size=\"{font:.4}\" fill=\"{}\">",
-        hex(plan.theme.colours().node)
-    );
-    text.push_str(&labels);
-    text.push_str("</g>\n");
+    svg.close();
 }
 
-fn graph(text: &mut String, plan: &Plan<'_>, per_metre: f32) {
-    let (world, colours) = (plan.world, plan.theme.colours());
-    let line = 0.25 / per_metre;
-    let _ = writeln!(text, "<g id=\"edges\" fill=\"none\" stroke-width=\"{line:.5}\">");
+fn draw_edges(svg: &mut Svg, plan: &Plan<'_>, per_metre: f32) {
+    let colours = plan.theme.colours();
+    let group = svg.element("g").set("id", "edges").fill("none");
+    group.number("stroke-width", 0.25 / per_metre).open();
     for edge in plan.edges() {
         let colour = if edge.reverse_speed > 0.0 { colours.two_way } else { colours.edge };
-        let path = path_of(plan, edge);
-        let _ =
-            writeln!(text, "<path id=\"e{}\" stroke=\"{}\" d=\"{path}\"/>", edge.id, hex(colour));
+        let path = svg.element("path").set("id", format_args!("e{}", edge.id));
+        path.set("stroke", hex(colour)).curves([curves_of(plan, edge)]);
     }
-    text.push_str("</g>\n");
-    closures(text, plan, per_metre);
-    let _ = writeln!(text, "<g id=\"nodes\" fill=\"{}\">", hex(colours.node));
-    for node in plan.nodes() {
-        let (at, is_station) =
-            (Vec2::new(node.x, node.y) + plan.offset, node.role() != NodeRole::None);
-        let radius = if is_station { 0.7 } else { 0.35 } / per_metre;
-        let name = escaped(world.text(node.name));
-        let (x, y, id) = (at.x, at.y, node.id);
-        let _ = writeln!(
-            text,
-            "<circle id=\"n{id}\" cx=\"{x:.4}\" cy=\"{y:.4}\" r=\"{radius:.4}\"><title>{name}</title></circle>"
-        );
-    }
-    text.push_str("</g>\n");
+    svg.close();
 }
 
-/// The curves of an edge.
-fn path_of(plan: &Plan<'_>, edge: &EdgeRecord) -> String {
-    let mut path = String::new();
-    for (number, curve) in plan.world.curves(edge).iter().enumerate() {
-        let [a, b, c, d] = curve.control_points.map(|point| Vec2::from(point) + plan.offset);
-        if number == 0 {
-            let _ = write!(path, "M{:.4} {:.4}", a.x, a.y);
-        }
-        let _ = write!(path, "C{:.4} {:.4} {:.4} {:.4} {:.4} {:.4}", b.x, b.y, c.x, c.y, d.x, d.y);
+fn draw_nodes(svg: &mut Svg, plan: &Plan<'_>, per_metre: f32) {
+    svg.element("g").set("id", "nodes").fill(hex(plan.theme.colours().node)).open();
+    for node in plan.nodes() {
+        let at = Vec2::new(node.x, node.y) + plan.offset;
+        let radius = if node.role() == Role::None { 0.35 } else { 0.7 };
+        svg.circle(at, radius / per_metre).set("id", format_args!("n{}", node.id)).open();
+        svg.element("title").content(plan.world.text(node.name));
+        svg.close();
     }
-    path
+    svg.close();
+}
+
+/// The control points of an edge's curves.
+fn curves_of(plan: &Plan<'_>, edge: &EdgeRecord) -> impl Iterator<Item = [Vec2; 4]> {
+    let curves = plan.world.curves(edge).iter().map(|curve| curve.control_points);
+    curves.map(|points| points.map(|point| Vec2::from(point) + plan.offset))
 }
 
 /// Closed edges, as in pictures: dashed, with a no-entry sign in the middle of each.
-fn closures(text: &mut String, plan: &Plan<'_>, per_metre: f32) {
+fn draw_closures(svg: &mut Svg, plan: &Plan<'_>, per_metre: f32) {
     if plan.closed_edges().next().is_none() {
         return;
     }
     let [line, dash, gap, radius, bar] =
         [0.7, 1.8, 1.2, 1.7, 0.7].map(|millimetres: f32| millimetres / per_metre);
-    let _ = writeln!(
-        text,
-        "<g id=\"closed\" fill=\"none\" stroke=\"{CLOSED}\" stroke-width=\"{line:.5}\" stroke-dasharray=\"{dash:.5} {gap:.5}\">"
-    );
+    let group = svg.element("g").set("id", "closed").fill("none").stroke(CLOSED, line);
+    group.set("stroke-dasharray", format_args!("{dash:.5} {gap:.5}")).open();
     for edge in plan.closed_edges() {
-        let _ = writeln!(text, "<path id=\"closed-e{}\" d=\"{}\"/>", edge.id, path_of(plan, edge));
+        let path = svg.element("path").set("id", format_args!("closed-e{}", edge.id));
+        path.curves([curves_of(plan, edge)]);
     }
-    text.push_str("</g>\n<g id=\"no-entry\">\n");
+    svg.close();
+    svg.element("g").set("id", "no-entry").open();
     for at in plan.closed_edges().filter_map(|edge| midpoint(&plan.world, edge)) {
-        let at = at + plan.offset;
-        let (x, y, left, below) = (at.x, at.y, at.x - 0.65 * radius, at.y - 0.5 * bar);
-        let width = 1.3 * radius;
-        let _ = writeln!(
-            text,
-            "<circle cx=\"{x:.4}\" cy=\"{y:.4}\" r=\"{radius:.5}\" fill=\"{CLOSED}\"/>\
-             <rect x=\"{left:.4}\" y=\"{below:.4}\" width=\"{width:.5}\" height=\"{bar:.5}\" fill=\"#ffffff\"/>"
-        );
+        let (at, size) = (at + plan.offset, Vec2::new(1.3 * radius, bar));
+        svg.circle(at, radius).fill(CLOSED);
+        svg.rect(at - size / 2.0, size).fill("#ffffff");
     }
-    text.push_str("</g>\n");
+    svg.close();
 }
 
-fn draw_robots(text: &mut String, plan: &Plan<'_>, per_metre: f32) {
+fn draw_robots(svg: &mut Svg, plan: &Plan<'_>, per_metre: f32) {
     let Some(frame) = plan.frame else { return };
     let default_type = RobotTypeRecord::new("robot", 0.9, 0.6);
     let palette = plan.legend.scale.colours(plan.theme);
     let border = if plan.theme == Theme::Dark { "#ffffff" } else { "#222222" };
-    let line = 0.12 / per_metre;
-    let _ = writeln!(text, "<g id=\"robots\" stroke=\"{border}\" stroke-width=\"{line:.5}\">");
+    svg.element("g").set("id", "robots").stroke(border, 0.12 / per_metre).open();
     for row in plan.rows(frame) {
         let place = Vec2::new(frame.x()[row], frame.y()[row]) + plan.offset;
         if !place.is_finite() {
@@ -282,32 +252,16 @@ fn draw_robots(text: &mut String, plan: &Plan<'_>, per_metre: f32) {
             plan.robot_type.and_then(|column| column.get(row)).map_or(0, |index| *index as usize);
         let robot_type = plan.world.robot_types().get(index).unwrap_or(&default_type);
         let heading = frame.theta()[row];
+        let outline = match Footprint::of(robot_type, place, heading) {
+            Footprint::Circle { centre, radius } => svg.circle(centre, radius),
+            Footprint::Rectangle(corners) => svg.element("polygon").points(corners),
+        };
         let fill = hex(colour(plan, &palette, row, index));
-        match Footprint::of(robot_type, place, heading) {
-            Footprint::Circle { centre, radius } => {
-                let (x, y) = (centre.x, centre.y);
-                let _ = write!(
-                    text,
-                    "<circle id=\"robot-{row}\" fill=\"{fill}\" cx=\"{x:.4}\" cy=\"{y:.4}\" r=\"{radius:.4}\"/>"
-                );
-            }
-            Footprint::Rectangle(corners) => {
-                let points =
-                    corners.map(|corner| format!("{:.4},{:.4}", corner.x, corner.y)).join(" ");
-                let _ = write!(
-                    text,
-                    "<polygon id=\"robot-{row}\" fill=\"{fill}\" points=\"{points}\"/>"
-                );
-            }
-        }
+        outline.set("id", format_args!("robot-{row}")).fill(fill);
         let tip = place + Vec2::from_angle(heading) * (robot_type.length / 2.0);
-        let _ = writeln!(
-            text,
-            "<path d=\"M{:.4} {:.4}L{:.4} {:.4}\"/>",
-            place.x, place.y, tip.x, tip.y
-        );
+        svg.line(place, tip);
     }
-    text.push_str("</g>\n");
+    svg.close();
 }
 
 /// The colour of a robot, as the picture has it.
@@ -333,35 +287,32 @@ fn colour(plan: &Plan<'_>, palette: &[Rgb; COLOURS], row: usize, robot_type: usi
 }
 
 /// The line below the drawing: the title, the scale bar, and an arrow to the north.
-fn footer(text: &mut String, plan: &Plan<'_>, [width, height]: [f32; 2], scale: f32) {
-    let (ink, paper) = (hex(plan.theme.colours().node), hex(plan.theme.colours().floor));
-    let below = height - 6.0;
+fn draw_footer(svg: &mut Svg, plan: &Plan<'_>, paper: Vec2, scale: f32) {
+    let colours = plan.theme.colours();
+    let below = paper.y - 6.0;
     let metres = round_step(scale * 0.05);
     let bar = metres * 1000.0 / scale;
-    let left = width - MARGIN - bar - 16.0;
-    let (title, shown) = (escaped(&plan.title()), metres_text(metres));
-    let _ = write!(
-        text,
-        "<g id=\"legend\" fill=\"{ink}\" font-size=\"3.2\">\n<text x=\"{MARGIN}\" y=\"{below:.2}\">{title}   1:{scale}</text>\n"
-    );
+    let left = paper.x - MARGIN - bar - 16.0;
+    let group = svg.element("g").set("id", "legend").fill(hex(colours.node));
+    group.set("font-size", 3.2).open();
+    svg.text(Vec2::new(MARGIN, below)).content(format_args!("{}   1:{scale}", plan.title()));
     for part in 0..4_u8 {
-        let (x, fill) =
-            (left + bar * f32::from(part) / 4.0, if part % 2 == 0 { &ink } else { &paper });
-        let (y, width) = (below - 1.6, bar / 4.0);
-        let _ = writeln!(
-            text,
-            "<rect x=\"{x:.3}\" y=\"{y:.2}\" width=\"{width:.3}\" height=\"1.6\" fill=\"{fill}\" stroke=\"{ink}\" stroke-width=\"0.15\"/>"
-        );
+        let fill = if part % 2 == 0 { colours.node } else { colours.floor };
+        let corner = Vec2::new(left + bar * f32::from(part) / 4.0, below - 1.6);
+        let rect = svg.rect(corner, Vec2::new(bar / 4.0, 1.6));
+        rect.fill(hex(fill)).stroke(hex(colours.node), 0.15);
     }
-    let (end, above, x, tip) = (left + bar, below - 2.6, width - MARGIN - 3.0, below - 8.0);
-    let _ = write!(
-        text,
-        "<text x=\"{left:.2}\" y=\"{above:.2}\" text-anchor=\"middle\">0</text>\n\
-         <text x=\"{end:.2}\" y=\"{above:.2}\" text-anchor=\"middle\">{shown}</text>\n\
-         <path d=\"M{x:.2} {tip:.2}l2 7l-2 -1.6l-2 1.6z\"/>\n\
-         <text x=\"{x:.2}\" y=\"{:.2}\" text-anchor=\"middle\">N</text>\n</g>\n",
-        below + 2.8
-    );
+    let north = Vec2::new(paper.x - MARGIN - 3.0, below);
+    let Vec2 { x, y } = north - Vec2::new(0.0, 8.0);
+    svg.element("path").set("d", format_args!("M{x:.2} {y:.2}l2 7l-2 -1.6l-2 1.6z"));
+    for (at, text) in [
+        (Vec2::new(left, below - 2.6), "0"),
+        (Vec2::new(left + bar, below - 2.6), &metres_text(metres)),
+        (north + Vec2::new(0.0, 2.8), "N"),
+    ] {
+        svg.text(at).set("text-anchor", "middle").content(text);
+    }
+    svg.close();
 }
 
 #[cfg(test)]

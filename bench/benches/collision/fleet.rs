@@ -2,6 +2,7 @@
 
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
+use regatta_base::random::mix;
 use regatta_collision::FrameInput;
 use regatta_plugin::frame::Columns;
 use regatta_plugin::world::{CurveRecord, EdgeRecord, RobotTypeRecord, Shape, WorldData};
@@ -81,15 +82,13 @@ impl Arc {
     }
 }
 
-/// A SplitMix64 generator of numbers from 0 to 1.
+/// A generator of numbers from 0 to 1, which holds the number of draws.
 struct Random(u64);
 
 impl Random {
     fn unit(&mut self) -> f32 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 40) as f32 / (1 << 24) as f32
+        self.0 += 1;
+        (mix(self.0) >> 40) as f32 / (1 << 24) as f32
     }
 }
 

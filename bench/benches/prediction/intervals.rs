@@ -12,14 +12,14 @@ type Interval = (u64, u64);
 #[derive(Default)]
 pub struct Pairs(BTreeMap<[u32; 2], Levels>);
 
-/// When a pair had each level. An interval that has not ended ends with `u64::MAX`.
+/// The intervals in which a pair had each level. An open interval ends with `u64::MAX`.
 #[derive(Default)]
 struct Levels {
     possible: Vec<Interval>,
     touching: Vec<Interval>,
 }
 
-/// How good the predictions were.
+/// The quality of the predictions.
 #[derive(Default)]
 pub struct Score {
     /// Pair-ticks that were predicted, that came true, and both.

@@ -267,8 +267,7 @@ fn hour(plan: &Plan, results: &Results) -> String {
     );
     for row in parts::hour_rows(plan) {
         let runs = runs(results, &row);
-        let factor = |run: &Measured| run.real_time_factor;
-        let is_met = mean(&runs, factor) >= Some(REAL_TIME_FACTOR);
+        let is_met = mean(&runs, |run| run.real_time_factor) >= Some(REAL_TIME_FACTOR);
         let has_bar = row[0].robots == USUAL_ROBOTS;
         let bar =
             if has_bar { verdict(&REAL_TIME_FACTOR.to_string(), is_met) } else { "–".to_owned() };
@@ -277,7 +276,7 @@ fn hour(plan: &Plan, results: &Results) -> String {
             text,
             "| {} | {} | {bar} | {cycle} ms | {} |",
             row[0].robots,
-            spread(&runs, factor),
+            spread(&runs, |run| run.real_time_factor),
             contacts(&runs)
         );
     }

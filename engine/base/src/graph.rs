@@ -2,6 +2,12 @@
 //! between legs. The layout, which holds nodes and edges, and the motion kernel, which holds none
 //! of them, share these.
 
+use std::str::FromStr;
+
+use strum::VariantArray;
+
+use crate::name::{self, UnknownName};
+
 /// The index of a node among the nodes of a graph.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct NodeIndex(pub u32);
@@ -35,31 +41,29 @@ pub struct Leg {
 pub const SMOOTH_TURN: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
 /// The way in which robots turn on the spot at an end of an edge.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, strum::IntoStaticStr, strum::VariantArray)]
+#[strum(serialize_all = "lowercase")]
 pub enum Rotation {
     /// The shorter way.
     #[default]
     Shorter,
     /// To the left.
+    #[strum(serialize = "ccw")]
     CounterClockwise,
     /// To the right.
+    #[strum(serialize = "cw")]
     Clockwise,
     /// They don't turn: the heading jumps.
     None,
 }
 
 impl Rotation {
-    /// All of them.
-    pub const ALL: [Self; 4] = [Self::Shorter, Self::CounterClockwise, Self::Clockwise, Self::None];
+    /// All values.
+    pub const ALL: &[Self] = Self::VARIANTS;
 
     /// Returns the name used in files.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Shorter => "shorter",
-            Self::CounterClockwise => "ccw",
-            Self::Clockwise => "cw",
-            Self::None => "none",
-        }
+        self.into()
     }
 
     /// Returns the way at a node where two edges meet. Where they contradict each other, it is the
@@ -75,17 +79,11 @@ impl Rotation {
     }
 }
 
-/// The error of parsing a [`Rotation`].
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{}` is not a rotation: use shorter, ccw, cw or none", .0.escape_debug())]
-pub struct ParseRotationError(String);
-
-impl std::str::FromStr for Rotation {
-    type Err = ParseRotationError;
+impl FromStr for Rotation {
+    type Err = UnknownName;
 
     /// Parses a name, ignoring case.
-    fn from_str(text: &str) -> Result<Self, ParseRotationError> {
-        let is = |rotation: &Self| rotation.name().eq_ignore_ascii_case(text.trim());
-        Self::ALL.into_iter().find(is).ok_or_else(|| ParseRotationError(text.trim().to_owned()))
+    fn from_str(text: &str) -> Result<Self, UnknownName> {
+        name::parse(text, "a rotation")
     }
 }

@@ -15,7 +15,9 @@
 pub mod bezier;
 pub mod graph;
 mod ln;
+pub mod name;
 pub mod random;
+pub mod svg;
 pub mod yaml;
 
 pub use ln::ln;

@@ -17,16 +17,18 @@
 //! # Ok::<(), yaml::Error>(())
 //! ```
 //!
-//! Scalars are resolved by the core schema of YAML 1.2. Aliases are expanded; a text that grows to
-//! more than [`MAX_NODES`] nodes, or is nested more than [`MAX_DEPTH`] deep, is an error.
+//! Scalars are resolved by the core schema of YAML 1.2, except that digits with leading zeros are a
+//! text: they are names, such as `007`. Aliases are expanded; a text that grows to more than
+//! [`MAX_ENTRIES`] entries, or is nested more than [`MAX_DEPTH`] deep, is an error.
 
 use std::borrow::Cow;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use saphyr_parser::{Event, Parser, ScalarStyle, Span, Tag};
 
-/// The largest number of nodes of a text, expanded aliases included.
-pub const MAX_NODES: usize = 3_000_000;
+/// The largest number of keys and items of a text, those of expanded aliases included. It protects
+/// against alias bombs.
+pub const MAX_ENTRIES: usize = 3_000_000;
 
 /// The largest depth of nested lists and maps.
 pub const MAX_DEPTH: usize = 100;
@@ -61,10 +63,12 @@ pub enum Content<'text> {
     Bool(bool),
     /// An integer: decimal, `0x` or `0o`.
     Integer(i64),
-    /// Any other number, also `.inf` and `.nan`.
+    /// Any other number that an `f64` can hold, also `.inf` and `.nan`.
     Float(f64),
     /// A quoted text, or a plain one that is none of the above.
     Text(Cow<'text, str>),
+    /// A value with a tag of an application, such as `!degrees 90`.
+    Tagged,
     /// A list.
     List(Vec<Node<'text>>),
     /// The keys and values of a map, in the order of the text. Keys may be repeated.
@@ -76,6 +80,10 @@ pub enum Content<'text> {
 /// # Errors
 /// If the text isn't YAML, has several documents, or exceeds a limit.
 pub fn parse(text: &str) -> Result<Node<'_>, Error> {
+    if let Some(at) = text.bytes().position(is_control) {
+        let line = 1 + text.bytes().take(at).filter(|byte| *byte == b'\n').count();
+        return Err(Error { line, reason: "control characters are not allowed".to_owned() });
+    }
     let mut builder = Builder::new(text);
     for event in Parser::new_from_str(text) {
         let (event, span) = event.map_err(|error| Error {
@@ -88,7 +96,7 @@ pub fn parse(text: &str) -> Result<Node<'_>, Error> {
         (0 | 1, root) => Ok(root.unwrap_or(Node { line: 1, offset: 0, content: Content::Null })),
         (documents, _) => Err(Error {
             line: 1,
-            reason: format!("there are {documents} documents instead of one"),
+            reason: format!("more than one document: keep one of the {documents} documents"),
         }),
     }
 }
@@ -180,13 +188,25 @@ impl<'text> Node<'text> {
     /// # Errors
     /// If it is another value, or has another key.
     pub fn fields(&self, names: &[&str]) -> Result<Fields<'_, 'text>, Error> {
-        let pairs = self.pairs()?;
-        for (number, (key, value)) in pairs.iter().enumerate() {
+        let fields = self.all_fields()?;
+        for (key, value) in &fields.pairs {
             if !names.contains(&key.as_ref()) {
                 let names = names.join(", ");
                 return Err(value.error(format!("unknown field `{key}`; there are {names}")));
             }
-            if pairs[..number].iter().any(|(other, _)| other == key) {
+        }
+        Ok(fields)
+    }
+
+    /// Returns the fields of a map with any keys, none of them twice.
+    ///
+    /// # Errors
+    /// If it is another value.
+    pub fn all_fields(&self) -> Result<Fields<'_, 'text>, Error> {
+        let pairs = self.pairs()?;
+        let mut keys = BTreeSet::new();
+        for (key, value) in &pairs {
+            if !keys.insert(key) {
                 return Err(value.error(format!("`{key}` is given twice; remove one")));
             }
         }
@@ -202,6 +222,11 @@ pub struct Fields<'node, 'text> {
 }
 
 impl<'node, 'text> Fields<'node, 'text> {
+    /// Returns the keys with their values, in the order of the text.
+    pub fn pairs(&self) -> &[(Cow<'text, str>, &'node Node<'text>)] {
+        &self.pairs
+    }
+
     /// Returns a field if it is there.
     pub fn get(&self, name: &str) -> Option<&'node Node<'text>> {
         self.pairs.iter().find(|(key, _)| key == name).map(|(_, value)| *value)
@@ -237,7 +262,7 @@ struct Builder<'text> {
     open: Vec<Open<'text>>,
     /// The values of anchors, by their number.
     anchors: BTreeMap<usize, Node<'text>>,
-    nodes: usize,
+    entries: usize,
 }
 
 /// A list or a map that isn't complete.
@@ -246,6 +271,7 @@ struct Open<'text> {
     /// The key whose value comes next.
     key: Option<Node<'text>>,
     anchor: usize,
+    is_tagged: bool,
 }
 
 impl<'text> Builder<'text> {
@@ -256,7 +282,7 @@ impl<'text> Builder<'text> {
             root: None,
             open: Vec::new(),
             anchors: BTreeMap::new(),
-            nodes: 0,
+            entries: 0,
         }
     }
 
@@ -273,16 +299,19 @@ impl<'text> Builder<'text> {
                 let node = node(content);
                 self.add(node, anchor)?;
             }
-            Event::SequenceStart(anchor, _) => {
+            Event::SequenceStart(anchor, tag) => {
                 let node = node(Content::List(Vec::new()));
-                self.begin(node, anchor)?;
+                self.begin(node, anchor, tag.as_deref())?;
             }
-            Event::MappingStart(anchor, _) => {
+            Event::MappingStart(anchor, tag) => {
                 let node = node(Content::Map(Vec::new()));
-                self.begin(node, anchor)?;
+                self.begin(node, anchor, tag.as_deref())?;
             }
             Event::SequenceEnd | Event::MappingEnd => {
-                if let Some(Open { node, anchor, .. }) = self.open.pop() {
+                if let Some(Open { mut node, anchor, is_tagged, .. }) = self.open.pop() {
+                    if is_tagged {
+                        node.content = Content::Tagged;
+                    }
                     self.add(node, anchor)?;
                 }
             }
@@ -291,8 +320,8 @@ impl<'text> Builder<'text> {
                     let reason = "an alias is inside of its own anchor; write the value out";
                     return Err(Error { line, reason: reason.to_owned() });
                 };
-                let (count, value) = (count(value), value.clone());
-                self.count(count - 1, line)?;
+                let (entries, value) = (entries(value), value.clone());
+                self.count(entries, line)?;
                 self.add(value, 0)?;
             }
             Event::Nothing | Event::StreamStart | Event::StreamEnd | Event::DocumentEnd => {}
@@ -300,21 +329,22 @@ impl<'text> Builder<'text> {
         Ok(())
     }
 
-    fn begin(&mut self, node: Node<'text>, anchor: usize) -> Result<(), Error> {
+    fn begin(&mut self, node: Node<'text>, anchor: usize, tag: Option<&Tag>) -> Result<(), Error> {
         if self.open.len() >= MAX_DEPTH {
             return Err(node.error(format!("more than {MAX_DEPTH} nested lists and maps")));
         }
-        self.open.push(Open { node, key: None, anchor });
+        self.open.push(Open { node, key: None, anchor, is_tagged: tag.is_some_and(is_foreign) });
         Ok(())
     }
 
     /// Adds a complete value to what is open.
     fn add(&mut self, node: Node<'text>, anchor: usize) -> Result<(), Error> {
-        self.count(1, node.line)?;
         if anchor > 0 {
-            self.count(count(&node), node.line)?;
+            self.count(entries(&node), node.line)?;
             self.anchors.insert(anchor, node.clone());
         }
+        let is_map_value = self.open.last().is_some_and(|parent| parent.key.is_some());
+        self.count(usize::from(!is_map_value), node.line)?;
         let Some(Open { node: parent, key, .. }) = self.open.last_mut() else {
             self.root.get_or_insert(node);
             return Ok(());
@@ -330,29 +360,45 @@ impl<'text> Builder<'text> {
         Ok(())
     }
 
-    fn count(&mut self, nodes: usize, line: usize) -> Result<(), Error> {
-        self.nodes += nodes;
-        if self.nodes > MAX_NODES {
-            let reason = format!("more than {MAX_NODES} values, aliases included: split the file");
+    fn count(&mut self, entries: usize, line: usize) -> Result<(), Error> {
+        self.entries += entries;
+        if self.entries > MAX_ENTRIES {
+            let reason =
+                format!("more than {MAX_ENTRIES} entries, aliases included: split the file");
             return Err(Error { line, reason });
         }
         Ok(())
     }
 }
 
-/// Returns the number of nodes in a tree, where a long text counts as several.
-fn count(node: &Node<'_>) -> usize {
-    1 + match &node.content {
-        Content::List(items) => items.iter().map(count).sum(),
-        Content::Map(pairs) => pairs.iter().map(|(key, value)| count(key) + count(value)).sum(),
+/// Returns the number of keys and items in a tree, where a long text counts as several.
+fn entries(node: &Node<'_>) -> usize {
+    match &node.content {
+        Content::List(items) => items.iter().map(|item| 1 + entries(item)).sum(),
+        Content::Map(pairs) => {
+            pairs.iter().map(|(key, value)| 1 + entries(key) + entries(value)).sum()
+        }
         Content::Text(text) => text.len() / 32,
-        Content::Null | Content::Bool(_) | Content::Integer(_) | Content::Float(_) => 0,
+        _ => 0,
     }
+}
+
+/// Whether a byte is a character that YAML doesn't allow.
+fn is_control(byte: u8) -> bool {
+    byte.is_ascii_control() && !b"\t\n\r".contains(&byte)
+}
+
+/// Whether a tag is none of YAML itself.
+fn is_foreign(tag: &Tag) -> bool {
+    !tag.is_yaml_core_schema()
 }
 
 /// Resolves a scalar by the core schema.
 fn scalar<'text>(text: Cow<'text, str>, style: ScalarStyle, tag: Option<&Tag>) -> Content<'text> {
-    let is_text = tag.is_some_and(|tag| tag.is_yaml_core_schema() && tag.suffix == "str");
+    if tag.is_some_and(is_foreign) {
+        return Content::Tagged;
+    }
+    let is_text = tag.is_some_and(|tag| tag.suffix == "str");
     if style != ScalarStyle::Plain || is_text {
         return Content::Text(text);
     }
@@ -367,6 +413,13 @@ fn scalar<'text>(text: Cow<'text, str>, style: ScalarStyle, tag: Option<&Tag>) -
         ".nan" | ".NaN" | ".NAN" => return Content::Float(f64::NAN),
         _ => {}
     }
+    let digits = text.trim_start_matches(['+', '-']);
+    if digits.len() > 1
+        && digits.starts_with('0')
+        && digits.bytes().all(|byte| byte.is_ascii_digit())
+    {
+        return Content::Text(text);
+    }
     let integer = match text.as_bytes() {
         [b'0', b'x', ..] => i64::from_str_radix(&text[2..], 16),
         [b'0', b'o', ..] => i64::from_str_radix(&text[2..], 8),
@@ -377,7 +430,8 @@ fn scalar<'text>(text: Cow<'text, str>, style: ScalarStyle, tag: Option<&Tag>) -
     }
     // Without a digit it is a word, such as `inf`, which Rust reads as a number.
     if text.bytes().any(|byte| byte.is_ascii_digit())
-        && let Ok(number) = text.parse()
+        && let Ok(number) = text.parse::<f64>()
+        && number.is_finite()
     {
         return Content::Float(number);
     }
@@ -451,6 +505,12 @@ mod tests {
             ("inf", Content::Text("inf".into())),
             ("'1'", Content::Text("1".into())),
             ("!!str 1", Content::Text("1".into())),
+            ("007", Content::Text("007".into())),
+            ("0", Content::Integer(0)),
+            ("0.5", Content::Float(0.5)),
+            ("1e999", Content::Text("1e999".into())),
+            ("!degrees 90", Content::Tagged),
+            ("!pair [1, 2]", Content::Tagged),
         ];
         for (text, content) in cases {
             assert_eq!(parse(text).expect(text).content, content, "{text}");

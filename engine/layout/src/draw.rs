@@ -2,10 +2,9 @@
 
 mod labels;
 
-use std::fmt::{self, Write};
-
 use glam::DVec2;
 use regatta_base::bezier::CubicBezier;
+use regatta_base::svg::Svg;
 
 use crate::model::angle::unit;
 use crate::model::info::BoundingBox;
@@ -23,6 +22,10 @@ const LEGEND: f64 = 44.0;
 /// The largest scale in pixels per metre.
 const MAX_SCALE: f64 = 60.0;
 
+/// The colours of the background, and of texts and nodes.
+const PAPER: &str = "#fafbfc";
+const INK: &str = "#30363d";
+
 /// The colours of the edges, from slow to fast.
 const SPEED_COLOURS: [&str; 5] = ["#7fb8ad", "#4f9bb0", "#3b78a8", "#2f5590", "#263a70"];
 
@@ -34,9 +37,7 @@ const SPEED_COLOURS: [&str; 5] = ["#7fb8ad", "#4f9bb0", "#3b78a8", "#2f5590", "#
 /// thousands; those of edges in the colour of the edge, if there are few. A label for which there
 /// is no room is left out. The lines of the background are grey.
 pub fn svg(graph: &RouteGraph) -> String {
-    let mut text = String::new();
-    Map::new(graph).write(&mut text).expect("writing to a String never fails");
-    text
+    Map::new(graph).write()
 }
 
 struct Map<'g> {
@@ -74,94 +75,77 @@ impl<'g> Map<'g> {
         DVec2::new(point.x - self.bounds.min_x, self.bounds.max_y - point.y) * self.scale + MARGIN
     }
 
-    fn write(&self, out: &mut String) -> fmt::Result {
-        let DVec2 { x: width, y: height } = self.size;
-        writeln!(
-            out,
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" width=\"{width:.0}\" \
-             height=\"{height:.0}\" font-family=\"Helvetica, Arial, sans-serif\" font-size=\"11\">"
-        )?;
-        writeln!(out, "<rect width=\"100%\" height=\"100%\" fill=\"#fafbfc\"/>")?;
-        self.write_grid(out)?;
-        self.write_background(out)?;
+    fn write(&self) -> String {
+        let mut svg = Svg::new(0);
+        svg.document(self.size, "")
+            .set("font-family", "Helvetica, Arial, sans-serif")
+            .set("font-size", 11)
+            .open();
+        svg.decimals = 1;
+        svg.background(PAPER);
+        self.write_grid(&mut svg);
+        self.write_background(&mut svg);
         for (class, colour) in SPEED_COLOURS.into_iter().enumerate() {
-            self.write_edges(out, class, colour)?;
+            self.write_edges(&mut svg, class, colour);
         }
-        self.write_reverse_arrows(out)?;
-        self.write_nodes(out)?;
-        self.write_stations(out)?;
-        self.write_labels(out)?;
-        self.write_legend(out)?;
-        writeln!(out, "</svg>")
+        self.write_reverse_arrows(&mut svg);
+        self.write_nodes(&mut svg);
+        self.write_stations(&mut svg);
+        self.write_labels(&mut svg);
+        self.write_legend(&mut svg);
+        svg.finish()
     }
 
     /// Writes faint grid lines at round coordinates.
-    fn write_grid(&self, out: &mut String) -> fmt::Result {
+    fn write_grid(&self, svg: &mut Svg) {
         let step = round_length(80.0 / self.scale);
         let (bottom, right) = (self.size.y - LEGEND, self.size.x);
-        write!(out, "<path stroke=\"#e8ebef\" fill=\"none\" d=\"")?;
+        let mut lines = Vec::new();
         let west = self.bounds.min_x - MARGIN / self.scale;
         let mut x = (west / step).ceil() * step;
         while self.pixel(DVec2::new(x, 0.0)).x < right {
-            write!(out, "M{:.1} 0V{bottom:.1}", self.pixel(DVec2::new(x, 0.0)).x)?;
+            let at = self.pixel(DVec2::new(x, 0.0)).x;
+            lines.push([DVec2::new(at, 0.0), DVec2::new(at, bottom)]);
             x += step;
         }
         let north = self.bounds.max_y + MARGIN / self.scale;
         let mut y = (north / step).floor() * step;
         while self.pixel(DVec2::new(0.0, y)).y < bottom {
-            write!(out, "M0 {:.1}H{right:.1}", self.pixel(DVec2::new(0.0, y)).y)?;
+            let at = self.pixel(DVec2::new(0.0, y)).y;
+            lines.push([DVec2::new(0.0, at), DVec2::new(right, at)]);
             y -= step;
         }
-        writeln!(out, "\"/>")
+        svg.element("path").fill("none").stroke("#e8ebef", 1).polylines(lines);
     }
 
     /// Writes the lines that the file has besides the graph.
-    fn write_background(&self, out: &mut String) -> fmt::Result {
+    fn write_background(&self, svg: &mut Svg) {
         if self.graph.background().is_empty() {
-            return Ok(());
+            return;
         }
-        write!(out, "<path stroke=\"#b9c0c8\" stroke-width=\"1.2\" fill=\"none\" d=\"")?;
-        for line in self.graph.background() {
-            for (number, &point) in line.iter().enumerate() {
-                let at = self.pixel(point);
-                write!(out, "{}{:.1} {:.1}", if number == 0 { 'M' } else { 'L' }, at.x, at.y)?;
-            }
-        }
-        writeln!(out, "\"/>")
+        let lines = self.graph.background().iter();
+        let lines = lines.map(|line| line.iter().map(|&point| self.pixel(point)));
+        svg.element("path").fill("none").stroke("#b9c0c8", 1.2).polylines(lines);
     }
 
     /// Writes stations as squares in the colours of their roles, with lines to their nodes, and
     /// rings around nodes with a role.
-    fn write_stations(&self, out: &mut String) -> fmt::Result {
+    fn write_stations(&self, svg: &mut Svg) {
         let size = self.station_size();
         for node in self.graph.nodes().iter().filter(|node| node.role != Role::None) {
-            let (at, colour) = (self.pixel(node.position), role_colour(node.role));
-            writeln!(
-                out,
-                "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"{size:.1}\" fill=\"none\" stroke=\"{colour}\" stroke-width=\"2\"/>",
-                at.x, at.y
-            )?;
+            let ring = svg.circle(self.pixel(node.position), size);
+            ring.fill("none").stroke(role_colour(node.role), 2);
         }
         for station in self.graph.stations() {
             let Some(at) = self.station_position(station) else { continue };
             let colour = role_colour(station.role);
-            let nodes = station.nodes.iter().map(|&node| self.graph.node(node).position);
-            for node in nodes.map(|node| self.pixel(node)) {
-                let (x, y) = (node.x, node.y);
-                writeln!(
-                    out,
-                    "<path stroke=\"{colour}\" stroke-dasharray=\"3 3\" d=\"M{:.1} {:.1}L{x:.1} {y:.1}\"/>",
-                    at.x, at.y
-                )?;
+            for &node in &station.nodes {
+                let line = svg.line(at, self.pixel(self.graph.node(node).position));
+                line.stroke(colour, 1).set("stroke-dasharray", "3 3");
             }
-            let (x, y) = (at.x - size, at.y - size);
-            let side = 2.0 * size;
-            writeln!(
-                out,
-                "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{side:.1}\" height=\"{side:.1}\" fill=\"{colour}\" fill-opacity=\"0.75\"/>"
-            )?;
+            let square = svg.rect(at - size, DVec2::splat(2.0 * size));
+            square.fill(colour).set("fill-opacity", 0.75);
         }
-        Ok(())
     }
 
     /// Returns where a station is in the picture, if the file says so for it or for a node of it.
@@ -202,131 +186,91 @@ impl<'g> Map<'g> {
 
     /// Writes the curves and arrows of one speed class. Classes are written in ascending order, so
     /// that faster edges are drawn on top.
-    fn write_edges(&self, out: &mut String, class: usize, colour: &str) -> fmt::Result {
+    fn write_edges(&self, svg: &mut Svg, class: usize, colour: &str) {
         let edges = || self.graph.edges().iter().filter(|edge| self.speed_class(edge) == class);
         if edges().next().is_none() {
-            return Ok(());
+            return;
         }
-        writeln!(
-            out,
-            "<g stroke=\"{colour}\" fill=\"none\" stroke-width=\"{:.2}\" stroke-linecap=\"round\">",
-            self.stroke()
-        )?;
+        let group = svg.element("g").fill("none").stroke(colour, self.stroke());
+        group.set("stroke-linecap", "round").open();
         for edge in edges() {
-            let start = self.pixel(edge.path.start());
-            write!(out, "<path d=\"M{:.1} {:.1}", start.x, start.y)?;
-            for cubic in edge.path.cubics() {
-                let [_, p1, p2, p3] = cubic.control_points.map(|point| self.pixel(point));
-                write!(
-                    out,
-                    "C{:.1} {:.1} {:.1} {:.1} {:.1} {:.1}",
-                    p1.x, p1.y, p2.x, p2.y, p3.x, p3.y
-                )?;
-            }
-            writeln!(out, "\"/>")?;
+            let cubics = edge.path.cubics().map(|cubic| cubic.control_points);
+            let curves = cubics.map(|points| points.map(|point| self.pixel(point)));
+            svg.element("path").curves([curves]);
         }
-        write!(out, "</g>\n<path fill=\"{colour}\" d=\"")?;
-        for edge in edges().filter(|edge| self.has_room(edge, 2.2)) {
-            self.write_arrow(out, &edge.path, 0.5, 1.0)?;
-        }
-        writeln!(out, "\"/>")
+        svg.close();
+        let arrows = edges().filter(|edge| self.has_room(edge, 2.2));
+        let arrows = arrows.map(|edge| self.arrow_corners(&edge.path, 0.5, 1.0));
+        svg.element("path").fill(colour).polygons(arrows);
     }
 
-    fn write_reverse_arrows(&self, out: &mut String) -> fmt::Result {
-        write!(out, "<path fill=\"#e07b39\" d=\"")?;
+    fn write_reverse_arrows(&self, svg: &mut Svg) {
         let reversible = |edge: &&Edge| edge.reverse_speed.is_some() && self.has_room(edge, 4.5);
-        for edge in self.graph.edges().iter().filter(reversible) {
-            self.write_arrow(out, &edge.path, 0.28, -0.7)?;
-        }
-        writeln!(out, "\"/>")
+        let edges = self.graph.edges().iter().filter(reversible);
+        let arrows = edges.map(|edge| self.arrow_corners(&edge.path, 0.28, -0.7));
+        svg.element("path").fill("#e07b39").polygons(arrows);
     }
 
     fn has_room(&self, edge: &Edge, arrows: f64) -> bool {
         approximate_length(&edge.path) * self.scale > arrows * self.arrow()
     }
 
-    /// Writes a triangle on the curve, `size` times as long as a normal arrow; it points backwards
+    /// Returns a triangle on the curve, `size` times as long as a normal arrow; it points backwards
     /// if `size` is negative.
-    fn write_arrow(&self, out: &mut String, path: &Path, fraction: f64, size: f64) -> fmt::Result {
+    fn arrow_corners(&self, path: &Path, fraction: f64, size: f64) -> [DVec2; 3] {
         let (position, tangent) = path.at(fraction);
         let along = tangent * DVec2::new(1.0, -1.0) * self.arrow() * size;
         let centre = self.pixel(position);
         let (tip, back, side) = (centre + along * 0.5, centre - along * 0.5, along.perp() * 0.36);
-        let (left, right) = (back + side, back - side);
-        write!(
-            out,
-            "M{:.1} {:.1}L{:.1} {:.1}L{:.1} {:.1}Z",
-            tip.x, tip.y, left.x, left.y, right.x, right.y
-        )
+        [tip, back + side, back - side]
     }
 
-    fn write_nodes(&self, out: &mut String) -> fmt::Result {
+    fn write_nodes(&self, svg: &mut Svg) {
         let radius = self.node_radius();
-        write!(
-            out,
-            "<path stroke=\"#30363d\" stroke-width=\"{:.2}\" stroke-linecap=\"round\" d=\"",
-            radius * 0.55
-        )?;
-        for node in self.graph.nodes() {
+        let pointers = self.graph.nodes().iter().map(|node| {
             let (from, pointer) = (self.pixel(node.position), unit(node.theta) * 2.4 * radius);
-            write!(out, "M{:.1} {:.1}l{:.1} {:.1}", from.x, from.y, pointer.x, -pointer.y)?;
-        }
-        writeln!(
-            out,
-            "\"/>\n<g fill=\"#ffffff\" stroke=\"#30363d\" stroke-width=\"{:.2}\">",
-            radius * 0.4
-        )?;
+            [from, from + pointer * DVec2::new(1.0, -1.0)]
+        });
+        let path = svg.element("path").stroke(INK, radius * 0.55).set("stroke-linecap", "round");
+        path.polylines(pointers);
+        svg.element("g").fill("#ffffff").stroke(INK, radius * 0.4).open();
         for node in self.graph.nodes() {
-            let at = self.pixel(node.position);
-            writeln!(out, "<circle cx=\"{:.1}\" cy=\"{:.1}\" r=\"{radius:.1}\"/>", at.x, at.y)?;
+            svg.circle(self.pixel(node.position), radius);
         }
-        writeln!(out, "</g>")
+        svg.close();
     }
 
-    /// The scale bar, the counts and the colours of the speeds.
-    fn write_legend(&self, out: &mut String) -> fmt::Result {
+    /// Writes the scale bar, the counts and the colours of the speeds.
+    fn write_legend(&self, svg: &mut Svg) {
         let (top, bar) = (self.size.y - LEGEND, round_length(120.0 / self.scale));
         let (line, end) = (top + 16.0, MARGIN + bar * self.scale);
-        writeln!(out, "<path stroke=\"#d5dae0\" d=\"M0 {top:.1}H{:.1}\"/>", self.size.x)?;
-        writeln!(
-            out,
-            "<path stroke=\"#30363d\" stroke-width=\"1.5\" fill=\"none\" d=\"M{MARGIN} {:.1}v8M{MARGIN} {line:.1}H{end:.1}m0 -4v8\"/>",
-            line - 4.0
-        )?;
-        writeln!(
-            out,
-            "<g fill=\"#30363d\">\n<text x=\"{MARGIN}\" y=\"{:.1}\">{bar} m</text>",
-            line + 18.0
-        )?;
+        svg.line(DVec2::new(0.0, top), DVec2::new(self.size.x, top)).stroke("#d5dae0", 1);
+        let tick = |x| [DVec2::new(x, line - 4.0), DVec2::new(x, line + 4.0)];
+        let scale = [[DVec2::new(MARGIN, line), DVec2::new(end, line)], tick(MARGIN), tick(end)];
+        svg.element("path").fill("none").stroke(INK, 1.5).polylines(scale);
+        svg.element("g").fill(INK).open();
+        svg.text(DVec2::new(MARGIN, line + 18.0)).content(format_args!("{bar} m"));
         let (nodes, edges) = (self.graph.nodes().len(), self.graph.edges().len());
-        let middle = end.max(MARGIN + 60.0) + 24.0;
-        writeln!(
-            out,
-            "<text x=\"{middle:.1}\" y=\"{:.1}\">{edges} edges, {nodes} nodes</text>",
-            line + 4.0
-        )?;
+        let middle = DVec2::new(end.max(MARGIN + 60.0) + 24.0, line + 4.0);
+        svg.text(middle).content(format_args!("{edges} edges, {nodes} nodes"));
+        self.write_speeds(svg, DVec2::new(self.size.x - MARGIN, line));
+        svg.close();
+    }
+
+    /// Writes the colours of the speeds, to the left of a point.
+    fn write_speeds(&self, svg: &mut Svg, DVec2 { x: right, y }: DVec2) {
         let (slowest, fastest) = self.speeds;
-        let (left, y) = (self.size.x - MARGIN, line + 4.0);
-        writeln!(
-            out,
-            "<text x=\"{left:.1}\" y=\"{y:.1}\" text-anchor=\"end\">{fastest} m/s</text>"
-        )?;
+        let fast = svg.text(DVec2::new(right, y + 4.0)).set("text-anchor", "end");
+        fast.content(format_args!("{fastest} m/s"));
         if fastest > slowest {
-            let left = left - 150.0;
-            writeln!(
-                out,
-                "<text x=\"{left:.1}\" y=\"{y:.1}\" text-anchor=\"end\">{slowest} m/s</text>"
-            )?;
+            let left = right - 150.0;
+            let slow = svg.text(DVec2::new(left, y + 4.0)).set("text-anchor", "end");
+            slow.content(format_args!("{slowest} m/s"));
             for (class, colour) in (0..).map(f64::from).zip(SPEED_COLOURS) {
-                let x = left + 8.0 + class * 18.0;
-                writeln!(
-                    out,
-                    "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"18\" height=\"4\" fill=\"{colour}\"/>",
-                    line - 2.0
-                )?;
+                let corner = DVec2::new(left + 8.0 + class * 18.0, y - 2.0);
+                svg.rect(corner, DVec2::new(18.0, 4.0)).fill(colour);
             }
         }
-        writeln!(out, "</g>")
     }
 }
 

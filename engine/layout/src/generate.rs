@@ -8,7 +8,7 @@ mod write;
 
 use street_layout::{Directions, Street, StreetLayout};
 
-/// The largest number of edges that is generated: what the reader is designed for.
+/// The largest number of edges of a generated graph, for which readers are designed.
 pub const MAX_EDGES: u64 = 250_000;
 
 /// The largest extent in millimetres: the reader's largest coordinate.
@@ -61,7 +61,8 @@ pub enum GenerateError {
     },
     /// The graph would have more than [`MAX_EDGES`].
     #[error(
-        "the graph would have some {edges} edges, at most {MAX_EDGES} are possible: choose smaller numbers"
+        "the graph would have some {edges} edges, at most {MAX_EDGES} are possible: choose smaller \
+         numbers"
     )]
     TooManyEdges {
         /// The estimated number of edges.
@@ -69,7 +70,8 @@ pub enum GenerateError {
     },
     /// The graph would extend beyond the largest coordinate.
     #[error(
-        "the graph would be {metres} m wide or high, at most {} m are possible: choose smaller numbers",
+        "the graph would be {metres} m wide or high, at most {} m are possible: choose smaller \
+         numbers",
         MAX_EXTENT / 1000
     )]
     TooWide {
@@ -83,13 +85,24 @@ impl Warehouse {
     ///
     /// # Errors
     /// If a number is out of range, or the graph would be too large.
+    ///
+    /// ```
+    /// use regatta_layout::generate::Warehouse;
+    /// use regatta_layout::{ReadOptions, parse};
+    ///
+    /// let text = Warehouse { aisles: 4, rows: 2, bays: 6 }.generate().expect("small numbers");
+    /// let (graph, findings) = parse(&text, "warehouse.yaml", &ReadOptions::default())?;
+    /// assert_eq!(findings.warnings(), 0);
+    /// assert!(graph.edges().len() > 4 * 2 * 6);
+    /// # Ok::<(), regatta_layout::GraphError>(())
+    /// ```
     pub fn generate(&self) -> Result<String, GenerateError> {
         self.text(false)
     }
 
-    /// Does what [`generate`](Self::generate) does, and adds chargers in bays beside the ring road:
-    /// for each row of racks one for every three bays on either side. Robots drive through a
-    /// charging bay, past nobody.
+    /// As [`generate`](Self::generate), with chargers in bays beside the ring road: for each row of
+    /// racks one for every three bays on either side. Robots drive through a charging bay without
+    /// passing another robot.
     ///
     /// # Errors
     /// As [`generate`](Self::generate).
@@ -104,12 +117,11 @@ impl Warehouse {
         let Self { aisles, rows, bays } = *self;
         let chargers = if has_chargers { " --chargers" } else { "" };
         let command = format!(
-            "regatta graph generate warehouse --aisles {aisles} --rows {rows} --bays {bays}{chargers}"
+            "regatta graph generate warehouse --aisles {aisles} --rows {rows} --bays {bays}\
+             {chargers}"
         );
-        let edges = |n: u32| u64::from(n);
-        check_edge_count(
-            edges(aisles) * edges(rows) * (edges(bays) + 7) + 10 * (edges(aisles) + edges(rows)),
-        )?;
+        let [aisles, rows, bays] = [aisles, rows, bays].map(u64::from);
+        check_edge_count(aisles * rows * (bays + 7) + 10 * (aisles + rows))?;
         to_yaml(&command, &self.layout(has_chargers))
     }
 
@@ -119,22 +131,17 @@ impl Warehouse {
         let intersection_radius = 2200;
         let ring =
             Street { at: 0, directions: Directions::Both, speed: 2000, reverse: None, stops: 1 };
-        let aisle = |number| Street {
-            at: AISLE_PITCH * i64::from(number),
-            directions: if number % 2 == 1 {
-                Directions::Ascending
-            } else {
-                Directions::Descending
-            },
-            speed: 1000,
-            reverse: Some(300),
-            stops: self.bays,
-        };
         let block = i64::from(self.bays) * BAY_LENGTH + 2 * intersection_radius;
-        let cross_aisle = |number| Street { at: block * i64::from(number), speed: 1500, ..ring };
-        let columns =
-            ring_around(self.aisles + 2, AISLE_PITCH, Street { stops: self.bays, ..ring }, aisle);
-        let rows = ring_around(self.rows + 1, block, ring, cross_aisle);
+        let mut columns =
+            streets(self.aisles + 2, AISLE_PITCH, Street { stops: self.bays, ..ring });
+        for (number, aisle) in inner(&mut columns) {
+            aisle.directions = Directions::alternating(number);
+            (aisle.speed, aisle.reverse) = (1000, Some(300));
+        }
+        let mut rows = streets(self.rows + 1, block, ring);
+        for (_, cross_aisle) in inner(&mut rows) {
+            cross_aisle.speed = 1500;
+        }
         StreetLayout {
             columns,
             rows,
@@ -158,7 +165,8 @@ impl Grid {
         let one_way = if self.one_way { " --one-way" } else { "" };
         let Self { columns, rows, spacing, .. } = *self;
         let command = format!(
-            "regatta graph generate grid --columns {columns} --rows {rows} --spacing {spacing}{one_way}"
+            "regatta graph generate grid --columns {columns} --rows {rows} --spacing {spacing}\
+             {one_way}"
         );
         check_edge_count(u64::from(columns) * u64::from(rows) * 18)?;
         to_yaml(&command, &self.layout())
@@ -168,14 +176,14 @@ impl Grid {
         let pitch = i64::from(self.spacing) * 1000;
         let street =
             Street { at: 0, directions: Directions::Both, speed: 2000, reverse: None, stops: 1 };
-        let inner = |number: u32| {
-            let alternating =
-                if number % 2 == 1 { Directions::Ascending } else { Directions::Descending };
-            let directions = if self.one_way { alternating } else { Directions::Both };
-            Street { at: pitch * i64::from(number), directions, speed: 1500, ..street }
-        };
-        let mut columns = ring_around(self.columns, pitch, street, inner);
-        let mut rows = ring_around(self.rows, pitch, street, inner);
+        let mut columns = streets(self.columns, pitch, street);
+        let mut rows = streets(self.rows, pitch, street);
+        for (number, street) in inner(&mut columns).chain(inner(&mut rows)) {
+            street.speed = 1500;
+            if self.one_way {
+                street.directions = Directions::alternating(number);
+            }
+        }
         if self.columns == 2 && self.rows == 2 {
             // A two-way ring without inner streets has no place to turn: its two directions would
             // be separate graphs.
@@ -184,33 +192,26 @@ impl Grid {
             (rows[1].directions, columns[0].directions) =
                 (Directions::Descending, Directions::Descending);
         }
-        let has_chargers = false;
         StreetLayout {
             columns,
             rows,
             carriageway_gap: 2000,
             intersection_radius: 3500,
             turn_speed: 1000,
-            has_chargers,
+            has_chargers: false,
         }
     }
 }
 
-/// Returns streets at multiples of `pitch`: the first and the last like `ring`, the others from
-/// `inner` by number.
-fn ring_around(
-    streets: u32,
-    pitch: i64,
-    ring: Street,
-    inner: impl Fn(u32) -> Street,
-) -> Vec<Street> {
-    let last = streets - 1;
-    let street = |number| match number {
-        0 => ring,
-        _ if number == last => Street { at: pitch * i64::from(last), ..ring },
-        _ => inner(number),
-    };
-    (0..streets).map(street).collect()
+/// Returns equal streets at multiples of `pitch`.
+fn streets(count: u32, pitch: i64, street: Street) -> Vec<Street> {
+    (0..count).map(|number| Street { at: pitch * i64::from(number), ..street }).collect()
+}
+
+/// Returns the streets inside the ring road with their numbers: all but the first and the last.
+fn inner(streets: &mut [Street]) -> impl Iterator<Item = (usize, &mut Street)> {
+    let last = streets.len() - 1;
+    streets[..last].iter_mut().enumerate().skip(1)
 }
 
 fn to_yaml(command: &str, layout: &StreetLayout) -> Result<String, GenerateError> {

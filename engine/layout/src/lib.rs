@@ -29,9 +29,8 @@ pub mod model;
 pub mod read;
 pub mod write;
 
-pub use check::lint::TURNS_IF;
 pub use model::change::{ChangeError, EdgeChange};
-pub use model::finding::{Finding, Findings, Severity, Subject};
+pub use model::finding::{Finding, FindingKind, Findings, Severity, Subject};
 pub use model::format::{Format, Written};
 pub use model::options::{LengthUnit, Millimetres, ReadOptions};
 pub use model::path::Path;

@@ -6,7 +6,6 @@ pub mod components;
 pub mod finding;
 pub mod format;
 pub mod info;
-mod line_index;
 pub mod nurbs;
 pub mod options;
 pub mod path;

@@ -197,13 +197,13 @@ fn reject_many_entries(text: &str, name: &str) -> Result<(), GraphError> {
     if entries > 2 * MAX_ENTRIES {
         return Err(GraphError::TooLarge {
             file: name.to_owned(),
-            limit: format!("{} entries", MAX_ENTRIES),
+            limit: format!("{MAX_ENTRIES} entries"),
         });
     }
     Ok(())
 }
 
-/// Rejects deeply nested brackets: the time to read them grows with the square of the depth.
+/// Rejects deeply nested brackets.
 fn reject_deep_nesting(text: &str, name: &str) -> Result<(), GraphError> {
     let mut depth = 0usize;
     for (at, byte) in text.bytes().enumerate() {

@@ -2,6 +2,8 @@
 
 use bytemuck::{Pod, Zeroable};
 
+use super::rows::split_fields;
+
 /// The value of the `edge` column for a robot that is on no edge.
 pub const NO_EDGE: u32 = u32::MAX;
 
@@ -37,33 +39,15 @@ impl PoseColumns<'_> {
     /// Splits the frame into its first `count` rows (all, if there are fewer) and the others.
     pub fn split_at(self, count: usize) -> (Self, Self) {
         let words = count.min(self.x.len());
-        let x = self.x.split_at_mut(words);
-        let y = self.y.split_at_mut(words);
-        let theta = self.theta.split_at_mut(words);
-        let speed = self.speed.split_at_mut(words);
-        let s = self.s.split_at_mut(words);
-        let edge = self.edge.split_at_mut(words);
-        let state = self.state.split_at_mut(count.min(self.state.len()));
-        (
-            Self {
-                x: x.0,
-                y: y.0,
-                theta: theta.0,
-                speed: speed.0,
-                s: s.0,
-                edge: edge.0,
-                state: state.0,
-            },
-            Self {
-                x: x.1,
-                y: y.1,
-                theta: theta.1,
-                speed: speed.1,
-                s: s.1,
-                edge: edge.1,
-                state: state.1,
-            },
-        )
+        split_fields! {
+            x: self.x.split_at_mut(words),
+            y: self.y.split_at_mut(words),
+            theta: self.theta.split_at_mut(words),
+            speed: self.speed.split_at_mut(words),
+            s: self.s.split_at_mut(words),
+            edge: self.edge.split_at_mut(words),
+            state: self.state.split_at_mut(count.min(self.state.len())),
+        }
     }
 }
 

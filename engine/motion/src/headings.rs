@@ -24,7 +24,7 @@ pub(super) const SMOOTH: f32 = SMOOTH_TURN as f32;
 /// The part of a turn in radians that may be missing at its end, because of rounding.
 pub(super) const NEGLIGIBLE_TURN: f32 = 1e-5;
 
-/// How the heading of a robot follows from the tangent of its edge.
+/// The rule by which the heading of a robot follows from the tangent of its edge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeadingRule {
     /// 1 or 0: whether the heading follows the tangent.
@@ -121,11 +121,12 @@ impl EdgeHeadings {
     /// Returns the way to turn from one leg to the next; without the former, the robot stands on a
     /// node.
     pub(super) fn rotation(&self, from: Option<Leg>, to: Leg) -> Rotation {
-        let at = |leg: Leg, is_start: bool| {
-            let [origin, destination] = self.rotations[leg.edge.0 as usize];
-            if (leg.gear == Gear::Forward) == is_start { origin } else { destination }
-        };
-        from.map_or(Rotation::Shorter, |from| at(from, false)).and(at(to, true))
+        let [origin, destination] = self.rotations[to.edge.0 as usize];
+        let at_start = if to.gear == Gear::Forward { origin } else { destination };
+        let Some(from) = from else { return Rotation::Shorter.and(at_start) };
+        let [origin, destination] = self.rotations[from.edge.0 as usize];
+        let at_end = if from.gear == Gear::Forward { destination } else { origin };
+        at_end.and(at_start)
     }
 
     /// Returns the heading of a robot at the end of a leg.
@@ -141,8 +142,9 @@ fn tangents(legs: &LegTable, edge: EdgeIndex) -> [f32; 2] {
         return [0.0; 2];
     };
     let length = legs.tracks().infos()[track.first_piece as usize].length;
-    let at = |row: u32, w: i32| tangent_angle(legs, legs.piece(row, Gear::Forward), w);
-    [at(track.first_piece, -length.0), at(track.last_piece(), 0)]
+    let [first, last] =
+        [track.first_piece, track.last_piece()].map(|row| legs.piece(row, Gear::Forward));
+    [tangent_angle(legs, first, -length.0), tangent_angle(legs, last, 0)]
 }
 
 /// Returns the angle of the tangent of a piece in forward gear, as in frames, at `w` units from its

@@ -89,7 +89,7 @@ pub struct LegTable {
     /// By edge: position among its destination's exits of the edge that leads straight back, or
     /// `u32::MAX`.
     return_exits: Vec<u32>,
-    /// Edges that nobody may enter. Ordered by index, and mostly empty.
+    /// Edges that no robot may enter. Ordered by index, and mostly empty.
     closed: BTreeSet<EdgeIndex>,
 }
 
@@ -209,12 +209,12 @@ impl LegTable {
         self.closed.remove(&edge)
     }
 
-    /// Whether nobody may enter an edge.
+    /// Whether an edge is closed: no robot may enter it.
     pub fn is_closed(&self, edge: EdgeIndex) -> bool {
         self.closed.contains(&edge)
     }
 
-    /// The edges that nobody may enter.
+    /// The edges that no robot may enter.
     pub fn closed(&self) -> impl Iterator<Item = EdgeIndex> {
         self.closed.iter().copied()
     }
@@ -264,12 +264,12 @@ impl LegTable {
     }
 
     fn return_exit(&self, origin: NodeIndex, destination: NodeIndex) -> u32 {
-        let leads_back =
-            |&edge: &EdgeIndex| self.leg(Leg { edge, gear: Gear::Forward }).end == origin;
-        self.exits_of(destination)
-            .iter()
-            .position(leads_back)
-            .map_or(u32::MAX, |place| place as u32)
+        for (place, &edge) in (0..).zip(self.exits_of(destination)) {
+            if self.leg(Leg { edge, gear: Gear::Forward }).end == origin {
+                return place;
+            }
+        }
+        u32::MAX
     }
 }
 
@@ -301,9 +301,10 @@ fn compile_leg(edges: &[Edge], tracks: &Tracks, leg: Leg) -> CompiledLeg {
 
 /// Returns, by piece, its span and the metres from its end to the end of its leg.
 fn compile_pieces(tracks: &Tracks, legs: impl Iterator<Item = Leg>) -> (Vec<PieceSpan>, Vec<f32>) {
-    let span =
-        |info: &PieceInfo| PieceSpan { length_and_last: info.length.0 as u32, s_end: info.s_end };
-    let mut spans: Vec<_> = tracks.infos().iter().map(span).collect();
+    let mut spans = Vec::with_capacity(tracks.infos().len());
+    for PieceInfo { length, s_end } in tracks.infos() {
+        spans.push(PieceSpan { length_and_last: length.0 as u32, s_end: *s_end });
+    }
     let mut rests = vec![0.0; spans.len()];
     for track in legs.filter_map(|leg| tracks.track(leg)) {
         spans[track.last_piece() as usize].length_and_last |= PieceSpan::LAST;
@@ -314,20 +315,19 @@ fn compile_pieces(tracks: &Tracks, legs: impl Iterator<Item = Leg>) -> (Vec<Piec
         }
     }
     // The pieces of nodes, where robots only stand.
-    spans[tracks.node_piece(NodeIndex(0)) as usize..]
-        .iter_mut()
-        .for_each(|node| node.length_and_last = PieceSpan::LAST);
+    for node in &mut spans[tracks.node_piece(NodeIndex(0)) as usize..] {
+        node.length_and_last = PieceSpan::LAST;
+    }
     (spans, rests)
 }
 
 /// Returns all edges by the node that they start at, and for each node where its edges begin.
 fn exits(nodes: usize, edges: &[Edge]) -> (Vec<EdgeIndex>, Vec<u32>) {
-    let origin = |edge: &EdgeIndex| edges[edge.0 as usize].origin.0 as usize;
     let mut exits: Vec<_> = (0..edges.len() as u32).map(EdgeIndex).collect();
-    exits.sort_by_key(origin);
+    exits.sort_by_key(|edge| edges[edge.0 as usize].origin);
     let mut start = vec![0; nodes + 1];
-    for edge in &exits {
-        start[origin(edge) + 1] += 1;
+    for edge in edges {
+        start[edge.origin.0 as usize + 1] += 1;
     }
     for node in 0..nodes {
         start[node + 1] += start[node];

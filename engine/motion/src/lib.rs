@@ -77,8 +77,6 @@ mod profile;
 mod routes;
 mod rows;
 mod scalar;
-mod speed_variation;
-mod time_step;
 mod tracks;
 mod turning;
 mod vector;
@@ -89,13 +87,11 @@ pub use frame::{Event, EventSink, NO_EDGE, PoseColumns, RobotState};
 pub use headings::{EdgeHeading, EdgeHeadings, HeadingRule};
 pub use isa::{Isa, ParseIsaError, SupportedIsa};
 pub use leg_table::{CompiledLeg, Edge, LegTable, TooManyPieces};
-pub use piece::{Distance, Piece, PieceInfo};
+pub use piece::{Distance, Piece, PieceInfo, TimeStep};
 pub use pieces::{MAX_PIECES, PieceColumn, PieceIndex, PieceRows};
-pub use profile::{KinematicLimits, UNLIMITED};
+pub use profile::{KinematicLimits, SpeedVariation, UNLIMITED};
 pub use routes::{BaseEnd, Plans, Route, RouteCursor};
 pub use rows::{HeadingRows, LimitRows, Rows, leg_of};
-pub use speed_variation::SpeedVariation;
-pub use time_step::TimeStep;
 pub use tracks::{Track, Tracks};
 
 use self::block::{BlockLists, RowList};
@@ -116,7 +112,7 @@ pub struct Motion {
     pub headings: Option<EdgeHeadings>,
     /// By robot type.
     pub limits: Vec<KinematicLimits>,
-    /// By how much speeds vary.
+    /// The variation of speeds.
     pub variation: SpeedVariation,
     /// The length of a tick.
     pub time_step: TimeStep,

@@ -1,5 +1,5 @@
-//! A piece: a cubic polynomial in arc length, and the fixed-point distance that positions along it
-//! are kept in.
+//! A piece: a cubic polynomial in arc length. Positions along it are distances in fixed point, and
+//! a tick is a step of such distances.
 
 use glam::{DVec2, Vec2};
 
@@ -42,24 +42,37 @@ pub struct Piece {
 impl Piece {
     /// Returns the position in metres at `w` in [-length, 0] metres.
     pub fn position(&self, w: f32) -> Vec2 {
-        let value = |c: [f32; 4]| c[0] + w * (c[1] + w * (c[2] + w * c[3]));
-        Vec2::new(value(self.x), value(self.y))
+        Vec2::new(value(&self.x, w), value(&self.y, w))
     }
 
     /// Returns the derivative at `w` in [-length, 0] metres: a vector in the direction of travel
     /// whose length is within 0.1 % of 1.
     pub fn derivative(&self, w: f32) -> Vec2 {
-        let value = |c: [f32; 4]| c[1] + w * (2.0 * c[2] + w * (3.0 * c[3]));
-        Vec2::new(value(self.x), value(self.y))
+        Vec2::new(slope(&self.x, w), slope(&self.y, w))
     }
 
     /// Returns the piece of a robot that stands on a node, facing along `tangent`; valid at w = 0
     /// only.
     pub fn stationary(position: DVec2, tangent: DVec2) -> Self {
-        let coefficients =
-            |position: f64, tangent: f64| [position as f32, tangent as f32, 0.0, 0.0];
-        Self { x: coefficients(position.x, tangent.x), y: coefficients(position.y, tangent.y) }
+        let (position, tangent) = (position.as_vec2(), tangent.as_vec2());
+        Self { x: [position.x, tangent.x, 0.0, 0.0], y: [position.y, tangent.y, 0.0, 0.0] }
     }
+}
+
+/// Returns the value of a polynomial.
+///
+/// The vector kernels do the same operations in the same order.
+#[inline]
+pub(super) fn value(c: &[f32; 4], w: f32) -> f32 {
+    c[0] + w * (c[1] + w * (c[2] + w * c[3]))
+}
+
+/// Returns the derivative of a polynomial.
+///
+/// The vector kernels do the same operations in the same order.
+#[inline]
+pub(super) fn slope(c: &[f32; 4], w: f32) -> f32 {
+    c[1] + w * ((c[2] + c[2]) + w * (3.0 * c[3]))
 }
 
 /// The data of a piece that only the transition to the next piece needs, not every step.
@@ -71,4 +84,26 @@ pub struct PieceInfo {
     /// Metres along the edge from its ORIGIN at w = 0. Elsewhere on the piece it is `s_end + w` in
     /// forward gear and `s_end - w` in reverse gear.
     pub s_end: f32,
+}
+
+/// The length of a tick, in the forms that the stages use.
+#[derive(Clone, Copy, Debug)]
+pub struct TimeStep {
+    /// Seconds per tick.
+    pub(super) seconds: f32,
+    /// Units of [`Distance`] that a robot drives in a tick at 1 m/s.
+    pub(super) units: f32,
+}
+
+impl TimeStep {
+    /// Makes the time step of that many seconds.
+    pub fn new(seconds: f64) -> Self {
+        Self { seconds: seconds as f32, units: (seconds * Distance::PER_METRE) as f32 }
+    }
+
+    /// Returns the units that a robot drives in a tick in which its speed changes evenly.
+    #[inline]
+    pub(super) fn distance(self, before: f32, now: f32) -> i32 {
+        ((before + now) * (0.5 * self.units)).round_ties_even() as i32
+    }
 }

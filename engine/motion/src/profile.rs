@@ -1,4 +1,6 @@
-//! Acceleration limits: a trapezoidal velocity profile, tick by tick.
+//! Speeds: the variation of speeds, and acceleration limits.
+//!
+//! Limited robots follow a trapezoidal velocity profile, tick by tick.
 //!
 //! A robot with limit a changes its speed evenly over a tick, from u to v, by at most A = a Δt; so
 //! it drives (u + v) Δt / 2, just as in continuous time. To be able to brake for a place at
@@ -28,6 +30,9 @@
 //! its released base. The robot stops at the very end of its base, within the tick in which it gets
 //! there.
 
+use regatta_base::graph::EdgeIndex;
+use regatta_base::random::mix;
+
 use super::Motion;
 use super::routes::RouteCursor;
 use super::rows::Rows;
@@ -49,6 +54,26 @@ impl KinematicLimits {
     /// Whether robots of the type turn on the spot.
     pub fn can_turn(&self) -> bool {
         self.max_rotation_speed > 0.0
+    }
+}
+
+/// The variation of speeds: each robot drives each leg a little more slowly than it might.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct SpeedVariation {
+    /// The largest part of its speed by which a robot is slower; 0 for no variation.
+    pub most: f32,
+    /// The seed of the random parts by robot and edge.
+    pub seed: u64,
+}
+
+impl SpeedVariation {
+    /// Returns the speed of a robot on an edge that it could drive at `speed`.
+    pub fn apply(self, speed: f32, robot: u32, edge: EdgeIndex) -> f32 {
+        if self.most == 0.0 {
+            return speed;
+        }
+        let random = mix(self.seed ^ mix(u64::from(robot) << 32 | u64::from(edge.0)));
+        speed * (1.0 - self.most * ((random >> 40) as f32 / (1u32 << 24) as f32))
     }
 }
 
@@ -77,6 +102,12 @@ pub(super) fn brake_speed(
     let square =
         change * (0.25 * change - before) + (brake - (acceleration + acceleration) * ahead);
     (square.max(0.0).sqrt() - 0.5 * change).max(LAST_STEP * change)
+}
+
+/// Returns the fastest speed after a tick that begins at speed `before`, from which a robot can
+/// brake to a place: `square` is e² + 2 a d, and `change` is A.
+fn speed_after(before: f64, change: f64, square: f64) -> f64 {
+    (change * (0.25 * change - before) + square).max(0.0).sqrt() - 0.5 * change
 }
 
 impl Motion {
@@ -109,15 +140,15 @@ impl Motion {
     fn allowed_speed(&self, rows: &Rows, row: usize, change: f32) -> f32 {
         let twice =
             2.0 * f64::from(self.limits[usize::from(rows.robot_type[row])].max_acceleration);
+        let before = f64::from(rows.speed[row]);
         let change = f64::from(change);
-        let spent = change * (0.25 * change - f64::from(rows.speed[row]));
         let ahead = -self.distance_to_end(rows, row);
-        let after = |square: f64| (spent + square).max(0.0).sqrt() - 0.5 * change;
         let mut lowest = f64::INFINITY;
         self.visit_speed_bounds(rows, row, |speed, distance| {
             let square = twice * (distance - ahead);
-            lowest = lowest.min(after(speed * speed + square).max(speed));
-            after(square) < lowest
+            let bound = speed_after(before, change, speed * speed + square);
+            lowest = lowest.min(bound.max(speed));
+            speed_after(before, change, square) < lowest
         });
         lowest as f32
     }

@@ -114,17 +114,18 @@ impl Plans {
     /// between.
     pub fn list(&mut self, legs: Arc<[Leg]>, is_loop: bool) -> Route {
         const RECENT: usize = 64;
-        let is_same = |plan: &Plan| match plan {
-            Plan::Listed { legs: other, is_loop: again } => {
-                Arc::ptr_eq(other, &legs) && *again == is_loop
-            }
-            Plan::Free | Plan::Commanded { .. } => false,
-        };
         let recent = self.plans.len().saturating_sub(RECENT);
-        match self.plans[recent..].iter().position(is_same) {
-            Some(place) => Route { plan: (recent + place) as u32, position: 0 },
-            None => self.add(Plan::Listed { legs, is_loop }),
+        for (number, plan) in self.plans.iter().enumerate().skip(recent) {
+            match plan {
+                Plan::Listed { legs: other, is_loop: again }
+                    if Arc::ptr_eq(other, &legs) && *again == is_loop =>
+                {
+                    return Route { plan: number as u32, position: 0 };
+                }
+                _ => {}
+            }
         }
+        self.add(Plan::Listed { legs, is_loop })
     }
 
     /// Adds commanded legs and returns the route at their start. `limit` is in metres along the
@@ -178,7 +179,7 @@ impl Plans {
         }
     }
 
-    /// Returns why a robot stops at the limit of its leg.
+    /// Returns the reason why a robot stops at the limit of its leg.
     pub(super) fn end_at_limit(&self, route: Route) -> BaseEnd {
         match self.plans.get(route.plan as usize) {
             Some(Plan::Commanded { legs, .. }) if !legs.is_empty() => BaseEnd::Unreleased,

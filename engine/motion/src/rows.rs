@@ -6,6 +6,16 @@ use super::pieces::{PieceIndex, PieceRows};
 use super::routes::Route;
 use crate::frame::{NO_EDGE, RobotState};
 
+/// Makes two structs of columns from the two halves of each column.
+macro_rules! split_fields {
+    ($($field:ident: $halves:expr),* $(,)?) => {{
+        $(let $field = $halves;)*
+        (Self { $($field: $field.0),* }, Self { $($field: $field.1),* })
+    }};
+}
+
+pub(crate) use split_fields;
+
 /// The columns from row `first` on. All have the same length, a multiple of 64; rows that hold no
 /// robot are inert.
 #[derive(Debug)]
@@ -74,7 +84,7 @@ impl LimitRows<'_> {
     }
 }
 
-impl<'fleet> Rows<'fleet> {
+impl Rows<'_> {
     /// Whether there are no rows.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
@@ -88,58 +98,19 @@ impl<'fleet> Rows<'fleet> {
     /// Splits into the first `count` rows (all, if there are fewer) and the others.
     pub fn split_at(self, count: usize) -> (Self, Self) {
         let count = count.min(self.len());
-        let piece = self.piece.split_at(count);
-        let w = self.w.split_at_mut(count);
-        let speed = self.speed.split_at_mut(count);
-        let s_end = self.s_end.split_at_mut(count);
-        let edge = self.edge.split_at_mut(count);
-        let state = self.state.split_at_mut(count);
-        let route = self.route.split_at_mut(count);
-        let robot_type = self.robot_type.split_at_mut(count);
-        let limits = self.limits.map(|limits| limits.split_at(count)).unzip();
-        let headings = self.headings.map(|headings| headings.split_at(count)).unzip();
-        let half = |first,
-                    piece,
-                    w,
-                    speed,
-                    s_end,
-                    edge,
-                    state,
-                    route,
-                    robot_type,
-                    limits,
-                    headings| {
-            Rows { first, piece, w, speed, s_end, edge, state, route, robot_type, limits, headings }
-        };
-        let middle = self.first + count as u32;
-        (
-            half(
-                self.first,
-                piece.0,
-                w.0,
-                speed.0,
-                s_end.0,
-                edge.0,
-                state.0,
-                route.0,
-                robot_type.0,
-                limits.0,
-                headings.0,
-            ),
-            half(
-                middle,
-                piece.1,
-                w.1,
-                speed.1,
-                s_end.1,
-                edge.1,
-                state.1,
-                route.1,
-                robot_type.1,
-                limits.1,
-                headings.1,
-            ),
-        )
+        split_fields! {
+            first: (self.first, self.first + count as u32),
+            piece: self.piece.split_at(count),
+            w: self.w.split_at_mut(count),
+            speed: self.speed.split_at_mut(count),
+            s_end: self.s_end.split_at_mut(count),
+            edge: self.edge.split_at_mut(count),
+            state: self.state.split_at_mut(count),
+            route: self.route.split_at_mut(count),
+            robot_type: self.robot_type.split_at_mut(count),
+            limits: self.limits.map(|limits| limits.split_at(count)).unzip(),
+            headings: self.headings.map(|headings| headings.split_at(count)).unzip(),
+        }
     }
 
     /// Returns the robot id of a row.
@@ -168,40 +139,24 @@ pub fn leg_of(piece: PieceIndex, edge: u32) -> Option<Leg> {
     (edge != NO_EDGE).then_some(Leg { edge: EdgeIndex(edge), gear: piece.gear() })
 }
 
-impl<'fleet> LimitRows<'fleet> {
+impl LimitRows<'_> {
     fn split_at(self, count: usize) -> (Self, Self) {
-        let acceleration = self.acceleration.split_at_mut(count);
-        let cruise = self.cruise.split_at_mut(count);
-        let brake = self.brake.split_at_mut(count);
-        let rest = self.rest.split_at_mut(count);
-        let stop = self.stop.split_at_mut(count);
-        (
-            Self {
-                acceleration: acceleration.0,
-                cruise: cruise.0,
-                brake: brake.0,
-                rest: rest.0,
-                stop: stop.0,
-            },
-            Self {
-                acceleration: acceleration.1,
-                cruise: cruise.1,
-                brake: brake.1,
-                rest: rest.1,
-                stop: stop.1,
-            },
-        )
+        split_fields! {
+            acceleration: self.acceleration.split_at_mut(count),
+            cruise: self.cruise.split_at_mut(count),
+            brake: self.brake.split_at_mut(count),
+            rest: self.rest.split_at_mut(count),
+            stop: self.stop.split_at_mut(count),
+        }
     }
 }
 
-impl<'fleet> HeadingRows<'fleet> {
+impl HeadingRows<'_> {
     fn split_at(self, count: usize) -> (Self, Self) {
-        let gain = self.gain.split_at_mut(count);
-        let offset = self.offset.split_at_mut(count);
-        let rate = self.rate.split_at_mut(count);
-        (
-            Self { gain: gain.0, offset: offset.0, rate: rate.0 },
-            Self { gain: gain.1, offset: offset.1, rate: rate.1 },
-        )
+        split_fields! {
+            gain: self.gain.split_at_mut(count),
+            offset: self.offset.split_at_mut(count),
+            rate: self.rate.split_at_mut(count),
+        }
     }
 }

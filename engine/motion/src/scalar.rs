@@ -5,32 +5,29 @@ use super::block::{BlockLists, RowList};
 use super::headings::HeadingRule;
 use super::profile::brake_speed;
 use super::rows::Rows;
-use super::time_step::TimeStep;
 use crate::frame::PoseColumns;
-use crate::piece::{Distance, Piece};
+use crate::piece::{Distance, Piece, TimeStep, slope, value};
 
-/// Metres in one unit of [`Distance`](crate::piece::Distance); a power of two, so
-/// scaling by it is exact.
+/// Metres in one unit of [`Distance`]; a power of two, so scaling by it is exact.
 pub(super) const METRES_PER_UNIT: f32 = 1.0 / (1u32 << 27) as f32;
 
 /// Stage 1 under acceleration limits: sets new speeds, and `w += (old + new speed) / 2 · Δt`. Rows
 /// that may reach the end of their leg are only listed.
 pub(super) fn accelerate(rows: &mut Rows, time_step: TimeStep, lists: &mut BlockLists) {
     let Some(limits) = &rows.limits else { return };
-    let units = |speeds: f32| (speeds * (0.5 * time_step.units)).round_ties_even() as i32;
     for row in 0..rows.w.len() {
         let (before, here, rest) = (rows.speed[row], rows.w[row], limits.rest[row]);
         let acceleration = limits.acceleration[row];
         let change = acceleration * time_step.seconds;
         let wanted = (before + change).min(limits.cruise[row]).max(before - change);
-        let most = units(before + wanted);
+        let most = time_step.distance(before, wanted);
         if (here + most) as f32 * METRES_PER_UNIT >= rest && most > 0 {
             lists.near_leg_end.push(row);
             continue;
         }
         let ahead = here as f32 * METRES_PER_UNIT - rest;
         let now = wanted.min(brake_speed(limits.brake[row], acceleration, change, before, ahead));
-        let step = units(before + now);
+        let step = time_step.distance(before, now);
         rows.speed[row] = now;
         rows.w[row] = here + step;
         if now == 0.0 && before > 0.0 {
@@ -59,11 +56,9 @@ pub(super) fn write(rows: &Rows, table: &[Piece], columns: PoseColumns) {
     for row in 0..columns.x.len() {
         let index = rows.piece.get(row);
         let (piece, sign) = (&table[index.row()], index.sign_bit());
-        let signed = |value: f32| f32::from_bits(value.to_bits() ^ sign);
         let w = rows.w[row] as f32 * METRES_PER_UNIT;
-        let place = |c: &[f32; 4]| c[0] + w * (c[1] + w * (c[2] + w * c[3]));
-        columns.x[row] = place(&piece.x);
-        columns.y[row] = place(&piece.y);
+        columns.x[row] = value(&piece.x, w);
+        columns.y[row] = value(&piece.y, w);
         let (x, y) = direction(piece, Distance(rows.w[row]), sign);
         let tangent = atan2(y, x);
         columns.theta[row] = match &rows.headings {
@@ -73,8 +68,8 @@ pub(super) fn write(rows: &Rows, table: &[Piece], columns: PoseColumns) {
                     .heading(tangent)
             }
         };
-        columns.speed[row] = signed(rows.speed[row]) + 0.0;
-        columns.s[row] = rows.s_end[row] + signed(w);
+        columns.speed[row] = flip(rows.speed[row], sign) + 0.0;
+        columns.s[row] = rows.s_end[row] + flip(w, sign);
         columns.edge[row] = rows.edge[row];
     }
     columns.state.copy_from_slice(&rows.state[..columns.state.len()]);
@@ -84,7 +79,11 @@ pub(super) fn write(rows: &Rows, table: &[Piece], columns: PoseColumns) {
 /// has the sign bit.
 pub(super) fn direction(piece: &Piece, w: Distance, sign: u32) -> (f32, f32) {
     let w = w.0 as f32 * METRES_PER_UNIT;
-    let signed = |value: f32| f32::from_bits(value.to_bits() ^ sign);
-    let slope = |c: &[f32; 4]| signed(c[1] + w * ((c[2] + c[2]) + w * (3.0 * c[3])));
-    (slope(&piece.x), slope(&piece.y))
+    (flip(slope(&piece.x, w), sign), flip(slope(&piece.y, w), sign))
+}
+
+/// Returns the negative of a value if `sign` has the sign bit.
+#[inline]
+fn flip(value: f32, sign: u32) -> f32 {
+    f32::from_bits(value.to_bits() ^ sign)
 }

@@ -25,9 +25,11 @@ impl Motion {
             return None;
         }
         let mut list = RowList::new();
-        let turning =
-            rows.state.iter().enumerate().filter(|(_, state)| **state == RobotState::Turning as u8);
-        turning.for_each(|(row, _)| list.push(row));
+        for (row, state) in rows.state.iter().enumerate() {
+            if *state == RobotState::Turning as u8 {
+                list.push(row);
+            }
+        }
         Some(list)
     }
 
@@ -114,11 +116,11 @@ impl Motion {
     /// Returns the heading of a row as in frames.
     fn heading(&self, rows: &Rows, row: usize) -> f32 {
         let tangent = tangent_angle(&self.legs, rows.piece.get(row), rows.w[row].min(0));
-        let rule = rows
-            .headings
-            .as_ref()
-            .map(|columns| HeadingRule { gain: columns.gain[row], offset: columns.offset[row] });
-        rule.unwrap_or(HeadingRule::TANGENT).heading(tangent)
+        let rule = match &rows.headings {
+            Some(columns) => HeadingRule { gain: columns.gain[row], offset: columns.offset[row] },
+            None => HeadingRule::TANGENT,
+        };
+        rule.heading(tangent)
     }
 }
 

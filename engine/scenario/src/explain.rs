@@ -1,5 +1,5 @@
-//! What is wrong with the YAML of a scenario, in words that name its entries instead of the
-//! program's types.
+//! Errors of the YAML of a scenario, in words that name its entries instead of the program's types,
+//! and suggestions for misspelt names.
 //!
 //! The code that serde derives finds out what is wrong, and words it for programmers. These words
 //! are fixed by the provided methods of the trait `serde::de::Error`, which makes them safe to take
@@ -7,8 +7,6 @@
 //! are.
 
 use std::fmt;
-
-use super::suggest::did_you_mean;
 
 /// A problem of a scenario file: where it is, what it is, and what to do.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -174,6 +172,32 @@ fn expected_value(expected: &str) -> String {
     }
 }
 
+/// The least Jaro similarity of a suggestion, as in clap.
+const LEAST_SIMILARITY: f64 = 0.7;
+
+/// Returns the candidate that a misspelt name most likely means, if any is similar to it.
+pub fn closest<'a>(name: &str, candidates: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let name = name.to_lowercase();
+    let similar = candidates
+        .into_iter()
+        .map(|candidate| (strsim::jaro(&name, &candidate.to_lowercase()), candidate));
+    let best = similar
+        .filter(|(similarity, _)| *similarity > LEAST_SIMILARITY)
+        .max_by(|a, b| a.0.total_cmp(&b.0));
+    best.map(|(_, candidate)| candidate)
+}
+
+/// Returns the end of a message about an unknown name: a question that names the closest candidate,
+/// or nothing.
+pub(super) fn did_you_mean<'a>(
+    name: &str,
+    candidates: impl IntoIterator<Item = &'a str>,
+) -> String {
+    closest(name, candidates)
+        .map(|candidate| format!("; did you mean '{candidate}'?"))
+        .unwrap_or_default()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -183,5 +207,15 @@ mod tests {
         assert_eq!(place("robots[0].count"), "robots, entry 1, count");
         assert_eq!(place("lights[1].colour[2]"), "lights, entry 2, colour, entry 3");
         assert_eq!(place(""), "");
+    }
+
+    #[test]
+    fn the_most_similar_name_is_suggested() {
+        let plugins = ["collision", "hello", "metrics", "udp", "udp-source"];
+        assert_eq!(closest("helo", plugins), Some("hello"));
+        assert_eq!(closest("Colision", plugins), Some("collision"));
+        assert_eq!(closest("udp-sauce", plugins), Some("udp-source"));
+        assert_eq!(closest("xyz", plugins), None);
+        assert_eq!(closest("", plugins), None);
     }
 }

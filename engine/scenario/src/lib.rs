@@ -19,37 +19,30 @@
 //! # Ok::<(), regatta_scenario::ScenarioError>(())
 //! ```
 
-mod battery;
 mod count;
 mod explain;
 mod made_up;
 mod read;
 mod resolve;
 mod robot_type;
-mod suggest;
 pub mod yaml;
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-pub use battery::{BatteryEntry, ChargeEntry};
 pub use count::{ParseRobotCountError, RobotCount};
-pub use explain::YamlProblem;
+pub use explain::{YamlProblem, closest};
 pub use made_up::made_up_scenario;
 pub use read::{document, is_scenario};
 use regatta_layout::{GraphError, Leg, NodeIndex, ReadOptions, RouteGraph};
-pub use robot_type::{Battery, RobotType, Shape};
-pub use suggest::closest;
-pub use yaml::{
-    Breakdowns, CameraEntry, Disturbances, LegName, LightEntry, PluginCommand, Repeat, Stalls,
-    Viewer,
-};
+pub use robot_type::{Battery, ChargeRange, RobotType, Shape};
+use serde::de::{DeserializeOwned, IgnoredAny};
+pub use yaml::{Breakdowns, Disturbances, LegName, PluginCommand, Repeat, Stalls, Viewer};
 
 /// The largest number of robots of a scenario: ids and columns stay far below the limits of `u32`.
 pub const MAX_ROBOTS: u32 = 16_000_000;
-/// The largest number of lights besides the sun: as many as the viewer supports.
-pub const MAX_LIGHTS: usize = 8;
 /// The size of the largest scenario file that is read. Layouts may be larger.
 const MAX_FILE_BYTES: u64 = 64 << 20;
 
@@ -68,23 +61,56 @@ pub struct Scenario {
     pub robot_types: Vec<RobotType>,
     /// The robots by ascending id; at least one group.
     pub groups: Vec<RobotGroup>,
-    /// What goes wrong.
+    /// The disturbances.
     pub disturbances: Disturbances,
-    /// Whether the file describes a load of transport orders, for a fleet manager.
-    pub has_load: bool,
     /// The plugins to start.
     pub plugins: Vec<PluginCommand>,
     /// Whether to open the viewer.
     pub viewer: Viewer,
-    /// The lights of the viewer besides the sun; at most [`MAX_LIGHTS`], with finite numbers.
-    pub lights: Vec<LightEntry>,
-    /// The named cameras of the viewer: each with z, yaw and pitch, or with a height, and a name of
-    /// its own.
-    pub cameras: Vec<CameraEntry>,
+    /// The text, for the sections that belong to others.
+    pub source: Source,
     /// Warnings about the scenario and its graph, one line each.
     pub warnings: Vec<String>,
     /// Whether the file was a layout, for which the rest was made up.
     pub is_made_up: bool,
+}
+
+/// The text of a scenario.
+///
+/// Some of its sections belong to others: the load to a fleet manager, lights and cameras to the
+/// viewer. These are not checked with the scenario; their owners read them from here.
+///
+/// ```
+/// # use std::path::Path;
+/// # use regatta_scenario::{Overrides, Scenario};
+/// # let layout = "
+/// # Edges:
+/// # - {Id: 1, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: 1.5}
+/// # Vertices:
+/// # - {Id: 1, X: 0.0, Y: 0.0, Theta: 0.0}
+/// # - {Id: 2, X: 4.0, Y: 0.0, Theta: 0.0}
+/// # ";
+/// #[derive(serde::Deserialize)]
+/// struct Sections {
+///     load: Option<Load>,
+/// }
+/// #[derive(serde::Deserialize)]
+/// struct Load {
+///     seed: u64,
+/// }
+///
+/// let text = "graph: road.yaml\nload: {seed: 7}\nrobots: [{node: 1}]\n";
+/// let scenario =
+///     Scenario::from_texts(text, layout, Path::new("scenario.yaml"), &Overrides::default())?;
+/// let sections: Sections = scenario.source.sections()?;
+/// assert_eq!(sections.load.map(|load| load.seed), Some(7));
+/// # Ok::<(), regatta_scenario::ScenarioError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Source {
+    /// The path that messages name.
+    path: PathBuf,
+    text: Arc<str>,
 }
 
 /// Robots of one type that start in the same way.
@@ -119,7 +145,7 @@ pub enum Start {
 /// Settings of a command line that override those of the scenario.
 #[derive(Clone, Debug, Default)]
 pub struct Overrides {
-    /// How to read the layout; what isn't set here is as in the scenario.
+    /// The options of reading the layout; those that are not set are as in the scenario.
     pub layout: ReadOptions,
     /// The number of ticks per simulated second.
     pub rate: Option<f64>,
@@ -158,8 +184,9 @@ pub enum ScenarioError {
     },
     /// The file has no key of a scenario, and isn't a layout either.
     #[error(
-        "{}: neither a layout nor a scenario: a scenario has the keys graph and robots; --format names the format of a layout \
-         that its content doesn't tell", path.display()
+        "{}: neither a layout nor a scenario: a scenario has the keys graph and robots; --format \
+         names the format of a layout that its content doesn't tell",
+        path.display()
     )]
     Neither {
         /// The file.
@@ -180,6 +207,27 @@ pub enum ScenarioError {
     },
 }
 
+impl Source {
+    /// Reads the sections that the fields of `T` name.
+    ///
+    /// # Errors
+    /// [`ScenarioError::Yaml`] with the line and the entry.
+    pub fn sections<T: DeserializeOwned>(&self) -> Result<T, ScenarioError> {
+        document(&self.text, &self.path)
+    }
+
+    /// Whether the scenario has a section that isn't empty.
+    pub fn has(&self, section: &str) -> bool {
+        let sections = self.sections::<BTreeMap<String, Option<IgnoredAny>>>();
+        sections.is_ok_and(|sections| matches!(sections.get(section), Some(Some(_))))
+    }
+
+    /// Returns the error of an invalid value of a section. `place` is the entry.
+    pub fn invalid(&self, place: &str, message: String) -> ScenarioError {
+        ScenarioError::Invalid { path: self.path.clone(), place: place.to_owned(), message }
+    }
+}
+
 impl Scenario {
     /// Returns the number of robots.
     pub fn robots(&self) -> u32 {
@@ -190,13 +238,12 @@ impl Scenario {
     /// groups repeat, so that a fleet can grow while it runs.
     pub fn group_of(&self, robot: u32) -> &RobotGroup {
         let mut rest = robot % self.robots();
-        self.groups
-            .iter()
-            .find(|group| {
-                let found = rest < group.count;
-                rest = rest.wrapping_sub(group.count);
-                found
-            })
-            .expect("the remainder is less than the sum of the counts")
+        for group in &self.groups {
+            if rest < group.count {
+                return group;
+            }
+            rest -= group.count;
+        }
+        unreachable!("the remainder is less than the sum of the counts")
     }
 }

@@ -27,14 +27,17 @@ pub fn made_up_scenario(graph: &RouteGraph, file: &str, options: &ReadOptions) -
     text += "rate: 50                            # ticks per simulated second\nrobot_types:\n";
     let names = vehicle_types(graph, options);
     if !names.is_empty() {
-        text += "# The vehicle types of the layout: complete their sizes and limits. Robots are of the first.\n";
+        text += "# The vehicle types of the layout: complete their sizes and limits. Robots are of \
+                 the first.\n";
     }
     let names = if names.is_empty() {
         vec!["amr".to_owned()]
     } else {
         names.iter().map(|name| quoted(name)).collect()
     };
-    names.iter().for_each(|name| text += &robot_type(name, options));
+    for name in &names {
+        text += &robot_type(name, options);
+    }
     text += &format!("robots:\n- count: {robots}\n  routes: random\nplugins:\n- collision\n");
     text
 }

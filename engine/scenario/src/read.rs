@@ -6,16 +6,15 @@ use std::path::Path;
 
 use regatta_layout::read::moving_ai;
 use regatta_layout::{
-    self as layout, Findings, Format, GraphError, LengthUnit, Millimetres, ReadOptions, RouteGraph,
-    TURNS_IF,
+    self as layout, FindingKind, Findings, Format, GraphError, LengthUnit, Millimetres,
+    ReadOptions, RouteGraph,
 };
 use serde::de::{DeserializeOwned, IgnoredAny};
 
-use super::explain::{GRAPH_KEYS, SCENARIO_KEYS, explain};
+use super::explain::{GRAPH_KEYS, SCENARIO_KEYS, closest, explain};
 use super::made_up::made_up_scenario;
-use super::suggest::closest;
 use super::yaml::{LayoutEntry, ScenarioFile};
-use super::{MAX_FILE_BYTES, Overrides, Scenario, ScenarioError, resolve};
+use super::{MAX_FILE_BYTES, Overrides, Scenario, ScenarioError, Source, resolve};
 
 impl Scenario {
     /// Reads a scenario and its graph.
@@ -95,22 +94,22 @@ impl Scenario {
         folder: &Path,
         overrides: &Overrides,
     ) -> Result<Self, ScenarioError> {
-        let invalid = |message: String| ScenarioError::Invalid {
-            path: name.into(),
-            place: "entries".into(),
-            message,
+        let source = Source { path: name.into(), text: text.into() };
+        let entries =
+            moving_ai::scen(text).map_err(|error| source.invalid("entries", error.to_string()))?;
+        let Some(first) = entries.first() else {
+            return Err(source.invalid("entries", "there are none".to_owned()));
         };
-        let entries = moving_ai::scen(text).map_err(|error| invalid(error.to_string()))?;
-        let first = entries.first().ok_or_else(|| invalid("there are none".to_owned()))?;
         // Benchmarks name maps by paths of their own; they lie beside the scenario.
         let map = Path::new(&first.map)
             .file_name()
             .map_or_else(|| folder.join(&first.map), |map| folder.join(map));
         let (graph, findings) = layout::read(&map, &overrides.layout)?;
-        let columns = first.size.map(|[columns, _]| columns);
-        let columns = columns
+        let columns = first
+            .size
+            .map(|[columns, _]| columns)
             .or_else(|| moving_ai::columns(&map))
-            .ok_or_else(|| invalid("no map size".to_owned()))?;
+            .ok_or_else(|| source.invalid("entries", "no map size".to_owned()))?;
         let scenario =
             moving_ai::scenario_yaml(&entries, &first.map, &graph, columns, entries.len());
         let parsed = Self::parse(&scenario.text, name, overrides, |_, _| Ok((graph, findings)))?;
@@ -137,23 +136,21 @@ impl Scenario {
         overrides: &Overrides,
         read_graph: impl FnOnce(&Path, &ReadOptions) -> Result<(RouteGraph, Findings), GraphError>,
     ) -> Result<Self, ScenarioError> {
-        let yaml_error =
-            |source| ScenarioError::Yaml { path: path.into(), problem: explain(&source), source };
-        let file: ScenarioFile = serde_yaml::from_str(text).map_err(yaml_error)?;
-        let options =
-            layout_options(&file.layout, &overrides.layout, path.parent().unwrap_or(Path::new("")))
-                .map_err(|message| ScenarioError::Invalid {
-                    path: path.into(),
-                    place: "layout".into(),
-                    message,
-                })?;
+        let source = Source { path: path.into(), text: text.into() };
+        let file: ScenarioFile = source.sections()?;
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let options = layout_options(&file.layout, &overrides.layout, folder)
+            .map_err(|message| source.invalid("layout", message))?;
         let (graph, findings) = read_graph(&file.graph, &options)?;
-        let warnings = findings.as_slice().iter().map(ToString::to_string).collect();
-        let mut scenario = resolve::resolve(file, path, graph, warnings, overrides)?;
-        if scenario.robot_types.iter().all(|robot_type| robot_type.max_rotation_speed > 0.0) {
-            scenario.warnings.retain(|warning| !warning.contains(TURNS_IF));
-        }
-        Ok(scenario)
+        let scenario = resolve::resolve(file, source, graph, overrides)?;
+        let all_turn = scenario.robot_types.iter().all(|kind| kind.max_rotation_speed > 0.0);
+        let of_layout = findings
+            .as_slice()
+            .iter()
+            .filter(|finding| !(all_turn && finding.kind == FindingKind::TurnsAtNodes))
+            .map(ToString::to_string);
+        let warnings = of_layout.chain(scenario.warnings).collect();
+        Ok(Scenario { warnings, ..scenario })
     }
 }
 
@@ -176,12 +173,8 @@ fn layout_options(
         .map(str::parse::<LengthUnit>)
         .transpose()
         .map_err(|error| error.to_string())?;
-    let length = |name: &str, metres: Option<f64>| {
-        let length = metres.map(|metres| metres.to_string().parse::<Millimetres>()).transpose();
-        length.map_err(|error| format!("{name}: {error}"))
-    };
-    let (skeleton, cell_size) =
-        (length("skeleton", entry.skeleton)?, length("cell_size", entry.cell_size)?);
+    let skeleton = length("skeleton", entry.skeleton)?;
+    let cell_size = length("cell_size", entry.cell_size)?;
     let overrides = overrides.clone();
     Ok(ReadOptions {
         handles: overrides.handles,
@@ -198,6 +191,11 @@ fn layout_options(
     })
 }
 
+fn length(name: &str, metres: Option<f64>) -> Result<Option<Millimetres>, String> {
+    let length = metres.map(|metres| metres.to_string().parse()).transpose();
+    length.map_err(|error| format!("{name}: {error}"))
+}
+
 /// Whether a text is a scenario of the MovingAI benchmarks.
 fn is_benchmark(text: &str) -> bool {
     let first = text.trim_start_matches('\u{feff}').lines().find(|line| !line.trim().is_empty());
@@ -211,13 +209,20 @@ fn is_layout(text: &str) -> bool {
     if Format::detect(text) != Format::Regatta {
         return true;
     }
-    let starts_as_graph = |line: &str| {
-        first_key(line)
-            .is_some_and(|key| GRAPH_KEYS.iter().any(|name| name.eq_ignore_ascii_case(key)))
-    };
-    // A scenario may have `nodes`, too, but only a scenario has `graph`.
-    let names_graph = |line: &str| !line.starts_with(' ') && first_key(line) == Some("graph");
-    text.lines().any(starts_as_graph) && !text.lines().any(names_graph)
+    let mut has_graph_key = false;
+    for line in text.lines() {
+        let Some(key) = first_key(line) else { continue };
+        // A scenario may have `nodes`, too, but only a scenario has `graph`.
+        if key == "graph" && !line.starts_with(' ') {
+            return false;
+        }
+        has_graph_key |= is_key_of(&GRAPH_KEYS, key);
+    }
+    has_graph_key
+}
+
+fn is_key_of(keys: &[&str], key: &str) -> bool {
+    keys.iter().any(|name| name.eq_ignore_ascii_case(key))
 }
 
 /// Returns the key that a line of YAML begins with.
@@ -239,9 +244,11 @@ pub fn is_scenario(text: &str) -> bool {
 /// # Errors
 /// [`ScenarioError::Yaml`] with the line and the entry. `path` is the file that messages name.
 pub fn document<T: DeserializeOwned>(text: &str, path: &Path) -> Result<T, ScenarioError> {
-    let error =
-        |source| ScenarioError::Yaml { path: path.into(), problem: explain(&source), source };
-    serde_yaml::from_str(text).map_err(error)
+    serde_yaml::from_str(text).map_err(|source| ScenarioError::Yaml {
+        path: path.into(),
+        problem: explain(&source),
+        source,
+    })
 }
 
 /// Whether a text is empty, or a map without any key of a scenario or a graph, not even a misspelt
@@ -251,9 +258,9 @@ fn has_no_key(text: &str) -> bool {
         Ok(keys) => keys.unwrap_or_default(),
         Err(_) => return false,
     };
-    let known = SCENARIO_KEYS.iter().chain(&GRAPH_KEYS);
     !keys.keys().any(|key| {
-        known.clone().any(|name| name.eq_ignore_ascii_case(key))
+        is_key_of(&SCENARIO_KEYS, key)
+            || is_key_of(&GRAPH_KEYS, key)
             || closest(key, SCENARIO_KEYS).is_some()
     })
 }

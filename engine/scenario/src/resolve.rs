@@ -1,6 +1,6 @@
 //! Resolves the names in a scenario file and validates its values.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 use std::path::Path;
 use std::sync::Arc;
@@ -8,69 +8,52 @@ use std::time::Duration;
 
 use regatta_layout::{Gear, Leg, Node, NodeIndex, Role, RouteGraph};
 
-use super::battery::battery;
-use super::suggest::did_you_mean;
+use super::explain::did_you_mean;
+use super::robot_type::robot_types;
 use super::yaml::{
-    CameraEntry, Disturbances, LegName, LightEntry, NodeEntry, NodeKey, PluginCommand, PluginEntry,
-    RobotGroupEntry, RobotTypeEntry, RoutesEntry, ScenarioFile,
+    Disturbances, LegName, NodeEntry, NodeKey, PluginCommand, PluginEntry, RobotGroupEntry,
+    RoutesEntry, ScenarioFile,
 };
 use super::{
-    MAX_LIGHTS, MAX_ROBOTS, Overrides, Repeat, RobotCount, RobotGroup, RobotType, Scenario,
-    ScenarioError, Shape, Start,
+    MAX_ROBOTS, Overrides, Repeat, RobotCount, RobotGroup, RobotType, Scenario, ScenarioError,
+    Source, Start,
 };
 
 /// The range of ticks per simulated second.
 const RATES: RangeInclusive<f64> = 1.0..=20_000.0;
-/// The range of a robot's length and width in metres: the collision checker's largest robot is as
-/// long.
-const SIZES: RangeInclusive<f32> = 0.001..=1000.0;
-/// The range of a robot's largest speed in metres per second.
-const SPEEDS: RangeInclusive<f32> = 0.001..=1000.0;
-/// The range of a robot's largest acceleration in metres per second squared. With less, a robot
-/// would need minutes to get going, and the engine would look thousands of edges ahead for places
-/// to brake at.
-const ACCELERATIONS: RangeInclusive<f32> = 0.001..=1e6;
-/// Radians per second, and radians per second squared.
-const ROTATIONS: RangeInclusive<f32> = 0.001..=1000.0;
 
-/// Resolves the names in `file` and checks its values. `warnings` are those about the graph.
+/// Resolves the names in `file`, which was read from `source`, and checks its values. Warnings about
+/// the graph are left out.
 ///
 /// # Errors
 /// If a value is invalid; the message names the entry.
 pub(super) fn resolve(
     file: ScenarioFile,
-    path: &Path,
+    source: Source,
     mut graph: RouteGraph,
-    mut warnings: Vec<String>,
     overrides: &Overrides,
 ) -> Result<Scenario, ScenarioError> {
-    let invalid = |place: &str, message| ScenarioError::Invalid {
-        path: path.into(),
-        place: place.into(),
-        message,
-    };
     let rate = overrides.rate.unwrap_or(file.rate);
     let publish_rate = overrides.publish_rate.or(file.publish_rate).unwrap_or(rate);
     let (tick_period, ticks_per_frame) =
-        clock(rate, publish_rate).map_err(|message| invalid("rate", message))?;
+        clock(rate, publish_rate).map_err(|message| source.invalid("rate", message))?;
     let robot_types =
-        robot_types(file.robot_types).map_err(|message| invalid("robot_types", message))?;
-    override_nodes(file.nodes, &mut graph).map_err(|(place, message)| invalid(&place, message))?;
+        robot_types(file.robot_types).map_err(|message| source.invalid("robot_types", message))?;
+    override_nodes(file.nodes, &mut graph)
+        .map_err(|(place, message)| source.invalid(&place, message))?;
     let groups = groups(file.robots, &graph, &robot_types)
-        .map_err(|(place, message)| invalid(&place, message))?;
-    check_disturbances(&file.disturbances).map_err(|message| invalid("disturbances", message))?;
-    check_lights(&file.lights).map_err(|message| invalid("lights", message))?;
-    check_cameras(&file.cameras).map_err(|message| invalid("cameras", message))?;
-    let plugins = plugins(file.plugins, path);
-    check_names(&plugins)
-        .and_then(|()| check_order(&plugins))
-        .map_err(|message| invalid("plugins", message))?;
+        .map_err(|(place, message)| source.invalid(&place, message))?;
+    check_disturbances(&file.disturbances)
+        .map_err(|message| source.invalid("disturbances", message))?;
+    let plugins = plugins(file.plugins, &source.path);
+    check_plugins(&plugins).map_err(|message| source.invalid("plugins", message))?;
 
-    let more_warnings =
-        [uneven_rate(rate, publish_rate, ticks_per_frame), dead_end(&groups, &graph)];
-    warnings.extend(
-        more_warnings.into_iter().flatten().map(|message| format!("{}: {message}", path.display())),
-    );
+    let warnings = [uneven_rate(rate, publish_rate, ticks_per_frame), dead_end(&groups, &graph)];
+    let warnings = warnings
+        .into_iter()
+        .flatten()
+        .map(|message| format!("{}: {message}", source.path.display()))
+        .collect();
 
     Ok(Scenario {
         graph: Arc::new(graph),
@@ -80,11 +63,9 @@ pub(super) fn resolve(
         robot_types,
         groups,
         disturbances: file.disturbances,
-        has_load: file.load.is_some(),
         plugins,
         viewer: file.viewer,
-        lights: file.lights,
-        cameras: file.cameras,
+        source,
         warnings,
         is_made_up: false,
     })
@@ -109,22 +90,10 @@ fn uneven_rate(rate: f64, publish_rate: f64, ticks_per_frame: u32) -> Option<Str
     let exact_rate = rate / f64::from(ticks_per_frame);
     ((publish_rate - exact_rate).abs() > 1e-6 * publish_rate).then(|| {
         format!(
-            "publish_rate {publish_rate} doesn't divide the rate of {rate}: {exact_rate:.3} frames per second are \
-             published"
+            "publish_rate {publish_rate} doesn't divide the rate of {rate}: {exact_rate:.3} frames \
+             per second are published"
         )
     })
-}
-
-fn robot_types(entries: Vec<RobotTypeEntry>) -> Result<Vec<RobotType>, String> {
-    let mut robot_types = entries.into_iter().map(robot_type).collect::<Result<Vec<_>, _>>()?;
-    let names: BTreeSet<_> = robot_types.iter().map(|robot_type| &robot_type.name).collect();
-    if names.len() < robot_types.len() || robot_types.len() > usize::from(u16::MAX) {
-        return Err(format!("give each robot type a unique name, and list at most {}", u16::MAX));
-    }
-    if robot_types.is_empty() {
-        robot_types.push(default_robot_type());
-    }
-    Ok(robot_types)
 }
 
 /// Gives nodes the roles and names of the scenario. On an error, returns the invalid entry and the
@@ -133,15 +102,17 @@ fn override_nodes(
     entries: BTreeMap<NodeKey, NodeEntry>,
     graph: &mut RouteGraph,
 ) -> Result<(), (String, String)> {
-    for (NodeKey(key), NodeEntry { role, name }) in entries {
-        let invalid = |message| (format!("nodes, {key}"), message);
-        let node = node_by_key(&key, graph).map_err(invalid)?;
-        let role = role
-            .map(|role| role.parse::<Role>())
-            .transpose()
-            .map_err(|error| invalid(error.to_string()))?;
-        graph.override_node(node, role, name.as_deref());
+    for (NodeKey(key), entry) in entries {
+        override_node(&key, &entry, graph).map_err(|message| (format!("nodes, {key}"), message))?;
     }
+    Ok(())
+}
+
+fn override_node(key: &str, entry: &NodeEntry, graph: &mut RouteGraph) -> Result<(), String> {
+    let node = node_by_key(key, graph)?;
+    let role = entry.role.as_deref().map(str::parse::<Role>).transpose();
+    let role = role.map_err(|error| error.to_string())?;
+    graph.override_node(node, role, entry.name.as_deref());
     Ok(())
 }
 
@@ -186,12 +157,13 @@ fn groups(
 /// Returns a warning if robots on random walks will stop at a dead end.
 fn dead_end(groups: &[RobotGroup], graph: &RouteGraph) -> Option<String> {
     groups.iter().find(|group| matches!(group.start, Start::Random))?;
+    let mut nodes = (0..).map(NodeIndex).zip(graph.nodes());
     // Random walks drive forwards only, so that a leg in reverse gear doesn't leave a dead end.
-    let is_dead_end = |node| !graph.departures(node).iter().any(|leg| leg.gear == Gear::Forward);
-    let (_, node) =
-        (0..).map(NodeIndex).zip(graph.nodes()).find(|(index, _)| is_dead_end(*index))?;
+    let (_, node) = nodes
+        .find(|(index, _)| graph.departures(*index).iter().all(|leg| leg.gear == Gear::Reverse))?;
     Some(format!(
-        "robots on random walks will stop at dead ends such as node {}: add an edge that leaves it, or give the robots routes",
+        "robots on random walks will stop at dead ends such as node {}: add an edge that leaves \
+         it, or give the robots routes",
         node.id
     ))
 }
@@ -207,140 +179,12 @@ fn check_disturbances(disturbances: &Disturbances) -> Result<(), String> {
         ("breakdowns, repair_secs", repair_secs, 0.001..=1e9),
         ("speed_variation", Some(f64::from(*speed_variation)), 0.0..=0.9),
     ];
-    let bad = |(name, value, range): (&str, Option<f64>, RangeInclusive<f64>)| {
-        let value = value.filter(|value| !range.contains(value))?;
-        Some(format!("{name} is {value}; give {} to {}", range.start(), range.end()))
-    };
-    values.into_iter().find_map(bad).map_or(Ok(()), Err)
-}
-
-fn check_lights(lights: &[LightEntry]) -> Result<(), String> {
-    if lights.len() > MAX_LIGHTS {
-        return Err(format!("{} lights are too many; give at most {MAX_LIGHTS}", lights.len()));
-    }
-    for (number, light) in (1..).zip(lights) {
-        let LightEntry { x, y, z, colour: [red, green, blue] } = *light;
-        // The ranges of the viewer's option --light.
-        let invalid_coordinate = [("x", x), ("y", y), ("z", z)]
-            .into_iter()
-            .find(|(_, metres)| !metres.is_finite() || metres.abs() >= 1e6);
-        if let Some((name, metres)) = invalid_coordinate {
-            return Err(format!(
-                "entry {number}: {name} is {metres}; give metres, less than a million"
-            ));
-        }
-        if let Some(component) =
-            [red, green, blue].into_iter().find(|component| !(0.0..1e6).contains(component))
-        {
-            return Err(format!(
-                "entry {number}: colour has {component}; give red, green and blue, each 0 to 1 or a little above"
-            ));
+    for (name, value, range) in values {
+        if let Some(value) = value.filter(|value| !range.contains(value)) {
+            return Err(format!("{name} is {value}; give {} to {}", range.start(), range.end()));
         }
     }
     Ok(())
-}
-
-fn check_cameras(cameras: &[CameraEntry]) -> Result<(), String> {
-    let mut names = BTreeSet::new();
-    for (number, camera) in (1..).zip(cameras) {
-        let CameraEntry { name, x, y, z, yaw, pitch, height } = camera;
-        let entry = |message: String| Err(format!("entry {number}: {message}"));
-        // The viewer tells names from fit, top, plan and numbers, on its command line too.
-        let is_name = name.starts_with(char::is_alphabetic)
-            && !name.contains([',', '='])
-            && name.trim() == name;
-        if !is_name || ["fit", "top", "plan"].contains(&name.as_str()) {
-            return entry(format!(
-                "name is '{name}'; give a name that begins with a letter, without , and =, and not fit, top or plan"
-            ));
-        }
-        if !names.insert(name) {
-            return entry(format!("the name '{name}' is used twice"));
-        }
-        let numbers = [Some(*x), Some(*y), *z, *yaw, *pitch, *height];
-        if let Some(bad) =
-            numbers.into_iter().flatten().find(|number| !number.is_finite() || number.abs() >= 1e6)
-        {
-            return entry(format!("{bad} is out of range; give numbers below a million"));
-        }
-        match (z, yaw, pitch, height) {
-            (Some(_), Some(_), Some(_), None) => {}
-            (None, None, None, Some(height)) if *height > 0.0 => {}
-            _ => {
-                return entry(
-                    "give either z, yaw and pitch, or height (above 0) for a plan".to_owned(),
-                );
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Returns the robot type of scenarios that list none.
-fn default_robot_type() -> RobotType {
-    RobotType {
-        name: "amr".into(),
-        shape: Shape::Rectangle,
-        length: 0.9,
-        width: 0.6,
-        max_speed: f32::INFINITY,
-        max_acceleration: f32::INFINITY,
-        max_rotation_speed: 0.0,
-        max_rotation_acceleration: f32::INFINITY,
-        battery: None,
-    }
-}
-
-fn robot_type(entry: RobotTypeEntry) -> Result<RobotType, String> {
-    let in_range = |name: &str, unit: &str, value: f32, range: &RangeInclusive<f32>| {
-        let (least, most) = (range.start(), range.end());
-        let advice = || format!("{}: {name} is {value}; give {least} to {most} {unit}", entry.name);
-        if range.contains(&value) { Ok(value) } else { Err(advice()) }
-    };
-    let limit = |name: &str, unit: &str, value: Option<f32>, range: &RangeInclusive<f32>| {
-        value.map_or(Ok(f32::INFINITY), |value| in_range(name, unit, value, range))
-    };
-    let max_speed = limit("max_speed", "m/s", entry.max_speed, &SPEEDS)?;
-    let max_acceleration =
-        limit("max_acceleration", "m/s²", entry.max_acceleration, &ACCELERATIONS)?;
-    let max_rotation_speed = match entry.max_rotation_speed {
-        None => 0.0,
-        Some(value) => in_range("max_rotation_speed", "rad/s", value, &ROTATIONS)?,
-    };
-    let max_rotation_acceleration =
-        limit("max_rotation_acceleration", "rad/s²", entry.max_rotation_acceleration, &ROTATIONS)?;
-    let length = in_range("length", "m", entry.length, &SIZES)?;
-    let width = entry.width.map(|width| in_range("width", "m", width, &SIZES)).transpose()?;
-    let (shape, width) = match (entry.shape, width) {
-        (Shape::Rectangle, Some(width)) => (Shape::Rectangle, width),
-        (Shape::Rectangle, None) => {
-            return Err(format!("{}: width is missing (only a circle has none)", entry.name));
-        }
-        (Shape::Circle, None) => (Shape::Circle, length),
-        (Shape::Circle, Some(width)) if width == length => (Shape::Circle, length),
-        (Shape::Circle, Some(_)) => {
-            return Err(format!(
-                "{}: the length of a circle is its diameter; leave width out",
-                entry.name
-            ));
-        }
-    };
-    let battery = entry
-        .battery
-        .map(battery)
-        .transpose()
-        .map_err(|message| format!("{}: {message}", entry.name))?;
-    Ok(RobotType {
-        name: entry.name,
-        shape,
-        length,
-        width,
-        max_speed,
-        max_acceleration,
-        max_rotation_speed,
-        max_rotation_acceleration,
-        battery,
-    })
 }
 
 fn group(
@@ -430,33 +274,28 @@ fn leg(name: LegName, graph: &RouteGraph) -> Result<Leg, String> {
 /// the scenario's folder, as a shell in that folder would.
 fn plugins(entries: Vec<PluginEntry>, path: &Path) -> Vec<PluginCommand> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    let plugin = |entry| match entry {
-        PluginEntry::Name(name) => {
-            PluginCommand { name, command: vec![], args: vec![], after: vec![] }
-        }
-        PluginEntry::Detailed(mut plugin) => {
-            if let Some(program) =
-                plugin.command.first_mut().filter(|program| program.contains('/'))
-            {
+    let mut plugins = Vec::with_capacity(entries.len());
+    for entry in entries {
+        let mut plugin = match entry {
+            PluginEntry::Name(name) => PluginCommand { name, ..PluginCommand::default() },
+            PluginEntry::Detailed(plugin) => plugin,
+        };
+        match plugin.command.first_mut() {
+            Some(program) if program.contains('/') => {
                 *program = folder.join(&*program).to_string_lossy().into_owned();
             }
-            plugin
+            _ => {}
         }
-    };
-    entries.into_iter().map(plugin).collect()
-}
-
-/// Checks the names of plugins: each is part of a name in shared memory, as that of a fleet is.
-fn check_names(plugins: &[PluginCommand]) -> Result<(), String> {
-    for (number, plugin) in (1..).zip(plugins) {
-        check_name(&plugin.name).map_err(|message| format!("entry {number}: {message}"))?;
+        plugins.push(plugin);
     }
-    Ok(())
+    plugins
 }
 
 /// The longest name of a plugin, in bytes.
 const MAX_NAME_BYTES: usize = 64;
 
+/// Checks the name of a plugin. It becomes part of the names of services, so that the rule is that
+/// of the contract's names.
 fn check_name(name: &str) -> Result<(), String> {
     if name.is_empty() {
         return Err(format!(
@@ -471,43 +310,50 @@ fn check_name(name: &str) -> Result<(), String> {
     }
     match name.chars().find(|c| !c.is_ascii_alphanumeric() && !"-_.".contains(*c)) {
         Some(character) => Err(format!(
-            "{character:?} in the name {name:?} is not allowed; use letters (a-z, A-Z), digits, '-', '_' and '.'"
+            "{character:?} in the name {name:?} is not allowed; use letters (a-z, A-Z), digits, \
+             '-', '_' and '.'"
         )),
         None => Ok(()),
     }
 }
 
-/// Checks that plugins come after plugins of the scenario, and that their order has no cycle.
-fn check_order(plugins: &[PluginCommand]) -> Result<(), String> {
+/// Checks the names of plugins, that they come after plugins of the scenario, and that their order
+/// has no cycle.
+fn check_plugins(plugins: &[PluginCommand]) -> Result<(), String> {
+    for (number, plugin) in (1..).zip(plugins) {
+        check_name(&plugin.name).map_err(|message| format!("entry {number}: {message}"))?;
+    }
     for plugin in plugins {
-        if let Some(unknown) =
-            plugin.after.iter().find(|name| plugins.iter().all(|other| other.name != **name))
-        {
-            let others =
-                plugins.iter().map(|other| other.name.as_str()).filter(|name| *name != plugin.name);
-            let suggestion = did_you_mean(unknown, others);
+        for name in &plugin.after {
+            if plugins.iter().any(|other| other.name == *name) {
+                continue;
+            }
+            let names = plugins.iter().map(|other| other.name.as_str());
+            let suggestion = did_you_mean(name, names.filter(|other| *other != plugin.name));
             return Err(format!(
-                "{} comes after {unknown}, which is not among the plugins: add it{suggestion}",
+                "{} comes after {name}, which is not among the plugins: add it{suggestion}",
                 plugin.name
             ));
         }
     }
-    // Remove those whose predecessors are gone; what can't be removed waits for itself.
+    check_order(plugins)
+}
+
+/// Checks that the order of plugins has no cycle.
+fn check_order(plugins: &[PluginCommand]) -> Result<(), String> {
+    // Remove those whose predecessors are gone; those that can't be removed form a cycle.
     let mut left: Vec<_> = plugins.iter().collect();
-    loop {
-        let waits =
-            |plugin: &&PluginCommand| left.iter().any(|other| plugin.after.contains(&other.name));
-        let still: Vec<_> = left.iter().copied().filter(waits).collect();
-        match still.len() {
-            0 => return Ok(()),
-            len if len == left.len() => {
-                let names: Vec<_> = still.iter().map(|plugin| plugin.name.as_str()).collect();
-                return Err(format!(
-                    "{} come after each other: remove one `after` of the cycle",
-                    names.join(" and ")
-                ));
-            }
-            _ => left = still,
+    while !left.is_empty() {
+        let mut waiting = left.clone();
+        waiting.retain(|plugin| left.iter().any(|other| plugin.after.contains(&other.name)));
+        if waiting.len() == left.len() {
+            let names: Vec<_> = waiting.iter().map(|plugin| plugin.name.as_str()).collect();
+            return Err(format!(
+                "{} come after each other: remove one `after` of the cycle",
+                names.join(" and ")
+            ));
         }
+        left = waiting;
     }
+    Ok(())
 }

@@ -1,6 +1,30 @@
-//! Robot types, and the battery of a type.
+//! Robot types and their batteries, and the ranges of their values.
 
-use serde::Deserialize;
+use std::collections::BTreeSet;
+use std::fmt;
+use std::ops::RangeInclusive;
+
+use serde::{Deserialize, Deserializer, de};
+
+use super::yaml::RobotTypeEntry;
+
+/// The range of a robot's length and width in metres: the collision checker's largest robot is as
+/// long.
+const SIZES: RangeInclusive<f32> = 0.001..=1000.0;
+/// The range of a robot's largest speed in metres per second.
+const SPEEDS: RangeInclusive<f32> = 0.001..=1000.0;
+/// The range of a robot's largest acceleration in metres per second squared. With less, a robot
+/// would need minutes to get going, and the engine would look thousands of edges ahead for places
+/// to brake at.
+const ACCELERATIONS: RangeInclusive<f32> = 0.001..=1e6;
+/// The range of a limit of rotation, in radians per second or radians per second squared.
+const ROTATIONS: RangeInclusive<f32> = 0.001..=1000.0;
+/// The range of capacities in watt-hours.
+const CAPACITIES: RangeInclusive<f32> = 0.001..=1e6;
+/// The range of powers in watts.
+const POWERS: RangeInclusive<f32> = 0.0..=1e6;
+/// The range of charges in per cent.
+const CHARGES: RangeInclusive<f32> = 0.0..=100.0;
 
 /// A type of robot, with everything that its robots have in common.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,7 +61,8 @@ pub enum Shape {
 }
 
 /// The battery of a robot type.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Battery {
     /// Watt-hours, > 0.
     pub capacity: f32,
@@ -47,6 +72,214 @@ pub struct Battery {
     pub drain_standing: f32,
     /// Watts by which its charge grows while it stands idle at a charger, ≥ 0.
     pub charge_rate: f32,
-    /// Its charge at the start is between these, in per cent.
-    pub charge: [f32; 2],
+    /// The charge at the start; full by default.
+    #[serde(default = "full", deserialize_with = "charge")]
+    pub charge: ChargeRange,
+}
+
+/// The charge of a battery in per cent, at random between two values.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ChargeRange {
+    /// The least, from 0.
+    pub min: f32,
+    /// The most, to 100.
+    pub max: f32,
+}
+
+fn full() -> ChargeRange {
+    ChargeRange { min: 100.0, max: 100.0 }
+}
+
+/// Reads a charge: a number, or a map of `min` and `max`.
+fn charge<'de, D: Deserializer<'de>>(deserializer: D) -> Result<ChargeRange, D::Error> {
+    deserializer.deserialize_any(ChargeVisitor)
+}
+
+struct ChargeVisitor;
+
+impl<'de> de::Visitor<'de> for ChargeVisitor {
+    type Value = ChargeRange;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("per cent, or a map with the keys min and max")
+    }
+
+    fn visit_u64<E>(self, percent: u64) -> Result<ChargeRange, E> {
+        Ok(ChargeRange { min: percent as f32, max: percent as f32 })
+    }
+
+    fn visit_f64<E>(self, percent: f64) -> Result<ChargeRange, E> {
+        Ok(ChargeRange { min: percent as f32, max: percent as f32 })
+    }
+
+    fn visit_map<A: de::MapAccess<'de>>(self, map: A) -> Result<ChargeRange, A::Error> {
+        ChargeRange::deserialize(de::value::MapAccessDeserializer::new(map))
+    }
+}
+
+/// Checks the values of robot types. Without any, there is one default type.
+///
+/// # Errors
+/// If a value is out of range or missing, or if a name is used twice; the message names the type.
+pub(super) fn robot_types(entries: Vec<RobotTypeEntry>) -> Result<Vec<RobotType>, String> {
+    let mut robot_types = Vec::with_capacity(entries.len());
+    for entry in entries {
+        let name = entry.name.clone();
+        robot_types.push(robot_type(entry).map_err(|message| format!("{name}: {message}"))?);
+    }
+    let names: BTreeSet<_> = robot_types.iter().map(|robot_type| &robot_type.name).collect();
+    if names.len() < robot_types.len() || robot_types.len() > usize::from(u16::MAX) {
+        return Err(format!("give each robot type a unique name, and list at most {}", u16::MAX));
+    }
+    if robot_types.is_empty() {
+        robot_types.push(default_robot_type());
+    }
+    Ok(robot_types)
+}
+
+/// Returns the robot type of scenarios that list none.
+fn default_robot_type() -> RobotType {
+    RobotType {
+        name: "amr".into(),
+        shape: Shape::Rectangle,
+        length: 0.9,
+        width: 0.6,
+        max_speed: f32::INFINITY,
+        max_acceleration: f32::INFINITY,
+        max_rotation_speed: 0.0,
+        max_rotation_acceleration: f32::INFINITY,
+        battery: None,
+    }
+}
+
+fn robot_type(entry: RobotTypeEntry) -> Result<RobotType, String> {
+    let max_speed = limit("max_speed", "m/s", entry.max_speed, SPEEDS)?;
+    let max_acceleration =
+        limit("max_acceleration", "m/s²", entry.max_acceleration, ACCELERATIONS)?;
+    let max_rotation_speed = match entry.max_rotation_speed {
+        None => 0.0,
+        Some(value) => in_range("max_rotation_speed", "rad/s", value, ROTATIONS)?,
+    };
+    let rotation_acceleration = entry.max_rotation_acceleration;
+    let max_rotation_acceleration =
+        limit("max_rotation_acceleration", "rad/s²", rotation_acceleration, ROTATIONS)?;
+    let length = in_range("length", "m", entry.length, SIZES)?;
+    let width = entry.width.map(|width| in_range("width", "m", width, SIZES)).transpose()?;
+    let width = match (entry.shape, width) {
+        (Shape::Rectangle, Some(width)) => width,
+        (Shape::Rectangle, None) => {
+            return Err("width is missing (only a circle has none)".to_owned());
+        }
+        (Shape::Circle, Some(width)) if width != length => {
+            return Err("the length of a circle is its diameter; leave width out".to_owned());
+        }
+        (Shape::Circle, _) => length,
+    };
+    if let Some(battery) = &entry.battery {
+        battery.check()?;
+    }
+    Ok(RobotType {
+        name: entry.name,
+        shape: entry.shape,
+        length,
+        width,
+        max_speed,
+        max_acceleration,
+        max_rotation_speed,
+        max_rotation_acceleration,
+        battery: entry.battery,
+    })
+}
+
+/// Returns a limit, infinite if there is none.
+fn limit(
+    name: &str,
+    unit: &str,
+    value: Option<f32>,
+    range: RangeInclusive<f32>,
+) -> Result<f32, String> {
+    value.map_or(Ok(f32::INFINITY), |value| in_range(name, unit, value, range))
+}
+
+fn in_range(name: &str, unit: &str, value: f32, range: RangeInclusive<f32>) -> Result<f32, String> {
+    if range.contains(&value) {
+        return Ok(value);
+    }
+    Err(format!("{name} is {value}; give {} to {} {unit}", range.start(), range.end()))
+}
+
+impl Battery {
+    /// Checks the ranges of the values.
+    fn check(&self) -> Result<(), String> {
+        let ChargeRange { min, max } = self.charge;
+        for (name, unit, value, range) in [
+            ("battery, capacity", "Wh", self.capacity, CAPACITIES),
+            ("battery, drain_moving", "W", self.drain_moving, POWERS),
+            ("battery, drain_standing", "W", self.drain_standing, POWERS),
+            ("battery, charge_rate", "W", self.charge_rate, POWERS),
+            ("battery, charge", "per cent", min, CHARGES),
+            ("battery, charge", "per cent", max, CHARGES),
+        ] {
+            in_range(name, unit, value, range)?;
+        }
+        if min > max {
+            return Err(format!(
+                "battery, charge is from {min} to {max} per cent; exchange min and max"
+            ));
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(charge: &str) -> Result<Battery, String> {
+        let text = format!(
+            "{{capacity: 90, drain_moving: 60, drain_standing: 12.5, charge_rate: 600{charge}}}"
+        );
+        let battery: Battery = serde_yaml::from_str(&text).map_err(|error| error.to_string())?;
+        battery.check().map(|()| battery)
+    }
+
+    #[test]
+    fn a_battery_is_full_or_has_the_charge_that_the_scenario_gives_it() {
+        for (text, min, max) in [
+            ("", 100.0, 100.0),
+            (", charge: 40", 40.0, 40.0),
+            (", charge: 12.5", 12.5, 12.5),
+            (", charge: {min: 20, max: 80}", 20.0, 80.0),
+        ] {
+            let battery = read(text).expect(text);
+            assert_eq!(
+                (battery.capacity, battery.drain_standing, battery.charge),
+                (90.0, 12.5, ChargeRange { min, max })
+            );
+        }
+    }
+
+    #[test]
+    fn a_charge_that_can_not_be_is_refused_with_its_name() {
+        for (text, message) in [
+            (", charge: 101", "battery, charge is 101"),
+            (", charge: {min: 80, max: 20}", "exchange"),
+            (", charge: .nan", "battery, charge is NaN"),
+            (", charge: {min: 80}", "max"),
+            (", charge: full", "per cent"),
+            (", health: 80", "health"),
+        ] {
+            let error = read(text).expect_err(text);
+            assert!(error.contains(message), "{text}: {error}");
+        }
+        let flat = Battery {
+            capacity: 0.0,
+            drain_moving: 1.0,
+            drain_standing: 1.0,
+            charge_rate: 1.0,
+            charge: full(),
+        };
+        assert!(flat.check().expect_err("no capacity").contains("capacity is 0; give"));
+    }
 }

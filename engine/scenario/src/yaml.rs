@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Deserializer, de};
 
-use super::{BatteryEntry, RobotCount, Shape};
+use super::{Battery, RobotCount, Shape};
 
 /// A scenario file.
 #[derive(Clone, Debug, Deserialize)]
@@ -14,7 +14,7 @@ use super::{BatteryEntry, RobotCount, Shape};
 pub struct ScenarioFile {
     /// The route graph file, relative to the scenario's folder.
     pub graph: PathBuf,
-    /// How to read it, if it is of another format.
+    /// The options of reading it, if it is of another format.
     #[serde(default)]
     pub layout: LayoutEntry,
     /// The number of ticks per simulated second.
@@ -33,7 +33,7 @@ pub struct ScenarioFile {
     pub robot_types: Vec<RobotTypeEntry>,
     /// The groups of robots, in the order of their ids.
     pub robots: Vec<RobotGroupEntry>,
-    /// What goes wrong; nothing by default.
+    /// The disturbances; none by default.
     #[serde(default)]
     pub disturbances: Disturbances,
     /// The transport orders of a fleet manager, which reads them itself.
@@ -44,19 +44,17 @@ pub struct ScenarioFile {
     /// Whether `regatta run` opens the viewer.
     #[serde(default)]
     pub viewer: Viewer,
-    /// The lights of the viewer besides the sun.
-    #[serde(default)]
-    pub lights: Vec<LightEntry>,
-    /// The named cameras of the viewer.
-    #[serde(default)]
-    pub cameras: Vec<CameraEntry>,
+    /// The lights of the viewer, which reads them itself.
+    pub lights: Option<de::IgnoredAny>,
+    /// The cameras of the viewer, which reads them itself.
+    pub cameras: Option<de::IgnoredAny>,
 }
 
 fn default_rate() -> f64 {
     100.0
 }
 
-/// How to read a layout of another format.
+/// The options of reading a layout of another format.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct LayoutEntry {
@@ -107,11 +105,11 @@ impl de::Visitor<'_> for NodeKeyVisitor {
     }
 }
 
-/// What a scenario says about a node; the rest is as in the graph.
+/// The role and the name of a node; those that are not given are as in the graph.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct NodeEntry {
-    /// What robots do there: none, pick, drop, park or charge.
+    /// The purpose: none, pick, drop, park or charge.
     pub role: Option<String>,
     /// The name.
     pub name: Option<String>,
@@ -139,7 +137,7 @@ pub struct RobotTypeEntry {
     /// Radians per second squared; by default the rotation speed changes instantly.
     pub max_rotation_acceleration: Option<f32>,
     /// The battery; by default it has none and never needs charging.
-    pub battery: Option<BatteryEntry>,
+    pub battery: Option<Battery>,
 }
 
 /// A group of robots that start in the same way.
@@ -187,7 +185,7 @@ pub enum RoutesEntry {
     None,
 }
 
-/// What goes wrong with robots, at random by the scenario's seed.
+/// Disturbances of robots, at random by the scenario's seed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Disturbances {
@@ -239,45 +237,6 @@ pub enum Viewer {
     Off,
 }
 
-/// A light of the viewer.
-#[derive(Clone, Copy, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct LightEntry {
-    /// Metres to the east.
-    pub x: f32,
-    /// Metres to the north.
-    pub y: f32,
-    /// Metres above the floor.
-    pub z: f32,
-    /// Linear red, green and blue, 0 to 1 and above; white by default.
-    #[serde(default = "white")]
-    pub colour: [f32; 3],
-}
-
-/// A named camera of the viewer: in perspective from a place, or a plan.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CameraEntry {
-    /// The name.
-    pub name: String,
-    /// Metres to the east: of the eye, or of a plan's middle.
-    pub x: f32,
-    /// Metres to the north.
-    pub y: f32,
-    /// The eye's metres above the floor; with it, `yaw` and `pitch`.
-    pub z: Option<f32>,
-    /// The view's direction in radians counter-clockwise from east.
-    pub yaw: Option<f32>,
-    /// The angle of the view's direction below the horizon, in radians.
-    pub pitch: Option<f32>,
-    /// Of a plan: the height of the ground in the picture in metres.
-    pub height: Option<f32>,
-}
-
-fn white() -> [f32; 3] {
-    [1.0; 3]
-}
-
 /// A plugin to start.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum PluginEntry {
@@ -314,7 +273,7 @@ impl<'de> de::Visitor<'de> for PluginVisitor {
 }
 
 /// The command line of a plugin.
-#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PluginCommand {
     /// The name in messages; without a `command`, the name of a plugin that comes with Regatta.

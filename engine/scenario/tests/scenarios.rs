@@ -66,31 +66,6 @@ fn nodes_get_the_roles_and_names_of_the_scenario() {
 }
 
 #[test]
-fn lights_are_white_by_default() {
-    let text = "robots: [{node: 1}]\nlights: [{x: 1, y: -2.5, z: 3}, {x: 0, y: 0, z: 4, colour: [1, 0.5, 0]}]";
-    let lights = read(text).expect("a valid scenario").lights;
-    let positions_and_colours: Vec<_> =
-        lights.iter().map(|light| ([light.x, light.y, light.z], light.colour)).collect();
-    assert_eq!(
-        positions_and_colours,
-        [([1.0, -2.5, 3.0], [1.0; 3]), ([0.0, 0.0, 4.0], [1.0, 0.5, 0.0])]
-    );
-    assert!(read("robots: [{node: 1}]").expect("a valid scenario").lights.is_empty());
-    for bad in [
-        "[{x: 1, y: 2}]",
-        "[{x: 1, y: 2, z: 3, color: [1, 1, 1]}]",
-        "[{x: 1, y: 2, z: 3, colour: [1, 1]}]",
-    ] {
-        let error =
-            read(&format!("robots: [{{node: 1}}]\nlights: {bad}")).expect_err(bad).to_string();
-        assert!(
-            error.starts_with("plant.yaml:3: lights, entry 1") && error.lines().count() == 1,
-            "{error}"
-        );
-    }
-}
-
-#[test]
 fn an_error_names_the_entry_and_what_to_do() {
     let robots = "robots: [{route: [10]}]";
     for (text, place, advice) in [
@@ -162,26 +137,6 @@ fn an_error_names_the_entry_and_what_to_do() {
             ),
             "robot_types",
             "a unique name",
-        ),
-        (
-            &format!("lights: [{{x: 0, y: 0, z: 5}}, {{x: 0, y: .inf, z: 5}}]\n{robots}"),
-            "lights",
-            "entry 2: y is inf",
-        ),
-        (
-            &format!("lights: [{{x: 0, y: 0, z: .nan}}]\n{robots}"),
-            "lights",
-            "entry 1: z is NaN; give metres",
-        ),
-        (
-            &format!("lights: [{{x: 0, y: 0, z: 5, colour: [1, -1, 0]}}]\n{robots}"),
-            "lights",
-            "colour has -1",
-        ),
-        (
-            &format!("lights: [{}]\n{robots}", ["{x: 0, y: 0, z: 5}"; 9].join(", ")),
-            "lights",
-            "give at most 8",
         ),
     ] {
         let message = read(text).expect_err(text).to_string();
@@ -269,10 +224,6 @@ fn an_error_of_the_yaml_names_line_entry_and_advice_without_words_of_the_program
             "but this must be a number of robots such as 500, 10k or 1M",
         ),
         ("robots: 5", ":2: robots: 5 is given, but this must be a list"),
-        (
-            "robots: [{node: 1}]\nlights: [{x: 0, y: 0, z: 0, colour: red}]",
-            "this must be a list of 3 numbers",
-        ),
         ("rate: 5", ": robots is missing: add it"),
         ("rate: 5\nrate: 6\nrobots: [{node: 1}]", "rate is given twice: remove one"),
         ("Vertices: []", "this is a route graph, not a scenario"),

@@ -52,13 +52,13 @@ pub(super) fn fit(path: &Path, tangents: [DVec2; 2]) -> Vec<CurveSpan> {
         fitted = fit_cubic(cubic, [start, end], fitted);
         let Some(next) = cubics.peek() else { break };
         let departure = next.tangent(0.0, Side::After);
-        // Where the curve is smooth, both pieces get exactly the same tangent.
+        // If the curve is smooth there, both pieces get exactly the same tangent.
         start = if departure.distance(end) < SAME_HEADING { end } else { departure };
     }
     fitted.spans
 }
 
-/// What has been fitted of a path: the spans, and their length.
+/// The fitted part of a path: the spans, and their length.
 struct Fitted {
     spans: Vec<CurveSpan>,
     metres: f64,
@@ -76,21 +76,19 @@ fn fit_cubic(curve: &CubicBezier, tangents: [DVec2; 2], before: Fitted) -> Fitte
         metres,
         units,
     };
-    let knot = |lambda, tangent| Knot { position: curve.position(lambda), tangent };
-    let (mut at, mut from) = (0.0, knot(0.0, tangents[0]));
+    let [start_tangent, end_tangent] = tangents;
+    let mut at = 0.0;
+    let mut from = Knot { position: curve.position(0.0), tangent: start_tangent };
     for slow in curve.slow_points() {
         let is_fixed = stops_at(curve, slow);
-        let to = knot(slow, curve.tangent(slow, Side::Before));
+        let to = fitter.knot(slow);
         (at, from) = fitter.fit_section(at, from, SectionEnd { at: slow, knot: to, is_fixed });
         if is_fixed {
             from.tangent = curve.tangent(slow, Side::After);
         }
     }
-    fitter.fit_section(
-        at,
-        from,
-        SectionEnd { at: 1.0, knot: knot(1.0, tangents[1]), is_fixed: true },
-    );
+    let to = Knot { position: curve.position(1.0), tangent: end_tangent };
+    fitter.fit_section(at, from, SectionEnd { at: 1.0, knot: to, is_fixed: true });
     Fitted { spans: fitter.spans, metres: fitter.metres, units: fitter.units }
 }
 
@@ -256,22 +254,20 @@ impl Fitter<'_> {
         to: f64,
         knot: Knot,
     ) -> Candidate {
-        // Denser towards the ends, where the slow points are.
-        let lambda = |i: usize| {
-            let even = i as f64 / INTERVALS as f64;
-            at + (to - at) * (even * even * (3.0 - 2.0 * even))
-        };
-        // The arc lengths up to the end of each interval.
+        // The ends of the intervals, and the arc lengths up to there.
+        let mut ends = [at; INTERVALS];
         let mut lengths = [0.0; INTERVALS];
-        let mut length = 0.0;
-        for (i, sum) in lengths.iter_mut().enumerate() {
-            length += self.velocity.quadrature(lambda(i), lambda(i + 1));
-            *sum = length;
+        let (mut start, mut length) = (at, 0.0);
+        for i in 0..INTERVALS {
+            // Denser towards the ends, where the slow points are.
+            let end = at + (to - at) * smoothstep((i + 1) as f64 / INTERVALS as f64);
+            length += self.velocity.quadrature(start, end);
+            (ends[i], lengths[i], start) = (end, length, end);
         }
         let polynomial = Polynomial::hermite(from, knot, length);
         let mut worst = [0.0_f64; 2];
         for i in 1..INTERVALS {
-            let errors = self.errors(&polynomial, lengths[i - 1] - length, lambda(i));
+            let errors = self.errors(&polynomial, lengths[i - 1] - length, ends[i - 1]);
             worst = [worst[0].max(errors[0]), worst[1].max(errors[1])];
         }
         // x^¾: position errors grow with the fourth power of the length, the others with the third.
@@ -320,4 +316,9 @@ impl Fitter<'_> {
     fn next_unit(&self, metres: f64) -> i64 {
         ((metres * Distance::PER_METRE).round_ties_even() as i64).max(self.units + 1)
     }
+}
+
+/// Returns the cubic 3 t² - 2 t³, which rises from 0 to 1 with the slope 0 at both ends.
+fn smoothstep(t: f64) -> f64 {
+    t * t * (3.0 - 2.0 * t)
 }

@@ -22,7 +22,7 @@ enum Incident {
     Repair,
 }
 
-/// An incident by tick, robot and kind, and how many of its sequence came before.
+/// An incident by tick, robot and kind, and the number of those before it in its sequence.
 type Due = (u64, u32, Incident, u32);
 
 /// The disturbances that are due, for every robot that was ever there.
@@ -49,7 +49,7 @@ impl Schedule {
         }
     }
 
-    /// Carries out what is due by a tick.
+    /// Carries out the incidents that are due by a tick.
     pub fn carry_out(&mut self, tick: u64, fleet: &mut Fleet, events: &mut EventBuffer) {
         self.begin(tick, fleet.robots() as u32);
         while let Some(&Reverse((due, robot, incident, number))) = self.due.peek()
@@ -80,17 +80,12 @@ impl Schedule {
         self.robots = self.robots.max(robots);
     }
 
-    /// Returns what comes after an incident in its sequence.
+    /// Returns the next incident of a sequence.
     fn after(&self, tick: u64, robot: u32, incident: Incident, number: u32) -> Option<Due> {
         match incident {
             Incident::Stall => {
-                let mean = self.stalls?.mean_secs;
-                Some((
-                    tick + self.ticks(self.exponential(robot, incident, number, mean)),
-                    robot,
-                    Incident::Recovery,
-                    number,
-                ))
+                let seconds = self.exponential(robot, incident, number, self.stalls?.mean_secs);
+                Some((tick + self.ticks(seconds), robot, Incident::Recovery, number))
             }
             Incident::Recovery => self.next_stall(tick, robot, number + 1),
             Incident::Breakdown => match self.breakdowns?.repair_secs {

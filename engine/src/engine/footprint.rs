@@ -45,17 +45,16 @@ impl Footprint {
 
     /// Returns the shortest distance from another polygon's corners to this one's sides.
     fn corner_distance(&self, other: &Self) -> f64 {
-        let to_side = |corner: &DVec2, [from, to]: [DVec2; 2]| {
-            let side = to - from;
-            let part = ((corner - from).dot(side) / side.length_squared().max(f64::MIN_POSITIVE))
-                .clamp(0.0, 1.0);
-            corner.distance(from + part * side)
-        };
-        let all = other
-            .corners
-            .iter()
-            .flat_map(|corner| self.sides().map(move |side| to_side(corner, side)));
-        all.fold(f64::INFINITY, f64::min)
+        let mut shortest = f64::INFINITY;
+        for corner in &other.corners {
+            for [from, to] in self.sides() {
+                let side = to - from;
+                let squared = side.length_squared().max(f64::MIN_POSITIVE);
+                let part = ((corner - from).dot(side) / squared).clamp(0.0, 1.0);
+                shortest = shortest.min(corner.distance(from + part * side));
+            }
+        }
+        shortest
     }
 
     fn sides(&self) -> impl Iterator<Item = [DVec2; 2]> + '_ {
@@ -109,16 +108,23 @@ mod tests {
     proptest! {
         /// Against the points of a fine grid of one footprint.
         #[test]
-        fn the_distance_is_that_of_the_nearest_points(x in -4.0f64..4.0, y in -4.0f64..4.0, angle in -4.0f64..4.0) {
-            let (still, moved) = (footprint(Shape::Rectangle, [0.0; 2], 0.0), footprint(Shape::Rectangle, [x, y], angle));
-            let steps = (-20..=20).flat_map(|i| (-20..=20).map(move |j| [f64::from(i) / 20.0, f64::from(j) / 40.0]));
+        fn the_distance_is_that_of_the_nearest_points(
+            x in -4.0f64..4.0, y in -4.0f64..4.0, angle in -4.0f64..4.0,
+        ) {
+            let still = footprint(Shape::Rectangle, [0.0; 2], 0.0);
+            let moved = footprint(Shape::Rectangle, [x, y], angle);
             let direction = DVec2::from_angle(angle);
-            let nearest = steps.map(|[along, across]| {
-                let point = DVec2::new(x, y) + along * direction + across * direction.perp();
-                (point.abs() - DVec2::new(1.0, 0.5)).max(DVec2::ZERO).length()
-            });
-            let nearest = nearest.fold(f64::INFINITY, f64::min);
-            prop_assert!((still.distance(&moved) - nearest).abs() < 0.05, "{} {nearest}", still.distance(&moved));
+            let mut nearest = f64::INFINITY;
+            for i in -20..=20 {
+                for j in -20..=20 {
+                    let (along, across) = (f64::from(i) / 20.0, f64::from(j) / 40.0);
+                    let point = DVec2::new(x, y) + along * direction + across * direction.perp();
+                    let distance = (point.abs() - DVec2::new(1.0, 0.5)).max(DVec2::ZERO).length();
+                    nearest = nearest.min(distance);
+                }
+            }
+            let distance = still.distance(&moved);
+            prop_assert!((distance - nearest).abs() < 0.05, "{distance} {nearest}");
         }
     }
 }

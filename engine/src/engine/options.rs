@@ -65,14 +65,15 @@ pub enum EngineError {
     Fleet(#[from] FleetError),
     /// Readers in lockstep would lose events between two frames.
     #[error(
-        "with a frame every {0} ticks, plugins in lockstep would lose events; publish one at least every {most} ticks",
+        "with a frame every {0} ticks, plugins in lockstep would lose events; publish one at least \
+         every {most} ticks",
         most = services::EVENT_BUFFER
     )]
     TooFewFrames(u32),
     /// The route graph has too few places for robots that stand.
     #[error(
-        "{fit} of {wanted} robots fit where they wait for commands (ends of edges, 0.1 m from each other); use fewer, or a \
-         larger graph"
+        "{fit} of {wanted} robots fit where they wait for commands (ends of edges, 0.1 m from each \
+         other); use fewer, or a larger graph"
     )]
     NoRoom {
         /// The requested number of robots.

@@ -4,6 +4,7 @@ use glam::DVec2;
 use regatta_base::random::mix;
 use regatta_layout::{CubicBezier, Edge, EdgeIndex, Node, Orientation, RouteGraph, Tags};
 use regatta_plugin::PublishError;
+use regatta_plugin::column::{BATTERY, TYPE};
 use regatta_plugin::producer::Session;
 use regatta_plugin::world::{
     self, CurveRecord, EdgeRecord, NodeRecord, RobotTypeRecord, Texts, WorldData,
@@ -14,31 +15,21 @@ use super::standing::StandingPlaces;
 use super::{EngineError, Scenario, Simulation};
 use crate::fleet::{Placement, RouteSource};
 
-/// No place is left for a robot that stands.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct NoRoom {
-    /// The requested number of robots.
-    pub wanted: u32,
-    /// The number that fits.
-    pub fit: u32,
-}
-
 impl Simulation {
     /// Spawns robots as the scenario defines them, or removes those with the highest ids, until
     /// there are `wanted`.
     ///
     /// # Errors
-    /// If no place is left for a robot that stands; those before it are there then.
-    pub(super) fn place_robots(&mut self, wanted: u32) -> Result<(), NoRoom> {
-        let number = wanted;
-        let wanted = wanted as usize;
+    /// [`EngineError::NoRoom`] if no place is left for a robot that stands; those before it are
+    /// there then.
+    pub(super) fn place_robots(&mut self, wanted: u32) -> Result<(), EngineError> {
         let mut standing = None;
-        self.fleet.reserve(wanted);
-        while self.fleet.present() > wanted {
+        self.fleet.reserve(wanted as usize);
+        while self.fleet.present() > wanted as usize {
             let last = self.fleet.robots() as u32 - 1;
             self.fleet.remove(last, &mut self.events).expect("the last row always holds a robot");
         }
-        while self.fleet.present() < wanted {
+        while self.fleet.present() < wanted as usize {
             let robot = self.fleet.present() as u32;
             let group = self.scenario.group_of(robot);
             let (placement, route) = match &group.start {
@@ -50,12 +41,11 @@ impl Simulation {
                 Start::Node(node) => (Placement::Node(*node), RouteSource::None),
                 Start::Standing => {
                     let places = standing.get_or_insert_with(|| self.standing_places());
-                    let robot_type = (
-                        group.robot_type,
-                        &self.scenario.robot_types[usize::from(group.robot_type)],
-                    );
-                    let place = places.take((&self.scenario.graph, &self.tracks), robot_type);
-                    (place.ok_or(NoRoom { wanted: number, fit: robot })?, RouteSource::None)
+                    let index = group.robot_type;
+                    let robot_type = &self.scenario.robot_types[usize::from(index)];
+                    let graph = (&*self.scenario.graph, &*self.tracks);
+                    let place = places.take(graph, (index, robot_type));
+                    (place.ok_or(EngineError::NoRoom { wanted, fit: robot })?, RouteSource::None)
                 }
             };
             let spawned = self.fleet.spawn(placement, group.robot_type, route, 0, &mut self.events);
@@ -107,7 +97,7 @@ impl Simulation {
         let types: Vec<f32> =
             self.robot_types.iter().map(|&robot_type| f32::from(robot_type)).collect();
         let tick = session.tick();
-        let published = session.ports().publish_column("type", tick, &types);
+        let published = session.ports().publish_column(TYPE.name(), tick, &types);
         if matches!(published, Err(PublishError::MemoryFull { .. })) {
             // They are published when there is room again.
             self.robot_types.clear();
@@ -121,7 +111,7 @@ impl Simulation {
         let Some(charges) = self.fleet.battery_charges() else { return Ok(()) };
         let tick = session.tick();
         self.batteries_due = tick + self.ticks_per_second();
-        let published = session.ports().publish_column("battery", tick, &charges);
+        let published = session.ports().publish_column(BATTERY.name(), tick, &charges);
         Ok(session.unless_full(published)?)
     }
 
@@ -221,7 +211,7 @@ mod tests {
 
     #[test]
     fn roles_have_the_numbers_and_names_of_the_contract() {
-        for role in Role::ALL {
+        for &role in Role::ALL {
             let node = Node { role, ..Node::new(1, DVec2::ZERO, 0.0) };
             let mut world = WorldData::default();
             world.nodes = vec![node_record(&node, &mut world.texts)];

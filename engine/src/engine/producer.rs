@@ -6,7 +6,7 @@ use regatta_plugin::frame::RobotState;
 use regatta_plugin::producer::{Moment, Producer, RefusalReason, Session};
 use regatta_scenario::MAX_ROBOTS;
 
-use super::{EngineError, NoRoom, Simulation};
+use super::{EngineError, Simulation};
 
 impl Producer for Simulation {
     type Error = EngineError;
@@ -67,22 +67,20 @@ impl Producer for Simulation {
         session: &mut Session,
         robots: u64,
     ) -> Result<Result<(), RefusalReason>, EngineError> {
-        let robots = match u32::try_from(robots) {
-            Ok(robots) if robots <= MAX_ROBOTS => robots,
-            _ => {
-                return Ok(Err(format!(
-                    "{robots} robots are too many: a fleet holds at most {MAX_ROBOTS}"
-                )));
-            }
-        };
+        if robots > u64::from(MAX_ROBOTS) {
+            return Ok(Err(format!(
+                "{robots} robots are too many: a fleet holds at most {MAX_ROBOTS}"
+            )));
+        }
+        let robots = robots as u32;
         if let Err(error) = session.ports().check_room(robots as usize) {
             return Ok(Err(error.to_string()));
         }
         self.events.set_wanted(session.ports().has_event_readers());
         let before = self.fleet.present() as u32;
-        if let Err(NoRoom { wanted, fit }) = self.place_robots(robots) {
+        if let Err(error) = self.place_robots(robots) {
             self.place_robots(before).expect("removals need no room");
-            return Ok(Err(EngineError::NoRoom { wanted, fit }.to_string()));
+            return Ok(Err(error.to_string()));
         }
         // Their events belong to the next tick.
         self.publish_types(session)?;

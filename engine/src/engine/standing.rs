@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec2;
 use regatta_base::random::mix;
-use regatta_layout::{EdgeIndex, Gear, Leg, NodeIndex, Orientation, RouteGraph};
+use regatta_layout::{EdgeIndex, Gear, Leg, Orientation, RouteGraph};
 use regatta_motion::Tracks;
 use regatta_scenario::RobotType;
 
@@ -15,10 +15,10 @@ use crate::fleet::Placement;
 /// The smallest distance between two footprints, in metres.
 const MARGIN: f64 = 0.1;
 
-/// Ends of edges in random order, and what stands already.
+/// Ends of edges in random order, and the footprints of robots that stand.
 pub(super) struct StandingPlaces {
-    /// Ends at nodes with one edge in and one edge out come first: there, a robot is in nobody's
-    /// way.
+    /// Ends at nodes with one edge in and one edge out come first: there, a robot blocks no other
+    /// route.
     ends: Vec<EdgeIndex>,
     /// By robot type: the number of ends that were tried. Those are taken, or too near to another
     /// robot.
@@ -36,21 +36,22 @@ impl StandingPlaces {
             ends.swap(place, ((random * (place as u64 + 1)) >> 32) as usize);
         }
         let arrivals = arrivals(graph);
-        let exits = |node: NodeIndex| {
-            graph.departures(node).iter().filter(|leg| leg.gear == Gear::Forward).count()
-        };
         ends.sort_by_key(|edge| {
             let node = graph.edge(*edge).destination;
-            (arrivals[node.0 as usize], exits(node)) != (1, 1)
+            let departures = graph.departures(node).iter();
+            let exits = departures.filter(|leg| leg.gear == Gear::Forward).count();
+            (arrivals[node.0 as usize], exits) != (1, 1)
         });
-        let diameter = |robot_type: &RobotType| {
-            f64::from(robot_type.length).hypot(f64::from(robot_type.width))
-        };
-        let cell_size = robot_types.iter().map(diameter).fold(0.0, f64::max) + MARGIN;
+        let mut cell_size = 0.0_f64;
+        for robot_type in robot_types {
+            let diameter = f64::from(robot_type.length).hypot(f64::from(robot_type.width));
+            cell_size = cell_size.max(diameter);
+        }
+        cell_size += MARGIN;
         Self { ends, tried: vec![0; robot_types.len()], cells: BTreeMap::new(), cell_size }
     }
 
-    /// Notes where a robot stands. `heading` is a unit vector.
+    /// Adds the footprint of a robot that stands. `heading` is a unit vector.
     pub fn occupy(&mut self, robot_type: &RobotType, position: DVec2, heading: DVec2) {
         let footprint = Footprint::new(robot_type, position, heading);
         self.cells.entry(self.cell(position)).or_default().push(footprint);
@@ -89,11 +90,13 @@ impl StandingPlaces {
 /// Returns the number of edges that lead to each node.
 fn arrivals(graph: &RouteGraph) -> Vec<u32> {
     let mut arrivals = vec![0; graph.nodes().len()];
-    graph.edges().iter().for_each(|edge| arrivals[edge.destination.0 as usize] += 1);
+    for edge in graph.edges() {
+        arrivals[edge.destination.0 as usize] += 1;
+    }
     arrivals
 }
 
-/// Returns where a robot stands at the end of an edge, and its heading as a unit vector.
+/// Returns the position of a robot at the end of an edge, and its heading as a unit vector.
 fn end_pose(graph: &RouteGraph, tracks: &Tracks, edge: EdgeIndex) -> (DVec2, DVec2) {
     let track =
         tracks.track(Leg { edge, gear: Gear::Forward }).expect("every edge is driven forward");

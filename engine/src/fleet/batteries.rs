@@ -1,4 +1,4 @@
-//! Batteries: what robots take from them, and what chargers give.
+//! Batteries: robots drain them, and chargers charge them.
 //!
 //! Charges are whole microjoules, so that their sums are exact. They change once in a period of
 //! about a tenth of a second, by what a robot is doing then: a large fleet must not pay for them in
@@ -6,10 +6,10 @@
 
 use std::time::Duration;
 
-use regatta_base::random::mix;
+use regatta_base::random::{mix, unit};
 use regatta_layout::{Role, RouteGraph};
 use regatta_plugin::frame::RobotState;
-use regatta_scenario::{Battery, RobotType};
+use regatta_scenario::{Battery, ChargeRange, RobotType};
 
 use super::{EventBuffer, Fleet};
 
@@ -34,29 +34,38 @@ pub(super) struct Batteries {
     seed: u64,
 }
 
-/// What a battery holds, and by how much its charge changes in a period, in microjoules.
+/// The capacity of a battery, and the changes of its charge in a period, in microjoules.
 #[derive(Clone, Copy, Debug)]
 struct Amounts {
     capacity: u64,
     moving: u64,
     standing: u64,
     charging: u64,
-    /// Parts of the capacity at the start, from and to.
-    start: [f64; 2],
+    /// The charge at the start.
+    start: ChargeRange,
+}
+
+/// The charge of a battery and its capacity, in microjoules.
+struct BatteryLevel {
+    charge: u64,
+    capacity: u64,
 }
 
 impl Amounts {
     fn new(battery: &Battery, period_secs: f64) -> Self {
-        let in_a_period = |watts: f32| (f64::from(watts) * period_secs * 1e6).round() as u64;
+        let capacity = f64::from(battery.capacity) * MICROJOULES_PER_WATT_HOUR;
         Self {
-            capacity: (f64::from(battery.capacity) * MICROJOULES_PER_WATT_HOUR).round().max(1.0)
-                as u64,
-            moving: in_a_period(battery.drain_moving),
-            standing: in_a_period(battery.drain_standing),
-            charging: in_a_period(battery.charge_rate),
-            start: battery.charge.map(|percent| f64::from(percent) / 100.0),
+            capacity: capacity.round().max(1.0) as u64,
+            moving: microjoules(battery.drain_moving, period_secs),
+            standing: microjoules(battery.drain_standing, period_secs),
+            charging: microjoules(battery.charge_rate, period_secs),
+            start: battery.charge,
         }
     }
+}
+
+fn microjoules(watts: f32, seconds: f64) -> u64 {
+    (f64::from(watts) * seconds * 1e6).round() as u64
 }
 
 impl Batteries {
@@ -69,12 +78,11 @@ impl Batteries {
         types.iter().find(|robot_type| robot_type.battery.is_some())?;
         let tick_secs = tick_period.as_secs_f64();
         let ticks_per_period = (PERIOD.as_secs_f64() / tick_secs).round().max(1.0) as u64;
-        let amounts =
-            |battery: &Battery| Amounts::new(battery, tick_secs * ticks_per_period as f64);
+        let period_secs = tick_secs * ticks_per_period as f64;
+        let batteries = types.iter().map(|robot_type| robot_type.battery.as_ref());
         Some(Self {
-            types: types
-                .iter()
-                .map(|robot_type| robot_type.battery.as_ref().map(amounts))
+            types: batteries
+                .map(|battery| battery.map(|battery| Amounts::new(battery, period_secs)))
                 .collect(),
             charges: Vec::new(),
             is_charger: graph.nodes().iter().map(|node| node.role == Role::Charge).collect(),
@@ -88,8 +96,9 @@ impl Batteries {
         let row = robot as usize;
         self.charges.resize(self.charges.len().max(row + 1), 0);
         let Some(amounts) = self.types[usize::from(robot_type)] else { return };
-        let part = (mix(self.seed ^ mix(u64::from(robot))) >> 11) as f64 / (1_u64 << 53) as f64;
-        let [from, to] = amounts.start;
+        let part = unit(mix(self.seed ^ mix(u64::from(robot))));
+        let from = f64::from(amounts.start.min) / 100.0;
+        let to = f64::from(amounts.start.max) / 100.0;
         self.charges[row] = ((from + part * (to - from)) * amounts.capacity as f64) as u64;
     }
 }
@@ -99,26 +108,23 @@ impl Fleet {
     /// this tick. Robots without energy stop; they are broken until a command repairs them, or
     /// until they have been charged.
     pub fn drain_batteries(&mut self, tick: u64, events: &mut EventBuffer) {
-        if self
-            .batteries
-            .as_ref()
-            .is_none_or(|batteries| !tick.is_multiple_of(batteries.ticks_per_period))
-        {
-            return;
+        match &self.batteries {
+            Some(batteries) if tick.is_multiple_of(batteries.ticks_per_period) => {}
+            _ => return,
         }
         for robot in 0..self.robots {
-            let Some([charge, capacity]) = self.drain_battery(robot) else { continue };
-            if charge == 0 {
+            let Some(level) = self.drain_battery(robot) else { continue };
+            if level.charge == 0 {
                 self.run_flat(robot, events);
-            } else if charge > capacity / ENOUGH_TO_GO_ON && self.is_flat(robot) {
+            } else if level.charge > level.capacity / ENOUGH_TO_GO_ON && self.is_flat(robot) {
                 self.end_flat(robot, events);
             }
         }
     }
 
-    /// Changes the charge of a robot by what happens in a period. Returns it and the capacity;
+    /// Changes the charge of a robot by a period of what it does. Returns the level afterwards;
     /// `None` without a battery.
-    fn drain_battery(&mut self, robot: u32) -> Option<[u64; 2]> {
+    fn drain_battery(&mut self, robot: u32) -> Option<BatteryLevel> {
         let row = robot as usize;
         let state = RobotState::from_number(self.columns.state[row]);
         let is_moving = self.columns.speed[row] != 0.0 || state == RobotState::Turning;
@@ -126,13 +132,12 @@ impl Fleet {
         let batteries = self.batteries.as_mut().filter(|_| state != RobotState::Absent)?;
         let amounts = batteries.types[usize::from(self.columns.robot_type[row])]?;
         let charge = &mut batteries.charges[row];
-        *charge = match is_charging {
-            true => (*charge + amounts.charging).min(amounts.capacity),
-            false => {
-                charge.saturating_sub(if is_moving { amounts.moving } else { amounts.standing })
-            }
+        *charge = if is_charging {
+            (*charge + amounts.charging).min(amounts.capacity)
+        } else {
+            charge.saturating_sub(if is_moving { amounts.moving } else { amounts.standing })
         };
-        Some([*charge, amounts.capacity])
+        Some(BatteryLevel { charge: *charge, capacity: amounts.capacity })
     }
 
     /// Whether a robot that stands is at a node with the role `charge`, and has nothing else to do
@@ -164,12 +169,13 @@ impl Fleet {
     /// `None` if no type has one.
     pub fn battery_charges(&self) -> Option<Vec<f32>> {
         let batteries = self.batteries.as_ref()?;
-        let percent = |(charge, robot_type): (&u64, &u16)| {
-            let amounts = batteries.types[usize::from(*robot_type)];
-            amounts.map_or(f32::NAN, |amounts| {
-                (*charge as f64 / amounts.capacity as f64 * 100.0) as f32
-            })
-        };
-        Some(batteries.charges.iter().zip(self.robot_types()).map(percent).collect())
+        let mut percent = Vec::with_capacity(self.robots());
+        for (charge, robot_type) in batteries.charges.iter().zip(self.robot_types()) {
+            percent.push(match batteries.types[usize::from(*robot_type)] {
+                Some(amounts) => (*charge as f64 / amounts.capacity as f64 * 100.0) as f32,
+                None => f32::NAN,
+            });
+        }
+        Some(percent)
     }
 }

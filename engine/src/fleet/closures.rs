@@ -1,4 +1,4 @@
-//! Closed edges: nobody enters them, and no new route leads along them.
+//! Closed edges: no robot enters them, and no new route leads along them.
 
 use regatta_layout::EdgeIndex;
 use regatta_plugin::closure::ClosedEdge;
@@ -9,14 +9,14 @@ use regatta_plugin::order::NO_ROBOT;
 use super::{EventBuffer, Fleet};
 
 impl Fleet {
-    /// Closes an edge. Who is on it leaves it; who comes to it waits before it.
+    /// Closes an edge. Robots on it leave it; robots that come to it wait before it.
     pub(super) fn close_edge(&mut self, edge: EdgeIndex, events: &mut EventBuffer) {
         if self.motion.legs.close(edge) {
             self.note_closure(EventKind::EdgeClosed, edge, events);
         }
     }
 
-    /// Opens a closed edge again. Who waits before it drives on.
+    /// Opens a closed edge. Robots that wait before it drive on.
     pub(super) fn open_edge(&mut self, edge: EdgeIndex, events: &mut EventBuffer) {
         if !self.motion.legs.open(edge) {
             return;
@@ -33,18 +33,20 @@ impl Fleet {
 
     /// The edges that are closed, sorted by id.
     pub fn closed_edges(&self) -> Vec<ClosedEdge> {
-        let id = |edge: EdgeIndex| ClosedEdge { edge: self.graph.edge(edge).id };
-        let mut closed: Vec<_> = self.motion.legs.closed().map(id).collect();
+        let closed = self.motion.legs.closed();
+        let mut closed: Vec<_> =
+            closed.map(|edge| ClosedEdge { edge: self.graph.edge(edge).id }).collect();
         closed.sort_unstable();
         closed
     }
 
-    /// How often edges were closed or opened.
+    /// The number of closures and openings of edges.
     pub fn closure_changes(&self) -> u64 {
         self.closure_changes
     }
 
-    /// Reports a change. Robots that can't stop at once look ahead, so that all of them look again.
+    /// Reports a change. All robots look ahead again, because those that can't stop at once have
+    /// looked ahead along the edge.
     fn note_closure(&mut self, kind: EventKind, edge: EdgeIndex, events: &mut EventBuffer) {
         self.closure_changes += 1;
         let id = self.graph.edge(edge).id;

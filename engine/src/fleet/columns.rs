@@ -32,7 +32,7 @@ struct Limits {
     stop: AlignedVec<f32>,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Default)]
 struct Headings {
     gain: AlignedVec<f32>,
     offset: AlignedVec<f32>,
@@ -53,11 +53,6 @@ impl FleetColumns {
     /// Makes columns without rows. `pieces` is the length of the table of pieces; `limited` if a
     /// robot type limits its acceleration, `oriented` if headings aren't simply those of the edges.
     pub fn new(pieces: usize, limited: bool, oriented: bool) -> Self {
-        let headings = || Headings {
-            gain: AlignedVec::new(),
-            offset: AlignedVec::new(),
-            rate: AlignedVec::new(),
-        };
         Self {
             piece: PieceColumn::new(pieces),
             w: AlignedVec::new(),
@@ -68,7 +63,7 @@ impl FleetColumns {
             route: AlignedVec::new(),
             robot_type: AlignedVec::new(),
             limits: limited.then(Limits::default),
-            headings: oriented.then(headings),
+            headings: oriented.then(Headings::default),
         }
     }
 
@@ -196,13 +191,14 @@ impl FleetColumns {
         }
     }
 
-    /// Returns what the heading of a row is made of.
+    /// Returns the rule of the heading of a row.
     pub fn heading_rule(&self, row: usize) -> HeadingRule {
-        let rule = |columns: &Headings| HeadingRule {
-            gain: columns.gain[row],
-            offset: columns.offset[row],
-        };
-        self.headings.as_ref().map_or(HeadingRule::TANGENT, rule)
+        match &self.headings {
+            Some(headings) => {
+                HeadingRule { gain: headings.gain[row], offset: headings.offset[row] }
+            }
+            None => HeadingRule::TANGENT,
+        }
     }
 
     /// Bytes of memory per row.

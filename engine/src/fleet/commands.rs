@@ -25,7 +25,7 @@ pub(super) enum Action {
         released: usize,
         limit: f64,
     },
-    /// What the command wants is so already.
+    /// Nothing: the fleet is already as the command requests.
     Nothing,
     Cancel {
         row: usize,
@@ -63,6 +63,11 @@ pub(super) struct Rejection {
     pub id: u32,
 }
 
+/// Returns a function that makes a reason a rejection because of an id.
+pub(super) fn because_of(id: u32) -> impl Fn(Refusal) -> Rejection {
+    move |reason| Rejection { reason, id }
+}
+
 impl Fleet {
     /// Carries out a sample of commands, one after the other. Each is answered by an event,
     /// `Accepted` or `Refused`; a refused command changes nothing.
@@ -91,33 +96,30 @@ impl Fleet {
         command: &CommandRecord,
         legs: &[CommandRecord],
     ) -> Result<Action, Rejection> {
-        let about = |id| move |reason| Rejection { reason, id };
         let robot = command.robot;
-        let row = || self.row(robot).map_err(about(robot));
+        let row = self.row(robot).map_err(because_of(robot));
         match kind(command) {
-            Some(CommandKind::Assign) => self.prepare_route(command, row()?, legs, Vec::new()),
+            Some(CommandKind::Assign) => self.prepare_route(command, row?, legs, Vec::new()),
             Some(CommandKind::Extend) => {
-                let row = row()?;
-                self.prepare_route(
-                    command,
-                    row,
-                    legs,
-                    self.motion.plans.base(self.columns.route[row]).to_vec(),
-                )
+                let row = row?;
+                let base = self.motion.plans.base(self.columns.route[row]).to_vec();
+                self.prepare_route(command, row, legs, base)
             }
-            Some(CommandKind::Release) => self.prepare_release(command, row()?),
-            Some(CommandKind::Cancel) => Ok(Action::Cancel { row: row()? }),
-            Some(CommandKind::Hold) => Ok(Action::Hold { row: row()? }),
-            Some(CommandKind::Resume) => Ok(Action::Resume { row: row()? }),
-            Some(CommandKind::Break) => row().map(|_| Action::Break { robot }),
-            Some(CommandKind::Repair) => row().map(|_| Action::Repair { robot }),
-            Some(CommandKind::Remove) => row().map(|_| Action::Remove { robot }),
+            Some(CommandKind::Release) => self.prepare_release(command, row?),
+            Some(CommandKind::Cancel) => Ok(Action::Cancel { row: row? }),
+            Some(CommandKind::Hold) => Ok(Action::Hold { row: row? }),
+            Some(CommandKind::Resume) => Ok(Action::Resume { row: row? }),
+            Some(CommandKind::Break) => row.map(|_| Action::Break { robot }),
+            Some(CommandKind::Repair) => row.map(|_| Action::Repair { robot }),
+            Some(CommandKind::Remove) => row.map(|_| Action::Remove { robot }),
             Some(CommandKind::CloseEdge) => Ok(Action::Close { edge: self.edge(command.id)? }),
             Some(CommandKind::OpenEdge) => Ok(Action::Open { edge: self.edge(command.id)? }),
             Some(CommandKind::SpawnAtNode | CommandKind::SpawnOnEdge) => {
                 self.prepare_spawn(command)
             }
-            Some(CommandKind::Leg) | None => Err(about(command.id)(Refusal::MalformedCommand)),
+            Some(CommandKind::Leg) | None => {
+                Err(Rejection { reason: Refusal::MalformedCommand, id: command.id })
+            }
         }
     }
 
@@ -130,13 +132,13 @@ impl Fleet {
         records: &[CommandRecord],
         base: Vec<Leg>,
     ) -> Result<Action, Rejection> {
-        let about_robot = |reason| Rejection { reason, id: command.robot };
+        let id = command.robot;
         if records.len() < command.legs as usize {
-            return Err(about_robot(Refusal::MalformedCommand));
+            return Err(Rejection { reason: Refusal::MalformedCommand, id });
         }
         let released = records.iter().take_while(|record| record.released != 0).count();
         if records.is_empty() || records[released..].iter().any(|record| record.released != 0) {
-            return Err(about_robot(Refusal::MalformedRoute));
+            return Err(Rejection { reason: Refusal::MalformedRoute, id });
         }
         let mut node =
             base.last().map_or_else(|| self.node_ahead(row), |&leg| self.graph.leg_end(leg));
@@ -148,8 +150,7 @@ impl Fleet {
         let released = base.len() + released;
         let mut legs = base;
         for record in records {
-            let leg =
-                self.leg(record, node).map_err(|reason| Rejection { reason, id: record.id })?;
+            let leg = self.leg(record, node).map_err(because_of(record.id))?;
             node = self.graph.leg_end(leg);
             legs.push(leg);
         }
@@ -165,47 +166,38 @@ impl Fleet {
         if self.motion.legs.is_closed(leg.edge) { Err(Refusal::EdgeClosed) } else { Ok(leg) }
     }
 
-    fn edge(&self, id: u32) -> Result<EdgeIndex, Rejection> {
+    pub(super) fn edge(&self, id: u32) -> Result<EdgeIndex, Rejection> {
         self.graph.edge_by_id(id).ok_or(Rejection { reason: Refusal::UnknownEdge, id })
     }
 
     fn prepare_spawn(&self, command: &CommandRecord) -> Result<Action, Rejection> {
         let graph = &self.graph;
-        let about = |id| move |reason| Rejection { reason, id };
         let placement = if command.kind == CommandKind::SpawnAtNode as u32 {
-            graph.node_by_id(command.id).map(Placement::Node).ok_or(Refusal::UnknownNode)
+            let node = graph.node_by_id(command.id).ok_or(Refusal::UnknownNode);
+            Placement::Node(node.map_err(because_of(command.id))?)
         } else {
-            graph
-                .edge_by_id(command.id)
-                .map(|edge| Placement::Edge(edge, command.s))
-                .ok_or(Refusal::UnknownEdge)
+            Placement::Edge(self.edge(command.id)?, command.s)
         };
-        let placement = placement.map_err(about(command.id))?;
-        let unknown_type = |_| about(command.robot_type)(Refusal::UnknownRobotType);
-        let robot_type = u16::try_from(command.robot_type).map_err(unknown_type)?;
-        self.check_spawn(placement, robot_type).map_err(|reason| {
-            let id =
-                if reason == Refusal::UnknownRobotType { command.robot_type } else { command.id };
-            Rejection { reason, id }
-        })?;
-        Ok(Action::Spawn { placement, robot_type })
+        let reason = match u16::try_from(command.robot_type) {
+            Ok(robot_type) => match self.check_spawn(placement, robot_type) {
+                Ok(_) => return Ok(Action::Spawn { placement, robot_type }),
+                Err(reason) => reason,
+            },
+            Err(_) => Refusal::UnknownRobotType,
+        };
+        let is_type = reason == Refusal::UnknownRobotType;
+        Err(Rejection { reason, id: if is_type { command.robot_type } else { command.id } })
     }
 
     fn carry_out(&mut self, command: &CommandRecord, action: Action, events: &mut EventBuffer) {
-        let accepted = |robot| EventRecord {
-            token: command.token,
-            kind: EventKind::Accepted as u32,
-            robot,
-            ..EventRecord::default()
-        };
         if let Action::Spawn { placement, robot_type } = action {
             match self.spawn(placement, robot_type, RouteSource::None, command.token, events) {
-                Ok(robot) => events.push_record(accepted(robot)),
+                Ok(robot) => accept(command, robot, events),
                 Err(reason) => refuse(command, &Rejection { reason, id: command.id }, events),
             }
             return;
         }
-        events.push_record(accepted(command.robot));
+        accept(command, command.robot, events);
         match action {
             Action::Drive { row, legs, released, limit } => {
                 self.drive(row, legs, released, limit, events)
@@ -306,28 +298,16 @@ fn is_route(command: &CommandRecord) -> bool {
 }
 
 fn kind(command: &CommandRecord) -> Option<CommandKind> {
-    use CommandKind::{
-        Assign, Break, Cancel, CloseEdge, Extend, Hold, Leg, OpenEdge, Release, Remove, Repair,
-        Resume, SpawnAtNode, SpawnOnEdge,
-    };
-    [
-        Leg,
-        Assign,
-        Extend,
-        Cancel,
-        Hold,
-        Resume,
-        SpawnAtNode,
-        SpawnOnEdge,
-        Remove,
-        Release,
-        Break,
-        Repair,
-        CloseEdge,
-        OpenEdge,
-    ]
-    .into_iter()
-    .find(|&kind| kind as u32 == command.kind)
+    CommandKind::from_number(command.kind)
+}
+
+fn accept(command: &CommandRecord, robot: u32, events: &mut EventBuffer) {
+    events.push_record(EventRecord {
+        token: command.token,
+        kind: EventKind::Accepted as u32,
+        robot,
+        ..EventRecord::default()
+    });
 }
 
 fn refuse(command: &CommandRecord, rejection: &Rejection, events: &mut EventBuffer) {

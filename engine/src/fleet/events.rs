@@ -66,7 +66,9 @@ impl EventBuffer {
 
     /// Moves the events of `other` behind these.
     pub(super) fn append(&mut self, other: &mut Self) {
-        other.records.drain(..).for_each(|record| self.push_record(record));
+        for record in other.records.drain(..) {
+            self.push_record(record);
+        }
         self.dropped += std::mem::take(&mut other.dropped);
     }
 }

@@ -1,4 +1,4 @@
-//! Whether a route graph fits this machine.
+//! The check that a route graph fits the memory of this machine.
 
 use regatta_layout::RouteGraph;
 use regatta_motion::MAX_PIECES;
@@ -12,12 +12,9 @@ use crate::arc_length;
 /// [`FleetError::TooManyPieces`] or [`FleetError::GraphTooLarge`].
 pub fn check_size(graph: &RouteGraph) -> Result<(), FleetError> {
     let pieces = arc_length::least_pieces(graph);
-    let max = MAX_PIECES;
-    if pieces > max as u64 {
-        return Err(FleetError::TooManyPieces {
-            pieces: usize::try_from(pieces).unwrap_or(usize::MAX),
-            max,
-        });
+    if pieces > MAX_PIECES as u64 {
+        let pieces = usize::try_from(pieces).unwrap_or(usize::MAX);
+        return Err(FleetError::TooManyPieces { pieces, max: MAX_PIECES });
     }
     let needed = pieces * arc_length::BYTES_PER_PIECE;
     match available_memory() {

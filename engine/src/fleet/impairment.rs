@@ -6,7 +6,7 @@ use regatta_plugin::frame::RobotState;
 
 use super::{EventBuffer, Fleet, Route};
 
-/// Why a robot doesn't drive besides its commands.
+/// The reasons besides its commands for which a robot doesn't drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Impairment {
     is_stalled: bool,

@@ -17,23 +17,21 @@ impl Fleet {
         command: &CommandRecord,
         row: usize,
     ) -> Result<Action, Rejection> {
-        let about_edge = |reason| Rejection { reason, id: command.id };
-        let graph = &self.graph;
-        let edge = graph.edge_by_id(command.id).ok_or_else(|| about_edge(Refusal::UnknownEdge))?;
-        let leg =
-            Leg { edge, gear: if command.reverse == 0 { Gear::Forward } else { Gear::Reverse } };
+        let id = command.id;
+        let gear = if command.reverse == 0 { Gear::Forward } else { Gear::Reverse };
+        let leg = Leg { edge: self.edge(id)?, gear };
         if command.s.is_nan() || command.s < 0.0 {
-            return Err(about_edge(Refusal::DistanceOutOfRange));
+            return Err(Rejection { reason: Refusal::DistanceOutOfRange, id });
         }
         let metres = if command.s >= self.motion.legs.leg(leg).length {
             f64::INFINITY
         } else {
             f64::from(command.s)
         };
-        self.release_on(row, leg, metres).ok_or_else(|| about_edge(Refusal::NotAhead))
+        self.release_on(row, leg, metres).ok_or(Rejection { reason: Refusal::NotAhead, id })
     }
 
-    /// Returns what releases a leg up to that many metres; `None` if it isn't ahead.
+    /// Returns the action that releases a leg up to that many metres; `None` if it isn't ahead.
     fn release_on(&self, row: usize, leg: Leg, metres: f64) -> Option<Action> {
         let plans = &self.motion.plans;
         let route = self.columns.route[row];

@@ -31,9 +31,13 @@ impl StepPool {
         columns: Option<PoseColumns>,
         events: &mut EventBuffer,
     ) {
-        self.events.iter_mut().for_each(|part| part.reset_like(events));
+        for part in &mut self.events {
+            part.reset_like(events);
+        }
         self.pool.install(|| step_parts(motion, rows, columns, &mut self.events));
-        self.events.iter_mut().for_each(|part| events.append(part));
+        for part in &mut self.events {
+            events.append(part);
+        }
     }
 }
 

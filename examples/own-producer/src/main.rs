@@ -10,7 +10,7 @@
 
 use regatta_plugin::frame::{NO_EDGE, RobotState};
 use regatta_plugin::producer::{Producer, Session};
-use regatta_plugin::world::{NodeRecord, NodeRole, RobotTypeRecord, WorldData};
+use regatta_plugin::world::{NodeRecord, Role, RobotTypeRecord, WorldData};
 use regatta_plugin::{Error, Result};
 
 struct Gateway {
@@ -37,7 +37,7 @@ impl Producer for Gateway {
     type Error = Error;
 
     fn start(&mut self, session: &mut Session) -> Result {
-        let charger = NodeRecord { id: 1, role: NodeRole::Charge as u32, ..NodeRecord::default() };
+        let charger = NodeRecord { id: 1, role: Role::Charge as u32, ..NodeRecord::default() };
         let tugger = RobotTypeRecord { max_speed: 2.0, ..RobotTypeRecord::new("tugger", 1.2, 0.8) };
         let world =
             WorldData { nodes: vec![charger], robot_types: vec![tugger], ..WorldData::default() };

@@ -3,7 +3,7 @@
 //! A record has a fixed layout (`#[repr(C)]`, no padding, every bit pattern is a value), no
 //! pointers and no ids that mean something on one host only. A change here is a change of the
 //! contract: raise [`frame::CONTRACT_VERSION`] and write `plugins/python/regatta/layout.json` again
-//! (see `tests/layout.rs`).
+//! (see `tests/contract/layout.rs`).
 
 /// Defines an enum of the numbers that a field of a record may have.
 macro_rules! numbered {

@@ -1,6 +1,7 @@
 //! The edges of the route graph as polylines of chords, which predictions follow.
 
 use glam::{DVec2, Vec2};
+use regatta_base::bezier::{CubicBezier, Side};
 use regatta_plugin::World;
 use regatta_plugin::world::{CurveRecord, EdgeRecord, Orientation};
 
@@ -109,9 +110,10 @@ fn chords(edge: &EdgeRecord, curves: &[CurveRecord]) -> Vec<Chord> {
     }
     // The end of a curve and the start of the next one are two knots, with a tangent each. Curves
     // without a length have no tangent, and are left out.
-    let knots = curves
-        .iter()
-        .map(|curve| knots(&curve.control_points.map(|point| Vec2::from(point).as_dvec2())));
+    let cubics = curves.iter().map(|curve| CubicBezier {
+        control_points: curve.control_points.map(|point| Vec2::from(point).as_dvec2()),
+    });
+    let knots = cubics.map(|cubic| knots(&cubic));
     let knots: Vec<_> = knots.filter(|knots| polyline_length(knots) > 0.0).flatten().collect();
     let total = polyline_length(&knots);
     let (Some(first), Some(last)) = (knots.first(), knots.last()) else { return Vec::new() };
@@ -184,12 +186,12 @@ fn is_straight(chords: &[Chord]) -> bool {
 
 /// Returns few points of a curve, such that the chords between them stay within [`MAX_TURN`] and
 /// [`MAX_DEVIATION`].
-fn knots(points: &[DVec2; 4]) -> Vec<Knot> {
-    let ends = [knot(points, 0.0), knot(points, 1.0)];
-    if is_straight_line(points) {
+fn knots(curve: &CubicBezier) -> Vec<Knot> {
+    let ends = [knot(curve, 0.0), knot(curve, 1.0)];
+    if is_straight_line(&curve.control_points) {
         return ends.to_vec();
     }
-    let all: Vec<_> = (0..=STEPS).map(|step| knot(points, step as f64 / STEPS as f64)).collect();
+    let all: Vec<_> = (0..=STEPS).map(|step| knot(curve, step as f64 / STEPS as f64)).collect();
     let mut knots = vec![all[0]];
     let mut start = 0;
     while start < STEPS {
@@ -229,19 +231,8 @@ fn deviates(part: &[Knot]) -> bool {
     part.iter().any(|knot| along.perp_dot(knot.point - first.point).abs() > most)
 }
 
-fn knot(points: &[DVec2; 4], at: f64) -> Knot {
-    let [p0, p1, p2, p3] = *points;
-    let [a, b, c] = [mix(p0, p1, at), mix(p1, p2, at), mix(p2, p3, at)];
-    let (d, e) = (mix(a, b, at), mix(b, c, at));
-    // If a handle has no length, later control points give the direction.
-    let directions = [e - d, c - a, p3 - p0];
-    let shortest = 1e-9 * (p3 - p0).length().max((p2 - p1).length());
-    let direction = directions.into_iter().find(|way| way.length() > shortest).unwrap_or(DVec2::X);
-    Knot { point: mix(d, e, at), tangent: direction / direction.length() }
-}
-
-fn mix(a: DVec2, b: DVec2, at: f64) -> DVec2 {
-    a + at * (b - a)
+fn knot(curve: &CubicBezier, at: f64) -> Knot {
+    Knot { point: curve.position(at), tangent: curve.tangent(at, Side::After) }
 }
 
 /// Returns the angle between two unit vectors, in radians.

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 use clap::Parser;
+use regatta_plugin::column::{COLLISION, TYPE};
 use regatta_plugin::contact::ContactHeader;
 use regatta_plugin::frame::ClockState;
 use regatta_plugin::{
@@ -18,9 +19,6 @@ use crate::log::ContactLog;
 use crate::route_requests::RouteRequests;
 use crate::skips::Skips;
 use crate::totals;
-
-/// The name of the column that the plugin publishes: 0 clear, 1 possible, 2 touching.
-pub const COLUMN: &str = "collision";
 
 /// The longest wait for the column `type` at the start of a run. After it, the run is read without
 /// types.
@@ -193,11 +191,15 @@ impl CollisionPlugin {
 
 impl Plugin for CollisionPlugin {
     fn on_start(&mut self, fleet: &Participant) -> Result {
-        let column = ColumnPublisher::open_on(fleet, COLUMN)?;
+        let column = ColumnPublisher::open_on(fleet, COLLISION.name())?;
         let contacts = ContactPublisher::open_on(fleet)?;
         let routes = self.asks_for_routes.then(|| RouteRequests::open_on(fleet)).transpose()?;
-        self.ports =
-            Some(Ports { types: ColumnReader::open_on(fleet, "type")?, column, contacts, routes });
+        self.ports = Some(Ports {
+            types: ColumnReader::open_on(fleet, TYPE.name())?,
+            column,
+            contacts,
+            routes,
+        });
         Ok(())
     }
 

@@ -1,12 +1,12 @@
-//! Charging: which robot goes to which charger, and when.
+//! Charging: assigns robots to chargers.
 //!
 //! A charger is a node with the role `charge`. It is promised to one robot at a time, and only when
-//! nobody else is there or on the way there: so the way to it is free, too. The promise lasts until
-//! the robot has left. Robots go there early enough: while they have the energy for the way to the
-//! nearest charger, and a reserve.
+//! no other robot is there or on the way there: so the way to it is free, too. The promise lasts
+//! until the robot has left. Robots go while they have the energy for the way to the nearest
+//! charger, and a reserve.
 
 use regatta_plugin::World;
-use regatta_plugin::world::{NodeRole, RobotTypeRecord};
+use regatta_plugin::world::{RobotTypeRecord, Role};
 
 use crate::roads::Roads;
 
@@ -14,7 +14,7 @@ mod decide;
 #[cfg(test)]
 mod tests;
 
-/// When robots charge, and for how long. Charges are in per cent, as in VDA 5050.
+/// The settings of charging. Charges are in per cent, as in VDA 5050.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChargingSettings {
     /// Robots with less go to a charger as soon as they carry nothing.
@@ -66,39 +66,31 @@ pub struct Situation {
     pub is_broken: bool,
 }
 
-/// The next action of a robot.
+/// A decision about a robot.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Decision {
-    /// Drive to a node, and give back the order that it hasn't begun.
-    Go {
-        /// The robot.
-        robot: u32,
-        /// The charger, or a node where it is in nobody's way.
-        node: u32,
-    },
-    /// Stay where it is: it charges.
-    Stay {
-        /// The robot.
-        robot: u32,
-    },
-    /// Wait for a charger, and give back the order that it hasn't begun.
-    Wait {
-        /// The robot.
-        robot: u32,
-    },
-    /// Do what it likes: it has charged, or has made room.
-    Free {
-        /// The robot.
-        robot: u32,
-    },
-    /// Nothing: its battery is flat.
-    Flat {
-        /// The robot.
-        robot: u32,
-    },
+pub struct Decision {
+    /// The robot.
+    pub robot: u32,
+    /// Its next action.
+    pub action: ChargeAction,
 }
 
-/// Decides who charges.
+/// The next action of a robot.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ChargeAction {
+    /// Drive to a node, a charger or a refuge, and give back the order that it hasn't begun.
+    Go(u32),
+    /// Stay where it is: it charges.
+    Stay,
+    /// Wait for a charger, and give back the order that it hasn't begun.
+    Wait,
+    /// Anything: it has charged, or has made room.
+    Free,
+    /// None: its battery is flat.
+    Flat,
+}
+
+/// Decides which robots charge.
 #[derive(Debug, Default)]
 pub struct Charging {
     settings: ChargingSettings,
@@ -164,15 +156,11 @@ enum Phase {
 impl Charging {
     /// Takes the chargers and the batteries of a world.
     pub fn new(world: &World<'_>, settings: ChargingSettings) -> Self {
-        let is_charger = |node: &u32| world.nodes()[*node as usize].role() == NodeRole::Charge;
-        let nodes = 0..world.nodes().len() as u32;
+        let chargers = (0..).zip(world.nodes()).filter(|(_, node)| node.role() == Role::Charge);
         Self {
             settings,
             types: world.robot_types().iter().map(Battery::of).collect(),
-            chargers: nodes
-                .filter(is_charger)
-                .map(|node| Charger { node, promised: None })
-                .collect(),
+            chargers: chargers.map(|(node, _)| Charger { node, promised: None }).collect(),
             nearest_secs: vec![f64::INFINITY; world.nodes().len()],
             ..Self::default()
         }
@@ -249,8 +237,11 @@ impl Charging {
     }
 
     fn break_promises(&mut self, robot: u32) {
-        let theirs = self.chargers.iter_mut().filter(|charger| charger.promised == Some(robot));
-        theirs.for_each(|charger| charger.promised = None);
+        for charger in &mut self.chargers {
+            if charger.promised == Some(robot) {
+                charger.promised = None;
+            }
+        }
     }
 
     /// Seconds on empty roads to the nearest charger; 0 if that isn't known.
@@ -263,19 +254,18 @@ impl Charging {
         self.chargers.binary_search_by_key(&node, |charger| charger.node).is_ok()
     }
 
-    /// Returns a node near a charger where nobody is, and where a robot leaves room for the next.
+    /// Returns a free node near a charger, where a robot leaves room for the next one.
     fn refuge(&self, roads: &Roads, charger: u32, taken: &[u32]) -> Option<u32> {
-        /// The nodes that are looked at.
+        /// The largest number of nodes that are searched.
         const MOST_NODES: usize = 200;
         let mut seen = vec![charger];
         let mut next = 0;
         while let Some(&node) = seen.get(next).filter(|_| next < MOST_NODES) {
             next += 1;
             // The nodes just before and after a charger may be part of its bay.
-            let is_before = || roads.exits(node).iter().any(|&leg| self.is_charger(roads.end(leg)));
             if next > 2
                 && !self.is_charger(node)
-                && !is_before()
+                && !roads.exits(node).iter().any(|&leg| self.is_charger(roads.end(leg)))
                 && taken.binary_search(&node).is_err()
             {
                 return Some(node);

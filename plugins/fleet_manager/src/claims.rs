@@ -1,12 +1,11 @@
-//! Claims: which robot alone may be where.
+//! Claims: the parts of the roads that are reserved for one robot each.
 //!
-//! A robot's claim is everything from where it was last seen to the end of its released base. Two
-//! robots' claims never conflict, whatever the times at which they drive: that is what keeps them
-//! from touching each other.
+//! A robot's claim reaches from where it was last seen to the end of its released base. The claims
+//! of two robots never conflict, whatever the times at which they drive: so robots never touch.
 
 use std::collections::VecDeque;
 
-use crate::roads::{Leg, RESOLUTION, Relation, Roads};
+use crate::roads::{Leg, RESOLUTION, Relation, Roads, Span};
 
 /// A stretch of a track that a robot claims, in driving order.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,13 +20,30 @@ pub struct Stretch {
     pub to: f32,
 }
 
+impl Stretch {
+    /// All of a leg.
+    pub fn whole(roads: &Roads, leg: Leg) -> Self {
+        let to = roads.edge(leg.edge()).length;
+        Self { track: leg.edge(), leg: Some(leg), from: 0.0, to }
+    }
+
+    /// One place on a leg, in metres from where it is entered.
+    pub fn at(leg: Leg, place: f32) -> Self {
+        Self { track: leg.edge(), leg: Some(leg), from: place, to: place }
+    }
+
+    /// The place of a node at which a robot turns on the spot.
+    pub fn disc(roads: &Roads, node: u32) -> Self {
+        Self { track: roads.disc(node), leg: None, from: 0.0, to: 0.0 }
+    }
+}
+
 /// The part of a track that a robot holds, in metres from the edge's origin.
 #[derive(Clone, Copy, Debug)]
 struct Holder {
     robot: u32,
     footprint: u16,
-    low: f32,
-    high: f32,
+    span: Span,
 }
 
 /// The distance that a robot may drive on a leg, and the robot that limits it.
@@ -50,7 +66,7 @@ pub struct Claims {
     footprints: Vec<u16>,
     /// By robot: how often its claim has changed.
     versions: Vec<u64>,
-    /// Whether nothing conflicts with anything.
+    /// Whether conflicts are ignored.
     is_free: bool,
 }
 
@@ -58,8 +74,7 @@ pub struct Claims {
 const ROUNDING: f32 = 1e-3;
 
 impl Claims {
-    /// Makes the claims of a fleet without robots. Without `conflicts` nothing is in the way of
-    /// anything.
+    /// Makes the claims of a fleet without robots. Without `conflicts`, no claim limits another.
     pub fn new(roads: &Roads, conflicts: bool) -> Self {
         Self {
             holders: vec![Vec::new(); roads.conflicts().tracks()],
@@ -98,7 +113,8 @@ impl Claims {
         holders.map(|holder| holder.robot).find(|&other| other != robot)
     }
 
-    /// Gives a robot its first stretch, whoever else is there: the robot is there already.
+    /// Gives a robot its first stretch, even if it conflicts with other claims: the robot is there
+    /// already.
     pub fn seize(&mut self, roads: &Roads, robot: u32, footprint: usize, stretch: Stretch) {
         self.release(robot);
         let count = self.stretches.len().max(robot as usize + 1);
@@ -109,7 +125,7 @@ impl Claims {
         self.push(roads, robot, stretch);
     }
 
-    /// Gives all back that a robot holds.
+    /// Gives back everything that a robot claims.
     pub fn release(&mut self, robot: u32) {
         while let Some(stretch) =
             self.stretches.get_mut(robot as usize).and_then(VecDeque::pop_back)
@@ -139,8 +155,8 @@ impl Claims {
         }
     }
 
-    /// Gives back what lies behind a robot that was seen on a leg, `place` metres from where it is
-    /// entered. Returns `false` if it doesn't claim that place.
+    /// Gives back the part of a claim behind a robot that was seen on a leg, `place` metres from
+    /// where the leg is entered. Returns `false` if the robot doesn't claim that place.
     pub fn advance(
         &mut self,
         roads: &Roads,
@@ -167,8 +183,8 @@ impl Claims {
         true
     }
 
-    /// Takes the end of a robot's claim back to an earlier one: the engine has refused what was
-    /// granted after it.
+    /// Moves the end of a robot's claim back to an earlier one: to the first `stretches` stretches,
+    /// the last of which ends at `to`.
     pub fn roll_back(&mut self, roads: &Roads, robot: u32, stretches: usize, to: f32) {
         while self.of(robot).len() > stretches.max(1) {
             if let Some(stretch) = self.stretches[robot as usize].pop_back() {
@@ -185,8 +201,8 @@ impl Claims {
         }
     }
 
-    /// Returns how far a robot may go on a track from `from`, at most to `to`; metres from where
-    /// the leg is entered.
+    /// Returns how far a robot may go on a track within a span, in metres from where the leg is
+    /// entered.
     pub fn reach(
         &self,
         roads: &Roads,
@@ -194,10 +210,10 @@ impl Claims {
         footprint: usize,
         track: u32,
         leg: Option<Leg>,
-        span: [f32; 2],
+        span: Span,
     ) -> Reach {
         if self.is_free {
-            return Reach { metres: span[1], blocker: None };
+            return Reach { metres: span.high, blocker: None };
         }
         self.reach_past(roads, footprint, track, leg, span, |other| other != robot)
     }
@@ -207,9 +223,15 @@ impl Claims {
     pub fn lets_pass(&self, roads: &Roads, leg: Leg, robots: &[u32]) -> bool {
         let length = roads.edge(leg.edge()).length;
         (0..roads.footprints().len()).all(|footprint| {
-            let span = [0.0, length];
-            let counts = |other: u32| robots.contains(&other);
-            self.reach_past(roads, footprint, leg.edge(), Some(leg), span, counts).metres >= length
+            let reach = self.reach_past(
+                roads,
+                footprint,
+                leg.edge(),
+                Some(leg),
+                Span::new(0.0, length),
+                |other| robots.contains(&other),
+            );
+            reach.metres >= length
         })
     }
 
@@ -218,12 +240,11 @@ impl Claims {
         let mut tracks: Vec<u32> = Vec::new();
         for stretch in robots.iter().flat_map(|&robot| self.of(robot)) {
             tracks.push(stretch.track);
-            for (own, other) in (0..roads.footprints().len())
-                .flat_map(|own| (0..=own).map(move |other| (own, other)))
-            {
-                tracks.extend(
-                    roads.conflicts().of(own, other, stretch.track).map(|(track, _)| track),
-                );
+            for own in 0..roads.footprints().len() {
+                for other in 0..=own {
+                    let near = roads.conflicts().of(own, other, stretch.track);
+                    tracks.extend(near.map(|(track, _)| track));
+                }
             }
         }
         tracks.retain(|track| (*track as usize) < roads.edges().len());
@@ -232,18 +253,18 @@ impl Claims {
         tracks
     }
 
-    /// Returns how far a robot may go past the claims of others, of those that count.
+    /// Returns how far a robot may go past the claims of other robots that count.
     fn reach_past(
         &self,
         roads: &Roads,
         footprint: usize,
         track: u32,
         leg: Option<Leg>,
-        span: [f32; 2],
+        span: Span,
         counts: impl Fn(u32) -> bool + Copy,
     ) -> Reach {
-        let mut reach = Reach { metres: span[1], blocker: None };
-        self.each_limit(roads, footprint, (track, leg, span[0]), counts, |metres, blocker| {
+        let mut reach = Reach { metres: span.high, blocker: None };
+        self.each_limit(roads, footprint, (track, leg, span.low), counts, |metres, blocker| {
             if metres < reach.metres {
                 reach = Reach { metres, blocker: Some(blocker) };
             }
@@ -271,7 +292,8 @@ impl Claims {
         robots
     }
 
-    /// Says how far a robot may go on a track past each claim of others, of those that count.
+    /// Calls `limit` with the metres that a robot may go on a track for each claim of another robot
+    /// that counts, and that robot.
     fn each_limit(
         &self,
         roads: &Roads,
@@ -305,7 +327,7 @@ impl Claims {
     /// Returns a robot whose claim conflicts with a stretch.
     pub fn conflicting(&self, roads: &Roads, robot: u32, stretch: &Stretch) -> Option<u32> {
         let footprint = self.footprints.get(robot as usize).copied().unwrap_or(0);
-        let span = [stretch.from, stretch.to];
+        let span = Span::new(stretch.from, stretch.to);
         let reach = self.reach(roads, robot, footprint.into(), stretch.track, stretch.leg, span);
         reach.blocker.filter(|_| reach.metres < stretch.to)
     }
@@ -338,16 +360,15 @@ impl Claims {
 
     fn holder(&self, roads: &Roads, robot: u32, stretch: &Stretch) -> Holder {
         let footprint = self.footprints[robot as usize];
-        let length = roads.conflicts().length(stretch.track);
-        let (low, high) = match stretch.leg {
-            Some(leg) if leg.is_reverse() => (length - stretch.to, length - stretch.from),
-            _ => (stretch.from, stretch.to),
-        };
-        Holder { robot, footprint, low, high }
+        let mut span = Span::new(stretch.from, stretch.to);
+        if stretch.leg.is_some_and(Leg::is_reverse) {
+            span = span.reversed(roads.conflicts().length(stretch.track));
+        }
+        Holder { robot, footprint, span }
     }
 }
 
-/// A track as seen by a robot that wants to go on along it.
+/// A track as a robot sees it that is to drive on along it.
 struct View {
     length: f32,
     reverse: bool,
@@ -359,7 +380,7 @@ impl View {
     /// Returns the limit, in metres from where the leg is entered, that a holder on the same track
     /// sets.
     fn same_track(&self, separation: f32, holder: &Holder) -> f32 {
-        let [low, high] = self.driven([holder.low, holder.high]);
+        let Span { low, high } = self.driven(holder.span);
         let needed = separation - ROUNDING;
         if low >= self.from + needed {
             low - separation
@@ -374,19 +395,20 @@ impl View {
     fn limit(&self, relation: Relation, other_length: f32, holder: &Holder) -> f32 {
         match relation {
             Relation::Crossing { own, other } => {
-                let [low, high] = self.driven(own);
-                let apart = holder.high < other[0] || holder.low > other[1] || self.from > high;
-                if apart { f32::INFINITY } else { low - ROUNDING }
+                let own = self.driven(own);
+                let is_apart = holder.span.high < other.low
+                    || holder.span.low > other.high
+                    || self.from > own.high;
+                if is_apart { f32::INFINITY } else { own.low - ROUNDING }
             }
             // The robot ahead is on the other track: this one may come as near as `apart`.
             Relation::Into(apart) => {
-                self.following(f32::NEG_INFINITY, self.length + holder.low - apart)
+                self.following(f32::NEG_INFINITY, self.length + holder.span.low - apart)
             }
             // A robot that follows this one keeps that distance; what the table is rounded by
             // doesn't count against this one.
-            Relation::From(apart) => {
-                self.following(apart - RESOLUTION - (other_length - holder.high), f32::INFINITY)
-            }
+            Relation::From(apart) => self
+                .following(apart - RESOLUTION - (other_length - holder.span.high), f32::INFINITY),
         }
     }
 
@@ -402,7 +424,7 @@ impl View {
     }
 
     /// Returns a stretch of the edge as it is driven.
-    fn driven(&self, [low, high]: [f32; 2]) -> [f32; 2] {
-        if self.reverse { [self.length - high, self.length - low] } else { [low, high] }
+    fn driven(&self, span: Span) -> Span {
+        if self.reverse { span.reversed(self.length) } else { span }
     }
 }

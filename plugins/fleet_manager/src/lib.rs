@@ -4,13 +4,13 @@
 //! | module | |
 //! |---|---|
 //! | [`plugin`] | the plugin: frames in, commands and the order log out |
-//! | [`roads`] | the legs of a world, and which stretches get in each other's way |
-//! | [`claims`] | which robot alone may be where |
-//! | [`traffic`] | what planners see: who is where, and how far a robot could drive |
-//! | [`planner`] | which way robots go |
-//! | [`density`] | how many robots may be under way |
+//! | [`roads`] | the legs of a world, the conflicts between them, places to stop |
+//! | [`claims`] | the parts of the roads that are reserved for one robot each |
+//! | [`traffic`] | the traffic as planners see it |
+//! | [`planner`] | planners: routes and precedence of robots |
+//! | [`density`] | a limit on the number of robots under way |
 //! | [`steering`] | sends robots to nodes, without one ever touching another |
-//! | [`charging`] | who goes to which charger, and when |
+//! | [`charging`] | assigns robots to chargers |
 //! | [`manager`] | gives orders to robots, and steers them |
 //! | `regatta_orders` | transport orders: a crate of its own, in `orders/` |
 

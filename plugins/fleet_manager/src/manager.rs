@@ -4,7 +4,6 @@
 //! A cycle is a function of what came before, of the frame and of the requests: in lockstep a run
 //! repeats bit by bit.
 
-mod activity;
 mod charge;
 mod requests;
 #[cfg(test)]
@@ -14,6 +13,7 @@ mod vehicles;
 use std::sync::Arc;
 use std::time::Instant;
 
+use glam::vec2;
 use regatta_plugin::closure::ClosedEdge;
 use regatta_plugin::frame::{Columns, NO_EDGE, RobotState};
 
@@ -24,15 +24,15 @@ use crate::steering::{Command, Settings, Steering};
 use crate::traffic::Seen;
 use regatta_orders::{Candidate, Next, Order, OrderId, OrderPool, State, Stop};
 
-/// The order at hand of a robot.
+/// The progress of a robot with the stop of its order.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-enum Errand {
-    /// Nothing.
+enum Progress {
+    /// It has no stop.
     #[default]
-    None,
-    /// On its way to a node.
-    To(u32),
-    /// At a stop, until this simulated second.
+    Free,
+    /// It drives to the stop's node.
+    Driving(u32),
+    /// It handles the stop, until this simulated second.
     Handling(f64),
 }
 
@@ -43,14 +43,14 @@ pub struct Manager {
     times: DrivingTimes,
     charging: Charging,
     /// By robot.
-    errands: Vec<Errand>,
+    progress: Vec<Progress>,
     present: Vec<u32>,
     candidates: Vec<Candidate>,
-    /// Closures of roads when orders that can't be reached were looked at.
-    closures: u64,
-    /// The cycles in which vehicles were shown.
+    /// The number of closure changes when unroutable orders were last checked.
+    closure_changes: u64,
+    /// The number of cycles in which vehicles were shown.
     vehicle_cycles: usize,
-    /// The last one.
+    /// The time of the last one.
     vehicles_shown: Option<Instant>,
 }
 
@@ -67,10 +67,10 @@ impl Manager {
             steering: Steering::new(roads, planner, settings),
             orders,
             charging: Charging::default(),
-            errands: Vec::new(),
+            progress: Vec::new(),
             present: Vec::new(),
             candidates: Vec::new(),
-            closures: 0,
+            closure_changes: 0,
             vehicle_cycles: 0,
             vehicles_shown: None,
         }
@@ -137,7 +137,7 @@ impl Manager {
 
     fn see(&mut self, columns: &Columns<'_>, robot_types: &[f32]) {
         self.present.clear();
-        self.errands.resize(columns.state.len(), Errand::None);
+        self.progress.resize(columns.state.len(), Progress::Free);
         for robot in 0..columns.state.len() {
             let state = RobotState::from_number(columns.state[robot]);
             if state == RobotState::Absent {
@@ -149,7 +149,7 @@ impl Manager {
                 edge: (columns.edge[robot] != NO_EDGE).then_some(columns.edge[robot]),
                 s: columns.s[robot],
                 speed: columns.speed[robot].abs(),
-                position: [columns.x[robot], columns.y[robot]],
+                position: vec2(columns.x[robot], columns.y[robot]),
                 state,
             };
             self.steering.see(robot as u32, &seen);
@@ -165,7 +165,7 @@ impl Manager {
         }
         self.steering.lose(robot);
         self.charging.lose(robot);
-        self.errands[robot as usize] = Errand::None;
+        self.progress[robot as usize] = Progress::Free;
         self.orders.recall(robot, self.steering.now());
         if self.orders.order_of(robot).is_some()
             && self.orders.withdraw(robot, self.steering.now()).is_err()
@@ -176,26 +176,26 @@ impl Manager {
 
     /// Moves a robot's order on, if it has come to a stop or has handled one.
     fn serve(&mut self, robot: u32, now_secs: f64) {
-        // A store remembers whose orders had begun: they go on.
-        if self.errands[robot as usize] == Errand::None
+        // The store keeps the orders that robots have begun: they go on after a restart.
+        if self.progress[robot as usize] == Progress::Free
             && let Some(stop) = self.orders.current_stop(robot)
         {
             self.send(robot, stop.node);
         }
-        if let Errand::To(node) = self.errands[robot as usize] {
+        if let Progress::Driving(node) = self.progress[robot as usize] {
             if self.steering.has_arrived(robot, node) && self.orders.arrived(robot, now_secs) {
                 let dwell_secs =
                     self.orders.current_stop(robot).map_or(0.0, |stop: Stop| stop.dwell_secs);
-                self.errands[robot as usize] = Errand::Handling(now_secs + dwell_secs);
+                self.progress[robot as usize] = Progress::Handling(now_secs + dwell_secs);
                 self.steering.stay(robot);
             } else if self.steering.is_unreachable(robot) {
                 self.give_up(robot, now_secs);
             } else if self.steering.robot(robot).is_some_and(|state| state.goal().is_none()) {
-                // It was sent out of others' way while it waited for roads to be opened.
+                // It was evicted while it waited for roads to be opened.
                 self.send(robot, node);
             }
         }
-        if let Errand::Handling(until) = self.errands[robot as usize]
+        if let Progress::Handling(until) = self.progress[robot as usize]
             && now_secs >= until
         {
             match self.orders.handled(robot, now_secs) {
@@ -216,13 +216,13 @@ impl Manager {
                 self.halt(robot);
             }
         }
-        if self.closures != self.steering.closures() {
-            self.closures = self.steering.closures();
-            let is_back =
-                |order: &&Order| order.state == State::Unroutable && !self.is_out_of_reach(order);
-            let back: Vec<OrderId> =
-                self.orders.open_orders().filter(is_back).map(|order| order.id).collect();
-            for id in back {
+        if self.closure_changes != self.steering.closure_changes() {
+            self.closure_changes = self.steering.closure_changes();
+            let back = self
+                .orders
+                .open_orders()
+                .filter(|order| order.state == State::Unroutable && !self.is_out_of_reach(order));
+            for id in back.map(|order| order.id).collect::<Vec<OrderId>>() {
                 self.orders.reopen(id, now_secs);
             }
         }
@@ -241,9 +241,9 @@ impl Manager {
         next.is_some_and(|stop| self.steering.is_out_of_reach(stop.node))
     }
 
-    /// Gives an order up to whose next stop no way leads. Where closures have cut off the robot and
-    /// not the stop, another robot may carry it out; a robot that has begun it waits until roads
-    /// are open again.
+    /// Gives up the order of a robot that can't reach its next stop. Where closures have cut off the
+    /// robot and not the stop, another robot may carry it out; a robot that has begun it waits until
+    /// roads are open again.
     fn give_up(&mut self, robot: u32, now_secs: f64) {
         if self.steering.has_closures() && self.orders.is_bound(robot) {
             return;
@@ -262,7 +262,7 @@ impl Manager {
         }
     }
 
-    /// Assigns orders. In most cycles no robot is free, and nothing is looked up.
+    /// Assigns orders. In most cycles no robot is free, and there is nothing to do.
     fn assign(&mut self, now_secs: f64) {
         let roads = self.steering.roads().clone();
         let is_anew = self.orders.is_reassignment_due(now_secs);
@@ -270,26 +270,21 @@ impl Manager {
         if self.candidates.is_empty() && !is_anew {
             return;
         }
-        let mut prepare = |order: &Order| {
-            if let Some(stop) = order.content.stops.get(order.handled_stops) {
-                self.times.prepare(&roads, stop.node);
-            }
-        };
-        match is_anew {
-            true => self.orders.open_orders().for_each(&mut prepare),
-            false => self.orders.waiting_orders().for_each(&mut prepare),
+        if is_anew {
+            prepare(&mut self.times, &roads, self.orders.open_orders());
+        } else {
+            prepare(&mut self.times, &roads, self.orders.waiting_orders());
         }
         let after = self.after_first_stops();
         let (steering, times, charging) = (&self.steering, &self.times, &self.charging);
-        let secs = |robot: u32, node: u32| {
+        let changes = self.orders.assign(now_secs, &self.candidates, &|robot, node| {
             let secs = times.between(&roads, steering.base_end_node(robot)?, node)?;
-            after
-                .get(&node)
-                .is_none_or(|rest| rest.is_affordable(charging, robot, secs))
-                .then_some(secs)
-        };
-        let changes = self.orders.assign(now_secs, &self.candidates, &secs);
-        changes.withdrawn.into_iter().for_each(|(_, robot)| self.halt(robot));
+            let rest = after.get(&node);
+            rest.is_none_or(|rest| rest.is_affordable(charging, robot, secs)).then_some(secs)
+        });
+        for (_, robot) in changes.withdrawn {
+            self.halt(robot);
+        }
         for (_, robot) in changes.assigned {
             if let Some(stop) = self.orders.current_stop(robot) {
                 self.send(robot, stop.node);
@@ -303,7 +298,7 @@ impl Manager {
         for &robot in &self.present {
             let is_free = match is_anew {
                 true => !self.orders.is_bound(robot),
-                false => self.errands[robot as usize] == Errand::None,
+                false => self.progress[robot as usize] == Progress::Free,
             };
             if is_free
                 && !self.steering.is_out_of_service(robot)
@@ -311,19 +306,30 @@ impl Manager {
                 && let Some(node) = self.steering.base_end_node(robot)
                 && !self.steering.is_cut_off(node)
             {
-                self.candidates
-                    .push(Candidate { robot, position: self.steering.roads().position(node) });
+                let position = self.steering.roads().position(node).to_array();
+                self.candidates.push(Candidate { robot, position });
             }
         }
     }
 
     fn send(&mut self, robot: u32, node: u32) {
-        self.errands[robot as usize] = Errand::To(node);
+        self.progress[robot as usize] = Progress::Driving(node);
         self.steering.send(robot, node);
     }
 
     fn halt(&mut self, robot: u32) {
-        self.errands[robot as usize] = Errand::None;
+        self.progress[robot as usize] = Progress::Free;
         self.steering.halt(robot);
+    }
+}
+
+/// Computes the driving times to the next stops of orders.
+fn prepare<'pool>(
+    times: &mut DrivingTimes,
+    roads: &Roads,
+    orders: impl Iterator<Item = &'pool Order>,
+) {
+    for stop in orders.filter_map(|order| order.content.stops.get(order.handled_stops)) {
+        times.prepare(roads, stop.node);
     }
 }

@@ -2,19 +2,19 @@
 //! may ever touch another.
 
 mod body;
-mod drive;
 pub mod managed;
 pub mod worlds;
 
+use crate::steering::AdmissionSettings;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use glam::Vec2;
 use parking_lot::Mutex;
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::world::WorldData;
 
 use self::body::{Body, Outlines};
-pub use self::drive::{Maker, drive};
 use crate::planner::{Planner, Plans};
 use crate::roads::{Leg, Rectangle, Roads};
 use crate::steering::{Command, Settings, Steering};
@@ -226,15 +226,15 @@ pub fn places(world: &WorldData, count: usize, seed: u64) -> Vec<(Leg, f32)> {
     let outlines = Outlines::new(&view);
     let mut edges: Vec<u32> = (0..roads.edges().len() as u32).collect();
     let mut random = Random(seed);
-    (1..edges.len())
-        .rev()
-        .for_each(|index| edges.swap(index, random.below(index as u32 + 1) as usize));
+    for index in (1..edges.len()).rev() {
+        edges.swap(index, random.below(index as u32 + 1) as usize);
+    }
     let mut taken: Vec<Rectangle> = Vec::new();
     let mut starts = Vec::new();
     for edge in edges {
         let (leg, length) = (Leg::new(edge, false), roads.edge(edge).length);
         let mut outline = outlines.at(leg, length);
-        outline.half = outline.half.map(|half| half + 0.05);
+        outline.half += 0.05;
         if starts.len() < count && taken.iter().all(|other| !other.touches(&outline)) {
             taken.push(outline);
             starts.push((leg, length));
@@ -245,6 +245,33 @@ pub fn places(world: &WorldData, count: usize, seed: u64) -> Vec<(Leg, f32)> {
 }
 
 /// A robot that stands or drives on an edge, as a frame shows it.
-fn seen(edge: u32, s: f32, speed: f32, position: [f32; 2]) -> Seen {
+fn seen(edge: u32, s: f32, speed: f32, position: Vec2) -> Seen {
     Seen { robot_type: 0, edge: Some(edge), s, speed, position, state: RobotState::Idle }
+}
+
+/// Makes a planner.
+pub type Maker = fn(&Roads) -> Box<dyn Planner>;
+
+/// Drives robots from random node to random node for some simulated seconds, all of them admitted.
+pub fn drive(
+    name: &str,
+    world: &WorldData,
+    (robots, seed): (usize, u64),
+    secs: u32,
+    planner: Maker,
+) -> Model {
+    let settings = Settings { admission: AdmissionSettings::unlimited(), ..Settings::default() };
+    let mut model = Model::new(world, &places(world, robots, seed), seed, settings, planner);
+    model.run((secs as f32 / TICK_SECS) as u32);
+    let Spent { cycles, sum, longest } = model.spent();
+    println!(
+        "{name}, {robots} robots, {secs} s: {} goals, fewest {:?}, longest {:.0} s; {:.2} ms a cycle, longest {:.1} ms; {:?}",
+        model.total(),
+        model.arrivals.iter().min(),
+        model.longest_secs(),
+        1e3 * sum.as_secs_f64() / f64::from(cycles),
+        1e3 * longest.as_secs_f64(),
+        model.counts()
+    );
+    model
 }

@@ -1,4 +1,4 @@
-//! The book's events as the contract's order log has them.
+//! The events of the pool as records of the contract's order log.
 
 use std::collections::BTreeMap;
 
@@ -14,42 +14,43 @@ pub struct OrderLog {
 }
 
 impl OrderLog {
-    /// Makes the log of a book whose open orders were announced already: before a restart.
-    pub fn new<'book>(open: impl Iterator<Item = &'book Order>, places: &Places) -> Self {
-        let stops = |order: &Order| {
-            let id = order.id.0;
+    /// Makes the log of a pool whose open orders were announced already: before a restart.
+    pub fn new<'pool>(open: impl Iterator<Item = &'pool Order>, places: &Places) -> Self {
+        let mut log = Self::default();
+        for order in open {
+            let record = record(order.id.0, OrderKind::Stop, None);
             let stops = (0..).zip(&order.content.stops);
-            let of = record(id, OrderKind::Stop, None);
-            (id, stops.map(|(number, stop)| stop_record(of, number, stop, places)).collect())
-        };
-        Self { stops: open.map(stops).collect() }
+            let records = stops.map(|(number, stop)| stop_record(record, number, stop, places));
+            log.stops.insert(order.id.0, records.collect());
+        }
+        log
     }
 
     /// Returns an event as a record; `None` for those that the order log doesn't have.
     pub fn record(&mut self, event: &OrderEvent, places: &Places) -> Option<OrderRecord> {
         let id = event.id.0;
-        let of = |kind, robot: Option<u32>| record(id, kind, robot);
         Some(match &event.change {
             Change::Created { stops, .. } => {
-                OrderRecord { detail: *stops, ..of(OrderKind::Created, None) }
+                OrderRecord { detail: *stops, ..record(id, OrderKind::Created, None) }
             }
             Change::Stop { stop, node, action, dwell_secs } => {
-                let of_stop = Stop { node: *node, action: *action, dwell_secs: *dwell_secs };
-                let record = stop_record(of(OrderKind::Stop, None), *stop, &of_stop, places);
+                let content = Stop { node: *node, action: *action, dwell_secs: *dwell_secs };
+                let record = record(id, OrderKind::Stop, None);
+                let record = stop_record(record, *stop, &content, places);
                 self.stops.entry(id).or_default().push(record);
                 record
             }
-            Change::Assigned { robot } => of(OrderKind::Assigned, Some(*robot)),
-            Change::Withdrawn { robot } => of(OrderKind::Withdrawn, Some(*robot)),
+            Change::Assigned { robot } => record(id, OrderKind::Assigned, Some(*robot)),
+            Change::Withdrawn { robot } => record(id, OrderKind::Withdrawn, Some(*robot)),
             Change::Arrived { robot, stop } => {
-                self.at_stop(of(OrderKind::Arrived, Some(*robot)), *stop)
+                self.at_stop(record(id, OrderKind::Arrived, Some(*robot)), *stop)
             }
             Change::Handled { robot, stop } => {
-                self.at_stop(of(OrderKind::Handled, Some(*robot)), *stop)
+                self.at_stop(record(id, OrderKind::Handled, Some(*robot)), *stop)
             }
-            Change::Finished { robot } => self.end(of(OrderKind::Finished, Some(*robot))),
-            Change::Failed { robot, .. } => self.end(of(OrderKind::Failed, *robot)),
-            Change::Cancelled { robot, .. } => self.end(of(OrderKind::Cancelled, *robot)),
+            Change::Finished { robot } => self.end(record(id, OrderKind::Finished, Some(*robot))),
+            Change::Failed { robot, .. } => self.end(record(id, OrderKind::Failed, *robot)),
+            Change::Cancelled { robot, .. } => self.end(record(id, OrderKind::Cancelled, *robot)),
             Change::Unroutable { .. } | Change::Reopened => return None,
         })
     }

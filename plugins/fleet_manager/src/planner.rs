@@ -1,7 +1,7 @@
-//! Planners: which way robots go, and who goes first.
+//! Planners: decide the routes of robots and their precedence.
 //!
-//! A planner is free to decide as it likes: robots get only space that nobody else claims, whatever
-//! it says.
+//! A planner may decide anything: whatever it plans, robots get only space that no other robot
+//! claims.
 
 mod backstop;
 mod driving_times;
@@ -11,6 +11,7 @@ mod pibt;
 mod route;
 mod tea;
 
+use clap::ValueEnum;
 use std::fmt;
 
 pub use self::backstop::{Backstop, BackstopSettings};
@@ -20,13 +21,14 @@ pub use self::lanes::{CongestionSettings, Lanes, LanesSettings};
 pub use self::pibt::{Pibt, PibtSettings};
 pub use self::route::{Router, Search};
 pub use self::tea::{Tea, TeaSettings};
-use crate::roads::Leg;
+use crate::roads::{Leg, Roads};
+use crate::steering::{AdmissionSettings, Settings};
 use crate::traffic::{Permit, Traffic};
 
-/// Decides which way robots go, and who goes first.
+/// Decides the routes of robots and their precedence.
 ///
-/// The plans of a lockstep run must be a function of what the planner has seen: no time of day, no
-/// order of threads.
+/// The plans of a lockstep run must be a function of the traffic that the planner has seen: neither
+/// of the time of day nor of the order of threads.
 pub trait Planner: fmt::Debug + Send {
     /// Plans after a frame. A robot with [`needs_route`](crate::traffic::Robot::needs_route) stands
     /// still at the end of its base until it gets a route, or is told unreachable.
@@ -43,7 +45,7 @@ pub trait Planner: fmt::Debug + Send {
 pub struct Plans {
     /// New routes; `None` where no way leads to a robot's goal.
     pub(crate) routes: Vec<(u32, Option<Vec<Leg>>)>,
-    /// Idle robots that are sent to a node, out of others' way.
+    /// Idle robots that are sent to a node, out of the way of others.
     pub(crate) evicted: Vec<(u32, u32)>,
     /// Robots that need a route in the next cycle.
     pub(crate) released: Vec<u32>,
@@ -58,7 +60,7 @@ impl Plans {
         self.routes.push((robot, Some(legs)));
     }
 
-    /// Says that no way leads to a robot's goal.
+    /// Marks a robot's goal as unreachable.
     pub fn unreachable(&mut self, robot: u32) {
         self.routes.push((robot, None));
     }
@@ -73,5 +75,44 @@ impl Plans {
     /// Takes the permits of all robots, by robot; beyond the end, robots have the default.
     pub(crate) fn take_permits(&mut self) -> impl Iterator<Item = Permit> + '_ {
         self.permits.drain(..)
+    }
+}
+
+/// The planner that decides which way robots go.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum PlannerKind {
+    /// The fastest way, with the time added that others lose on it; for roads whose lanes are
+    /// driven one way
+    #[default]
+    Lanes,
+    /// Time-enhanced A*: whole paths in time layers; for some tens of robots
+    Tea,
+    /// Priority inheritance with backtracking: from place to place; where opposing traffic shares
+    /// one track
+    Pibt,
+}
+
+impl PlannerKind {
+    /// Makes the planner for some roads.
+    pub fn planner(self, roads: &Roads) -> Box<dyn Planner> {
+        match self {
+            Self::Lanes => Box::new(Lanes::new(roads, LanesSettings::default())),
+            Self::Tea => Box::new(Tea::new(roads, TeaSettings::default())),
+            Self::Pibt => Box::new(Pibt::new(roads, PibtSettings::default())),
+        }
+    }
+
+    /// The settings of steering for it.
+    pub(crate) fn settings(self) -> Settings {
+        match self {
+            Self::Lanes => Settings::default(),
+            // They decide themselves in which order robots drive: a robot that isn't admitted would
+            // hold up all that are to follow it.
+            Self::Tea | Self::Pibt => Settings {
+                admission: AdmissionSettings::unlimited(),
+                stub_guard: false,
+                ..Settings::default()
+            },
+        }
     }
 }

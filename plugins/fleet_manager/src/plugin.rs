@@ -1,7 +1,5 @@
 //! The plugin: frames in, commands and the order log out.
 
-mod planner_kind;
-
 use std::collections::BTreeMap;
 use std::ffi::OsString;
 use std::net::SocketAddr;
@@ -10,6 +8,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use clap::Parser;
+use regatta_plugin::column::{BATTERY, TYPE};
 use regatta_plugin::command::RouteLeg;
 use regatta_plugin::event::EventKind;
 use regatta_plugin::frame::RobotState;
@@ -21,11 +20,11 @@ use regatta_plugin::{
     ManagerServer, OpenError, Options, Participant, Plugin, Rate, Result, World, tell,
 };
 
-pub use self::planner_kind::PlannerKind;
 use crate::charging::{Charging, ChargingSettings};
 use crate::columns::ManagerColumns;
 use crate::manager::Manager;
 use crate::order_log::OrderLog;
+pub use crate::planner::PlannerKind;
 use crate::planner::{Backstop, BackstopSettings, Planner};
 use crate::roads::{Leg, Roads, default_cache_folder};
 use crate::run_figures::{Doing, RunFigures};
@@ -60,17 +59,17 @@ pub struct Cli {
     /// A file with the token that HTTP requests must have; addresses other than loopback need one
     #[arg(long, value_name = "FILE")]
     pub token_file: Option<PathBuf>,
-    /// Keep what is worked out of large worlds in this folder: the next start is faster [default:
+    /// Keep the computed roads of large worlds in this folder: the next start is faster [default:
     /// the user's cache folder]
     #[arg(long, value_name = "FOLDER")]
     pub cache: Option<PathBuf>,
-    /// Work large worlds out at each start
+    /// Compute the roads of large worlds at each start
     #[arg(long, conflicts_with = "cache")]
     pub no_cache: bool,
     /// The planner that decides which way robots go
     #[arg(long, value_name = "NAME", value_enum, default_value_t)]
     pub planner: PlannerKind,
-    /// Let robots drive through each other: the bound of what any management can reach
+    /// Let robots drive through each other: an upper bound for any management
     #[arg(long, hide = true)]
     pub no_conflicts: bool,
     /// Give orders to robots in turn, wherever they are: then an endless load sends each robot to
@@ -117,7 +116,7 @@ fn run<A: Into<OsString> + Clone>(
 ) -> Result {
     regatta_kit::run_from(args, |cli: Cli| {
         let manager = FleetManager::new(cli, planner);
-        // Now, and not only when there is an engine.
+        // An error is reported now, and not only when there is an engine.
         manager.order_settings().check()?;
         manager.cli.options.clone().run(manager, "fleet-manager")
     })
@@ -134,8 +133,7 @@ struct Ports {
     requests: ManagerServer,
 }
 
-/// The state between a new world and its first frame, which tells the time: the manager begins
-/// then.
+/// The state between a new world and its first frame: the manager begins at the time of the frame.
 struct Opening {
     roads: Arc<Roads>,
     places: Arc<Places>,
@@ -151,7 +149,7 @@ struct FleetManager {
     ports: Option<Ports>,
     opening: Option<Opening>,
     manager: Option<Manager>,
-    /// Of the last world.
+    /// The run of the last world.
     run_id: u64,
     log: OrderLog,
     /// Robots by the tokens of commands that aren't answered yet.
@@ -194,7 +192,7 @@ impl FleetManager {
         roads
     }
 
-    /// Opens the book at a simulated time in seconds, and begins to manage.
+    /// Opens the pool of orders at a simulated time in seconds, and begins to manage.
     fn begin(&mut self, opening: Opening, now_secs: f64) -> Result {
         let Opening { roads, places, run_id, charging } = opening;
         let mut orders = OrderPool::open(&self.order_settings(), places, run_id, now_secs)
@@ -216,8 +214,7 @@ impl FleetManager {
         Ok(())
     }
 
-    /// Sends what the manager has decided. Commands that can't be sent now are sent with the next
-    /// ones.
+    /// Sends the manager's commands. Those that can't be sent now are sent with the next ones.
     fn send(
         sender: &mut Commands,
         pending: &mut BTreeMap<u64, u32>,
@@ -244,7 +241,7 @@ impl FleetManager {
         }
     }
 
-    /// Answers what others have asked for since the last call.
+    /// Answers the requests of other processes since the last call.
     fn answer(ports: &mut Ports, manager: Option<&mut Manager>, run_id: u64) -> Result {
         match manager {
             Some(manager) => ports.requests.answer(|request| manager.request(request, run_id))?,
@@ -305,8 +302,8 @@ impl Plugin for FleetManager {
             commands: Commands::open_on(fleet)?,
             orders: OrderPublisher::open_on(fleet).map_err(only_one)?,
             columns: ManagerColumns::open_on(fleet)?,
-            types: ColumnReader::open_on(fleet, "type")?,
-            batteries: ColumnReader::open_on(fleet, "battery")?,
+            types: ColumnReader::open_on(fleet, TYPE.name())?,
+            batteries: ColumnReader::open_on(fleet, BATTERY.name())?,
             closures: ClosureReader::open_on(fleet)?,
             requests: ManagerServer::open_on(fleet)?,
         });
@@ -315,7 +312,7 @@ impl Plugin for FleetManager {
 
     fn on_world(&mut self, world: &World<'_>) -> Result {
         self.report()?;
-        // A store and an address are free again only when the book that has them is gone.
+        // A store and an address are free again only when the pool that uses them is dropped.
         self.manager = None;
         self.pending.clear();
         self.run_id = world.run_id();
@@ -375,7 +372,7 @@ impl Plugin for FleetManager {
         let Some(ports) = &mut self.ports else { return Ok(()) };
         ports.orders.update();
         ports.columns.update();
-        // The clock may be paused: what robots are to do is known when it goes on.
+        // The clock may be paused: requests are answered all the same.
         Self::answer(ports, self.manager.as_mut(), self.run_id)
     }
 
@@ -410,7 +407,7 @@ impl Plugin for FleetManager {
     }
 }
 
-/// Whoever writes the order log of a fleet is its manager.
+/// Replaces the error of opening the order log twice: the process that writes it is the manager.
 fn only_one(error: OpenError) -> Error {
     match error {
         OpenError::Taken { fleet, owner, .. } => Error::new(format_args!(

@@ -1,18 +1,19 @@
-//! The roads of a world: its legs, where they lead, which stretches of them get in each other's
-//! way, and where a robot may stand without blocking others.
+//! The roads of a world: its legs, the conflicts between stretches of them, and the places at which
+//! a robot may stand without blocking others.
 
 mod cache;
 mod conflicts;
 mod cores;
-mod path;
-mod rectangle;
+mod geometry;
 mod reservoirs;
+mod rows;
 mod stops;
 mod stubs;
 mod sweep;
 #[cfg(test)]
 mod tests;
 
+use glam::{Vec2, vec2};
 use regatta_plugin::World;
 use regatta_plugin::frame::NO_EDGE;
 use regatta_plugin::world::{EdgeRecord, RobotTypeRecord, Shape};
@@ -20,7 +21,9 @@ use regatta_plugin::world::{EdgeRecord, RobotTypeRecord, Shape};
 pub use self::cache::{CacheError, default_folder as default_cache_folder};
 use self::cache::{Reader, Writer};
 pub use self::conflicts::{ConflictTable, Conflicts, RESOLUTION, Relation};
-pub use self::rectangle::Rectangle;
+pub(crate) use self::cores::map_on;
+pub use self::geometry::{Rectangle, Span};
+pub(crate) use self::rows::Rows;
 pub use self::stops::Stops;
 pub use self::stubs::Stubs;
 pub use self::sweep::{Sweep, SweptBox};
@@ -73,12 +76,12 @@ pub struct Road {
     pub headings: [f32; 2],
 }
 
-/// The outline of robots that stand in the way of others alike.
+/// The outline of a robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Footprint {
-    /// Half of the size along and across the heading, in metres. A circle counts as the square
-    /// around it.
-    pub half: [f32; 2],
+    /// Half of the size along (x) and across (y) the heading, in metres. A circle counts as the
+    /// square around it.
+    pub half: Vec2,
 }
 
 /// The properties of a robot type that roads depend on.
@@ -100,10 +103,9 @@ pub struct Roads {
     edges: Vec<Road>,
     nodes: u32,
     node_ids: Vec<u32>,
-    positions: Vec<[f32; 2]>,
-    /// Legs that leave each node: `exits[exit_starts[n]..exit_starts[n + 1]]`.
-    exits: Vec<Leg>,
-    exit_starts: Vec<u32>,
+    positions: Vec<Vec2>,
+    /// By node: the legs that leave it.
+    exits: Rows<Leg>,
     /// By node: an edge that leads there, or [`NO_EDGE`].
     arrivals: Vec<u32>,
     /// By robot type.
@@ -121,7 +123,7 @@ pub struct Roads {
 pub const SMOOTH: f32 = 5.0 * core::f32::consts::PI / 180.0;
 
 impl Roads {
-    /// Works the roads of a world out: samples every edge and tests which stretches touch.
+    /// Computes the roads of a world: samples every edge and tests which stretches touch.
     pub fn new(world: &World<'_>) -> Self {
         let sweeps = sweeps(world);
         let edges = world.edges().iter().zip(&sweeps);
@@ -141,19 +143,17 @@ impl Roads {
         roads
     }
 
-    /// The roads without what robots on them get in the way of.
+    /// Makes the roads without conflicts and stopping places.
     fn of_edges(world: &World<'_>, edges: impl Iterator<Item = Road>) -> Self {
         let edges: Vec<Road> = edges.collect();
         let (classes, footprints) = classes(world.robot_types());
-        let (exits, exit_starts) = exits(&edges, world.nodes().len());
         let mut roads = Self {
             nodes: world.nodes().len() as u32,
             node_ids: world.nodes().iter().map(|node| node.id).collect(),
-            positions: world.nodes().iter().map(|node| [node.x, node.y]).collect(),
+            positions: world.nodes().iter().map(|node| vec2(node.x, node.y)).collect(),
             arrivals: arrivals(&edges, world.nodes().len()),
+            exits: exits(&edges, world.nodes().len()),
             edges,
-            exits,
-            exit_starts,
             classes,
             footprints,
             conflicts: Conflicts::default(),
@@ -165,18 +165,20 @@ impl Roads {
         roads
     }
 
-    /// Writes what was worked out.
+    /// Writes what [`new`](Self::new) has computed.
     fn write(&self, writer: &mut Writer) {
         writer.floats(self.edges.iter().map(|edge| edge.length));
-        [0, 1]
-            .into_iter()
-            .for_each(|end| writer.floats(self.edges.iter().map(|edge| edge.headings[end])));
+        for end in [0, 1] {
+            writer.floats(self.edges.iter().map(|edge| edge.headings[end]));
+        }
         self.conflicts.write(writer);
-        self.stops.iter().for_each(|stops| stops.write(writer));
+        for stops in &self.stops {
+            stops.write(writer);
+        }
         writer.list(self.reservoirs.iter().map(|is_reservoir| u32::from(*is_reservoir)));
     }
 
-    /// Reads what was worked out for a world; `None` if it is of something else.
+    /// Reads what [`new`](Self::new) has computed for a world; `None` if it doesn't fit the world.
     fn read(world: &World<'_>, reader: &mut Reader<'_>) -> Option<Self> {
         let count = world.edges().len();
         let (lengths, starts, ends) =
@@ -216,7 +218,7 @@ impl Roads {
     }
 
     /// The position of a node, in metres.
-    pub fn position(&self, node: u32) -> [f32; 2] {
+    pub fn position(&self, node: u32) -> Vec2 {
         self.positions[node as usize]
     }
 
@@ -240,7 +242,7 @@ impl Roads {
         &self.stops[footprint]
     }
 
-    /// Whether robots may queue on an edge without being in the way of those who drive elsewhere.
+    /// Whether robots may queue on an edge without blocking robots that drive elsewhere.
     pub fn is_reservoir(&self, edge: u32) -> bool {
         self.reservoirs[edge as usize]
     }
@@ -252,8 +254,7 @@ impl Roads {
 
     /// The legs that leave a node.
     pub fn exits(&self, node: u32) -> &[Leg] {
-        &self.exits
-            [self.exit_starts[node as usize] as usize..self.exit_starts[node as usize + 1] as usize]
+        self.exits.row(node)
     }
 
     /// An edge that leads to a node; `None` if there is none.
@@ -275,7 +276,18 @@ impl Roads {
 
     /// The speed of a class on a leg, in metres per second.
     pub fn speed(&self, class: &RobotClass, leg: Leg) -> f32 {
-        self.edge(leg.edge()).speeds[usize::from(leg.is_reverse())].min(class.max_speed)
+        self.allowed_speed(leg).min(class.max_speed)
+    }
+
+    /// The speed of robots without a limit of their own on a leg, in metres per second.
+    pub fn allowed_speed(&self, leg: Leg) -> f32 {
+        self.edge(leg.edge()).speeds[usize::from(leg.is_reverse())]
+    }
+
+    /// Whether a robot of any footprint may stand at the end of a leg: it is only in the way of
+    /// edges that meet there.
+    pub fn is_place(&self, leg: Leg) -> bool {
+        self.stops.iter().all(|stops| stops.is_siding(leg))
     }
 
     /// The headings of robots where they enter and where they leave a leg.
@@ -302,11 +314,14 @@ impl Roads {
                 arrivals[self.end(leg) as usize].push(leg);
             }
         }
-        let turns = |node: &u32| {
-            let arrivals = &arrivals[*node as usize];
-            arrivals.iter().any(|&from| self.exits(*node).iter().any(|&to| self.is_turn(from, to)))
-        };
-        (0..self.nodes).filter(turns).collect()
+        let mut turning = Vec::new();
+        for (node, arrivals) in (0..).zip(arrivals) {
+            let exits = self.exits(node);
+            if arrivals.iter().any(|&from| exits.iter().any(|&to| self.is_turn(from, to))) {
+                turning.push(node);
+            }
+        }
+        turning
     }
 }
 
@@ -341,10 +356,11 @@ fn road(edge: &EdgeRecord, length: f32, headings: [f32; 2]) -> Road {
 
 fn classes(types: &[RobotTypeRecord]) -> (Vec<RobotClass>, Vec<Footprint>) {
     let mut footprints: Vec<Footprint> = Vec::new();
-    let mut class = |robot_type: &RobotTypeRecord| {
+    let mut classes = Vec::with_capacity(types.len());
+    for robot_type in types {
         let half = match robot_type.shape() {
-            Shape::Rectangle => [0.5 * robot_type.length, 0.5 * robot_type.width],
-            Shape::Circle => [0.5 * robot_type.length; 2],
+            Shape::Rectangle => vec2(0.5 * robot_type.length, 0.5 * robot_type.width),
+            Shape::Circle => Vec2::splat(0.5 * robot_type.length),
         };
         let footprint = Footprint { half };
         let index =
@@ -352,19 +368,19 @@ fn classes(types: &[RobotTypeRecord]) -> (Vec<RobotClass>, Vec<Footprint>) {
         if index == footprints.len() {
             footprints.push(footprint);
         }
-        RobotClass {
+        classes.push(RobotClass {
             footprint: index,
             max_speed: robot_type.max_speed,
             max_acceleration: robot_type.max_acceleration,
             turns: robot_type.max_rotation_speed > 0.0,
-        }
-    };
-    let classes = types.iter().map(&mut class).collect();
+        });
+    }
     (classes, footprints)
 }
 
-fn exits(edges: &[Road], nodes: usize) -> (Vec<Leg>, Vec<u32>) {
-    let mut legs: Vec<(u32, Leg)> = Vec::with_capacity(edges.len());
+/// Returns the legs that leave each node, in ascending order.
+fn exits(edges: &[Road], nodes: usize) -> Rows<Leg> {
+    let mut legs = Vec::with_capacity(edges.len());
     for (index, edge) in (0..).zip(edges) {
         if edge.speeds[0] > 0.0 {
             legs.push((edge.origin, Leg::new(index, false)));
@@ -373,15 +389,13 @@ fn exits(edges: &[Road], nodes: usize) -> (Vec<Leg>, Vec<u32>) {
             legs.push((edge.destination, Leg::new(index, true)));
         }
     }
-    legs.sort_unstable();
-    let starts = (0..=nodes)
-        .map(|node| legs.partition_point(|(start, _)| (*start as usize) < node) as u32)
-        .collect();
-    (legs.into_iter().map(|(_, leg)| leg).collect(), starts)
+    Rows::new(nodes, legs)
 }
 
 fn arrivals(edges: &[Road], nodes: usize) -> Vec<u32> {
     let mut arrivals = vec![NO_EDGE; nodes];
-    (0..).zip(edges).for_each(|(index, edge)| arrivals[edge.destination as usize] = index);
+    for (index, edge) in (0..).zip(edges) {
+        arrivals[edge.destination as usize] = index;
+    }
     arrivals
 }

@@ -1,13 +1,10 @@
-//! Figures of a run: what the manager's cycles cost, and when robots have finished something.
-
-mod effort;
+//! Figures of a run: the cost of the manager's cycles, and the finished orders over time.
 
 use std::time::Duration;
 
-use serde_json::{Value, json};
+use regatta_plugin::activity::Activity;
+use serde_json::{Map, Value, json};
 
-pub use self::effort::Doing;
-use self::effort::Effort;
 use regatta_orders::{Change, OrderEvent};
 
 /// The length of the periods whose finished stops are counted, in simulated seconds.
@@ -30,7 +27,7 @@ pub(crate) struct RunFigures {
     /// The orders that were finished in each period.
     orders: Vec<u32>,
     effort: Effort,
-    /// By robot, when it has finished an order, or else when it came; infinite if it has left.
+    /// By robot, the time at which it finished an order, or else came; infinite if it has left.
     finished_secs: Vec<f64>,
     longest_without_finish_secs: f64,
 }
@@ -41,12 +38,12 @@ impl RunFigures {
         Self { start, ..Self::default() }
     }
 
-    /// Adds what else was worked out before the first cycle.
+    /// Adds further time that was spent before the first cycle.
     pub(crate) fn add_start(&mut self, spent: Duration) {
         self.start += spent;
     }
 
-    /// Notes which robots a frame shows. `is_there` is called with each id.
+    /// Notes the robots of a frame. `is_there` returns for each id whether the robot is there.
     pub(crate) fn see(&mut self, now_secs: f64, robots: usize, is_there: impl Fn(usize) -> bool) {
         (self.now_secs, self.robots) = (now_secs, robots);
         self.finished_secs.resize(robots, f64::INFINITY);
@@ -76,15 +73,17 @@ impl RunFigures {
         }
     }
 
-    /// Notes what all robots do, for as long as the time since the frame before.
+    /// Notes the activity of all robots for the time since the frame before.
     pub(crate) fn spend(&mut self, secs: f64, robots: impl Iterator<Item = Doing>) {
         // The activity before the first frame is unknown.
         if self.cycles > 0 {
-            robots.for_each(|doing| self.effort.add(&doing, secs));
+            for doing in robots {
+                self.effort.add(&doing, secs);
+            }
         }
     }
 
-    /// Notes what a cycle took.
+    /// Notes the duration of a cycle.
     pub(crate) fn end_cycle(&mut self, spent: Duration) {
         self.cycles += 1;
         self.spent += spent;
@@ -140,6 +139,87 @@ fn millis(duration: Duration) -> f64 {
     duration.as_secs_f64() * 1e3
 }
 
+/// The activity of a robot in a frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Doing {
+    /// Its activity.
+    pub activity: Activity,
+    /// Whether it has an order.
+    pub has_order: bool,
+    /// Whether it has picked something up, and not dropped the last of it.
+    pub is_loaded: bool,
+    /// Metres per second.
+    pub speed: f32,
+}
+
+/// Time and metres of all robots so far.
+#[derive(Clone, Debug, Default)]
+pub struct Effort {
+    /// Robot seconds by activity, in the order of [`Activity::ALL`].
+    secs: [f64; Activity::ALL.len()],
+    /// Robot seconds with an order.
+    ordered_secs: f64,
+    loaded_metres: f64,
+    empty_metres: f64,
+}
+
+impl Effort {
+    /// Adds what a robot does for some seconds.
+    pub fn add(&mut self, doing: &Doing, secs: f64) {
+        self.secs[doing.activity as usize] += secs;
+        self.ordered_secs += if doing.has_order { secs } else { 0.0 };
+        let metres = f64::from(doing.speed.abs()) * secs;
+        *(if doing.is_loaded { &mut self.loaded_metres } else { &mut self.empty_metres }) += metres;
+    }
+
+    fn robot_secs(&self) -> f64 {
+        self.secs.iter().sum()
+    }
+
+    /// The part of the robots' time in which they had an order, from 0 to 1.
+    pub fn utilisation(&self) -> f64 {
+        ratio(self.ordered_secs, self.robot_secs())
+    }
+
+    /// The part of the robots' time that they spent on an activity, from 0 to 1.
+    pub fn share(&self, activity: Activity) -> f64 {
+        ratio(self.secs[activity as usize], self.robot_secs())
+    }
+
+    /// The figures as JSON.
+    pub fn json(&self) -> Value {
+        let secs = Activity::ALL.map(|activity| {
+            (activity.name().replace(' ', "_"), json!(self.secs[activity as usize]))
+        });
+        json!({
+            "robot_secs": Map::from_iter(secs),
+            "utilisation": self.utilisation(),
+            "loaded_metres": self.loaded_metres,
+            "empty_metres": self.empty_metres,
+        })
+    }
+
+    /// The figures as a table in Markdown.
+    pub fn markdown(&self) -> String {
+        let metres = self.loaded_metres + self.empty_metres;
+        let shares = Activity::ALL.into_iter().filter(|activity| self.share(*activity) > 0.0);
+        let shares: Vec<_> = shares
+            .map(|activity| format!("{} {:.1} %", activity.name(), 100.0 * self.share(activity)))
+            .collect();
+        format!(
+            "| robots | |\n|---|---|\n| utilisation | {:.1} % |\n| time | {} |\n| driven | {:.1} km, {:.1} % of it empty |\n",
+            100.0 * self.utilisation(),
+            shares.join(", "),
+            metres / 1e3,
+            100.0 * ratio(self.empty_metres, metres),
+        )
+    }
+}
+
+fn ratio(part: f64, whole: f64) -> f64 {
+    if whole > 0.0 { part / whole } else { 0.0 }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -178,5 +258,25 @@ mod tests {
             });
         }
         assert_eq!(figures.json()["stops_by_period"], json!([2, 1, 0, 1]));
+    }
+
+    #[test]
+    fn time_and_metres_add_up() {
+        let mut effort = Effort::default();
+        let doing =
+            |activity, has_order, is_loaded, speed| Doing { activity, has_order, is_loaded, speed };
+        effort.add(&doing(Activity::ToPick, true, false, 2.0), 10.0);
+        effort.add(&doing(Activity::Carrying, true, true, -1.0), 40.0);
+        effort.add(&doing(Activity::Idle, false, false, 0.0), 50.0);
+        assert_eq!((effort.utilisation(), effort.share(Activity::Carrying)), (0.5, 0.4));
+        let json = effort.json();
+        assert_eq!((&json["loaded_metres"], &json["empty_metres"]), (&json!(40.0), &json!(20.0)));
+        assert_eq!(json["robot_secs"]["to_pick"], 10.0);
+        let text = effort.markdown();
+        assert!(
+            text.contains("utilisation | 50.0 %") && text.contains("0.1 km, 33.3 % of it empty"),
+            "{text}"
+        );
+        assert_eq!(Effort::default().utilisation(), 0.0);
     }
 }

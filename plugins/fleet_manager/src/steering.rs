@@ -1,15 +1,14 @@
 //! Steering: sends robots to nodes, without one ever touching another.
 //!
-//! Each cycle: what a frame shows gives claims back behind the robots; robots without a route get
-//! one; then bases are extended, as late as possible and one robot after the other, into space that
-//! nobody else claims.
+//! Each cycle, robots give back the claims behind them, and those without a route get one. Then
+//! bases are extended, as late as possible and one robot after the other, into space that no other
+//! robot claims.
 
 mod admission;
 mod adopt;
 mod closures;
 mod evict;
 mod grant;
-mod guard;
 #[cfg(test)]
 mod tests;
 
@@ -20,6 +19,7 @@ use regatta_plugin::closure::ClosedEdge;
 
 use self::admission::Admission;
 pub use self::admission::AdmissionSettings;
+use self::closures::Closures;
 use crate::claims::Claims;
 use crate::planner::{Planner, Plans};
 use crate::roads::{Leg, Roads};
@@ -28,11 +28,11 @@ use crate::traffic::{Errand, Permit, Robot, RouteState, Traffic};
 /// A command to a robot.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Command {
-    /// Replace what lies beyond its base by these legs, none of them released.
+    /// Replace its horizon by these legs, none of them released.
     Route {
         /// The robot.
         robot: u32,
-        /// From the end of its base on.
+        /// The legs from the end of its base on.
         legs: Vec<Leg>,
     },
     /// Drop its route beyond the edge that it is on.
@@ -61,12 +61,11 @@ pub struct Settings {
     pub lead: f32,
     /// Whether robots that close a ring of waiters are held back.
     pub ring_guard: bool,
-    /// Whether a dead end is entered only while nobody else is there.
+    /// Whether a dead end is entered only while it is empty.
     pub stub_guard: bool,
     /// The limit on robots that are on the roads at the same time.
     pub admission: AdmissionSettings,
-    /// Whether robots keep apart. Without it, throughput is the bound of what any management can
-    /// reach.
+    /// Whether robots keep apart. Without it, the throughput is an upper bound for any management.
     pub conflicts: bool,
 }
 
@@ -90,28 +89,24 @@ pub struct Steering {
     settings: Settings,
     claims: Claims,
     robots: Vec<Option<Robot>>,
-    /// By leg.
-    closed: Vec<bool>,
-    /// By node: whether closures have cut it off; empty without closures.
-    cut_off: Vec<bool>,
-    /// By node: whether closures keep robots from coming there; empty without closures.
-    out_of_reach: Vec<bool>,
+    closures: Closures,
     /// Edges that are closed by a command, sorted by id.
     closed_by_command: Vec<ClosedEdge>,
     /// Their indices, sorted.
     closed_edges: Vec<u32>,
-    /// Whether they have changed since closures were last worked out.
+    /// Whether they have changed since closures were last computed.
     is_closed_anew: bool,
     /// Robots that block roads, and the versions of their claims.
     blockers: Vec<(u32, u64)>,
-    closures: u64,
+    /// The number of times that closures have changed.
+    closure_changes: u64,
     admission: Admission,
     planner: Box<dyn Planner>,
     plans: Plans,
     commands: Vec<Command>,
     /// Simulated seconds.
     now: f64,
-    /// When idle robots in the way and closures are looked at again.
+    /// The time of the next check of closures and of idle robots in the way, in simulated seconds.
     next_check: f64,
     /// Figures of the run.
     pub counts: Counts,
@@ -124,7 +119,7 @@ pub struct Counts {
     pub grants: u64,
     /// Extensions that the ring guard refused.
     pub guarded: u64,
-    /// Idle robots that were sent out of others' way.
+    /// Idle robots that were sent out of the way of others.
     pub evictions: u64,
 }
 
@@ -134,14 +129,12 @@ impl Steering {
         Self {
             claims: Claims::new(&roads, settings.conflicts),
             admission: Admission::new(&roads, settings.admission),
-            closed: vec![false; 2 * roads.edges().len()],
-            cut_off: Vec::new(),
-            out_of_reach: Vec::new(),
+            closures: Closures::none(&roads),
             closed_by_command: Vec::new(),
             closed_edges: Vec::new(),
             is_closed_anew: false,
             blockers: Vec::new(),
-            closures: 0,
+            closure_changes: 0,
             planner,
             plans: Plans::default(),
             robots: Vec::new(),
@@ -180,8 +173,8 @@ impl Steering {
         }
     }
 
-    /// Leaves a robot without a goal: it stops at the end of its base, and may be sent out of
-    /// others' way.
+    /// Leaves a robot without a goal: it stops at the end of its base, and may be sent out of the
+    /// way of others.
     pub fn halt(&mut self, robot: u32) {
         let Some(state) = self.robot_mut(robot) else { return };
         state.errand = Errand::None;
@@ -191,7 +184,7 @@ impl Steering {
         state.horizon.clear();
     }
 
-    /// Leaves a robot where it is: it has something to do there, and nobody may send it away.
+    /// Keeps a robot where it is: it has something to do there, and is not sent away.
     pub fn stay(&mut self, robot: u32) {
         self.halt(robot);
         if let Some(state) = self.robot_mut(robot) {
@@ -262,9 +255,9 @@ impl Steering {
             state.permit = Permit::default();
         }
         let mut plans = std::mem::take(&mut self.plans);
-        // Not `self.traffic()`: the planner is borrowed beside it.
-        let Self { roads, claims, robots, closed, now, .. } = self;
-        let stub_guard = self.settings.stub_guard;
+        // Not `self.traffic()`, which would borrow the planner, too.
+        let Self { roads, claims, robots, closures, now, .. } = self;
+        let (closed, stub_guard) = (&closures.legs, self.settings.stub_guard);
         self.planner
             .plan(&Traffic { roads, claims, robots, closed, stub_guard, now: *now }, &mut plans);
         for (state, permit) in self.robots.iter_mut().zip(plans.take_permits()) {
@@ -312,7 +305,8 @@ impl Steering {
 
     /// The traffic, as planners see it.
     pub fn traffic(&self) -> Traffic<'_> {
-        let Self { roads, claims, robots, closed, now, .. } = self;
-        Traffic { roads, claims, robots, closed, stub_guard: self.settings.stub_guard, now: *now }
+        let Self { roads, claims, robots, closures, now, .. } = self;
+        let (closed, stub_guard) = (&closures.legs, self.settings.stub_guard);
+        Traffic { roads, claims, robots, closed, stub_guard, now: *now }
     }
 }

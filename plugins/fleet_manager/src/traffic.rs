@@ -1,4 +1,4 @@
-//! The traffic that planners see: positions, goals, and how far each robot could drive.
+//! The traffic as planners see it: positions, goals, and the distance that each robot could drive.
 
 mod extension;
 mod robot;
@@ -19,9 +19,9 @@ pub struct Traffic<'a> {
     pub claims: &'a Claims,
     /// By robot; `None` where there is none with this id.
     pub robots: &'a [Option<Robot>],
-    /// By leg: whether it is closed. Who is there already may leave it.
+    /// By leg: whether it is closed. Robots on it may leave it.
     pub closed: &'a [bool],
-    /// Whether a dead end is entered only while nobody else is there.
+    /// Whether a dead end is entered only while it is empty.
     pub stub_guard: bool,
     /// Simulated seconds.
     pub now: f64,
@@ -60,18 +60,18 @@ impl<'a> Traffic<'a> {
         !self.extension_along(robot, &horizon, 0.1, true).stretches.is_empty()
     }
 
-    /// Returns who is in a stub that a robot would enter, from one leg to the next.
-    pub(crate) fn stub_occupant(&self, robot: u32, [leg, next]: [Leg; 2]) -> Option<u32> {
+    /// Returns a robot in the stub that another robot would enter, from one leg to the next.
+    pub(crate) fn stub_occupant(&self, robot: u32, leg: Leg, next: Leg) -> Option<u32> {
         let stubs = self.roads.stubs();
         let stub = stubs
             .of(next.edge())
             .filter(|_| self.stub_guard && stubs.of(leg.edge()) != stubs.of(next.edge()))?;
-        // The backstop decides who drives when.
+        // The backstop decides the order of the robots that it admits.
         self.robot(robot).filter(|state| !state.permit.is_admitted)?;
         self.claims.occupant(stubs.edges(stub), robot)
     }
 
-    /// The robot that a robot has been waiting for, for some seconds at least.
+    /// The robot for which a robot has been waiting for at least some seconds.
     pub fn waits_for(&self, robot: u32, secs: f64) -> Option<u32> {
         let state = self.robot(robot)?;
         let is_patient = self.now - state.waiting_since < secs;

@@ -167,23 +167,30 @@ struct OpenFile {
 
 impl OpenFile {
     fn open(path: &Path, header: &str) -> Result<Self, CsvError> {
-        let failed = |reason| CsvError::Io { path: path.to_owned(), reason };
-        let file = OpenOptions::new().append(true).create(true).open(path).map_err(failed)?;
-        let metadata = file.metadata().map_err(failed)?;
-        if metadata.is_file() && metadata.len() > 0 {
-            let whole = whole_rows(path, header, metadata.len()).map_err(failed)?;
-            let whole = whole.ok_or_else(|| CsvError::OtherHeader { path: path.to_owned() })?;
-            if whole < metadata.len() {
-                file.set_len(whole).map_err(failed)?;
-            }
+        match Self::try_open(path, header) {
+            Ok(Some(file)) => Ok(file),
+            Ok(None) => Err(CsvError::OtherHeader { path: path.to_owned() }),
+            Err(reason) => Err(CsvError::Io { path: path.to_owned(), reason }),
         }
-        Ok(Self { file, is_regular: metadata.is_file(), is_begun: false })
     }
 
-    /// Appends rows, after the header at the beginning of the file. What is written only in part,
-    /// for example on a full disk, is removed, so that the file stays readable.
+    /// Opens a file; `None` if it has another header.
+    fn try_open(path: &Path, header: &str) -> io::Result<Option<Self>> {
+        let file = OpenOptions::new().append(true).create(true).open(path)?;
+        let metadata = file.metadata()?;
+        if metadata.is_file() && metadata.len() > 0 {
+            let Some(whole) = whole_rows(path, header, metadata.len())? else { return Ok(None) };
+            if whole < metadata.len() {
+                file.set_len(whole)?;
+            }
+        }
+        Ok(Some(Self { file, is_regular: metadata.is_file(), is_begun: false }))
+    }
+
+    /// Appends rows, after the header at the beginning of the file. Rows that are written only in
+    /// part, for example on a full disk, are removed, so that the file stays readable.
     fn append(&mut self, header: &str, rows: &str) -> io::Result<()> {
-        // Whoever rotates the file may have truncated it.
+        // A rotation may have truncated the file.
         let length =
             if self.is_regular { self.file.metadata()?.len() } else { u64::from(self.is_begun) };
         let text = [if length == 0 { header } else { "" }, rows].concat();

@@ -1,20 +1,17 @@
-//! Commands with answers: what a person or a program gives now and then, rather than the stream of
-//! a fleet manager.
+//! Commands with answers, for a person or a program that gives single commands.
 
 use std::time::{Duration, Instant};
 
-use super::way::{WayError, way_to};
-use regatta_plugin::EventReader;
-use regatta_plugin::FleetName;
-use regatta_plugin::Participant;
-use regatta_plugin::WorldReader;
 use regatta_plugin::command::RouteLeg;
 use regatta_plugin::event::{EventKind, EventRecord, Refusal};
-use regatta_plugin::world::World;
-use regatta_plugin::{CommandError, Commands};
-use regatta_plugin::{OpenError, ReadError};
+use regatta_plugin::{
+    CommandError, Commands, EventReader, FleetName, OpenError, Participant, ReadError, World,
+    WorldReader,
+};
 
-/// The time between two looks for an answer.
+use super::way::{WayError, way_to};
+
+/// The interval at which answers are polled.
 const POLL: Duration = Duration::from_millis(2);
 
 /// The error of a command, or of waiting for its answer.
@@ -77,18 +74,17 @@ impl Dispatcher {
         Ok(token)
     }
 
-    /// The answers to commands, of anybody, that have come since the last call: acceptances and
-    /// refusals.
+    /// The answers to the commands of all senders since the last call: acceptances and refusals.
     ///
     /// # Errors
     /// [`ReadError`] if the connection is broken.
     pub fn answers(&mut self) -> Result<Vec<EventRecord>, ReadError> {
-        let is_answer = |event: &&EventRecord| {
-            matches!(event.kind(), Some(EventKind::Accepted | EventKind::Refused))
-        };
         let mut answers = Vec::new();
         self.events.take(|tick| {
-            answers.extend(tick.records.iter().filter(is_answer).copied());
+            let events = tick.records.iter().copied();
+            answers.extend(events.filter(|event| {
+                matches!(event.kind(), Some(EventKind::Accepted | EventKind::Refused))
+            }));
             Ok::<_, ReadError>(())
         })?;
         Ok(answers)
@@ -167,7 +163,7 @@ impl Dispatcher {
     }
 }
 
-/// Says why a command was refused.
+/// Returns the reason of a refusal.
 fn refused(answer: &EventRecord) -> String {
     use Refusal::*;
     let id = answer.id;

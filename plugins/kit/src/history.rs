@@ -1,5 +1,5 @@
 //! The history of a run so far, in bounded memory: kept by the plugin or the replay that publishes
-//! it, and by a reader that has nobody to ask.
+//! it, and by a reader without either.
 
 pub mod series;
 pub mod spots;
@@ -20,8 +20,8 @@ pub struct RunHistory {
 }
 
 impl RunHistory {
-    /// Adds a frame, with its contacts if somebody checks for them; those of another run count as
-    /// none. `throughput` is asked only if a sample is due: the robots that enter an edge, per
+    /// Adds a frame, with its contacts if they are known; those of another run count as none.
+    /// `throughput` is called only if a sample is due: it returns the robots that enter an edge, per
     /// hour, if that is known.
     pub fn add(
         &mut self,

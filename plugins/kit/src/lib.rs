@@ -5,7 +5,7 @@
 //! | [`command_line`] | the `main` of a plugin with options of its own |
 //! | [`csv_file`] | a CSV file to which rows are appended, and which may be rotated |
 //! | [`whole_file`] | files that appear under their name only once they are complete |
-//! | [`dispatch`], [`way`] | orders with answers; the fastest way to a node |
+//! | [`dispatch`], [`way`] | commands with answers; the fastest way to a node |
 //! | [`history`] | hot spots of a run, and its figures over time |
 //! | `server` | a web server; it needs the feature `server` |
 
@@ -22,7 +22,5 @@ pub use command_line::{parse, run_from};
 pub use csv_file::{CsvChange, CsvError, CsvFile, RowCounts};
 pub use dispatch::{DispatchError, Dispatcher};
 pub use history::{RunHistory, series::Series, spots::Spots};
-/// Escapes `<`, `>` and `&` for the text of an element of XML, SVG or HTML.
-pub use quick_xml::escape::partial_escape as escape_xml;
 pub use way::{WayError, find_node};
 pub use whole_file::WholeFile;

@@ -1,7 +1,7 @@
 //! A web server on a thread of its own, with a runtime of one thread.
 //!
-//! Clients can't hold it up: one that sends no request is closed after a while, and
-//! [`WhenFull`] says what happens to connections beyond the limit.
+//! Clients can't hold it up: a connection without a request is closed after a while, and
+//! [`WhenFull`] decides on connections beyond the limit.
 
 use std::collections::VecDeque;
 use std::io;
@@ -101,11 +101,10 @@ impl Server {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
         let listener = runtime.block_on(async { TcpListener::from_std(listener) })?;
         let (running, end) = watch::channel(());
-        let run = move || {
+        let thread = thread::Builder::new().name(name.to_owned()).spawn(move || {
             runtime.spawn(background);
             runtime.block_on(accept(listener, router, limits, end));
-        };
-        let thread = thread::Builder::new().name(name.to_owned()).spawn(run)?;
+        })?;
         Ok(Self { address, running: Some(running), thread: Some(thread) })
     }
 

@@ -4,23 +4,17 @@ use std::cmp::Reverse;
 use std::collections::{BTreeSet, BinaryHeap};
 use std::time::Duration;
 
-use regatta_plugin::ClosureReader;
-use regatta_plugin::Participant;
-use regatta_plugin::Subscriber;
 use regatta_plugin::command::RouteLeg;
 use regatta_plugin::frame::{Frame, NO_EDGE, RobotState};
-use regatta_plugin::world::World;
-use regatta_plugin::{OpenError, ReadError};
-use regatta_plugin::{RouteClient, RouteError};
+use regatta_plugin::{
+    ClosureReader, OpenError, Participant, ReadError, RouteClient, RouteError, Subscriber, World,
+};
 
 /// The time within which a running fleet publishes a frame.
 const TIMEOUT: Duration = Duration::from_secs(5);
 
 /// A producer gives late readers of closures what they missed right after a frame.
 const AFTER_FRAME: Duration = Duration::from_millis(5);
-
-/// A leg: the index of its edge, and whether it is driven in reverse gear.
-type Leg = (usize, bool);
 
 /// The error of looking for a way, or for a node.
 #[derive(Debug, thiserror::Error)]
@@ -46,7 +40,7 @@ pub enum WayError {
     /// Several nodes have this name.
     #[error("several nodes are called '{0}'; give the id of one")]
     AmbiguousNode(String),
-    /// There is nothing to drive.
+    /// The robot is at the node already.
     #[error("the robot is at node {node} already, or its edge ends there")]
     AtGoal {
         /// Id of the node.
@@ -97,13 +91,8 @@ pub fn way_to(
     if start == goal {
         return Err(WayError::AtGoal { node: to });
     }
-    let legs = fastest(world, start, goal, &exits(world, reverse, &closed));
-    let legs = legs.ok_or(WayError::NoWay { from, to, closed: closed.len(), reverse })?;
-    let route_leg = |(edge, reverse): Leg| {
-        let id = world.edges()[edge].id;
-        if reverse { RouteLeg::reverse(id) } else { RouteLeg::forward(id) }
-    };
-    Ok(legs.into_iter().map(route_leg).collect())
+    let legs = fastest(start, goal, &exits(world, reverse, &closed));
+    legs.ok_or(WayError::NoWay { from, to, closed: closed.len(), reverse })
 }
 
 /// Returns the index of a node, by id or else by name.
@@ -143,19 +132,15 @@ fn start_of(
 }
 
 fn nearest_node(world: &World<'_>, [x, y]: [f32; 2]) -> usize {
-    let square = |index: &usize| {
-        let node = &world.nodes()[*index];
-        (node.x - x).powi(2) + (node.y - y).powi(2)
-    };
-    (0..world.nodes().len())
-        .min_by(|one, other| square(one).total_cmp(&square(other)))
-        .unwrap_or_default()
+    let squares = world.nodes().iter().map(|node| (node.x - x).powi(2) + (node.y - y).powi(2));
+    let nearest = squares.enumerate().min_by(|one, other| one.1.total_cmp(&other.1));
+    nearest.map_or(0, |(node, _)| node)
 }
 
 /// Returns the legs of the way with the shortest driving time, by Dijkstra's algorithm.
-fn fastest(world: &World<'_>, start: usize, goal: usize, exits: &[Vec<Exit>]) -> Option<Vec<Leg>> {
-    let mut before: Vec<Option<(usize, Leg)>> = vec![None; world.nodes().len()];
-    let mut times = vec![u64::MAX; world.nodes().len()];
+fn fastest(start: usize, goal: usize, exits: &[Vec<Exit>]) -> Option<Vec<RouteLeg>> {
+    let mut before: Vec<Option<(usize, RouteLeg)>> = vec![None; exits.len()];
+    let mut times = vec![u64::MAX; exits.len()];
     times[start] = 0;
     let mut queue = BinaryHeap::from([Reverse((0, start))]);
     while let Some(Reverse((time, node))) = queue.pop() {
@@ -165,7 +150,7 @@ fn fastest(world: &World<'_>, start: usize, goal: usize, exits: &[Vec<Exit>]) ->
         if time > times[node] {
             continue;
         }
-        for &(leg, to, nanos) in &exits[node] {
+        for &Exit { leg, to, nanos } in &exits[node] {
             if time + nanos < times[to] {
                 times[to] = time + nanos;
                 before[to] = Some((node, leg));
@@ -184,19 +169,34 @@ fn fastest(world: &World<'_>, start: usize, goal: usize, exits: &[Vec<Exit>]) ->
     Some(legs)
 }
 
-/// A leg that leaves a node, the node that it leads to, and its driving time in nanoseconds.
-type Exit = (Leg, usize, u64);
+/// A leg that leaves a node.
+#[derive(Clone, Copy)]
+struct Exit {
+    leg: RouteLeg,
+    /// Index of the node that it leads to.
+    to: usize,
+    /// The driving time, in nanoseconds.
+    nanos: u64,
+}
+
+impl Exit {
+    fn new(leg: RouteLeg, to: u32, length: f32, speed: f32) -> Self {
+        let nanos = (f64::from(length) / f64::from(speed) * 1e9) as u64 + 1;
+        Self { leg, to: to as usize, nanos }
+    }
+}
 
 /// Returns the open legs that leave each node. `closed` has ids of edges.
 fn exits(world: &World<'_>, reverse: bool, closed: &BTreeSet<u32>) -> Vec<Vec<Exit>> {
     let mut exits = vec![Vec::new(); world.nodes().len()];
-    let edges = world.edges().iter().enumerate().filter(|(_, edge)| !closed.contains(&edge.id));
-    for (index, edge) in edges {
-        let (origin, destination) = (edge.origin as usize, edge.destination as usize);
-        let nanos = |speed: f32| (f64::from(edge.length) / f64::from(speed) * 1e9) as u64 + 1;
-        exits[origin].push(((index, false), destination, nanos(edge.speed)));
+    for edge in world.edges().iter().filter(|edge| !closed.contains(&edge.id)) {
+        let leg = RouteLeg::forward(edge.id);
+        let exit = Exit::new(leg, edge.destination, edge.length, edge.speed);
+        exits[edge.origin as usize].push(exit);
         if reverse && edge.reverse_speed > 0.0 {
-            exits[destination].push(((index, true), origin, nanos(edge.reverse_speed)));
+            let leg = RouteLeg::reverse(edge.id);
+            let exit = Exit::new(leg, edge.origin, edge.length, edge.reverse_speed);
+            exits[edge.destination as usize].push(exit);
         }
     }
     exits
@@ -227,10 +227,10 @@ mod tests {
         let view = world.view(1, 1);
         let way = |start, goal, closed: &[u32]| {
             let closed = closed.iter().copied().collect();
-            fastest(&view, start, goal, &exits(&view, false, &closed))
+            fastest(start, goal, &exits(&view, false, &closed))
         };
-        assert_eq!(way(0, 2, &[]), Some(vec![(0, false)]));
-        assert_eq!(way(0, 2, &[100]), Some(vec![(1, false), (2, false)]));
+        assert_eq!(way(0, 2, &[]), Some(vec![RouteLeg::forward(100)]));
+        assert_eq!(way(0, 2, &[100]), Some([101, 102].map(RouteLeg::forward).to_vec()));
         assert_eq!(way(0, 2, &[100, 102]), None);
         assert_eq!(find_node(&view, "12").expect("a node"), 2);
         assert!(matches!(find_node(&view, "x"), Err(WayError::UnknownNode(name)) if name == "x"));

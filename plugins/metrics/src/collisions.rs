@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use regatta_plugin::column::COLLISION;
 use regatta_plugin::contact::{ContactHeader, ContactLevel, ContactRecord};
 use regatta_plugin::{ColumnReader, ContactReader, Participant, ReadError, Result};
 
@@ -28,7 +29,7 @@ impl CollisionReader {
     pub fn open_on(participant: &Participant) -> Result<Self> {
         let contacts = ContactReader::open_on(participant)?;
         Ok(Self {
-            column: ColumnReader::open_on(participant, "collision")?,
+            column: ColumnReader::open_on(participant, COLLISION.name())?,
             contacts,
             levels: None,
             pairs: None,
@@ -87,7 +88,7 @@ mod tests {
         let name: FleetName =
             format!("unit-metrics-{test}-{}", std::process::id()).parse().expect("a name");
         let participant = Participant::join(&name, "test").expect("joined");
-        let column = ColumnPublisher::open_on(&participant, "collision").expect("a column");
+        let column = ColumnPublisher::open_on(&participant, COLLISION.name()).expect("a column");
         let contacts = ContactPublisher::open_on(&participant).expect("contacts");
         (column, contacts, CollisionReader::open_on(&participant).expect("a reader"))
     }

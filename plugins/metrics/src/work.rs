@@ -2,7 +2,7 @@
 //! effort, and its orders.
 
 use regatta_plugin::activity::Activity;
-use regatta_plugin::column::ColumnHeader;
+use regatta_plugin::column::{ACTIVITY, ColumnHeader};
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::{ColumnReader, Frame, OrderReader, Participant, ReadError, Result};
 
@@ -57,7 +57,7 @@ impl WorkReader {
     /// Fails if the fleet uses another version of the contract, or has no room for another reader.
     pub fn open_on(participant: &Participant) -> Result<Self> {
         let orders = OrderReader::open_on(participant)?;
-        Ok(Self { column: ColumnReader::open_on(participant, "activity")?, orders })
+        Ok(Self { column: ColumnReader::open_on(participant, ACTIVITY.name())?, orders })
     }
 
     /// Adds the effort of robots since the frame before.
@@ -222,7 +222,7 @@ mod tests {
         let name: FleetName =
             format!("unit-metrics-work-{}", std::process::id()).parse().expect("a name");
         let participant = Participant::join(&name, "test").expect("joined");
-        let mut column = ColumnPublisher::open_on(&participant, "activity").expect("a column");
+        let mut column = ColumnPublisher::open_on(&participant, ACTIVITY.name()).expect("a column");
         let mut log = OrderPublisher::open_on(&participant).expect("a log");
         let mut reader = WorkReader::open_on(&participant).expect("a reader");
         let (mut aggregator, mut tally) = (Aggregator::default(), WorkTally::default());

@@ -46,7 +46,7 @@ class Shape(IntEnum):
     """A circle of diameter ``length``."""
 
 
-class NodeRole(IntEnum):
+class Role(IntEnum):
     """The purpose of a node."""
 
     NONE = 0

@@ -55,7 +55,7 @@ class World:
     that map is ``origin`` + position."""
     nodes: Records
     """``id`` in the route graph's file, ``x`` and ``y`` in metres, ``theta`` in radians; ``name``, ``level`` and
-    ``zone`` (``str``, empty for none); ``role`` (a :class:`NodeRole <regatta.NodeRole>`)."""
+    ``zone`` (``str``, empty for none); ``role`` (a :class:`Role <regatta.Role>`)."""
     edges: Records
     """``id`` in the route graph's file; ``origin`` and ``destination``: indices of nodes; arc ``length`` in metres;
     ``first_curve``, the index of the first of the edge's curves, and ``curves``, their number; ``speed`` and

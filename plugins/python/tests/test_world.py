@@ -47,7 +47,7 @@ def test_a_world_has_texts_curves_and_an_origin() -> None:
     assert world.nodes["name"].tolist() == ["dock 1", ""], "the second one's text is shorter than its length"
     assert world.nodes["level"].tolist() == ["", "grün"]
     assert world.nodes["zone"].tolist() == ["grün", ""], "there is no text at the second one's offset"
-    assert world.nodes["role"].tolist() == [regatta.NodeRole.CHARGE, regatta.NodeRole.NONE]
+    assert world.nodes["role"].tolist() == [regatta.Role.CHARGE, regatta.Role.NONE]
     assert world.edges["name"].tolist() == ["", "dock 1"] and world.edges["level"].tolist() == ["grün", ""]
     assert world.edges["orientation"].tolist() == [Orientation.FIXED, Orientation.TANGENTIAL]
     assert world.robot_types["name"].tolist() == ["tug"] and world.robot_types["max_rotation_speed"][0] == 0.5

@@ -21,7 +21,7 @@ use crate::reading::{ReadingError, Recording};
 use crate::recorded::Row;
 use crate::table::{Span, for_each_snapshot};
 pub use svg::png;
-use svg::{Area, Svg};
+use svg::{Area, begin};
 
 /// Options of `regatta plot`.
 #[derive(Args, Clone, Debug)]
@@ -230,16 +230,16 @@ const MARGIN: f64 = 40.0;
 const TOP: f64 = 122.0;
 
 fn picture(track: &Track, title: &str, recording: &str) -> String {
-    let mut svg = Svg::new(SIZE);
+    let mut svg = begin(SIZE);
     let (start, end) = track.span();
     let (metres, seconds) = (track.length(), end - start);
-    svg.text(DVec2::new(MARGIN, 52.0), "title", title);
+    svg.text(DVec2::new(MARGIN, 52.0)).class("title").content(title);
     let mean = if seconds > 0.0 { metres / seconds } else { 0.0 };
     let about = format!(
         "{recording} · {start:.2} s to {end:.2} s · {metres:.1} m driven · \
          {mean:.2} m/s on average"
     );
-    svg.text(DVec2::new(MARGIN, 76.0), "about", &about);
+    svg.text(DVec2::new(MARGIN, 76.0)).class("about").content(&about);
     let middle = SIZE.x * 0.53;
     let bottom = SIZE.y - MARGIN - 24.0;
     let map = Area { left: MARGIN + 44.0, top: TOP, right: middle - 26.0, bottom };

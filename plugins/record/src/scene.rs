@@ -1,8 +1,9 @@
 //! Encodes the fleet and its route graph as Foxglove's messages, which general tools show.
 
-use glam::DVec2;
+use glam::{DVec2, Vec2};
 use prost::Message;
 use prost_types::Timestamp;
+use regatta_base::bezier::CubicBezier;
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::world::CurveRecord;
 use regatta_plugin::{Frame, World};
@@ -135,7 +136,7 @@ fn lines(curve: &CurveRecord) -> Vec<Point3> {
 /// Returns points on a cubic Bézier curve: the two ends of a straight one, or else
 /// `SEGMENTS + 1` points.
 fn polyline(control_points: &[[f32; 2]; 4]) -> Vec<DVec2> {
-    let [p0, p1, p2, p3] = control_points.map(point);
+    let [p0, p1, p2, p3] = cubic(control_points).control_points;
     let chord = p3 - p0;
     let off_chord = [p1, p2].map(|p| chord.perp_dot(p - p0).abs() / chord.length().max(1e-9));
     if chord != DVec2::ZERO && off_chord[0].max(off_chord[1]) < 1e-3 {
@@ -146,16 +147,12 @@ fn polyline(control_points: &[[f32; 2]; 4]) -> Vec<DVec2> {
 
 /// Returns `SEGMENTS + 1` points on a cubic Bézier curve.
 fn curve(control_points: &[[f32; 2]; 4]) -> impl Iterator<Item = DVec2> + use<> {
-    let [p0, p1, p2, p3] = control_points.map(point);
-    (0..=SEGMENTS).map(move |i| {
-        let t = i as f64 / SEGMENTS as f64;
-        let u = 1.0 - t;
-        u * u * u * p0 + 3.0 * u * u * t * p1 + 3.0 * u * t * t * p2 + t * t * t * p3
-    })
+    let cubic = cubic(control_points);
+    (0..=SEGMENTS).map(move |i| cubic.position(i as f64 / SEGMENTS as f64))
 }
 
-fn point([x, y]: [f32; 2]) -> DVec2 {
-    DVec2::new(x.into(), y.into())
+fn cubic(control_points: &[[f32; 2]; 4]) -> CubicBezier {
+    CubicBezier { control_points: control_points.map(|point| Vec2::from(point).as_dvec2()) }
 }
 
 fn timestamp(nanos: u64) -> Timestamp {

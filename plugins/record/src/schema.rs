@@ -1,6 +1,7 @@
 //! The topics of a recording and the schemas of their messages.
 
 use regatta_plugin::ColumnName;
+use regatta_plugin::column::TYPE;
 
 /// The messages of `proto/regatta.proto`.
 #[allow(clippy::all, clippy::pedantic, missing_docs, dead_code, reason = "generated")]
@@ -52,8 +53,6 @@ pub enum Topic {
 }
 
 const COLUMNS: &str = "/columns/";
-/// The column that producers themselves publish: each robot's type.
-const TYPE_COLUMN: &str = "type";
 
 impl Topic {
     /// All topics but those of columns.
@@ -74,7 +73,7 @@ impl Topic {
 
     /// Returns the topic of the column that producers themselves publish: each robot's type.
     pub(crate) fn types() -> Option<Self> {
-        TYPE_COLUMN.parse().ok().map(Self::Column)
+        TYPE.name().parse().ok().map(Self::Column)
     }
 
     /// Returns the name, or the start of the name of a column's topic, and the full name of the
@@ -153,7 +152,7 @@ impl Topic {
     /// Whether a plugin publishes the messages rather than the producer.
     pub(crate) fn is_from_plugin(&self) -> bool {
         match self {
-            Self::Column(name) => name.as_str() != TYPE_COLUMN,
+            Self::Column(name) => name.as_str() != TYPE.name(),
             _ => matches!(
                 self,
                 Self::Orders | Self::Contacts | Self::ContactUpdates | Self::ContactEvents

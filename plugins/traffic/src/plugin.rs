@@ -5,6 +5,7 @@ use std::io::Write as _;
 use std::path::PathBuf;
 
 use clap::Parser;
+use regatta_plugin::column::COLLISION;
 use regatta_plugin::traffic::{EdgeTraffic, TRAFFIC_PERIODS, TrafficHeader};
 use regatta_plugin::{
     ColumnReader, Frame, Options, Participant, Plugin, Rate, Result, TrafficPublisher, World,
@@ -229,7 +230,7 @@ impl TrafficPlugin {
 
 impl Plugin for TrafficPlugin {
     fn on_start(&mut self, fleet: &Participant) -> Result {
-        let contacts = ColumnReader::open_on(fleet, "collision")?;
+        let contacts = ColumnReader::open_on(fleet, COLLISION.name())?;
         let (traffic, participant) = (TrafficPublisher::open_on(fleet)?, fleet.clone());
         self.ports = Some(Ports {
             traffic,

@@ -9,6 +9,7 @@ pub mod robots;
 use std::ffi::OsString;
 use std::time::{Duration, Instant};
 
+use regatta_plugin::column::TYPE;
 use regatta_plugin::producer::{LockstepOptions, Session, Speed};
 use regatta_plugin::world::RobotTypeRecord;
 use regatta_plugin::{
@@ -142,7 +143,7 @@ impl Source {
     fn publish_types(&mut self, session: &mut Session, rows: usize) -> Result {
         if self.robot_type.is_some() && rows != self.typed_rows {
             let tick = session.tick();
-            session.ports().publish_column("type", tick, &vec![0.0; rows])?;
+            session.ports().publish_column(TYPE.name(), tick, &vec![0.0; rows])?;
             self.typed_rows = rows;
         }
         Ok(())

@@ -5,6 +5,7 @@ use std::io::Write as _;
 use std::time::{Duration, Instant};
 
 use clap::Parser;
+use regatta_plugin::column::TYPE;
 use regatta_plugin::{
     ColumnReader, Error, Events, Frame, Options, OrderReader, Participant, Plugin, ReadError,
     Result, World, usage_line,
@@ -99,7 +100,8 @@ impl Validator {
 
 impl Plugin for Validator {
     fn on_start(&mut self, fleet: &Participant) -> Result {
-        self.ports = Some((ColumnReader::open_on(fleet, "type")?, OrderReader::open_on(fleet)?));
+        self.ports =
+            Some((ColumnReader::open_on(fleet, TYPE.name())?, OrderReader::open_on(fleet)?));
         Ok(())
     }
 

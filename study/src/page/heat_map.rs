@@ -1,5 +1,7 @@
 //! The plan with the edges where robots wait, as SVG.
 
+use glam::DVec2;
+use regatta_base::svg::Svg;
 use regatta_layout::{Edge, RouteGraph};
 
 use crate::bottleneck::Bottleneck;
@@ -26,39 +28,37 @@ pub fn heat_map(
 ) -> String {
     let plan = Plan::new(graph);
     let most = edges.iter().map(|edge| edge.waiting_secs / secs as f64).fold(0.0, f64::max);
-    let (width, height) = (plan.width, plan.height + LEGEND);
-    let mut svg = format!(
-        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {width:.0} {height:.0}\" \
-         width=\"{width:.0}\" height=\"{height:.0}\" font-family=\"sans-serif\" font-size=\"13\">\n\
-         <rect width=\"100%\" height=\"100%\" fill=\"#fff\"/>\n"
-    );
-    let all: String = graph.edges().iter().map(|edge| plan.path(edge)).collect();
-    svg += &format!("<path fill=\"none\" stroke=\"#dfe4ea\" d=\"{all}\"/>\n");
-    let mut by_class: [String; RAMP.len()] = Default::default();
+    let mut svg = Svg::new(0);
+    svg.document(plan.size + DVec2::new(0.0, LEGEND), "")
+        .set("font-family", "sans-serif")
+        .set("font-size", 13)
+        .open();
+    svg.decimals = 1;
+    svg.background("#fff");
+    let all = graph.edges().iter().map(|edge| plan.curves(edge));
+    svg.element("path").fill("none").stroke("#dfe4ea", 1).curves(all);
+    let mut by_class = [const { Vec::new() }; RAMP.len()];
     for edge in edges.iter().filter(|edge| edge.waiting_secs > 0.0) {
         if let Some(index) = graph.edge_by_id(edge.edge) {
-            by_class[class(edge.waiting_secs / secs as f64, most)] += &plan.path(graph.edge(index));
+            let class = class(edge.waiting_secs / secs as f64, most);
+            by_class[class].push(plan.curves(graph.edge(index)));
         }
     }
-    for (index, (paths, colour)) in by_class.iter().zip(RAMP).enumerate() {
-        if !paths.is_empty() {
-            let width = 2.0 + 0.6 * index as f64;
-            svg += &format!(
-                "<path fill=\"none\" stroke=\"{colour}\" stroke-width=\"{width}\" d=\"{paths}\"/>\n"
-            );
+    for (index, (curves, colour)) in by_class.into_iter().zip(RAMP).enumerate() {
+        if !curves.is_empty() {
+            let path = svg.element("path").fill("none");
+            path.stroke(colour, 2.0 + 0.6 * index as f64).curves(curves);
         }
     }
     for (bottleneck, rank) in bottlenecks.iter().zip(1..).take(MARKED) {
-        let [x, y] = bottleneck.position;
-        let Pixel { x, y } = plan.pixel(x, y);
-        svg += &format!(
-            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"11\" fill=\"#fff\" fill-opacity=\"0.85\" \
-             stroke=\"#d55e00\" stroke-width=\"2\"/><text x=\"{x:.1}\" y=\"{:.1}\" \
-             text-anchor=\"middle\" fill=\"#a03c00\">{rank}</text>\n",
-            y + 4.5
-        );
+        let at = plan.pixel(bottleneck.position.into());
+        let disc = svg.circle(at, 11.0).fill("#fff").set("fill-opacity", 0.85);
+        disc.stroke("#d55e00", 2);
+        let text = svg.text(at + DVec2::new(0.0, 4.5)).set("text-anchor", "middle");
+        text.fill("#a03c00").content(rank);
     }
-    svg + &legend(plan.height, most) + "</svg>\n"
+    write_legend(&mut svg, plan.size.y, most);
+    svg.finish()
 }
 
 /// Returns the class of a figure. Each class holds half of the figures of the next, since few
@@ -68,75 +68,53 @@ fn class(value: f64, most: f64) -> usize {
     RAMP.len() - 1 - (halvings.floor().max(0.0) as usize).min(RAMP.len() - 1)
 }
 
-/// Returns the legend below the plan.
-fn legend(top: f64, most: f64) -> String {
-    let (bar, baseline) = (top + 8.0, top + 32.0);
-    let mut svg = format!(
-        "<text x=\"{MARGIN}\" y=\"{:.0}\" fill=\"#1d2733\">robots waiting, on average</text>\n",
-        top + 16.0
-    );
-    for (index, colour) in RAMP.iter().enumerate() {
+/// Writes the legend below the plan.
+fn write_legend(svg: &mut Svg, top: f64, most: f64) {
+    let title = svg.text(DVec2::new(MARGIN, top + 16.0)).fill("#1d2733");
+    title.content("robots waiting, on average");
+    for index in 0..=RAMP.len() {
+        let at = DVec2::new(230.0 + 105.0 * index as f64, top);
+        if let Some(colour) = RAMP.get(index) {
+            svg.rect(at + DVec2::new(0.0, 8.0), DVec2::new(105.0, 8.0)).fill(colour);
+        }
         let from = if index == 0 { 0.0 } else { most / 2.0_f64.powi((RAMP.len() - index) as i32) };
-        let x = 230.0 + 105.0 * index as f64;
-        svg += &format!(
-            "<rect x=\"{x}\" y=\"{bar:.0}\" width=\"105\" height=\"8\" fill=\"{colour}\"/>\
-             <text x=\"{x}\" y=\"{baseline:.0}\" fill=\"#5a6875\">{from:.3}</text>\n"
-        );
+        let text = svg.text(at + DVec2::new(0.0, 32.0)).fill("#5a6875");
+        text.content(format_args!("{from:.3}"));
     }
-    let x = 230.0 + 105.0 * RAMP.len() as f64;
-    svg + &format!("<text x=\"{x}\" y=\"{baseline:.0}\" fill=\"#5a6875\">{most:.3}</text>\n")
 }
 
 /// The place of the layout in the picture.
 struct Plan {
-    west: f64,
-    north: f64,
+    /// The north-western corner of the layout in metres.
+    corner: DVec2,
     /// Pixels per metre.
     scale: f64,
-    width: f64,
-    height: f64,
-}
-
-/// A point of the picture.
-struct Pixel {
-    x: f64,
-    y: f64,
+    /// The size in pixels.
+    size: DVec2,
 }
 
 impl Plan {
     fn new(graph: &RouteGraph) -> Self {
-        let (mut west, mut east) = (f64::INFINITY, f64::NEG_INFINITY);
-        let (mut south, mut north) = (f64::INFINITY, f64::NEG_INFINITY);
+        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         for point in graph.edges().iter().flat_map(|edge| edge.path.control_points()) {
-            (west, east) = (west.min(point.x), east.max(point.x));
-            (south, north) = (south.min(point.y), north.max(point.y));
+            (low, high) = (low.min(point), high.max(point));
         }
-        let (width, height) = ((east - west).max(0.1), (north - south).max(0.1));
-        let scale = (LONGER_SIDE - 2.0 * MARGIN) / width.max(height);
+        let extent = (high - low).max(DVec2::splat(0.1));
+        let scale = (LONGER_SIDE - 2.0 * MARGIN) / extent.max_element();
         // At least as wide as the legend.
-        let width = (width * scale + 2.0 * MARGIN).max(920.0);
-        Self { west, north, scale, width, height: height * scale + 2.0 * MARGIN }
+        let size = (extent * scale + 2.0 * MARGIN).max(DVec2::new(920.0, 0.0));
+        Self { corner: DVec2::new(low.x, high.y), scale, size }
     }
 
     /// Returns the place of a point, given in metres east and north.
-    fn pixel(&self, x: f64, y: f64) -> Pixel {
-        Pixel {
-            x: (x - self.west) * self.scale + MARGIN,
-            y: (self.north - y) * self.scale + MARGIN,
-        }
+    fn pixel(&self, point: DVec2) -> DVec2 {
+        (point - self.corner) * DVec2::new(1.0, -1.0) * self.scale + MARGIN
     }
 
-    /// Returns the commands of an edge's curve.
-    fn path(&self, edge: &Edge) -> String {
-        let mut text = String::new();
-        for (index, cubic) in edge.path.cubics().enumerate() {
-            let [a, b, c, d] = cubic.control_points.map(|point| self.pixel(point.x, point.y));
-            if index == 0 {
-                text += &format!("M{:.1} {:.1}", a.x, a.y);
-            }
-            text += &format!("C{:.1} {:.1} {:.1} {:.1} {:.1} {:.1}", b.x, b.y, c.x, c.y, d.x, d.y);
-        }
-        text
+    /// Returns the control points of an edge's curves.
+    fn curves(&self, edge: &Edge) -> impl Iterator<Item = [DVec2; 4]> {
+        let cubics = edge.path.cubics().map(|cubic| cubic.control_points);
+        cubics.map(|points| points.map(|point| self.pixel(point)))
     }
 }
 

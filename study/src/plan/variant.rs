@@ -8,7 +8,7 @@ use std::sync::Arc;
 use regatta_layout::model::components::Components;
 use regatta_layout::{Format, NodeIndex, ReadOptions, Role, RouteGraph, write};
 use regatta_scenario::yaml::{PluginEntry, RobotGroupEntry};
-use regatta_scenario::{Overrides, Scenario, ScenarioError, document, made_up_scenario};
+use regatta_scenario::{Overrides, Scenario};
 use serde::Deserialize;
 use serde_json::Number;
 
@@ -85,13 +85,7 @@ impl Variant {
     pub fn read(path: &Path, options: &ReadOptions) -> Result<Self, PlanError> {
         let overrides = Overrides { layout: options.clone(), ..Overrides::default() };
         let read = Scenario::read(path, &overrides)?;
-        let text = if read.is_made_up {
-            made_up_scenario(&read.graph, "layout", options)
-        } else {
-            std::fs::read_to_string(path)
-                .map_err(|source| ScenarioError::Read { path: path.to_owned(), source })?
-        };
-        let PlantScenario { robots, plugins, setup } = document(&text, path)?;
+        let PlantScenario { robots, plugins, setup } = read.source.sections()?;
         let mut variant = Self {
             name: String::new(),
             file: path.to_owned(),

@@ -3,12 +3,13 @@
 
 use glam::{UVec2, Vec4};
 use wgpu::{
-    Color, CommandEncoder, LoadOp, Operations, RenderPass, StoreOp, TextureUsages, TextureView,
+    Color, CommandEncoder, LoadOp, Operations, RenderPass, RenderPassColorAttachment, StoreOp,
+    TextureUsages, TextureView,
 };
 
 use super::device::Gpu;
 use super::pipeline::{DEPTH_FORMAT, TargetConfig};
-use super::resources::{texture, view_of};
+use super::resources::{far_depth, stored, texture, view_of};
 use super::timer::Timer;
 
 /// Textures of the target's size that the render pass needs beside the target.
@@ -24,13 +25,13 @@ pub struct Attachments {
 impl Attachments {
     /// Creates the attachments for a target of `size` pixels.
     pub fn new(gpu: &Gpu, target: TargetConfig, size: UVec2) -> Self {
-        let make =
-            |format, samples| texture(gpu, size, format, samples, TextureUsages::RENDER_ATTACHMENT);
-        let samples = target.samples;
+        let (samples, usage) = (target.samples, TextureUsages::RENDER_ATTACHMENT);
+        let colours =
+            (samples > 1).then(|| view_of(&texture(gpu, size, target.format, samples, usage)));
         Self {
             size,
-            depth: view_of(&make(DEPTH_FORMAT, samples)),
-            samples: (samples > 1).then(|| view_of(&make(target.format, samples))),
+            depth: view_of(&texture(gpu, size, DEPTH_FORMAT, samples, usage)),
+            samples: colours,
         }
     }
 
@@ -48,23 +49,19 @@ impl Attachments {
         timer: Option<&Timer>,
     ) -> RenderPass<'a> {
         let [r, g, b, a] = sky.to_array().map(f64::from);
-        let (view, resolve_target, store) = match &self.samples {
-            Some(samples) => (samples, Some(target), StoreOp::Discard),
-            None => (target, None, StoreOp::Store),
+        let load = LoadOp::Clear(Color { r, g, b, a });
+        let colours = match &self.samples {
+            Some(samples) => RenderPassColorAttachment {
+                resolve_target: Some(target),
+                ops: Operations { load, store: StoreOp::Discard },
+                ..stored(samples, load)
+            },
+            None => stored(target, load),
         };
         encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("fleet"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view,
-                depth_slice: None,
-                resolve_target,
-                ops: Operations { load: LoadOp::Clear(Color { r, g, b, a }), store },
-            })],
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &self.depth,
-                depth_ops: Some(Operations { load: LoadOp::Clear(0.0), store: StoreOp::Discard }),
-                stencil_ops: None,
-            }),
+            color_attachments: &[Some(colours)],
+            depth_stencil_attachment: Some(far_depth(&self.depth)),
             timestamp_writes: timer.map(Timer::end),
             ..wgpu::RenderPassDescriptor::default()
         })

@@ -1,8 +1,8 @@
 //! Bind groups and their layouts.
 
 use wgpu::{
-    BindGroup, BindGroupEntry, BindGroupLayout, BindGroupLayoutEntry, BindingType, Buffer,
-    BufferBindingType, ShaderStages,
+    BindGroup, BindGroupEntry, BindGroupLayout, BindGroupLayoutEntry, BindingResource, BindingType,
+    Buffer, BufferBindingType, Sampler, ShaderStages, TextureView,
 };
 
 use super::device::Gpu;
@@ -31,39 +31,12 @@ pub fn bind_group_layout(
     stages: ShaderStages,
     bindings: &[Binding],
 ) -> BindGroupLayout {
-    let numbered: Vec<_> = (0..).zip(bindings.iter().copied()).collect();
-    numbered_bind_group_layout(gpu, label, stages, &numbered)
-}
-
-/// Creates a bind group layout from pairs of binding number and type.
-pub fn numbered_bind_group_layout(
-    gpu: &Gpu,
-    label: &str,
-    stages: ShaderStages,
-    bindings: &[(u32, Binding)],
-) -> BindGroupLayout {
-    let buffer = |ty| BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
-    let entries: Vec<_> = bindings
-        .iter()
-        .map(|(number, binding)| BindGroupLayoutEntry {
-            binding: *number,
+    let entries: Vec<_> = (0..)
+        .zip(bindings)
+        .map(|(binding, kind)| BindGroupLayoutEntry {
+            binding,
             visibility: stages,
-            ty: match binding {
-                Binding::Uniform => buffer(BufferBindingType::Uniform),
-                Binding::Read => buffer(BufferBindingType::Storage { read_only: true }),
-                Binding::Write => buffer(BufferBindingType::Storage { read_only: false }),
-                Binding::Texture => BindingType::Texture {
-                    sample_type: wgpu::TextureSampleType::Float { filterable: true },
-                    view_dimension: wgpu::TextureViewDimension::D2,
-                    multisampled: false,
-                },
-                Binding::WriteTexture => BindingType::StorageTexture {
-                    access: wgpu::StorageTextureAccess::WriteOnly,
-                    format: wgpu::TextureFormat::Rgba8Unorm,
-                    view_dimension: wgpu::TextureViewDimension::D2,
-                },
-                Binding::Sampler => BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
-            },
+            ty: kind.binding_type(),
             count: None,
         })
         .collect();
@@ -71,36 +44,58 @@ pub fn numbered_bind_group_layout(
     gpu.device.create_bind_group_layout(&descriptor)
 }
 
-/// Binds whole buffers, each with its binding number.
-pub fn bind_group(gpu: &Gpu, layout: &BindGroupLayout, buffers: &[(u32, &Buffer)]) -> BindGroup {
-    let entries: Vec<_> = buffers
-        .iter()
-        .map(|(number, buffer)| BindGroupEntry {
-            binding: *number,
-            resource: buffer.as_entire_binding(),
-        })
-        .collect();
-    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: None,
-        layout,
-        entries: &entries,
-    })
+impl Binding {
+    fn binding_type(self) -> BindingType {
+        match self {
+            Self::Uniform => buffer_type(BufferBindingType::Uniform),
+            Self::Read => buffer_type(BufferBindingType::Storage { read_only: true }),
+            Self::Write => buffer_type(BufferBindingType::Storage { read_only: false }),
+            Self::Texture => BindingType::Texture {
+                sample_type: wgpu::TextureSampleType::Float { filterable: true },
+                view_dimension: wgpu::TextureViewDimension::D2,
+                multisampled: false,
+            },
+            Self::WriteTexture => BindingType::StorageTexture {
+                access: wgpu::StorageTextureAccess::WriteOnly,
+                format: wgpu::TextureFormat::Rgba8Unorm,
+                view_dimension: wgpu::TextureViewDimension::D2,
+            },
+            Self::Sampler => BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
+        }
+    }
 }
 
-/// Binds a part of a buffer, in bytes, as binding 0.
-pub fn slice_group(
+fn buffer_type(ty: BufferBindingType) -> BindingType {
+    BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }
+}
+
+/// Binds resources, numbered 0, 1, 2 …
+pub fn bind_group(
     gpu: &Gpu,
     layout: &BindGroupLayout,
-    buffer: &Buffer,
-    offset: usize,
-    bytes: usize,
+    resources: &[BindingResource<'_>],
 ) -> BindGroup {
-    let size = wgpu::BufferSize::new(bytes as u64);
-    let slice = wgpu::BufferBinding { buffer, offset: offset as u64, size };
-    let entries = [BindGroupEntry { binding: 0, resource: wgpu::BindingResource::Buffer(slice) }];
-    gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: None,
-        layout,
-        entries: &entries,
-    })
+    let entries: Vec<_> = (0..)
+        .zip(resources)
+        .map(|(binding, resource)| BindGroupEntry { binding, resource: resource.clone() })
+        .collect();
+    let descriptor = wgpu::BindGroupDescriptor { label: None, layout, entries: &entries };
+    gpu.device.create_bind_group(&descriptor)
+}
+
+/// Binds whole buffers, numbered 0, 1, 2 …
+pub fn bind_buffers(gpu: &Gpu, layout: &BindGroupLayout, buffers: &[&Buffer]) -> BindGroup {
+    let resources: Vec<_> = buffers.iter().map(|buffer| buffer.as_entire_binding()).collect();
+    bind_group(gpu, layout, &resources)
+}
+
+/// Binds a texture as binding 0 and its sampler as binding 1.
+pub fn bind_texture(
+    gpu: &Gpu,
+    layout: &BindGroupLayout,
+    view: &TextureView,
+    sampler: &Sampler,
+) -> BindGroup {
+    let resources = [BindingResource::TextureView(view), BindingResource::Sampler(sampler)];
+    bind_group(gpu, layout, &resources)
 }

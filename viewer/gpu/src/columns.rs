@@ -6,7 +6,7 @@ use regatta_plugin::Frame;
 use regatta_plugin::world::{RobotTypeRecord, Shape};
 use wgpu::{BindGroup, BindGroupLayout, Buffer, BufferUsages, ShaderStages};
 
-use super::bindings::{Binding, bind_group, bind_group_layout};
+use super::bindings::{Binding, bind_buffers, bind_group_layout};
 use super::device::Gpu;
 use super::resources::buffer;
 
@@ -78,8 +78,10 @@ pub struct Columns {
     newest: usize,
     /// Rows that the buffers have room for.
     rows: usize,
-    /// Robots in the newest and in the previous frame.
-    robots: [usize; 2],
+    /// Robots in the newest frame.
+    robots: usize,
+    /// Robots in the frame before.
+    previous_robots: usize,
     /// Rows that have a value.
     values: usize,
     has_robot_type_column: bool,
@@ -100,12 +102,8 @@ impl Columns {
         gpu.queue.write_buffer(&robot_types, 0, bytemuck::cast_slice(&defaults));
         let (poses, attributes) = column_buffers(gpu, MIN_ROWS);
         let bindings = [Binding::Read, Binding::Read, Binding::Read, Binding::Uniform];
-        let layout = bind_group_layout(
-            gpu,
-            "poses",
-            ShaderStages::VERTEX | ShaderStages::COMPUTE,
-            &bindings,
-        );
+        let stages = ShaderStages::VERTEX | ShaderStages::COMPUTE;
+        let layout = bind_group_layout(gpu, "poses", stages, &bindings);
         Self {
             poses,
             attributes,
@@ -114,7 +112,8 @@ impl Columns {
             groups: [None, None],
             newest: 0,
             rows: MIN_ROWS,
-            robots: [0; 2],
+            robots: 0,
+            previous_robots: 0,
             values: 0,
             has_robot_type_column: false,
             sets: [Vec::new(), Vec::new()],
@@ -138,8 +137,8 @@ impl Columns {
         self.resize(gpu, frame.len());
         self.newest = 1 - self.newest;
         // Poses of two runs can't be interpolated.
-        let before = if frame.run_id() == self.run { self.robots[0] } else { 0 };
-        self.robots = [frame.len(), before];
+        self.previous_robots = if frame.run_id() == self.run { self.robots } else { 0 };
+        self.robots = frame.len();
         let nanos = frame.header().sim_time_nanos;
         let passed = nanos.saturating_sub(self.sim_nanos) as f32 * 1e-9;
         self.teleport_distance = MAX_SPEED * passed + 0.5;
@@ -195,11 +194,8 @@ impl Columns {
             // Bits of robots that have left the fleet are not cut off by a smaller buffer, but by
             // the number of rows.
             set.resize(rows / 32, 0);
-            gpu.queue.write_buffer(
-                &self.attributes,
-                first + index * (rows / 8) as u64,
-                bytemuck::cast_slice(set),
-            );
+            let at = first + index * (rows / 8) as u64;
+            gpu.queue.write_buffer(&self.attributes, at, bytemuck::cast_slice(set));
         }
     }
 
@@ -229,7 +225,8 @@ impl Columns {
         // Some spare rows, so that a growing fleet seldom needs new buffers.
         self.rows = (robots + robots / 8).next_multiple_of(MIN_ROWS).max(MIN_ROWS);
         (self.poses, self.attributes) = column_buffers(gpu, self.rows);
-        (self.robots, self.values, self.has_robot_type_column) = ([0; 2], 0, false);
+        (self.robots, self.previous_robots, self.values) = (0, 0, 0);
+        self.has_robot_type_column = false;
         self.groups = [None, None];
         self.write_sets(gpu);
     }
@@ -241,16 +238,21 @@ impl Columns {
 
     /// Returns the bind group of the current columns.
     pub fn group(&mut self, gpu: &Gpu) -> BindGroup {
-        let [previous, current] = [&self.poses[1 - self.newest], &self.poses[self.newest]];
-        let buffers = [(0, previous), (1, current), (2, &self.attributes), (3, &self.robot_types)];
+        let (previous, current) = (&self.poses[1 - self.newest], &self.poses[self.newest]);
+        let buffers = [previous, current, &self.attributes, &self.robot_types];
         self.groups[self.newest]
-            .get_or_insert_with(|| bind_group(gpu, &self.layout, &buffers))
+            .get_or_insert_with(|| bind_buffers(gpu, &self.layout, &buffers))
             .clone()
     }
 
-    /// Robots in the newest and in the previous frame.
-    pub fn robots(&self) -> [u32; 2] {
-        self.robots.map(|count| count as u32)
+    /// Robots in the newest frame.
+    pub fn robots(&self) -> u32 {
+        self.robots as u32
+    }
+
+    /// Robots in the frame before.
+    pub fn previous_robots(&self) -> u32 {
+        self.previous_robots as u32
     }
 
     /// Robots that have a value.
@@ -283,13 +285,6 @@ impl Columns {
 fn column_buffers(gpu: &Gpu, rows: usize) -> ([Buffer; 2], Buffer) {
     let word = size_of::<f32>();
     let poses = [(); 2].map(|()| buffer(gpu, "poses", 3 * rows * word, BufferUsages::STORAGE));
-    (
-        poses,
-        buffer(
-            gpu,
-            "attributes",
-            (2 * rows + rows / 4 + 2 * rows / 32) * word,
-            BufferUsages::STORAGE,
-        ),
-    )
+    let attributes = (2 * rows + rows / 4 + 2 * rows / 32) * word;
+    (poses, buffer(gpu, "attributes", attributes, BufferUsages::STORAGE))
 }

@@ -1,34 +1,33 @@
 //! The density of robots from afar: sums by cells of the picture, which the sorting shader writes,
 //! blurred and drawn as a field.
 
+use std::ops::Range;
+
 use glam::{UVec2, Vec2};
 use regatta_plugin::World;
 use regatta_scene::camera::Bounds;
 use regatta_scene::curves::curve_point;
 use wgpu::{
-    BindGroup, BindGroupEntry, BindGroupLayout, BindingResource, Buffer, BufferUsages, ComputePass,
+    BindGroup, BindGroupLayout, BindingResource, Buffer, BufferUsages, ComputePass,
     ComputePipeline, PrimitiveTopology, RenderPass, RenderPipeline, Sampler, ShaderStages,
     TextureFormat, TextureUsages,
 };
 
-use super::bindings::{Binding, bind_group_layout};
+use super::bindings::{Binding, bind_group, bind_group_layout, bind_texture};
 use super::device::Gpu;
 use super::pipeline::{
-    DepthMode, PipelineDescriptor, TargetConfig, compute_pipeline, render_pipeline,
+    PipelineDescriptor, TargetConfig, WORKGROUP, compute_pipeline, render_pipeline,
 };
-use super::resources::{buffer, texture, view_of};
+use super::resources::{buffer, linear_sampler, texture, view_of};
 use super::shaders::shader;
 
-/// Robots above the second length in pixels are marks, those below the first are a field, and
-/// between them more and more of them are marks.
-pub const FADE: [f32; 2] = [1.6, 4.4];
+/// The lengths in pixels between which robots fade from a field to marks.
+pub const FADE: Range<f32> = 1.6..4.4;
 /// The least number of robots per pixel of the picture at which marks are so many that they run
 /// into each other: marks are larger than robots where there is room for that.
 pub const CROWDED: f32 = 1.0 / 64.0;
 /// Width and height of a cell in pixels; the same as in marks.wgsl.
 const CELL: u32 = 4;
-/// The workgroup size of the shaders.
-const WORKGROUP: u32 = 64;
 
 /// Columns and rows of the cells in which a graph's ground is counted.
 const GROUND_CELLS: usize = 64;
@@ -36,18 +35,24 @@ const GROUND_CELLS: usize = 64;
 /// Blurs and draws the field.
 #[derive(Debug)]
 pub struct Density {
-    /// The first pass without and with splatted marks before the cells.
-    pack: [ComputePipeline; 2],
+    pack: ComputePipeline,
+    /// As `pack`, with splatted marks before the cells.
+    pack_after_splats: ComputePipeline,
     across: ComputePipeline,
     down: ComputePipeline,
     draw: RenderPipeline,
     blur_layout: BindGroupLayout,
     draw_layout: BindGroupLayout,
     sampler: Sampler,
-    /// For blurring and for drawing.
-    groups: Option<[BindGroup; 2]>,
+    groups: Option<Groups>,
     cells: u32,
     size: UVec2,
+}
+
+#[derive(Debug)]
+struct Groups {
+    blur: BindGroup,
+    draw: BindGroup,
 }
 
 impl Density {
@@ -57,29 +62,25 @@ impl Density {
         let drawn = [Binding::Texture, Binding::Sampler];
         let draw_layout = bind_group_layout(gpu, "field", ShaderStages::FRAGMENT, &drawn);
         let blur = shader(gpu, "density");
-        let pass = |entry, splats| {
-            compute_pipeline(gpu, &blur, entry, &[view, &blur_layout], &[("SPLATS", splats)])
-        };
+        let [pack, pack_after_splats, across, down] =
+            [("pack", 0.0), ("pack", 1.0), ("across", 0.0), ("down", 0.0)].map(
+                |(entry, splats)| {
+                    let constants = [("SPLATS", splats)];
+                    compute_pipeline(gpu, &blur, entry, &[view, &blur_layout], &constants)
+                },
+            );
+        let (field, groups) = (shader(gpu, "field"), [view, &draw_layout]);
         let descriptor = PipelineDescriptor {
-            module: &shader(gpu, "field"),
-            vertex: "place",
-            fragment: "fill",
-            groups: &[view, &draw_layout],
-            buffers: &[],
             topology: PrimitiveTopology::TriangleList,
-            depth: DepthMode::Ignored,
-            blend: true,
+            ..PipelineDescriptor::new(&field, "place", "fill", &groups)
         };
         Self {
-            pack: [0.0, 1.0].map(|splats| pass("pack", splats)),
-            across: pass("across", 0.0),
-            down: pass("down", 0.0),
+            pack,
+            pack_after_splats,
+            across,
+            down,
             draw: render_pipeline(gpu, target, &descriptor),
-            sampler: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
-                mag_filter: wgpu::FilterMode::Linear,
-                min_filter: wgpu::FilterMode::Linear,
-                ..wgpu::SamplerDescriptor::default()
-            }),
+            sampler: linear_sampler(gpu),
             blur_layout,
             draw_layout,
             groups: None,
@@ -90,8 +91,7 @@ impl Density {
 
     /// The number of words that the sums take in a picture of `size` pixels.
     pub fn words(size: UVec2) -> u64 {
-        let cells = cells_of(size);
-        4 * u64::from(cells.x) * u64::from(cells.y)
+        4 * cells_of(size).as_u64vec2().element_product()
     }
 
     /// Makes room for a picture of `size` pixels, and binds the buffer with the sums, unless it is
@@ -107,23 +107,12 @@ impl Density {
         });
         let usage = TextureUsages::STORAGE_BINDING | TextureUsages::TEXTURE_BINDING;
         let field = view_of(&texture(gpu, cells_of(size), TextureFormat::Rgba8Unorm, 1, usage));
-        let group = |layout, resources: &[BindingResource<'_>]| {
-            let entries: Vec<_> = (0..)
-                .zip(resources)
-                .map(|(binding, resource)| BindGroupEntry { binding, resource: resource.clone() })
-                .collect();
-            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: None,
-                layout,
-                entries: &entries,
-            })
-        };
         let [sums, packed, across] = [sums, &packed, &across].map(Buffer::as_entire_binding);
-        let shown = || BindingResource::TextureView(&field);
-        self.groups = Some([
-            group(&self.blur_layout, &[sums, packed, across, shown()]),
-            group(&self.draw_layout, &[shown(), BindingResource::Sampler(&self.sampler)]),
-        ]);
+        let blurred = [sums, packed, across, BindingResource::TextureView(&field)];
+        self.groups = Some(Groups {
+            blur: bind_group(gpu, &self.blur_layout, &blurred),
+            draw: bind_texture(gpu, &self.draw_layout, &field, &self.sampler),
+        });
     }
 
     /// Forgets the buffer with the sums, which has been replaced.
@@ -133,9 +122,10 @@ impl Density {
 
     /// Blurs the sums. `are_splats` says whether marks were splatted.
     pub fn blur(&self, pass: &mut ComputePass<'_>, are_splats: bool) {
-        let Some([blur, _]) = &self.groups else { return };
+        let Some(Groups { blur, .. }) = &self.groups else { return };
         pass.set_bind_group(1, blur, &[]);
-        for pipeline in [&self.pack[usize::from(are_splats)], &self.across, &self.down] {
+        let pack = if are_splats { &self.pack_after_splats } else { &self.pack };
+        for pipeline in [pack, &self.across, &self.down] {
             pass.set_pipeline(pipeline);
             pass.dispatch_workgroups(self.cells.div_ceil(WORKGROUP), 1, 1);
         }
@@ -143,7 +133,7 @@ impl Density {
 
     /// Draws the field over the ground.
     pub fn draw(&self, pass: &mut RenderPass<'_>) {
-        let Some([_, draw]) = &self.groups else { return };
+        let Some(Groups { draw, .. }) = &self.groups else { return };
         pass.set_pipeline(&self.draw);
         pass.set_bind_group(1, draw, &[]);
         pass.draw(0..3, 0..1);
@@ -158,18 +148,15 @@ fn cells_of(size: UVec2) -> UVec2 {
 /// Returns the ground that a graph's edges reach, in square metres, without the empty parts of a
 /// site; `None` if there are no edges.
 pub fn ground_of(world: &World<'_>) -> Option<f32> {
-    let points = || {
-        let parameters = [0.0, 0.25, 0.5, 0.75, 1.0];
-        world
-            .all_curves()
-            .iter()
-            .flat_map(move |curve| parameters.map(|parameter| curve_point(curve, parameter)))
-    };
-    let bounds = Bounds::from_points(points())?;
+    let points = world
+        .all_curves()
+        .iter()
+        .flat_map(|curve| [0.0, 0.25, 0.5, 0.75, 1.0].map(|at| curve_point(curve, at)));
+    let bounds = Bounds::from_points(points.clone())?;
     // A single straight edge has no width of its own.
     let size = (bounds.high - bounds.low).max(Vec2::splat(1.0));
     let mut is_reached = vec![false; GROUND_CELLS * GROUND_CELLS];
-    for point in points() {
+    for point in points {
         let cell = ((point - bounds.low) / size * GROUND_CELLS as f32)
             .as_usizevec2()
             .min(glam::USizeVec2::splat(GROUND_CELLS - 1));

@@ -114,7 +114,7 @@ impl Gpu {
         let has_filled = Arc::clone(&is_full);
         device.on_uncaptured_error(Arc::new(move |error| match error {
             wgpu::Error::OutOfMemory { .. } => has_filled.store(true, Ordering::Relaxed),
-            // What had no room is invalid: the errors of its use follow from that.
+            // Resources that had no room are invalid: the errors of their use follow from that.
             _ if has_filled.load(Ordering::Relaxed) => {}
             // Any other error is a bug of the viewer. This is what wgpu does by default.
             error => panic!("wgpu error: {error}"),
@@ -154,7 +154,7 @@ impl Gpu {
     /// Creates buffers or textures. Returns `None` if the adapter's memory has no room for them.
     ///
     /// # Panics
-    /// If wgpu considers what is created invalid.
+    /// If wgpu considers a created resource invalid.
     pub fn allocate<T>(&self, create: impl FnOnce() -> T) -> Option<T> {
         let invalid = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let full = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
@@ -162,7 +162,7 @@ impl Gpu {
         let (full, invalid) = (pollster::block_on(full.pop()), pollster::block_on(invalid.pop()));
         if full.is_some() {
             drop(created);
-            // What is dropped is freed by the next poll.
+            // The next poll frees dropped resources.
             self.poll();
             return None;
         }
@@ -170,6 +170,11 @@ impl Gpu {
             panic!("wgpu error: {error}");
         }
         Some(created)
+    }
+
+    /// Creates an encoder of commands.
+    pub fn encoder(&self) -> wgpu::CommandEncoder {
+        self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default())
     }
 
     /// Waits until all submitted commands are finished.

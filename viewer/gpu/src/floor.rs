@@ -1,17 +1,18 @@
 //! The floor with its grid and its picture, drawn over the whole target.
 
 use bytemuck::{Pod, Zeroable};
-use glam::{Vec2, Vec4};
+use glam::{UVec2, Vec2, Vec4};
 use image::RgbaImage;
+use wgpu::util::{DeviceExt, TextureDataOrder};
 use wgpu::{
-    BindGroup, BindGroupEntry, BindGroupLayout, BindingResource, Buffer, BufferUsages, FilterMode,
-    PrimitiveTopology, RenderPass, RenderPipeline, ShaderStages, TextureUsages,
+    BindGroup, BindGroupLayout, BindingResource, Buffer, BufferUsages, PrimitiveTopology,
+    RenderPass, RenderPipeline, ShaderStages, TextureUsages,
 };
 
-use super::bindings::{Binding, bind_group_layout};
+use super::bindings::{Binding, bind_group, bind_group_layout};
 use super::device::Gpu;
-use super::pipeline::{DepthMode, PipelineDescriptor, TargetConfig, render_pipeline};
-use super::resources::{buffer, view_of};
+use super::pipeline::{PipelineDescriptor, TargetConfig, render_pipeline};
+use super::resources::{buffer, extent, linear_sampler, view_of};
 use super::shaders::shader;
 
 /// The shaders' `Placement` of the picture.
@@ -59,19 +60,18 @@ impl Floor {
         let module = shader(gpu, "floor");
         let bindings = [Binding::Texture, Binding::Sampler, Binding::Uniform];
         let layout = bind_group_layout(gpu, "floor picture", ShaderStages::FRAGMENT, &bindings);
-        let descriptor = |fragment, groups| PipelineDescriptor {
-            module: &module,
-            vertex: "ray",
-            fragment,
-            groups,
-            buffers: &[],
-            topology: PrimitiveTopology::TriangleList,
-            depth: DepthMode::Ignored,
-            blend: false,
-        };
+        let groups = [view, &layout];
+        let [plain, textured] =
+            [("plain", &groups[..1]), ("textured", &groups[..])].map(|(fragment, groups)| {
+                PipelineDescriptor {
+                    topology: PrimitiveTopology::TriangleList,
+                    blend: None,
+                    ..PipelineDescriptor::new(&module, "ray", fragment, groups)
+                }
+            });
         Self {
-            plain: render_pipeline(gpu, target, &descriptor("plain", &[view])),
-            textured: render_pipeline(gpu, target, &descriptor("textured", &[view, &layout])),
+            plain: render_pipeline(gpu, target, &plain),
+            textured: render_pipeline(gpu, target, &textured),
             layout,
             picture: None,
         }
@@ -83,20 +83,13 @@ impl Floor {
             let placement =
                 buffer(gpu, "floor picture", size_of::<Placement>(), BufferUsages::UNIFORM);
             let view = view_of(&upload(gpu, &picture.pixels));
-            let sampler = gpu.device.create_sampler(&wgpu::SamplerDescriptor {
-                mag_filter: FilterMode::Linear,
-                min_filter: FilterMode::Linear,
-                mipmap_filter: wgpu::MipmapFilterMode::Linear,
-                ..wgpu::SamplerDescriptor::default()
-            });
-            let entries = [
-                BindGroupEntry { binding: 0, resource: BindingResource::TextureView(&view) },
-                BindGroupEntry { binding: 1, resource: BindingResource::Sampler(&sampler) },
-                BindGroupEntry { binding: 2, resource: placement.as_entire_binding() },
+            let sampler = linear_sampler(gpu);
+            let resources = [
+                BindingResource::TextureView(&view),
+                BindingResource::Sampler(&sampler),
+                placement.as_entire_binding(),
             ];
-            let descriptor =
-                wgpu::BindGroupDescriptor { label: None, layout: &self.layout, entries: &entries };
-            let group = gpu.device.create_bind_group(&descriptor);
+            let group = bind_group(gpu, &self.layout, &resources);
             LoadedPicture {
                 group,
                 placement,
@@ -135,29 +128,22 @@ impl Floor {
 /// Uploads an image with all its mip levels.
 fn upload(gpu: &Gpu, pixels: &RgbaImage) -> wgpu::Texture {
     let (width, height) = pixels.dimensions();
-    let levels = width.max(height).ilog2() + 1;
-    let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+    let mip_level_count = width.max(height).ilog2() + 1;
+    let (mut data, mut level) = (pixels.as_raw().clone(), pixels.clone());
+    for _ in 1..mip_level_count {
+        let (width, height) = level.dimensions();
+        level = image::imageops::thumbnail(&level, (width / 2).max(1), (height / 2).max(1));
+        data.extend_from_slice(&level);
+    }
+    let descriptor = wgpu::TextureDescriptor {
         label: Some("floor picture"),
-        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-        mip_level_count: levels,
+        size: extent(UVec2::new(width, height)),
+        mip_level_count,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
         format: wgpu::TextureFormat::Rgba8UnormSrgb,
-        usage: TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST,
+        usage: TextureUsages::TEXTURE_BINDING,
         view_formats: &[],
-    });
-    let mut level = pixels.clone();
-    for mip_level in 0..levels {
-        let (width, height) = level.dimensions();
-        let layout = wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(width * 4),
-            rows_per_image: Some(height),
-        };
-        let destination = wgpu::TexelCopyTextureInfo { mip_level, ..texture.as_image_copy() };
-        let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
-        gpu.queue.write_texture(destination, &level, layout, size);
-        level = image::imageops::thumbnail(&level, (width / 2).max(1), (height / 2).max(1));
-    }
-    texture
+    };
+    gpu.device.create_texture_with_data(&gpu.queue, &descriptor, TextureDataOrder::MipMajor, &data)
 }

@@ -1,24 +1,25 @@
 //! The route graph: the nodes and curves of the world on the GPU, culled and sorted into draw lists
 //! there.
 
-mod records;
-
 use bytemuck::{Pod, Zeroable};
+use glam::Vec2;
 use regatta_plugin::World;
-use regatta_scene::Layers;
+use regatta_plugin::world::{CurveRecord, EdgeRecord};
+use regatta_scene::curves::{curve_length, middle};
+use regatta_scene::{Layers, is_on_level};
+use wgpu::util::DrawIndirectArgs;
 use wgpu::{
-    BindGroup, BindGroupLayout, Buffer, BufferUsages, CommandEncoder, ComputePipeline,
-    PrimitiveTopology, RenderPass, RenderPipeline, ShaderStages,
+    BindGroup, BindGroupLayout, BindingResource, Buffer, BufferBinding, BufferSize, BufferUsages,
+    CommandEncoder, ComputePipeline, PrimitiveTopology, RenderPass, RenderPipeline, ShaderStages,
 };
 
-use super::bindings::{Binding, bind_group, bind_group_layout, slice_group};
+use super::bindings::{Binding, bind_buffers, bind_group, bind_group_layout};
 use super::device::Gpu;
 use super::pipeline::{
-    DepthMode, PipelineDescriptor, TargetConfig, compute_pipeline, render_pipeline,
+    PipelineDescriptor, TargetConfig, compute_pipeline, dispatch, render_pipeline,
 };
 use super::resources::buffer;
 use super::shaders::shader;
-use records::{curve_instances, node_instances};
 
 /// The number of draw lists, of which the last two are for picking only; the same as in graph.wgsl.
 const LISTS: usize = 9;
@@ -29,19 +30,6 @@ const ARROWS: usize = 5;
 const NODES: usize = 6;
 const HOT_FAR: usize = 7;
 const HOT_NEAR: usize = 8;
-/// The workgroup size of the sorting shaders.
-const WORKGROUP: u32 = 64;
-
-/// The arguments of an indirect draw.
-#[derive(Clone, Copy, Debug, Pod, Zeroable)]
-#[repr(C)]
-struct DrawArguments {
-    vertices: u32,
-    instances: u32,
-    first_vertex: u32,
-    first_instance: u32,
-}
-
 /// Draws the graph.
 #[derive(Debug)]
 pub struct Graph {
@@ -84,44 +72,47 @@ impl Graph {
             bind_group_layout(gpu, "graph list", ShaderStages::VERTEX, &[Binding::Read]);
         let module = shader(gpu, "graph");
         let groups = [view, &records_layout, &shown_layout];
-        let make = |target: TargetConfig, vertex, fragment, topology| {
-            let descriptor = PipelineDescriptor {
-                module: &module,
-                vertex,
-                fragment,
-                groups: &groups,
-                buffers: &[],
-                topology,
-                depth: DepthMode::Ignored,
-                blend: target != TargetConfig::IDS,
-            };
-            render_pipeline(gpu, target, &descriptor)
-        };
-        let sort = |entry| {
-            compute_pipeline(gpu, &module, entry, &[view, &records_layout, &lists_layout], &[])
-        };
-        let (lines, triangles, strip) = (
+        let [lines, triangles, strip] = [
             PrimitiveTopology::LineList,
             PrimitiveTopology::TriangleList,
             PrimitiveTopology::TriangleStrip,
-        );
-        let ids = TargetConfig::IDS;
+        ];
+        let sorting = [view, &records_layout, &lists_layout];
+        let [sort_curves, sort_nodes, fill_lists] = ["sort_curves", "sort_nodes", "fill_lists"]
+            .map(|entry| compute_pipeline(gpu, &module, entry, &sorting, &[]));
+        let draws = [
+            ("edge_far", "ribbon_fill", lines),
+            ("edge_straight", "ribbon_fill", triangles),
+            ("edge_bent", "ribbon_fill", strip),
+            ("edge_curved", "ribbon_fill", strip),
+            ("edge_near", "ribbon_fill", strip),
+            ("arrow", "flat_fill", triangles),
+            ("node", "disc_fill", triangles),
+        ]
+        .map(|(vertex, fragment, topology)| PipelineDescriptor {
+            topology,
+            ..PipelineDescriptor::new(&module, vertex, fragment, &groups)
+        });
+        let ids = [
+            ("edge_id_straight", "ribbon_id", triangles),
+            ("edge_id", "ribbon_id", strip),
+            ("node_id", "disc_id", triangles),
+        ];
+        let [edge_id_straight, edge_id, node_id] = ids.map(|(vertex, fragment, topology)| {
+            let descriptor = PipelineDescriptor {
+                topology,
+                ..PipelineDescriptor::new(&module, vertex, fragment, &groups)
+            };
+            render_pipeline(gpu, TargetConfig::IDS, &descriptor)
+        });
         Self {
-            sort_curves: sort("sort_curves"),
-            sort_nodes: sort("sort_nodes"),
-            fill_lists: sort("fill_lists"),
-            draws: [
-                make(target, "edge_far", "ribbon_fill", lines),
-                make(target, "edge_straight", "ribbon_fill", triangles),
-                make(target, "edge_bent", "ribbon_fill", strip),
-                make(target, "edge_curved", "ribbon_fill", strip),
-                make(target, "edge_near", "ribbon_fill", strip),
-                make(target, "arrow", "flat_fill", triangles),
-                make(target, "node", "disc_fill", triangles),
-            ],
-            edge_id_straight: make(ids, "edge_id_straight", "ribbon_id", triangles),
-            edge_id: make(ids, "edge_id", "ribbon_id", strip),
-            node_id: make(ids, "node_id", "disc_id", triangles),
+            sort_curves,
+            sort_nodes,
+            fill_lists,
+            draws: draws.map(|descriptor| render_pipeline(gpu, target, &descriptor)),
+            edge_id_straight,
+            edge_id,
+            node_id,
             records_layout,
             lists_layout,
             shown_layout,
@@ -146,38 +137,28 @@ impl Graph {
             );
             return;
         }
-        let upload = |label, bytes: &[u8]| {
-            let buffer = buffer(gpu, label, bytes.len(), BufferUsages::STORAGE);
-            gpu.queue.write_buffer(&buffer, 0, bytes);
-            buffer
-        };
-        let curve_records = upload("curves", bytemuck::cast_slice(&curves));
-        let node_records = upload("nodes", bytemuck::cast_slice(&nodes));
-        let storage =
-            |label, bytes, usage| buffer(gpu, label, bytes, BufferUsages::STORAGE | usage);
-        let none = BufferUsages::empty();
-        let lists = storage("graph lists", LISTS * list_bytes, none);
-        let masks = storage("graph masks", (curves.len() + nodes.len()) * size_of::<u32>(), none);
-        let draws =
-            storage("graph draws", 2 * LISTS * size_of::<DrawArguments>(), BufferUsages::INDIRECT);
-        let hot = storage("hot curves", curves.len().div_ceil(32) * size_of::<u32>(), none);
-        let list = |list: usize| {
-            slice_group(gpu, &self.shown_layout, &lists, list * list_bytes, list_bytes)
-        };
+        let storage = BufferUsages::STORAGE;
+        let curve_records = buffer(gpu, "curves", size_of_val(&curves[..]), storage);
+        gpu.queue.write_buffer(&curve_records, 0, bytemuck::cast_slice(&curves));
+        let node_records = buffer(gpu, "nodes", size_of_val(&nodes[..]), storage);
+        gpu.queue.write_buffer(&node_records, 0, bytemuck::cast_slice(&nodes));
+        let word = size_of::<u32>();
+        let lists = buffer(gpu, "graph lists", LISTS * list_bytes, storage);
+        let masks = buffer(gpu, "graph masks", (curves.len() + nodes.len()) * word, storage);
+        let hot = buffer(gpu, "hot curves", curves.len().div_ceil(32) * word, storage);
+        let draw_bytes = 2 * LISTS * size_of::<DrawIndirectArgs>();
+        let draws = buffer(gpu, "graph draws", draw_bytes, storage | BufferUsages::INDIRECT);
+        let list_groups = std::array::from_fn(|list| {
+            let (offset, size) = ((list * list_bytes) as u64, BufferSize::new(list_bytes as u64));
+            let list = BufferBinding { buffer: &lists, offset, size };
+            bind_group(gpu, &self.shown_layout, &[BindingResource::Buffer(list)])
+        });
         self.loaded = Some(Loaded {
             curves: curves.len() as u32,
             nodes: nodes.len() as u32,
-            records: bind_group(
-                gpu,
-                &self.records_layout,
-                &[(0, &curve_records), (1, &node_records)],
-            ),
-            sorting: bind_group(
-                gpu,
-                &self.lists_layout,
-                &[(0, &lists), (1, &masks), (2, &draws), (3, &hot)],
-            ),
-            lists: std::array::from_fn(list),
+            records: bind_buffers(gpu, &self.records_layout, &[&curve_records, &node_records]),
+            sorting: bind_buffers(gpu, &self.lists_layout, &[&lists, &masks, &draws, &hot]),
+            lists: list_groups,
             draws,
             hot,
         });
@@ -188,9 +169,9 @@ impl Graph {
         let Some(loaded) = &self.loaded else { return };
         let mut bits = vec![0_u32; loaded.curves.div_ceil(32) as usize];
         for curve in curves {
-            bits.get_mut(curve as usize / 32)
-                .into_iter()
-                .for_each(|word| *word |= 1 << (curve % 32));
+            if let Some(word) = bits.get_mut(curve as usize / 32) {
+                *word |= 1 << (curve % 32);
+            }
         }
         gpu.queue.write_buffer(&loaded.hot, 0, bytemuck::cast_slice(&bits));
     }
@@ -215,10 +196,8 @@ impl Graph {
         for (pipeline, count) in
             [(&self.sort_curves, loaded.curves), (&self.sort_nodes, loaded.nodes)]
         {
-            let needed = count.div_ceil(WORKGROUP);
-            let across = needed.clamp(1, 32_768);
             pass.set_pipeline(pipeline);
-            pass.dispatch_workgroups(across, needed.div_ceil(across), 1);
+            dispatch(&mut pass, count);
         }
         pass.set_pipeline(&self.fill_lists);
         pass.dispatch_workgroups(1, 1, 1);
@@ -227,19 +206,17 @@ impl Graph {
     /// Draws the lists of the last [`sort`](Self::sort).
     pub fn draw(&self, pass: &mut RenderPass<'_>, layers: Layers) {
         let Some(loaded) = &self.loaded else { return };
-        let shown = [
-            layers.edges,
-            layers.edges,
-            layers.edges,
-            layers.edges,
-            layers.edges,
-            layers.arrows,
-            layers.nodes,
-        ];
         pass.set_bind_group(1, &loaded.records, &[]);
-        for (list, pipeline) in self.draws.iter().enumerate().filter(|(list, _)| shown[*list]) {
-            pass.set_pipeline(pipeline);
-            loaded.draw_list(pass, list, 0);
+        for (list, pipeline) in self.draws.iter().enumerate() {
+            let is_shown = match list {
+                ARROWS => layers.arrows,
+                NODES => layers.nodes,
+                _ => layers.edges,
+            };
+            if is_shown {
+                pass.set_pipeline(pipeline);
+                loaded.draw_list(pass, list, 0);
+            }
         }
     }
 
@@ -249,9 +226,13 @@ impl Graph {
         pass.set_bind_group(1, &loaded.records, &[]);
         if layers.edges {
             pass.set_pipeline(&self.edge_id_straight);
-            (0..BENT).chain([HOT_FAR]).for_each(|list| loaded.draw_list(pass, list, LISTS));
+            for list in (0..BENT).chain([HOT_FAR]) {
+                loaded.draw_list(pass, list, LISTS);
+            }
             pass.set_pipeline(&self.edge_id);
-            (BENT..ARROWS).chain([HOT_NEAR]).for_each(|list| loaded.draw_list(pass, list, LISTS));
+            for list in (BENT..ARROWS).chain([HOT_NEAR]) {
+                loaded.draw_list(pass, list, LISTS);
+            }
         }
         if layers.nodes {
             pass.set_pipeline(&self.node_id);
@@ -264,6 +245,115 @@ impl Loaded {
     /// Draws a list, with the arguments at `draws` and after.
     fn draw_list(&self, pass: &mut RenderPass<'_>, list: usize, draws: usize) {
         pass.set_bind_group(2, &self.lists[list], &[]);
-        pass.draw_indirect(&self.draws, ((draws + list) * size_of::<DrawArguments>()) as u64);
+        pass.draw_indirect(&self.draws, ((draws + list) * size_of::<DrawIndirectArgs>()) as u64);
+    }
+}
+
+/// A curve of an edge, or of none. The same as `Curve` in curves.wgsl.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+struct CurveInstance {
+    /// Index of the edge in the world.
+    edge: u32,
+    /// Metres.
+    length: f32,
+    /// Metres; 0 if the curve belongs to no edge, and isn't drawn.
+    edge_length: f32,
+    /// The edge's speed in reverse gear in metres per second; 0 if that isn't allowed.
+    reverse_speed: f32,
+    control_points: [Vec2; 4],
+    /// The parameter of the edge's arrow, or a negative number if the arrow is on another curve.
+    arrow: f32,
+    reserved: f32,
+}
+
+impl CurveInstance {
+    /// A curve of no edge.
+    fn unused(curve: &CurveRecord) -> Self {
+        Self {
+            edge: u32::MAX,
+            control_points: curve.control_points.map(Vec2::from),
+            arrow: -1.0,
+            ..Self::zeroed()
+        }
+    }
+}
+
+/// Returns the world's curves, at their indices in the world.
+fn curve_instances(world: &World<'_>, level: Option<&str>) -> Vec<CurveInstance> {
+    let mut instances: Vec<_> = world.all_curves().iter().map(CurveInstance::unused).collect();
+    for (index, edge) in (0..).zip(world.edges()) {
+        if !is_on_level(world, edge.level, level) {
+            continue;
+        }
+        let curves = world.curves(edge);
+        let first = edge.first_curve as usize;
+        if let Some(instances) = instances.get_mut(first..first + curves.len()) {
+            assign(instances, (index, edge), curves);
+        }
+    }
+    instances
+}
+
+/// Assigns curves to their edge.
+fn assign(
+    instances: &mut [CurveInstance],
+    (index, edge): (u32, &EdgeRecord),
+    curves: &[CurveRecord],
+) {
+    let total: f32 = curves.iter().map(curve_length).sum();
+    let scale = edge.length / total.max(1e-6);
+    let (with_arrow, parameter) = middle(curves);
+    for (number, (instance, curve)) in instances.iter_mut().zip(curves).enumerate() {
+        instance.edge = index;
+        instance.length = if curves.len() == 1 { edge.length } else { curve_length(curve) * scale };
+        instance.edge_length = edge.length;
+        instance.reverse_speed = edge.reverse_speed;
+        instance.arrow = if number == with_arrow { parameter } else { -1.0 };
+    }
+}
+
+/// Returns the positions of the world's nodes, at their indices in the world. Those of other levels
+/// are not a number, and never in sight.
+fn node_instances(world: &World<'_>, level: Option<&str>) -> Vec<Vec2> {
+    let mut positions = Vec::with_capacity(world.nodes().len());
+    for node in world.nodes() {
+        let is_shown = is_on_level(world, node.level, level);
+        positions.push(if is_shown { Vec2::new(node.x, node.y) } else { Vec2::NAN });
+    }
+    positions
+}
+
+#[cfg(test)]
+mod tests {
+    use regatta_plugin::world::WorldData;
+
+    use super::*;
+
+    #[test]
+    fn every_curve_knows_its_edge_and_one_has_the_arrow() {
+        let line = CurveRecord::straight;
+        let mut world = WorldData::default();
+        let edge = |length| EdgeRecord { length, reverse_speed: 0.5, ..EdgeRecord::default() };
+        world.add_edge(edge(2.0), [line([0.0, 0.0], [2.0, 0.0])]);
+        world.add_edge(edge(8.0), [line([2.0, 0.0], [2.0, 2.0]), line([2.0, 2.0], [8.0, 2.0])]);
+        world.curves.push(line([0.0, 0.0], [1.0, 1.0]));
+        let instances = curve_instances(&world.view(1, 1), None);
+        assert_eq!(
+            instances.iter().map(|instance| instance.edge).collect::<Vec<_>>(),
+            [0, 1, 1, u32::MAX]
+        );
+        let near = |numbers: [f32; 4], expected: [f32; 4]| {
+            numbers.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-3)
+        };
+        let column =
+            |of: fn(&CurveInstance) -> f32| [0, 1, 2, 3].map(|index| of(&instances[index]));
+        assert!(near(column(|instance| instance.length), [2.0, 2.0, 6.0, 0.0]));
+        assert!(
+            near(column(|instance| instance.arrow), [0.5, -1.0, 1.0 / 3.0, -1.0]),
+            "{instances:?}"
+        );
+        assert!(near(column(|instance| instance.edge_length), [2.0, 8.0, 8.0, 0.0]));
+        assert_eq!(instances[2].control_points, world.curves[2].control_points.map(Vec2::from));
     }
 }

@@ -1,25 +1,23 @@
 //! Trails behind robots, and halos (rings) around the selected ones.
 
 use bytemuck::{Pod, Zeroable};
-use regatta_scene::{MAX_SELECTED, Trails};
+use regatta_scene::{MAX_SELECTED, Scene, Trails};
 use wgpu::{
-    BindGroup, BindGroupLayout, Buffer, BufferUsages, CommandEncoder, ComputePipeline,
-    PrimitiveTopology, RenderPass, RenderPipeline, ShaderStages,
+    BindGroup, BindGroupLayout, Buffer, BufferUsages, CommandEncoder, ComputePipeline, RenderPass,
+    RenderPipeline, ShaderStages,
 };
 
-use super::bindings::{Binding, bind_group, numbered_bind_group_layout};
+use super::bindings::{Binding, bind_buffers, bind_group_layout};
 use super::columns::Columns;
 use super::device::Gpu;
 use super::pipeline::{
-    DepthMode, PipelineDescriptor, TargetConfig, compute_pipeline, render_pipeline,
+    PipelineDescriptor, TargetConfig, compute_pipeline, dispatch, render_pipeline,
 };
 use super::resources::buffer;
 use super::shaders::shader;
 
 /// The simulated time between two points of a trail, in nanoseconds.
 const INTERVAL_NANOS: u64 = 250_000_000;
-/// The workgroup size of the appending shader.
-const WORKGROUP: u32 = 64;
 
 /// The shaders' `RingBuffer`.
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
@@ -67,34 +65,25 @@ impl Highlights {
     pub fn new(gpu: &Gpu, target: TargetConfig, view: &BindGroupLayout, columns: &Columns) -> Self {
         use Binding::{Read, Uniform, Write};
         let module = shader(gpu, "highlights");
-        let append_bindings = [(0, Write), (1, Uniform)];
         let append_layout =
-            numbered_bind_group_layout(gpu, "append", ShaderStages::COMPUTE, &append_bindings);
-        let draw_bindings = [(1, Uniform), (2, Read), (3, Read)];
+            bind_group_layout(gpu, "append", ShaderStages::COMPUTE, &[Uniform, Write]);
         let draw_layout =
-            numbered_bind_group_layout(gpu, "highlights", ShaderStages::VERTEX, &draw_bindings);
+            bind_group_layout(gpu, "highlights", ShaderStages::VERTEX, &[Uniform, Read, Read]);
         let append_groups = [view, columns.layout(), &append_layout];
-        let strip = |vertex, fragment| {
-            let descriptor = PipelineDescriptor {
-                module: &module,
-                vertex,
-                fragment,
-                groups: &[view, columns.layout(), &draw_layout],
-                buffers: &[],
-                topology: PrimitiveTopology::TriangleStrip,
-                depth: DepthMode::Ignored,
-                blend: true,
-            };
-            render_pipeline(gpu, target, &descriptor)
-        };
+        let draw_groups = [view, columns.layout(), &draw_layout];
+        let [trail, halo] =
+            [("trail", "trail_fill"), ("halo", "halo_fill")].map(|(vertex, fragment)| {
+                let strip = PipelineDescriptor::new(&module, vertex, fragment, &draw_groups);
+                render_pipeline(gpu, target, &strip)
+            });
         let uniform = buffer(gpu, "ring buffer", size_of::<RingBuffer>(), BufferUsages::UNIFORM);
         let ids = buffer(gpu, "selected", MAX_SELECTED * 4, BufferUsages::STORAGE);
         let no_points = buffer(gpu, "no points", 8, BufferUsages::STORAGE);
         Self {
             append: compute_pipeline(gpu, &module, "append", &append_groups, &[]),
-            trail: strip("trail", "trail_fill"),
-            halo: strip("halo", "halo_fill"),
-            halo_group: bind_group(gpu, &draw_layout, &[(1, &uniform), (2, &no_points), (3, &ids)]),
+            trail,
+            halo,
+            halo_group: bind_buffers(gpu, &draw_layout, &[&uniform, &no_points, &ids]),
             append_layout,
             draw_layout,
             uniform,
@@ -107,7 +96,7 @@ impl Highlights {
         }
     }
 
-    /// Takes note of a new frame. Another run, or a step back in time, begins new trails.
+    /// Records a new frame. Another run, or a step back in time, begins new trails.
     pub fn push(&mut self, run_id: u64, sim_time_nanos: u64) {
         let (run, time) = self.last;
         if run != run_id || sim_time_nanos < time {
@@ -126,18 +115,15 @@ impl Highlights {
         encoder: &mut CommandEncoder,
         view: &BindGroup,
         columns: &mut Columns,
-        trails: Trails,
-        selected: &[u32],
+        scene: &Scene,
     ) {
-        self.selected = selected.len().min(MAX_SELECTED) as u32;
-        gpu.queue.write_buffer(
-            &self.ids,
-            0,
-            bytemuck::cast_slice(&selected[..self.selected as usize]),
-        );
+        let Scene { selected, trails, .. } = scene;
+        let selected = &selected[..selected.len().min(MAX_SELECTED)];
+        self.selected = selected.len() as u32;
+        gpu.queue.write_buffer(&self.ids, 0, bytemuck::cast_slice(selected));
         self.fit(gpu, columns, trails.points);
         self.ring.selected = if trails.only_selected { self.selected } else { 0 };
-        let append = self.due && self.points.is_some() && columns.robots()[0] > 0;
+        let append = self.due && self.points.is_some() && columns.robots() > 0;
         if append {
             self.ring.newest = (self.ring.newest + 1) % self.ring.slots;
             self.ring.filled = (self.ring.filled + 1).min(self.ring.slots);
@@ -150,9 +136,7 @@ impl Highlights {
             pass.set_bind_group(0, view, &[]);
             pass.set_bind_group(1, &columns.group(gpu), &[]);
             pass.set_bind_group(2, &points.append, &[]);
-            let needed = columns.robots()[0].div_ceil(WORKGROUP);
-            let across = needed.clamp(1, 32_768);
-            pass.dispatch_workgroups(across, needed.div_ceil(across), 1);
+            dispatch(&mut pass, columns.robots());
         }
     }
 
@@ -172,16 +156,13 @@ impl Highlights {
         if slots == 0 {
             self.points = None;
         } else if !fits || slots != self.ring.slots {
-            let buffer =
-                buffer(gpu, "trails", (row * u64::from(slots)) as usize, BufferUsages::STORAGE);
+            let bytes = (row * u64::from(slots)) as usize;
+            let points = buffer(gpu, "trails", bytes, BufferUsages::STORAGE);
+            let drawn = [&self.uniform, &points, &self.ids];
             self.points = Some(Points {
                 rows: columns.rows(),
-                append: bind_group(gpu, &self.append_layout, &[(0, &buffer), (1, &self.uniform)]),
-                draw: bind_group(
-                    gpu,
-                    &self.draw_layout,
-                    &[(1, &self.uniform), (2, &buffer), (3, &self.ids)],
-                ),
+                append: bind_buffers(gpu, &self.append_layout, &[&self.uniform, &points]),
+                draw: bind_buffers(gpu, &self.draw_layout, &drawn),
             });
             self.ring = RingBuffer { slots, ..RingBuffer::default() };
             self.due = true;

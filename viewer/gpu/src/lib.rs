@@ -7,31 +7,25 @@
 
 pub mod attachments;
 mod bindings;
-mod closures;
 mod columns;
-mod copy;
+pub mod copy;
 mod density;
 pub mod device;
 pub mod floor;
 mod graph;
-mod ground;
 mod heat;
 mod highlights;
-pub mod insets;
 mod instances;
-mod marked;
+mod marks;
 pub mod mesh;
 pub mod painter;
 pub mod pick;
 mod pipeline;
-mod plans;
 pub mod renderer;
 pub mod resources;
 mod robots;
-mod routes;
 mod shaders;
 mod splats;
-mod stations;
 mod timer;
 mod view;
 

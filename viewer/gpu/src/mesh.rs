@@ -2,6 +2,10 @@
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3};
+use wgpu::util::{BufferInitDescriptor, DeviceExt};
+use wgpu::{Buffer, BufferUsages};
+
+use super::device::Gpu;
 
 /// The number of points of a rounded corner.
 const CORNER: usize = 5;
@@ -28,6 +32,30 @@ pub struct Mesh {
     pub indices: Vec<u32>,
 }
 
+/// A mesh's vertex and index buffers.
+#[derive(Debug)]
+pub(super) struct MeshBuffers {
+    pub vertices: Buffer,
+    pub indices: Buffer,
+    /// The number of indices.
+    pub count: u32,
+}
+
+impl MeshBuffers {
+    /// Uploads a mesh.
+    pub fn new(gpu: &Gpu, mesh: &Mesh) -> Self {
+        let [vertices, indices] = [
+            (bytemuck::cast_slice(&mesh.vertices), BufferUsages::VERTEX),
+            (bytemuck::cast_slice(&mesh.indices), BufferUsages::INDEX),
+        ]
+        .map(|(contents, usage)| {
+            let descriptor = BufferInitDescriptor { label: Some("mesh"), contents, usage };
+            gpu.device.create_buffer_init(&descriptor)
+        });
+        Self { vertices, indices, count: mesh.indices.len() as u32 }
+    }
+}
+
 /// A [`Vertex::paint`].
 type Paint = [u8; 4];
 
@@ -44,15 +72,12 @@ const MARKER: Paint = [235, 240, 245, 0];
 impl Mesh {
     /// Returns a mobile robot with a rectangular deck, in units of its length, width and height.
     pub fn amr() -> Self {
-        let outline =
-            |inset: f32| rounded_rectangle(Vec2::new(0.5, 0.5) - inset, 0.16 - inset * 0.6);
-        Self::deck(&outline)
+        Self::deck(&|inset| rounded_rectangle(Vec2::splat(0.5 - inset), 0.16 - inset * 0.6))
     }
 
     /// Returns a mobile robot on a round base.
     pub fn round_amr() -> Self {
-        let outline = |inset: f32| rounded_rectangle(Vec2::splat(0.5 - inset), 0.5 - inset);
-        Self::deck(&outline)
+        Self::deck(&|inset| rounded_rectangle(Vec2::splat(0.5 - inset), 0.5 - inset))
     }
 
     fn deck(outline: &dyn Fn(f32) -> Vec<Vec2>) -> Self {
@@ -75,9 +100,9 @@ impl Mesh {
             0.906,
             MARKER,
         );
-        let puck = |radius: f32| circle(Vec2::new(0.31, 0.0), radius);
-        mesh.loft(&[(puck(0.05), 0.906), (puck(0.05), 1.0)], TRIM);
-        mesh.cap(&puck(0.05), 1.0, TRIM);
+        let puck = circle(Vec2::new(0.31, 0.0), 0.05);
+        mesh.loft(&[(puck.clone(), 0.906), (puck.clone(), 1.0)], TRIM);
+        mesh.cap(&puck, 1.0, TRIM);
         mesh
     }
 
@@ -124,12 +149,9 @@ impl Mesh {
                     (corners[1] - corners[0]).cross(corners[3] - corners[0]).normalize_or(Vec3::Z);
                 let normals = [i, j, j, i].map(|at| smooth(low, at, flat));
                 let base = self.vertices.len() as u32;
-                self.vertices.extend(
-                    corners
-                        .into_iter()
-                        .zip(normals)
-                        .map(|(at, normal)| Vertex::new(at, normal, paint)),
-                );
+                for (at, normal) in corners.into_iter().zip(normals) {
+                    self.vertices.push(Vertex::new(at, normal, paint));
+                }
                 self.indices.extend([0, 1, 2, 0, 2, 3].map(|corner| base + corner));
             }
         }
@@ -149,8 +171,8 @@ impl Mesh {
 fn smooth(ring: &[Vec2], at: usize, flat: Vec3) -> Vec3 {
     let count = ring.len();
     let (before, after) = (ring[(at + count - 1) % count], ring[(at + 1) % count]);
-    let outward = |along: Vec2| Vec2::new(along.y, -along.x).normalize_or_zero();
-    let (one, other) = (outward(ring[at] - before), outward(after - ring[at]));
+    let [one, other] = [ring[at] - before, after - ring[at]]
+        .map(|along| Vec2::new(along.y, -along.x).normalize_or_zero());
     if one.dot(other) < 0.8 || flat.z.abs() > 0.99 {
         return flat;
     }
@@ -161,15 +183,15 @@ fn smooth(ring: &[Vec2], at: usize, flat: Vec3) -> Vec3 {
 fn rounded_rectangle(half: Vec2, radius: f32) -> Vec<Vec2> {
     let radius = radius.min(half.x).min(half.y);
     let centres = [Vec2::new(1.0, -1.0), Vec2::ONE, Vec2::new(-1.0, 1.0), Vec2::NEG_ONE];
-    let corner = |quarter: usize| {
-        let centre = centres[quarter] * (half - radius);
-        (0..CORNER).map(move |i| {
-            let angle = (quarter as f32 - 1.0 + i as f32 / (CORNER - 1) as f32)
-                * std::f32::consts::FRAC_PI_2;
-            centre + Vec2::from_angle(angle) * radius
-        })
-    };
-    (0..4).flat_map(corner).collect()
+    let mut points = Vec::with_capacity(4 * CORNER);
+    for (quarter, centre) in centres.into_iter().enumerate() {
+        for i in 0..CORNER {
+            let quarters = quarter as f32 - 1.0 + i as f32 / (CORNER - 1) as f32;
+            let outward = Vec2::from_angle(quarters * std::f32::consts::FRAC_PI_2);
+            points.push(centre * (half - radius) + outward * radius);
+        }
+    }
+    points
 }
 
 fn circle(centre: Vec2, radius: f32) -> Vec<Vec2> {

@@ -3,14 +3,11 @@
 
 use glam::{UVec2, Vec2, Vec4};
 use regatta_scene::Item;
-use wgpu::{
-    Buffer, BufferUsages, Color, CommandEncoder, LoadOp, Operations, StoreOp, TextureUsages,
-    TextureView,
-};
+use wgpu::{Color, CommandEncoder, LoadOp, TextureUsages, TextureView};
 
 use super::device::Gpu;
 use super::pipeline::{DEPTH_FORMAT, ID_FORMAT};
-use super::resources::{texture, view_of};
+use super::resources::{Readback, far_depth, stored, texture, view_of};
 
 /// The target's width and height in pixels: odd, so that one pixel is in the middle.
 const PIXELS: u32 = 9;
@@ -27,33 +24,20 @@ pub struct Pick {
     ids: wgpu::Texture,
     ids_view: TextureView,
     depth: TextureView,
-    readback: Buffer,
+    readback: Readback,
 }
-
-/// The stride of the rows in the readback buffer: wgpu aligns them to 256 bytes.
-const ROW_BYTES: u32 = wgpu::COPY_BYTES_PER_ROW_ALIGNMENT;
 
 impl Pick {
     /// Creates the target.
     pub fn new(gpu: &Gpu) -> Self {
         let size = UVec2::splat(PIXELS);
-        let ids = texture(
-            gpu,
-            size,
-            ID_FORMAT,
-            1,
-            TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC,
-        );
+        let usage = TextureUsages::RENDER_ATTACHMENT | TextureUsages::COPY_SRC;
+        let ids = texture(gpu, size, ID_FORMAT, 1, usage);
         Self {
             ids_view: view_of(&ids),
             ids,
             depth: view_of(&texture(gpu, size, DEPTH_FORMAT, 1, TextureUsages::RENDER_ATTACHMENT)),
-            readback: gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("picked"),
-                size: u64::from(ROW_BYTES * PIXELS),
-                usage: BufferUsages::COPY_DST | BufferUsages::MAP_READ,
-                mapped_at_creation: false,
-            }),
+            readback: Readback::new(gpu, size),
         }
     }
 
@@ -71,62 +55,30 @@ impl Pick {
         let nothing = Color { r: f64::from(NOTHING), g: 0.0, b: 0.0, a: 0.0 };
         encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("pick"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &self.ids_view,
-                depth_slice: None,
-                resolve_target: None,
-                ops: Operations { load: LoadOp::Clear(nothing), store: StoreOp::Store },
-            })],
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &self.depth,
-                depth_ops: Some(Operations { load: LoadOp::Clear(0.0), store: StoreOp::Discard }),
-                stencil_ops: None,
-            }),
+            color_attachments: &[Some(stored(&self.ids_view, LoadOp::Clear(nothing)))],
+            depth_stencil_attachment: Some(far_depth(&self.depth)),
             ..wgpu::RenderPassDescriptor::default()
         })
     }
 
     /// Submits the commands that draw into the target, waits for them, and returns the object
     /// nearest to the middle. Robots are preferred to nodes, and nodes to edges.
-    pub fn read(&self, gpu: &Gpu, mut encoder: CommandEncoder) -> Option<Item> {
-        let layout = wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(ROW_BYTES),
-            rows_per_image: None,
-        };
-        encoder.copy_texture_to_buffer(
-            self.ids.as_image_copy(),
-            wgpu::TexelCopyBufferInfo { buffer: &self.readback, layout },
-            self.ids.size(),
-        );
-        gpu.queue.submit([encoder.finish()]);
-        self.readback.map_async(wgpu::MapMode::Read, .., |_| ());
-        gpu.wait();
-        let mapped = self.readback.get_mapped_range(..).ok()?;
-        let rows: Vec<Vec<u32>> = mapped
-            .chunks(ROW_BYTES as usize)
-            .map(|row| {
-                row[..PIXELS as usize * 4].chunks(4).map(bytemuck::pod_read_unaligned).collect()
-            })
-            .collect();
-        drop(mapped);
-        self.readback.unmap();
-        nearest(&rows)
+    pub fn read(&self, gpu: &Gpu, encoder: CommandEncoder) -> Option<Item> {
+        let texels = self.readback.read(gpu, encoder, &self.ids).ok()?;
+        let ids: Vec<u32> = texels.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect();
+        nearest(&ids)
     }
 }
 
-fn nearest(rows: &[Vec<u32>]) -> Option<Item> {
-    let middle = PIXELS as usize / 2;
-    let square_distance =
-        |x: usize, y: usize| x.abs_diff(middle).pow(2) + y.abs_diff(middle).pow(2);
-    let pixels = rows.iter().enumerate().flat_map(|(y, row)| {
-        row.iter().enumerate().map(move |(x, id)| (*id, square_distance(x, y)))
-    });
-    let (id, _) = pixels
-        .filter(|(id, _)| *id != NOTHING)
-        .min_by_key(|(id, distance)| (rank(*id), *distance))?;
-    Some(match rank(id) {
-        0 => Item::Robot(id),
+/// Returns the object nearest to the middle, of the ids of the target's pixels row by row.
+fn nearest(ids: &[u32]) -> Option<Item> {
+    let drawn = (0..).zip(ids).filter(|(_, id)| **id != NOTHING);
+    let (_, id) = drawn.min_by_key(|(pixel, id)| {
+        let (x, y) = (pixel % PIXELS, pixel / PIXELS);
+        (rank(**id), x.abs_diff(PIXELS / 2).pow(2) + y.abs_diff(PIXELS / 2).pow(2))
+    })?;
+    Some(match rank(*id) {
+        0 => Item::Robot(*id),
         1 => Item::Node(id & !NODE),
         _ => Item::Edge(id & !EDGE),
     })
@@ -147,16 +99,15 @@ mod tests {
 
     #[test]
     fn robots_are_preferred_to_nodes_and_edges_and_near_objects_to_far_ones() {
-        let empty = vec![vec![NOTHING; PIXELS as usize]; PIXELS as usize];
-        assert_eq!(nearest(&empty), None);
-        let mut rows = empty;
-        rows[4][4] = EDGE | 7;
-        assert_eq!(nearest(&rows), Some(Item::Edge(7)));
-        rows[0][0] = NODE | 5;
-        assert_eq!(nearest(&rows), Some(Item::Node(5)));
-        rows[8][8] = 3;
-        rows[3][4] = 9;
-        assert_eq!(nearest(&rows), Some(Item::Robot(9)));
+        let mut ids = [[NOTHING; PIXELS as usize]; PIXELS as usize];
+        assert_eq!(nearest(ids.as_flattened()), None);
+        ids[4][4] = EDGE | 7;
+        assert_eq!(nearest(ids.as_flattened()), Some(Item::Edge(7)));
+        ids[0][0] = NODE | 5;
+        assert_eq!(nearest(ids.as_flattened()), Some(Item::Node(5)));
+        ids[8][8] = 3;
+        ids[3][4] = 9;
+        assert_eq!(nearest(ids.as_flattened()), Some(Item::Robot(9)));
     }
 
     #[test]

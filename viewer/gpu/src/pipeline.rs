@@ -1,9 +1,9 @@
 //! Render and compute pipelines, and the formats that they draw into.
 
 use wgpu::{
-    BindGroupLayout, BlendState, ColorTargetState, ColorWrites, CompareFunction, ComputePipeline,
-    DepthStencilState, FragmentState, PrimitiveTopology, RenderPipeline, ShaderModule,
-    TextureFormat, VertexBufferLayout, VertexState,
+    BindGroupLayout, BlendState, ColorTargetState, ColorWrites, CompareFunction, ComputePass,
+    ComputePipeline, DepthStencilState, FragmentState, PrimitiveTopology, RenderPipeline,
+    ShaderModule, TextureFormat, VertexBufferLayout, VertexState,
 };
 
 use super::device::Gpu;
@@ -12,6 +12,9 @@ use super::device::Gpu;
 pub const DEPTH_FORMAT: TextureFormat = TextureFormat::Depth32Float;
 /// The format of the id buffer that picking draws into.
 pub const ID_FORMAT: TextureFormat = TextureFormat::R32Uint;
+
+/// The workgroup size of compute shaders.
+pub const WORKGROUP: u32 = 64;
 
 /// The properties of a render target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,7 +41,16 @@ impl TargetConfig {
     }
 }
 
-/// How a pipeline uses the depth buffer.
+/// The values that are drawn into a target.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Output {
+    /// Colours, for a picture.
+    Colours,
+    /// Ids, for picking.
+    Ids,
+}
+
+/// The use of the depth buffer by a pipeline.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum DepthMode {
     /// The pass has no depth buffer.
@@ -64,10 +76,32 @@ pub struct PipelineDescriptor<'a> {
     pub buffers: &'a [VertexBufferLayout<'a>],
     /// The primitives that the vertices form.
     pub topology: PrimitiveTopology,
-    /// How the depth buffer is used.
+    /// The use of the depth buffer.
     pub depth: DepthMode,
-    /// Whether fragments are alpha-blended with the target.
-    pub blend: bool,
+    /// The blending of fragments with the target; `None` to replace it. Ids are never blended.
+    pub blend: Option<BlendState>,
+}
+
+impl<'a> PipelineDescriptor<'a> {
+    /// Describes a strip of triangles without vertex buffers that is alpha-blended over everything
+    /// drawn earlier.
+    pub fn new(
+        module: &'a ShaderModule,
+        vertex: &'a str,
+        fragment: &'a str,
+        groups: &'a [&'a BindGroupLayout],
+    ) -> Self {
+        Self {
+            module,
+            vertex,
+            fragment,
+            groups,
+            buffers: &[],
+            topology: PrimitiveTopology::TriangleStrip,
+            depth: DepthMode::Ignored,
+            blend: Some(BlendState::ALPHA_BLENDING),
+        }
+    }
 }
 
 /// Creates a render pipeline.
@@ -77,7 +111,10 @@ pub fn render_pipeline(
     descriptor: &PipelineDescriptor<'_>,
 ) -> RenderPipeline {
     let buffers: Vec<_> = descriptor.buffers.iter().cloned().map(Some).collect();
-    let is_tested = descriptor.depth == DepthMode::Tested;
+    let primitive =
+        wgpu::PrimitiveState { topology: descriptor.topology, ..wgpu::PrimitiveState::default() };
+    let multisample =
+        wgpu::MultisampleState { count: target.samples, ..wgpu::MultisampleState::default() };
     gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(descriptor.vertex),
         layout: Some(&pipeline_layout(gpu, descriptor.vertex, descriptor.groups)),
@@ -87,38 +124,39 @@ pub fn render_pipeline(
             compilation_options: wgpu::PipelineCompilationOptions::default(),
             buffers: &buffers,
         },
-        primitive: wgpu::PrimitiveState {
-            topology: descriptor.topology,
-            ..wgpu::PrimitiveState::default()
-        },
-        depth_stencil: (descriptor.depth != DepthMode::Absent).then(|| DepthStencilState {
-            format: DEPTH_FORMAT,
-            depth_write_enabled: Some(is_tested),
-            depth_compare: Some(if is_tested {
-                CompareFunction::GreaterEqual
-            } else {
-                CompareFunction::Always
-            }),
-            stencil: wgpu::StencilState::default(),
-            bias: wgpu::DepthBiasState::default(),
-        }),
-        multisample: wgpu::MultisampleState {
-            count: target.samples,
-            ..wgpu::MultisampleState::default()
-        },
+        primitive,
+        depth_stencil: descriptor.depth.state(),
+        multisample,
         fragment: Some(FragmentState {
             module: descriptor.module,
             entry_point: Some(descriptor.fragment),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
             targets: &[Some(ColorTargetState {
                 format: target.format,
-                blend: descriptor.blend.then_some(BlendState::ALPHA_BLENDING),
+                blend: descriptor.blend.filter(|_| target.format != ID_FORMAT),
                 write_mask: ColorWrites::ALL,
             })],
         }),
         multiview_mask: None,
         cache: None,
     })
+}
+
+impl DepthMode {
+    fn state(self) -> Option<DepthStencilState> {
+        let (depth_write_enabled, depth_compare) = match self {
+            Self::Absent => return None,
+            Self::Ignored => (Some(false), Some(CompareFunction::Always)),
+            Self::Tested => (Some(true), Some(CompareFunction::GreaterEqual)),
+        };
+        Some(DepthStencilState {
+            format: DEPTH_FORMAT,
+            depth_write_enabled,
+            depth_compare,
+            stencil: wgpu::StencilState::default(),
+            bias: wgpu::DepthBiasState::default(),
+        })
+    }
 }
 
 /// Creates a compute pipeline. `constants` are the values of the shader's `override` declarations.
@@ -139,12 +177,16 @@ pub fn compute_pipeline(
     })
 }
 
+/// Dispatches an invocation per item, for shaders with [`WORKGROUP`] invocations in a workgroup.
+/// WebGPU limits each dimension of a dispatch to 65,535 workgroups, so there are two.
+pub fn dispatch(pass: &mut ComputePass<'_>, items: u32) {
+    let needed = items.div_ceil(WORKGROUP);
+    let across = needed.clamp(1, 32_768);
+    pass.dispatch_workgroups(across, needed.div_ceil(across).max(1), 1);
+}
+
 /// Creates the layout of a pipeline from its bind group layouts.
-pub fn pipeline_layout(
-    gpu: &Gpu,
-    label: &str,
-    groups: &[&BindGroupLayout],
-) -> wgpu::PipelineLayout {
+fn pipeline_layout(gpu: &Gpu, label: &str, groups: &[&BindGroupLayout]) -> wgpu::PipelineLayout {
     let groups: Vec<_> = groups.iter().map(|group| Some(*group)).collect();
     let descriptor = wgpu::PipelineLayoutDescriptor {
         label: Some(label),

@@ -1,7 +1,6 @@
 //! The renderer: takes the fleet's data, and records the passes of a picture in order.
 
 mod passes;
-mod robot_types;
 mod uniform;
 
 use glam::UVec2;
@@ -16,35 +15,30 @@ use regatta_scene::{Layers, Scene};
 use wgpu::{BindGroup, Buffer, BufferUsages, ShaderStages};
 
 use super::attachments::Attachments;
-use super::bindings::{Binding, bind_group, bind_group_layout};
-use super::closures::ClosedEdges;
-use super::columns::Columns;
+use super::bindings::{Binding, bind_buffers, bind_group_layout};
+use super::columns::{Columns, RobotTypeUniform};
+use super::copy::Ground;
+use super::density::ground_of;
 use super::device::Gpu;
-use super::floor::Floor;
+use super::floor::{Floor, FloorPicture};
 use super::graph::Graph;
-use super::ground::Ground;
 use super::heat::HeatRibbons;
 use super::highlights::Highlights;
-use super::marked::MarkedPlace;
+use super::marks::Marks;
+use super::mesh::Mesh;
 use super::pick::Pick;
 use super::pipeline::TargetConfig;
-use super::plans::PlanMarks;
 use super::resources::buffer;
 use super::robots::Robots;
-use super::routes::Routes;
-use super::stations::Stations;
 use super::timer::Timer;
 use super::view::ViewUniform;
-use crate::density::ground_of;
-use crate::floor::FloorPicture;
-use robot_types::MeshAssignment;
 
 /// The parameters of a picture.
 #[derive(Clone, Copy, Debug)]
 pub struct Picture<'a> {
     /// The camera.
     pub camera: &'a Camera,
-    /// The content and the style of pictures.
+    /// The content and the style of the picture.
     pub scene: &'a Scene,
     /// The colours of the robots.
     pub legend: &'a Legend,
@@ -75,13 +69,9 @@ pub struct Renderer {
     floor: Floor,
     graph: Graph,
     heat: HeatRibbons,
-    closed: ClosedEdges,
-    routes: Routes,
-    stations: Stations,
-    marked: MarkedPlace,
+    marks: Marks,
     robots: Robots,
     highlights: Highlights,
-    plan_marks: PlanMarks,
     /// The level that alone is shown.
     level: Option<String>,
     robot_types: Vec<RobotTypeRecord>,
@@ -89,6 +79,16 @@ pub struct Renderer {
     timer: Option<Timer>,
     /// The ground on which robots are, in square metres, if it is known.
     ground: Option<f32>,
+}
+
+/// A mesh that replaces the built-in one for a robot type.
+#[derive(Debug)]
+struct MeshAssignment {
+    /// Name of the type; `None` for all types without a mesh of their own.
+    robot_type: Option<String>,
+    /// The mesh's number in [`Robots`](crate::robots::Robots).
+    mesh: usize,
+    is_shown: bool,
 }
 
 impl Renderer {
@@ -103,21 +103,17 @@ impl Renderer {
         Self {
             gpu: gpu.clone(),
             target,
-            view_group: bind_group(gpu, &layout, &[(0, &view)]),
+            view_group: bind_buffers(gpu, &layout, &[&view]),
             view,
             pick: Pick::new(gpu),
-            pick_group: bind_group(gpu, &layout, &[(0, &pick_view)]),
+            pick_group: bind_buffers(gpu, &layout, &[&pick_view]),
             pick_view,
             drawn: None,
             attachments: None,
             ground_copy: Ground::new(gpu, target),
             floor: Floor::new(gpu, target, &layout),
             heat: HeatRibbons::new(gpu, target, &layout, graph.records_layout()),
-            closed: ClosedEdges::new(gpu, target, &layout, graph.records_layout()),
-            routes: Routes::new(gpu, target, &layout, graph.records_layout()),
-            stations: Stations::new(gpu, target, &layout),
-            marked: MarkedPlace::new(gpu, target, &layout, graph.records_layout()),
-            plan_marks: PlanMarks::new(gpu, target, &layout, graph.records_layout(), &columns),
+            marks: Marks::new(gpu, target, &layout, graph.records_layout(), columns.layout()),
             graph,
             robots: Robots::new(gpu, target, &layout, &columns),
             highlights: Highlights::new(gpu, target, &layout, &columns),
@@ -189,8 +185,7 @@ impl Renderer {
         self.ground = ground_of(world);
         let level = self.level.as_deref();
         self.graph.load(&self.gpu, world, level);
-        self.stations.load(&self.gpu, world, level);
-        self.marked.load(world);
+        self.marks.set_world(&self.gpu, world, level);
     }
 
     /// Sets the ground on which the robots of a fleet without a graph are, in square metres.
@@ -200,19 +195,17 @@ impl Renderer {
 
     /// Replaces the closed edges of the world, by index.
     pub fn set_closed(&mut self, world: &World<'_>, closed: &[u32]) {
-        self.closed.set(&self.gpu, world, closed, self.level.as_deref());
+        self.marks.set_closed(&self.gpu, world, closed, self.level.as_deref());
     }
 
     /// Replaces the routes of selected robots, which are drawn along the graph.
     pub fn set_routes(&mut self, segments: &[RouteSegment]) {
-        self.routes.set(&self.gpu, segments);
+        self.marks.set_routes(&self.gpu, segments);
     }
 
-    /// Replaces what is drawn of plans: the routes of all robots, goals, and who waits for whom.
+    /// Replaces the routes of all robots, the goals, and the arrows from robots that wait.
     pub fn set_plans(&mut self, plans: &PlanReport) {
-        self.routes.set_all(&self.gpu, &plans.lines);
-        self.plan_marks.set_goals(&self.gpu, &plans.goals);
-        self.plan_marks.set_arrows(&self.gpu, &plans.arrows);
+        self.marks.set_plans(&self.gpu, plans);
     }
 
     /// Replaces the heat map, or removes it.
@@ -266,5 +259,55 @@ impl Renderer {
     /// Hides the robots whose bit is not set, 32 to a word; with `None` no robot.
     pub fn set_on_level(&mut self, on_level: Option<&[u32]>) {
         self.columns.set_on_level(&self.gpu, on_level);
+    }
+
+    /// Sets or removes the mesh of a robot type, or with `None` of all types that have no mesh of
+    /// their own. Returns false if there are too many meshes.
+    pub fn set_mesh(&mut self, robot_type: Option<&str>, mesh: Option<&Mesh>) -> bool {
+        let existing = self
+            .assignments
+            .iter_mut()
+            .find(|assignment| assignment.robot_type.as_deref() == robot_type);
+        match (existing, mesh) {
+            (Some(assignment), Some(mesh)) => {
+                self.robots.replace_mesh(&self.gpu, assignment.mesh, mesh);
+                assignment.is_shown = true;
+            }
+            (Some(assignment), None) => assignment.is_shown = false,
+            (None, Some(mesh)) => {
+                let Some(mesh) = self.robots.add_mesh(&self.gpu, mesh) else { return false };
+                self.assignments.push(MeshAssignment {
+                    robot_type: robot_type.map(str::to_owned),
+                    mesh,
+                    is_shown: true,
+                });
+            }
+            (None, None) => {}
+        }
+        self.upload_robot_types();
+        true
+    }
+
+    /// Sets the records of the robot types.
+    pub fn set_robot_types(&mut self, robot_types: &[RobotTypeRecord]) {
+        self.robot_types = robot_types.to_vec();
+        self.upload_robot_types();
+    }
+
+    fn upload_robot_types(&mut self) {
+        let mut uniforms = Vec::with_capacity(self.robot_types.len());
+        for record in &self.robot_types {
+            let uniform = RobotTypeUniform::new(record);
+            let mesh = self.mesh_of(Some(record.name())).or_else(|| self.mesh_of(None));
+            uniforms.push(mesh.map_or(uniform, |mesh| uniform.with_mesh(mesh)));
+        }
+        self.robots.set_any_round(uniforms.iter().any(RobotTypeUniform::is_round));
+        self.columns.set_robot_types(&self.gpu, &uniforms);
+    }
+
+    /// The number of the mesh that is assigned to a robot type, or with `None` to all others.
+    fn mesh_of(&self, robot_type: Option<&str>) -> Option<usize> {
+        let mut shown = self.assignments.iter().filter(|assignment| assignment.is_shown);
+        shown.find(|other| other.robot_type.as_deref() == robot_type).map(|found| found.mesh)
     }
 }

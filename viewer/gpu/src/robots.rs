@@ -1,27 +1,25 @@
 //! Robots: a compute shader sorts them by their size in the picture into draw lists of meshes,
 //! blocks and marks.
 
-mod mesh_buffers;
 mod pipelines;
 mod sorting;
 
-use bytemuck::{Pod, Zeroable};
 use glam::UVec2;
+use wgpu::util::{BufferInitDescriptor, DeviceExt, DrawIndexedIndirectArgs};
 use wgpu::{
     BindGroup, BindGroupLayout, Buffer, BufferUsages, CommandEncoder, IndexFormat, RenderPass,
     RenderPipeline, ShaderStages,
 };
 
-use super::bindings::{Binding, bind_group, bind_group_layout};
+use super::bindings::{Binding, bind_buffers, bind_group_layout};
 use super::columns::Columns;
 use super::density::Density;
 use super::device::Gpu;
-use super::pipeline::TargetConfig;
+use super::pipeline::{Output, TargetConfig, dispatch};
 use super::resources::buffer;
 use super::splats::Splats;
 use super::timer::Timer;
-use crate::mesh::Mesh;
-use mesh_buffers::{MeshBuffers, init_buffer};
+use crate::mesh::{Mesh, MeshBuffers};
 use pipelines::{BODY_BYTES, CORNER_BYTES, Pipelines};
 use sorting::Sorting;
 pub use sorting::{Dense, Variant};
@@ -37,20 +35,6 @@ const BLOCK_CAPACITY: usize = 131_072;
 const LISTS: usize = MESHES + 4;
 const MARKS: usize = MESHES + 2;
 const TILES: usize = MESHES + 3;
-/// The workgroup size of the sorting shader.
-const WORKGROUP: u32 = 64;
-
-/// The arguments of an indirect draw.
-#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
-#[repr(C)]
-struct DrawArguments {
-    indices: u32,
-    instances: u32,
-    first_index: u32,
-    base_vertex: i32,
-    first_instance: u32,
-}
-
 /// Draws robots.
 #[derive(Debug)]
 pub struct Robots {
@@ -77,7 +61,7 @@ pub struct Robots {
     /// From this number of robots on, marks are splatted.
     splats_from: u32,
     density: Density,
-    /// What the last picture was sorted by.
+    /// The variant that sorted the last picture.
     variant: Variant,
 }
 
@@ -88,7 +72,7 @@ impl Robots {
         let lists = BufferUsages::STORAGE | BufferUsages::VERTEX;
         let draws = BufferUsages::STORAGE | BufferUsages::INDIRECT | BufferUsages::COPY_SRC;
         let body_bytes = (MESHES * MESH_CAPACITY + 2 * BLOCK_CAPACITY) * BODY_BYTES as usize;
-        let draw_bytes = LISTS * size_of::<DrawArguments>();
+        let draw_bytes = LISTS * size_of::<DrawIndexedIndirectArgs>();
         let mut robots = Self {
             sorting: Sorting::new(gpu, view, columns.layout()),
             lists: None,
@@ -100,15 +84,14 @@ impl Robots {
             blank_draws: buffer(gpu, "blank draws", draw_bytes, BufferUsages::COPY_SRC),
             shadow_draws: buffer(gpu, "shadow draws", draw_bytes, BufferUsages::INDIRECT),
             meshes: [Mesh::amr(), Mesh::round_amr()]
-                .iter()
-                .map(|mesh| MeshBuffers::new(gpu, mesh))
-                .collect(),
+                .map(|mesh| MeshBuffers::new(gpu, &mesh))
+                .into(),
             blocks: [Mesh::block(), Mesh::round_block()].map(|mesh| MeshBuffers::new(gpu, &mesh)),
-            quad: init_buffer(
-                gpu,
-                bytemuck::cast_slice(&[0_u32, 1, 2, 2, 1, 3]),
-                BufferUsages::INDEX,
-            ),
+            quad: gpu.device.create_buffer_init(&BufferInitDescriptor {
+                label: Some("quad"),
+                contents: bytemuck::cast_slice(&[0_u32, 1, 2, 2, 1, 3]),
+                usage: BufferUsages::INDEX,
+            }),
             pipelines: Pipelines::new(gpu, target, view, &mark_ids_layout),
             mark_ids_layout,
             any_round: false,
@@ -143,15 +126,15 @@ impl Robots {
     }
 
     fn write_draws(&mut self, gpu: &Gpu) {
-        let mut draws = [DrawArguments::default(); LISTS];
+        let mut draws = [DrawIndexedIndirectArgs::default(); LISTS];
         for (list, mesh) in self.body_lists() {
-            draws[list].indices = mesh.count;
+            draws[list].index_count = mesh.count;
         }
         // These draws are not indexed: the shader counts vertices, which all belong to one
         // instance.
-        (draws[MARKS].instances, draws[TILES].instances) = (1, 1);
+        (draws[MARKS].instance_count, draws[TILES].instance_count) = (1, 1);
         gpu.queue.write_buffer(&self.blank_draws, 0, bytemuck::cast_slice(&draws));
-        let shadows = draws.map(|draw| DrawArguments { indices: 6, ..draw });
+        let shadows = draws.map(|draw| DrawIndexedIndirectArgs { index_count: 6, ..draw });
         gpu.queue.write_buffer(&self.shadow_draws, 0, bytemuck::cast_slice(&shadows));
     }
 
@@ -161,7 +144,7 @@ impl Robots {
         let limit = gpu.device.limits().max_storage_buffer_binding_size;
         let triangle_bytes = 3 * CORNER_BYTES;
         let has_room = (columns.rows() * triangle_bytes) as u64 <= limit;
-        let may_splat = columns.robots()[0] >= self.splats_from || !has_room;
+        let may_splat = columns.robots() >= self.splats_from || !has_room;
         self.variant.splats = may_splat && Splats::fits(size, limit);
         let mark_bytes = if self.variant.splats { CORNER_BYTES } else { triangle_bytes };
         let marks = columns.rows().min(limit as usize / mark_bytes);
@@ -191,7 +174,7 @@ impl Robots {
         }
     }
 
-    /// Sets what the next picture is sorted by, except whether marks are splatted.
+    /// Sets the variant that sorts the next picture, except whether marks are splatted.
     pub fn set_variant(&mut self, variant: Variant) {
         self.variant = variant;
     }
@@ -214,15 +197,14 @@ impl Robots {
         if self.variant.splats || self.variant.dense != Dense::None {
             self.splats.clear(encoder, !self.has_marks());
         }
-        let (marks, pixels) = (&self.corners, self.splats.pixels());
-        let buffers =
-            [(0, &self.bodies), (1, marks), (2, &self.mark_ids), (3, &self.draws), (4, pixels)];
+        let pixels = self.splats.pixels();
+        let buffers = [&self.bodies, &self.corners, &self.mark_ids, &self.draws, pixels];
         let lists = self
             .lists
-            .get_or_insert_with(|| bind_group(gpu, self.sorting.lists_layout(), &buffers))
+            .get_or_insert_with(|| bind_buffers(gpu, self.sorting.lists_layout(), &buffers))
             .clone();
-        let ids = [(0, &self.mark_ids)];
-        self.mark_ids_group.get_or_insert_with(|| bind_group(gpu, &self.mark_ids_layout, &ids));
+        self.mark_ids_group
+            .get_or_insert_with(|| bind_buffers(gpu, &self.mark_ids_layout, &[&self.mark_ids]));
         let poses = columns.group(gpu);
         encoder.copy_buffer_to_buffer(&self.blank_draws, 0, &self.draws, 0, self.draws.size());
         {
@@ -235,10 +217,7 @@ impl Robots {
             pass.set_bind_group(0, view, &[]);
             pass.set_bind_group(1, &poses, &[]);
             pass.set_bind_group(2, &lists, &[]);
-            let needed = columns.robots()[0].div_ceil(WORKGROUP);
-            // WebGPU limits each dimension of a dispatch to 65,535 workgroups.
-            let across = needed.clamp(1, 32_768);
-            pass.dispatch_workgroups(across, needed.div_ceil(across).max(1), 1);
+            dispatch(&mut pass, columns.robots());
             if self.variant.dense != Dense::None {
                 self.density.blur(&mut pass, self.variant.splats);
             }
@@ -246,7 +225,7 @@ impl Robots {
         if !self.has_marks() {
             return;
         }
-        let stride = size_of::<DrawArguments>() as u64;
+        let stride = size_of::<DrawIndexedIndirectArgs>() as u64;
         for list in 0..MARKS as u64 {
             let count = list * stride + 4;
             encoder.copy_buffer_to_buffer(&self.draws, count, &self.shadow_draws, count, 4);
@@ -273,32 +252,22 @@ impl Robots {
         }
     }
 
-    /// Draws the robots.
-    pub fn draw(&self, pass: &mut RenderPass<'_>) {
+    /// Draws the robots, or their ids, for the lists of the last [`sort`](Self::sort).
+    pub fn draw(&self, pass: &mut RenderPass<'_>, output: Output) {
         if !self.has_marks() {
             return;
         }
-        self.draw_bodies(pass, &self.pipelines.body, &self.pipelines.block);
+        let Pipelines { body, block, body_id, mark, round_mark, mark_id, .. } = &self.pipelines;
+        let (body, block, mark) = match output {
+            Output::Colours if self.any_round => (body, block, round_mark),
+            Output::Colours => (body, block, mark),
+            Output::Ids => (body_id, body_id, mark_id),
+        };
+        self.draw_bodies(pass, body, block);
         if self.variant.splats {
-            self.splats.draw(pass, &self.draws, draw_offset(TILES));
+            self.splats.draw(pass, output, &self.draws, draw_offset(TILES));
         } else {
-            self.draw_marks(
-                pass,
-                if self.any_round { &self.pipelines.round_mark } else { &self.pipelines.mark },
-            );
-        }
-    }
-
-    /// Draws the robots' ids for the lists of the last [`sort`](Self::sort).
-    pub fn draw_ids(&self, pass: &mut RenderPass<'_>) {
-        if !self.has_marks() {
-            return;
-        }
-        self.draw_bodies(pass, &self.pipelines.body_id, &self.pipelines.body_id);
-        if self.variant.splats {
-            self.splats.draw_ids(pass, &self.draws, draw_offset(TILES));
-        } else {
-            self.draw_marks(pass, &self.pipelines.mark_id);
+            self.draw_marks(pass, mark);
         }
     }
 
@@ -344,5 +313,5 @@ impl Robots {
 }
 
 fn draw_offset(list: usize) -> u64 {
-    (list * size_of::<DrawArguments>()) as u64
+    (list * size_of::<DrawIndexedIndirectArgs>()) as u64
 }

@@ -4,111 +4,33 @@ use wgpu::ShaderModule;
 
 use super::device::Gpu;
 
+/// Concatenates WGSL files.
+macro_rules! wgsl {
+    ($($file:literal)+) => {
+        concat!($(include_str!(concat!("shaders/", $file, ".wgsl"))),+)
+    };
+}
+
 /// The source of each shader by name. Shared parts come before the shader's own part, as WGSL has
 /// no imports.
 pub const SHADERS: [(&str, &str); 17] = [
-    ("floor", concat!(include_str!("shaders/view.wgsl"), include_str!("shaders/floor.wgsl"))),
-    (
-        "graph",
-        concat!(
-            include_str!("shaders/view.wgsl"),
-            include_str!("shaders/curves.wgsl"),
-            include_str!("shaders/graph.wgsl")
-        ),
-    ),
-    (
-        "routes",
-        concat!(
-            include_str!("shaders/view.wgsl"),
-            include_str!("shaders/curves.wgsl"),
-            include_str!("shaders/routes.wgsl")
-        ),
-    ),
-    (
-        "closures",
-        concat!(
-            include_str!("shaders/view.wgsl"),
-            include_str!("shaders/curves.wgsl"),
-            include_str!("shaders/closures.wgsl")
-        ),
-    ),
-    (
-        "marked",
-        concat!(
-            include_str!("shaders/view.wgsl"),
-            include_str!("shaders/curves.wgsl"),
-            include_str!("shaders/marked.wgsl")
-        ),
-    ),
-    (
-        "heat",
-        concat!(
-            include_str!("shaders/view.wgsl"),
-            include_str!("shaders/curves.wgsl"),
-            include_str!("shaders/heat.wgsl")
-        ),
-    ),
-    ("copy", include_str!("shaders/copy.wgsl")),
-    ("robots", concat!(include_str!("shaders/view.wgsl"), include_str!("shaders/robots.wgsl"))),
-    (
-        "sort",
-        concat!(
-            include_str!("shaders/view.wgsl"),
-            include_str!("shaders/poses.wgsl"),
-            include_str!("shaders/marks.wgsl"),
-            include_str!("shaders/sort.wgsl")
-        ),
-    ),
-    (
-        "splats",
-        concat!(
-            include_str!("shaders/view.wgsl"),
-            include_str!("shaders/marks.wgsl"),
-            include_str!("shaders/splats.wgsl")
-        ),
-    ),
-    (
-        "highlights",
-        concat!(
-            include_str!("shaders/view.wgsl"),
-            include_str!("shaders/poses.wgsl"),
-            include_str!("shaders/highlights.wgsl")
-        ),
-    ),
-    (
-        "density",
-        concat!(
-            include_str!("shaders/view.wgsl"),
-            include_str!("shaders/marks.wgsl"),
-            include_str!("shaders/density.wgsl")
-        ),
-    ),
-    (
-        "field",
-        concat!(
-            include_str!("shaders/view.wgsl"),
-            include_str!("shaders/marks.wgsl"),
-            include_str!("shaders/field.wgsl")
-        ),
-    ),
-    (
-        "goals",
-        concat!(
-            include_str!("shaders/view.wgsl"),
-            include_str!("shaders/curves.wgsl"),
-            include_str!("shaders/goals.wgsl")
-        ),
-    ),
-    ("stations", concat!(include_str!("shaders/view.wgsl"), include_str!("shaders/stations.wgsl"))),
-    (
-        "waits",
-        concat!(
-            include_str!("shaders/view.wgsl"),
-            include_str!("shaders/poses.wgsl"),
-            include_str!("shaders/waits.wgsl")
-        ),
-    ),
-    ("interface", include_str!("shaders/interface.wgsl")),
+    ("floor", wgsl!("view" "floor")),
+    ("graph", wgsl!("view" "curves" "graph")),
+    ("routes", wgsl!("view" "curves" "routes")),
+    ("closures", wgsl!("view" "curves" "closures")),
+    ("marked", wgsl!("view" "curves" "marked")),
+    ("heat", wgsl!("view" "triangle" "curves" "heat")),
+    ("copy", wgsl!("triangle" "copy")),
+    ("robots", wgsl!("view" "robots")),
+    ("sort", wgsl!("view" "poses" "marks" "sort")),
+    ("splats", wgsl!("view" "marks" "splats")),
+    ("highlights", wgsl!("view" "poses" "highlights")),
+    ("density", wgsl!("view" "marks" "density")),
+    ("field", wgsl!("view" "triangle" "marks" "field")),
+    ("goals", wgsl!("view" "curves" "goals")),
+    ("stations", wgsl!("view" "stations")),
+    ("waits", wgsl!("view" "poses" "waits")),
+    ("interface", wgsl!("interface")),
 ];
 
 /// Compiles one of [`SHADERS`].

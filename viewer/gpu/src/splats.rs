@@ -7,10 +7,10 @@ use wgpu::{
     RenderPass, RenderPipeline, ShaderStages,
 };
 
-use super::bindings::{Binding, bind_group, bind_group_layout};
+use super::bindings::{Binding, bind_buffers, bind_group_layout};
 use super::density::Density;
 use super::device::Gpu;
-use super::pipeline::{DepthMode, PipelineDescriptor, TargetConfig, render_pipeline};
+use super::pipeline::{DepthMode, Output, PipelineDescriptor, TargetConfig, render_pipeline};
 use super::resources::buffer;
 use super::shaders::shader;
 
@@ -38,22 +38,16 @@ impl Splats {
         let layout =
             bind_group_layout(gpu, "splats", ShaderStages::VERTEX_FRAGMENT, &[Binding::Read; 2]);
         let module = shader(gpu, "splats");
-        let make = |target, fragment| {
-            let descriptor = PipelineDescriptor {
-                module: &module,
-                vertex: "tile",
-                fragment,
-                groups: &[view, &layout],
-                buffers: &[],
-                topology: PrimitiveTopology::TriangleList,
-                depth: DepthMode::Tested,
-                blend: false,
-            };
-            render_pipeline(gpu, target, &descriptor)
-        };
+        let groups = [view, &layout];
+        let [colours, ids] = ["splat", "splat_id"].map(|fragment| PipelineDescriptor {
+            topology: PrimitiveTopology::TriangleList,
+            depth: DepthMode::Tested,
+            blend: None,
+            ..PipelineDescriptor::new(&module, "tile", fragment, &groups)
+        });
         Self {
-            colours: make(target, "splat"),
-            ids: make(TargetConfig::IDS, "splat_id"),
+            colours: render_pipeline(gpu, target, &colours),
+            ids: render_pipeline(gpu, TargetConfig::IDS, &ids),
             pixels: words(gpu, 1),
             words: 1,
             marks: 0,
@@ -86,44 +80,32 @@ impl Splats {
 
     /// Binds the pixels and each robot's mark. Call this after either buffer was replaced.
     pub fn bind(&mut self, gpu: &Gpu, marks: &Buffer) {
-        self.group = Some(bind_group(gpu, &self.layout, &[(0, &self.pixels), (1, marks)]));
+        self.group = Some(bind_buffers(gpu, &self.layout, &[&self.pixels, marks]));
     }
 
     /// Clears all marks and sums before a picture, or the sums only.
     pub fn clear(&self, encoder: &mut CommandEncoder, only_sums: bool) {
-        let bytes = |words: u64| words * size_of::<u32>() as u64;
+        let word = size_of::<u32>() as u64;
         let from = if only_sums { self.marks } else { 0 };
-        encoder.clear_buffer(&self.pixels, bytes(from), Some(bytes(self.words - from)));
+        encoder.clear_buffer(&self.pixels, from * word, Some((self.words - from) * word));
     }
 
-    /// Draws the marks. The indirect arguments at offset `at` of `draws` hold the number of tiles
-    /// with marks.
-    pub fn draw(&self, pass: &mut RenderPass<'_>, draws: &Buffer, at: u64) {
-        self.draw_with(&self.colours, pass, draws, at);
-    }
-
-    /// Draws the robots' ids in the same way.
-    pub fn draw_ids(&self, pass: &mut RenderPass<'_>, draws: &Buffer, at: u64) {
-        self.draw_with(&self.ids, pass, draws, at);
-    }
-
-    fn draw_with(
-        &self,
-        pipeline: &RenderPipeline,
-        pass: &mut RenderPass<'_>,
-        draws: &Buffer,
-        at: u64,
-    ) {
-        pass.set_pipeline(pipeline);
+    /// Draws the marks, or the robots' ids in the same way. The indirect arguments at offset `at` of
+    /// `draws` hold the number of tiles with marks.
+    pub fn draw(&self, pass: &mut RenderPass<'_>, output: Output, draws: &Buffer, at: u64) {
+        pass.set_pipeline(match output {
+            Output::Colours => &self.colours,
+            Output::Ids => &self.ids,
+        });
         pass.set_bind_group(1, &self.group, &[]);
         pass.draw_indirect(draws, at);
     }
 }
 
 fn words_of(size: UVec2) -> u64 {
-    let product = |size: UVec2| u64::from(size.x) * u64::from(size.y);
     let tiles = UVec2::new(size.x.div_ceil(TILE), size.y.div_ceil(TILE));
-    (product(size) + 2 * product(tiles)).max(1)
+    let [pixels, tiles] = [size, tiles].map(|size| size.as_u64vec2().element_product());
+    (pixels + 2 * tiles).max(1)
 }
 
 fn words(gpu: &Gpu, words: u64) -> Buffer {

@@ -8,6 +8,7 @@ use wgpu::{
 };
 
 use super::device::Gpu;
+use super::resources::buffer;
 
 /// Measures the time between the first and the last command of a picture. While a result is
 /// pending, no other picture is measured.
@@ -27,19 +28,15 @@ impl Timer {
         if !gpu.device.features().contains(Features::TIMESTAMP_QUERY) {
             return None;
         }
-        let buffer = |usage| {
-            let descriptor =
-                wgpu::BufferDescriptor { label: None, size: 16, usage, mapped_at_creation: false };
-            gpu.device.create_buffer(&descriptor)
-        };
+        let resolved = BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC;
         Some(Self {
             queries: gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
                 label: None,
                 ty: wgpu::QueryType::Timestamp,
                 count: 2,
             }),
-            resolved: buffer(BufferUsages::QUERY_RESOLVE | BufferUsages::COPY_SRC),
-            readback: buffer(BufferUsages::MAP_READ | BufferUsages::COPY_DST),
+            resolved: buffer(gpu, "timestamps", 16, resolved),
+            readback: buffer(gpu, "read timestamps", 16, BufferUsages::MAP_READ),
             pending: None,
         })
     }
@@ -89,13 +86,10 @@ impl Timer {
         if !mapped {
             return None;
         }
-        let ticks: [u64; 2] =
+        let [start, end]: [u64; 2] =
             bytemuck::pod_read_unaligned(&self.readback.get_mapped_range(..).ok()?);
         self.readback.unmap();
-        Some(
-            ticks[1].saturating_sub(ticks[0]) as f64
-                * f64::from(gpu.queue.get_timestamp_period())
-                * 1e-9,
-        )
+        let nanos_per_tick = f64::from(gpu.queue.get_timestamp_period());
+        Some(end.saturating_sub(start) as f64 * nanos_per_tick * 1e-9)
     }
 }

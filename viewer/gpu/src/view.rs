@@ -76,16 +76,15 @@ impl ViewUniform {
 
     /// The least and the greatest distance along the view direction of ground in the picture, in
     /// metres; infinity where there is none.
-    pub fn ground_distances(&self) -> [f32; 2] {
+    pub fn ground_distances(&self) -> (f32, f32) {
         let (right, up) = (self.right.truncate() * self.right.w, self.up.truncate() * self.up.w);
-        let corners = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)];
-        let rays = corners.map(|(x, y)| self.forward.truncate() + right * x + up * y);
-        let distances =
-            rays.map(|ray| if ray.z < 0.0 { self.eye.z / -ray.z } else { f32::INFINITY });
-        [
-            distances.into_iter().fold(f32::INFINITY, f32::min),
-            distances.into_iter().fold(0.0, f32::max),
-        ]
+        let (mut near, mut far) = (f32::INFINITY, 0.0_f32);
+        for (x, y) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
+            let ray = self.forward.truncate() + right * x + up * y;
+            let distance = if ray.z < 0.0 { self.eye.z / -ray.z } else { f32::INFINITY };
+            (near, far) = (near.min(distance), far.max(distance));
+        }
+        (near, far)
     }
 
     fn set_camera(&mut self, camera: &Camera, scene: &Scene, size: Vec2) {
@@ -144,7 +143,6 @@ impl ViewUniform {
 
     fn set_colours(&mut self, scene: &Scene, legend: &Legend) {
         let colours = scene.theme.colours();
-        let solid = |colour: Rgb| colour.linear().extend(1.0);
         self.sky = solid(colours.sky);
         self.floor = solid(colours.floor);
         self.grid = colours.grid.linear().extend(if scene.layers.grid { 1.0 } else { 0.0 });
@@ -167,6 +165,10 @@ impl ViewUniform {
             Scale::Ramp { low, high, .. } => (*low, 1.0 / (high - low).max(1e-6), 0),
         };
     }
+}
+
+fn solid(colour: Rgb) -> Vec4 {
+    colour.linear().extend(1.0)
 }
 
 /// Returns the colours of categories by index, or a ramp, as linear red, green and blue of 8 bits
@@ -201,13 +203,13 @@ mod tests {
             let camera = Camera { pitch, distance: 100.0, ..Camera::default() };
             (camera, ViewUniform::new(&camera, &scene, &legend, size).ground_distances())
         };
-        let (camera, [near, far]) = distances(std::f32::consts::FRAC_PI_2);
+        let (camera, (near, far)) = distances(std::f32::consts::FRAC_PI_2);
         let height = camera.eye().z;
         assert!(
             (near - height).abs() < 0.1 && (far - height).abs() < 0.1,
             "everywhere the same from above: {near} {far}"
         );
-        let (camera, [flat, horizon]) = distances(0.4);
+        let (camera, (flat, horizon)) = distances(0.4);
         assert!(horizon > 2.0 * flat, "{horizon}");
         let lower = camera.unproject(Vec2::new(160.0, 200.0), size.as_vec2()).expect("ground");
         let depth = (lower.extend(0.0) - camera.eye()).dot(camera.forward());

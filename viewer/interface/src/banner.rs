@@ -1,7 +1,7 @@
-//! What a picture or a film may say of itself: a title, the simulated time, and a scale.
+//! The annotations of a picture or a film: a title, the simulated time, and a scale.
 
 use egui::{Align2, Context, FontId, Rect, RichText, Stroke, vec2};
-use glam::{Vec2, Vec3};
+use glam::Vec2;
 use regatta_scene::camera::Camera;
 use regatta_scene::palette::Theme;
 
@@ -73,9 +73,9 @@ fn scale(context: &Context, placement: &mut Placement, metre: f32, theme: Theme)
         let (rect, _) = ui.allocate_exact_size(vec2(metres * metre, 20.0), egui::Sense::hover());
         let (painter, stroke) = (ui.painter(), Stroke::new(2.0, colours.text));
         painter.hline(rect.x_range(), rect.bottom() - 3.0, stroke);
-        [rect.left(), rect.right()]
-            .into_iter()
-            .for_each(|x| _ = painter.vline(x, rect.bottom() - 7.0..=rect.bottom(), stroke));
+        for x in [rect.left(), rect.right()] {
+            painter.vline(x, rect.bottom() - 7.0..=rect.bottom(), stroke);
+        }
         let text = if metres < 1.0 {
             format!("{:.0} cm", metres * 100.0)
         } else {
@@ -88,8 +88,8 @@ fn scale(context: &Context, placement: &mut Placement, metre: f32, theme: Theme)
 
 /// The length of a metre to the right at the camera's target, in points.
 fn points_per_metre(camera: &Camera, size: Vec2) -> Option<f32> {
-    let place = |point: Vec3| camera.project(point, size);
-    let length = (place(camera.target + camera.right())? - place(camera.target)?).length();
+    let (target, right) = (camera.target, camera.target + camera.right());
+    let length = (camera.project(right, size)? - camera.project(target, size)?).length();
     (length.is_finite() && length > 1e-6).then_some(length)
 }
 

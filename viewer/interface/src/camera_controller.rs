@@ -38,8 +38,8 @@ pub struct CameraController {
     follow: Option<(u32, Follow)>,
     /// The camera's yaw relative to the followed robot's heading, in radians.
     yaw_offset: f32,
-    /// How everything is kept in the picture, also when it grows; `None` after the user has moved
-    /// the camera.
+    /// The direction from which everything is kept in the picture, also when it grows; `None`
+    /// after the user has moved the camera.
     fit: Option<Fit>,
     /// The part of the picture that everything is kept in. A panel that opens leaves it as it is,
     /// so that nothing moves.
@@ -367,13 +367,13 @@ impl Flight {
     fn camera(&self) -> Camera {
         let part = self.progress as f32;
         let part = part * part * (3.0 - 2.0 * part);
-        let mix = |from: f32, to: f32| from + (to - from) * part;
         let (from, to) = (self.from, self.to);
+        let from_log = from.distance.ln();
         Camera {
             target: from.target + (to.target - from.target) * part,
             yaw: from.yaw + shortest_turn(from.yaw, to.yaw) * part,
-            pitch: mix(from.pitch, to.pitch),
-            distance: mix(from.distance.ln(), to.distance.ln()).exp(),
+            pitch: from.pitch + (to.pitch - from.pitch) * part,
+            distance: (from_log + (to.distance.ln() - from_log) * part).exp(),
             fov_y: to.fov_y,
         }
     }

@@ -7,9 +7,10 @@ use egui::{DragValue, Ui};
 use glam::{Vec2, Vec3};
 use regatta_scene::camera::{Bounds, Camera, Window};
 
-use super::state::Interface;
+use super::context::{PanelContext, Request};
+use super::settings::Settings;
 use super::style::{faint, heading};
-use super::view_model::{Action, ViewModel};
+use super::view_model::Action;
 
 /// The error of parsing an option's value.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -47,13 +48,20 @@ pub enum CameraOption {
 
 /// Parses finite numbers below a million, separated by commas.
 pub fn numbers(text: &str, expected: &'static str) -> Result<Vec<f32>, ParseError> {
-    let number = |part: &str| {
-        part.trim().parse::<f32>().ok().filter(|number| number.is_finite() && number.abs() < 1e6)
-    };
-    text.split(',')
-        .map(number)
-        .collect::<Option<_>>()
-        .ok_or(ParseError { text: text.to_owned(), expected })
+    let mut numbers = Vec::new();
+    for part in text.split(',') {
+        match part.trim().parse::<f32>() {
+            Ok(number) if number.is_finite() && number.abs() < 1e6 => numbers.push(number),
+            _ => return Err(ParseError::new(text, expected)),
+        }
+    }
+    Ok(numbers)
+}
+
+impl ParseError {
+    fn new(text: &str, expected: &'static str) -> Self {
+        Self { text: text.to_owned(), expected }
+    }
 }
 
 impl FromStr for Bookmark {
@@ -61,11 +69,12 @@ impl FromStr for Bookmark {
 
     fn from_str(text: &str) -> Result<Self, ParseError> {
         let expected = "a named camera such as dock=4,-3,12,1.57,0.9 or hall=20,10,60";
-        let failed = || ParseError { text: text.to_owned(), expected };
-        let (name, view) =
-            text.split_once('=').filter(|(name, _)| !name.trim().is_empty()).ok_or_else(failed)?;
+        let (name, view) = text
+            .split_once('=')
+            .filter(|(name, _)| !name.trim().is_empty())
+            .ok_or_else(|| ParseError::new(text, expected))?;
         match view.parse()? {
-            CameraOption::Named(_) => Err(failed()),
+            CameraOption::Named(_) => Err(ParseError::new(text, expected)),
             view => Ok(Self { name: name.trim().to_owned(), view }),
         }
     }
@@ -76,7 +85,6 @@ impl FromStr for CameraOption {
 
     fn from_str(text: &str) -> Result<Self, ParseError> {
         let expected = "fit, top, plan, a bookmark's name, x,y,z,yaw,pitch or x,y,height";
-        let failed = || ParseError { text: text.to_owned(), expected };
         let is_name = !text.contains(',') && text.starts_with(char::is_alphabetic);
         match text {
             "fit" => Ok(Self::Fit),
@@ -90,7 +98,7 @@ impl FromStr for CameraOption {
                 [x, y, height] if height > 0.0 => {
                     Ok(Self::Eye(Camera::plan_around(Vec2::new(x, y), height)))
                 }
-                _ => Err(failed()),
+                _ => Err(ParseError::new(text, expected)),
             },
         }
     }
@@ -127,81 +135,66 @@ impl CameraOption {
     }
 }
 
-impl Interface {
-    /// Shows the named cameras, and buttons that copy this camera and write the plan.
-    pub(super) fn cameras(
-        &mut self,
-        ui: &mut Ui,
-        model: &ViewModel<'_>,
-        actions: &mut Vec<Action>,
-    ) {
-        let theme = self.settings.theme();
-        heading(ui, theme, "cameras");
-        let mut wanted = None;
-        ui.horizontal_wrapped(|ui| {
-            for bookmark in &self.bookmarks {
-                if ui.button(&bookmark.name).clicked() {
-                    wanted = Some(bookmark.clone());
-                }
+/// Shows the named cameras, and buttons that copy this camera and write the plan.
+pub(super) fn show(context: &PanelContext<'_>, bookmarks: &[Bookmark], ui: &mut Ui) {
+    heading(ui, "cameras");
+    ui.horizontal_wrapped(|ui| {
+        for bookmark in bookmarks {
+            if ui.button(&bookmark.name).clicked() {
+                // Of everything, the part of the picture that no panel covers shows all.
+                let camera = bookmark.view.camera(context.model.bounds, context.window);
+                context.ask(Request::FlyToCamera(camera));
             }
-        });
-        if self.bookmarks.is_empty() {
-            ui.label(faint(ui, theme, "none named; add them to the scenario as `cameras`"));
         }
-        ui.horizontal_wrapped(|ui| {
-            let text = "Copies a line for `cameras` of the scenario";
-            if ui.button("Copy this camera").on_hover_text(text).clicked() {
-                ui.ctx().copy_text(CameraOption::entry(&self.camera_controller.camera()));
-                self.notify(
-                    "the camera is in the clipboard, as a line for `cameras` of the scenario",
-                );
-            }
-            if ui
-                .button("Plan as SVG")
-                .on_hover_text("Writes a plan with its scale into the current folder")
-                .clicked()
-            {
-                actions.push(Action::WriteSvg);
-            }
-        });
-        if let Some(bookmark) = wanted {
-            // Of everything, the part of the picture that no panel covers shows all.
-            let camera = bookmark.view.camera(model.bounds, self.window);
-            self.camera_controller.fly_to_camera(camera);
-        }
+    });
+    if bookmarks.is_empty() {
+        ui.label(faint(ui, "none named; add them to the scenario as `cameras`"));
     }
+    ui.horizontal_wrapped(|ui| {
+        let text = "Copies a line for `cameras` of the scenario";
+        if ui.button("Copy this camera").on_hover_text(text).clicked() {
+            ui.ctx().copy_text(CameraOption::entry(&context.camera));
+            context
+                .notify("the camera is in the clipboard, as a line for `cameras` of the scenario");
+        }
+        if ui
+            .button("Plan as SVG")
+            .on_hover_text("Writes a plan with its scale into the current folder")
+            .clicked()
+        {
+            context.act(Action::WriteSvg);
+        }
+    });
+}
 
-    /// Shows where the floor picture is placed.
-    pub(super) fn floor_place(&mut self, ui: &mut Ui) {
-        if self.settings.floor_image.is_empty() {
-            return;
-        }
-        let mut is_placed = self.settings.floor_at.is_some();
-        ui.checkbox(&mut is_placed, "placed by origin and resolution");
-        if is_placed != self.settings.floor_at.is_some() {
-            self.settings.floor_at = is_placed.then_some([0.0, 0.0, 0.05, 0.0].into());
-        }
-        let Some(at) = &mut self.settings.floor_at else { return };
-        ui.horizontal_wrapped(|ui| {
-            for (metres, name) in [(&mut at.x, "x "), (&mut at.y, "y ")] {
-                ui.add(
-                    DragValue::new(metres).range(-1e6..=1e6).speed(0.05).prefix(name).suffix(" m"),
-                );
-            }
-            ui.add(
-                DragValue::new(&mut at.metres_per_pixel)
-                    .range(1e-4..=100.0)
-                    .speed(0.001)
-                    .max_decimals(4)
-                    .suffix(" m/pixel"),
-            );
-            ui.add(
-                DragValue::new(&mut at.yaw_degrees)
-                    .range(-360.0..=360.0)
-                    .speed(0.5)
-                    .prefix("yaw ")
-                    .suffix("°"),
-            );
-        });
+/// Shows where the floor picture is placed.
+pub(super) fn floor_place(settings: &mut Settings, ui: &mut Ui) {
+    if settings.floor_image.is_empty() {
+        return;
     }
+    let mut is_placed = settings.floor_at.is_some();
+    ui.checkbox(&mut is_placed, "placed by origin and resolution");
+    if is_placed != settings.floor_at.is_some() {
+        settings.floor_at = is_placed.then_some([0.0, 0.0, 0.05, 0.0].into());
+    }
+    let Some(at) = &mut settings.floor_at else { return };
+    ui.horizontal_wrapped(|ui| {
+        for (metres, name) in [(&mut at.x, "x "), (&mut at.y, "y ")] {
+            ui.add(DragValue::new(metres).range(-1e6..=1e6).speed(0.05).prefix(name).suffix(" m"));
+        }
+        ui.add(
+            DragValue::new(&mut at.metres_per_pixel)
+                .range(1e-4..=100.0)
+                .speed(0.001)
+                .max_decimals(4)
+                .suffix(" m/pixel"),
+        );
+        ui.add(
+            DragValue::new(&mut at.yaw_degrees)
+                .range(-360.0..=360.0)
+                .speed(0.5)
+                .prefix("yaw ")
+                .suffix("°"),
+        );
+    });
 }

@@ -2,9 +2,10 @@
 
 use egui::{RichText, TextEdit, Ui};
 
-use super::state::Interface;
+use super::context::PanelContext;
+use super::settings::UdpSettings;
 use super::style::{self, ThemeColours, heading, line, status_dot};
-use super::view_model::{Action, EngineState, ViewModel};
+use super::view_model::{Action, EngineState};
 use crate::text::thousands;
 
 impl EngineState {
@@ -20,73 +21,67 @@ impl EngineState {
     }
 }
 
-impl Interface {
-    pub(super) fn connection(
-        &mut self,
-        ui: &mut Ui,
-        model: &ViewModel<'_>,
-        actions: &mut Vec<Action>,
-    ) {
-        let (theme, colours) = (self.settings.theme(), self.colours());
-        ui.label(RichText::new(model.name()).size(20.0));
-        let (text, colour) = model.engine.text_and_colour(&colours);
-        status_dot(ui, colour, RichText::new(text));
-        heading(ui, theme, "engine");
-        if let Some(status) = model.status {
-            line(ui, theme, "process", status.pid.to_string());
-            line(ui, theme, "robots", thousands(status.robots.into()));
-            line(ui, theme, "ticks", thousands(status.tick));
-            line(ui, theme, "late ticks", thousands(status.late_ticks));
-            let cost = |nanos: u64| format!("{:.2} ms", nanos as f64 * 1e-6);
-            line(ui, theme, "tick cost, median", cost(status.tick_cost_p50_nanos));
-            line(ui, theme, "tick cost, 99 %", cost(status.tick_cost_p99_nanos));
-            line(ui, theme, "memory", format!("{} MB", status.resident_bytes / 1_000_000));
-        } else {
-            ui.label(style::faint(ui, theme, "no engine answers"));
-        }
-        heading(ui, theme, "this viewer");
-        let lag = model.lag.map_or("–".to_owned(), |lag| format!("{:.1} ms", lag * 1e3));
-        line(ui, theme, "lag", lag);
-        line(ui, theme, "frames skipped", thousands(model.counts.skipped));
-        heading(ui, theme, "UDP in: robots as id,x,y,theta");
-        self.udp_source(ui, model, actions);
-        heading(ui, theme, "UDP out: this fleet");
-        self.udp_sender(ui, model, actions);
+/// Shows the panel; `udp` are the addresses as typed.
+pub(super) fn show(context: &PanelContext<'_>, udp: &mut UdpSettings, ui: &mut Ui) {
+    ui.label(RichText::new(context.model.name()).size(20.0));
+    let (text, colour) = context.model.engine.text_and_colour(&context.colours);
+    status_dot(ui, colour, RichText::new(text));
+    heading(ui, "engine");
+    if let Some(status) = context.model.status {
+        line(ui, "process", status.pid.to_string());
+        line(ui, "robots", thousands(status.robots.into()));
+        line(ui, "ticks", thousands(status.tick));
+        line(ui, "late ticks", thousands(status.late_ticks));
+        line(ui, "tick cost, median", millis_text(status.tick_cost_p50_nanos));
+        line(ui, "tick cost, 99 %", millis_text(status.tick_cost_p99_nanos));
+        line(ui, "memory", format!("{} MB", status.resident_bytes / 1_000_000));
+    } else {
+        ui.label(style::faint(ui, "no engine answers"));
     }
+    heading(ui, "this viewer");
+    let lag = context.model.lag.map_or("–".to_owned(), |lag| format!("{:.1} ms", lag * 1e3));
+    line(ui, "lag", lag);
+    line(ui, "frames skipped", thousands(context.model.counts.skipped));
+    heading(ui, "UDP in: robots as id,x,y,theta");
+    udp_source(context, udp, ui);
+    heading(ui, "UDP out: this fleet");
+    udp_sender(context, udp, ui);
+}
 
-    fn udp_source(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
-        let (udp, is_running) = (&mut self.settings.udp, model.udp[0]);
-        address(ui, "receive at", &mut udp.listen, !is_running);
-        ui.add_enabled(!is_running, egui::Checkbox::new(&mut udp.echo, "answer each line"));
-        if udp.echo {
-            address(ui, "answer to", &mut udp.echo_to, !is_running);
-        }
-        if is_running {
-            if ui.button("Stop receiving").clicked() {
-                actions.push(Action::StopUdpSource);
-            }
-        } else if ui.button("Receive").on_hover_text("Starts `regatta plugin udp-source`").clicked()
-        {
-            let offset = self.settings.offset.into();
-            let echo_to = udp.echo.then(|| udp.echo_to.trim().to_owned());
-            actions.push(Action::StartUdpSource {
-                listen: udp.listen.trim().to_owned(),
-                echo_to,
-                offset,
-            });
-        }
+fn millis_text(nanos: u64) -> String {
+    format!("{:.2} ms", nanos as f64 * 1e-6)
+}
+
+fn udp_source(context: &PanelContext<'_>, udp: &mut UdpSettings, ui: &mut Ui) {
+    let is_running = context.model.udp.receives;
+    address(ui, "receive at", &mut udp.listen, !is_running);
+    ui.add_enabled(!is_running, egui::Checkbox::new(&mut udp.echo, "answer each line"));
+    if udp.echo {
+        address(ui, "answer to", &mut udp.echo_to, !is_running);
     }
-
-    fn udp_sender(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
-        let (udp, is_running) = (&mut self.settings.udp, model.udp[1]);
-        address(ui, "send to", &mut udp.send_to, !is_running);
-        if is_running {
-            if ui.button("Stop sending").clicked() {
-                actions.push(Action::StopUdpSender);
-            }
-        } else if ui.button("Send").on_hover_text("Starts `regatta plugin udp`").clicked() {
-            actions.push(Action::StartUdpSender { to: udp.send_to.trim().to_owned() });
+    if is_running {
+        if ui.button("Stop receiving").clicked() {
+            context.act(Action::StopUdpSource);
         }
+    } else if ui.button("Receive").on_hover_text("Starts `regatta plugin udp-source`").clicked() {
+        let echo_to = udp.echo.then(|| udp.echo_to.trim().to_owned());
+        context.act(Action::StartUdpSource {
+            listen: udp.listen.trim().to_owned(),
+            echo_to,
+            offset: context.offset,
+        });
+    }
+}
+
+fn udp_sender(context: &PanelContext<'_>, udp: &mut UdpSettings, ui: &mut Ui) {
+    let is_running = context.model.udp.sends;
+    address(ui, "send to", &mut udp.send_to, !is_running);
+    if is_running {
+        if ui.button("Stop sending").clicked() {
+            context.act(Action::StopUdpSender);
+        }
+    } else if ui.button("Send").on_hover_text("Starts `regatta plugin udp`").clicked() {
+        context.act(Action::StartUdpSender { to: udp.send_to.trim().to_owned() });
     }
 }
 

@@ -35,7 +35,9 @@ impl EdgeFinder {
             .zip(0..)
             .filter(|(edge, _)| level.is_none_or(|level| world.text(edge.level) == level));
         for (edge, index) in shown {
-            world.curves(edge).iter().for_each(|curve| finder.add(index, curve));
+            for curve in world.curves(edge) {
+                finder.add(index, curve);
+            }
         }
         finder
     }
@@ -86,11 +88,16 @@ impl EdgeFinder {
 
 /// The distance of a place from an edge, in metres.
 fn distance(world: &World<'_>, edge: &EdgeRecord, at: Vec2) -> f32 {
-    let chords = world.curves(edge).iter().flat_map(|curve| {
-        let point = |chord: u32| curve_point(curve, chord as f32 / CHORDS as f32);
-        (0..CHORDS).map(move |chord| from_chord(point(chord), point(chord + 1), at))
-    });
-    chords.fold(f32::INFINITY, f32::min)
+    let mut nearest = f32::INFINITY;
+    for curve in world.curves(edge) {
+        let mut from = curve_point(curve, 0.0);
+        for chord in 1..=CHORDS {
+            let to = curve_point(curve, chord as f32 / CHORDS as f32);
+            nearest = nearest.min(from_chord(from, to, at));
+            from = to;
+        }
+    }
+    nearest
 }
 
 fn from_chord(from: Vec2, to: Vec2, at: Vec2) -> f32 {

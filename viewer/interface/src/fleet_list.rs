@@ -5,15 +5,17 @@ use std::collections::BTreeMap;
 use egui::text::{CCursor, CCursorRange};
 use egui::text_edit::TextEditState;
 use egui::{Align2, Color32, FontId, Id, Key, Modifiers, Rect, Sense, Ui, pos2, vec2};
+use glam::Vec2;
 use regatta_plugin::contact::ContactLevel;
 use regatta_plugin::frame::{Frame, RobotState};
 
+use super::context::{PanelContext, Request};
+use super::filter::{FilterChoices, is_matching};
 use super::icons::{self, Icon};
 use super::rows::{RowQuery, Rows, SortBy};
-use super::state::Interface;
 use super::style::{self, ThemeColours, one_line, state_colour};
 use super::view_model::{Action, Item, ViewModel};
-use super::virtual_list::clickable;
+use super::virtual_list::{VirtualList, clickable};
 use crate::text::with_plural;
 
 /// A column of the list: title, order, and right edge as a fraction of the width.
@@ -50,68 +52,86 @@ const GAP: f32 = 6.0;
 /// The size of the letters of a narrow and of a wide list, in points.
 const LETTERS: [f32; 2] = [11.0, 12.0];
 
-impl Interface {
-    pub(super) fn fleet_list(
-        &mut self,
-        ui: &mut Ui,
-        model: &ViewModel<'_>,
-        actions: &mut Vec<Action>,
-    ) {
-        let before = self.fleet_list.query.clone();
-        self.filter(ui, model, actions);
-        self.search(ui, model);
-        let colours = self.colours();
+/// The fleet panel: the filter, the order and the scroll position of the list.
+#[derive(Clone, Debug, Default)]
+pub(super) struct FleetPanel {
+    filter: FilterChoices,
+    query: RowQuery,
+    pub list: VirtualList,
+    /// Whether the search field requests the keyboard focus.
+    requests_focus: bool,
+    /// The rows while the pointer is over them: they don't move then.
+    held: Option<Rows>,
+    /// The last place of the list, in points.
+    area: Option<egui::Rect>,
+}
+
+impl FleetPanel {
+    /// Gives the search field the keyboard focus.
+    pub fn focus_search(&mut self) {
+        self.requests_focus = true;
+    }
+
+    /// Shows the panel.
+    pub fn show(&mut self, context: &PanelContext<'_>, ui: &mut Ui) {
+        let before = self.query.clone();
+        self.filter.show(context, ui);
+        self.search(context, ui);
+        let colours = context.colours;
         let columns = if ui.available_width() >= WIDE_POINTS { WIDE } else { NARROW };
-        header(ui, &mut self.fleet_list.query, &colours, columns);
-        if self.fleet_list.query != before {
-            self.fleet_list.list.first = 0.0;
-            actions.push(Action::Rows(self.fleet_list.query.clone()));
+        header(ui, &mut self.query, &colours, columns);
+        if self.query != before {
+            self.list.first = 0.0;
+            context.act(Action::Rows(self.query.clone()));
         }
-        let Some(frame) = model.frame else {
-            ui.label(style::faint(ui, self.settings.theme(), "no robots yet"));
+        let Some(frame) = context.model.frame else {
+            ui.label(style::faint(ui, "no robots yet"));
             return;
         };
-        let query = self.fleet_list.query.clone();
-        let held =
-            self.held_rows(ui, model.rows.filter(|rows| rows.query == query && !query.is_plain()));
+        let query = self.query.clone();
+        let held = self.held_rows(
+            ui,
+            context.model.rows.filter(|rows| rows.query == query && !query.is_plain()),
+        );
         let rows = held.as_ref();
-        let levels = contact_levels(model);
+        let levels = contact_levels(context.model);
         let count = rows.map_or(frame.len(), |rows| rows.ids.len());
-        let id_of = |row: usize| match rows {
-            Some(rows) => rows.ids[row],
-            None if query.descending => (frame.len() - 1 - row) as u32,
-            None => row as u32,
-        };
-        let (selected, offset, theme) =
-            (self.robots(), self.settings.offset, self.settings.theme());
+        let (selected, offset, theme) = (context.selection.robots(), context.offset, context.theme);
         let opacity = ui.opacity();
         let mut clicked = None;
-        let mut list = self.fleet_list.list;
-        self.fleet_list.area = Some(ui.available_rect_before_wrap());
-        list.show(ui, "fleet list", &colours, count, |ui, rect, row| {
-            let id = id_of(row);
+        self.area = Some(ui.available_rect_before_wrap());
+        self.list.show(ui, "fleet list", &colours, count, |ui, rect, row| {
+            let id = match rows {
+                Some(rows) => rows.ids[row],
+                None if query.descending => (frame.len() - 1 - row) as u32,
+                None => row as u32,
+            };
             // A bit is looked up for each row in sight.
-            ui.set_opacity(if self.is_matching(model, id) { opacity } else { opacity * DIMMED });
+            ui.set_opacity(if is_matching(context, id) { opacity } else { opacity * DIMMED });
             let is_selected = selected.contains(&id);
             let response = clickable(ui, rect, id, is_selected, &colours, || format!("robot {id}"));
             if response.clicked() || response.double_clicked() {
                 clicked = Some((id, response.double_clicked()));
             }
-            let edge =
-                model.world.edges().get(frame.edge()[id as usize] as usize).map(|edge| edge.id);
+            let edge = context
+                .model
+                .world
+                .edges()
+                .get(frame.edge()[id as usize] as usize)
+                .map(|edge| edge.id);
             let colour = state_colour(frame.state_of(id as usize), theme);
             let row = Row { id, edge, level: levels.get(&id).copied(), offset, colour };
             cells(ui, rect, &frame, &row, columns, &colours);
         });
-        (self.fleet_list.list, self.fleet_list.held) = (list, held);
+        self.held = held;
         if let Some((id, is_double)) = clicked {
             if !ui.input(|input| input.modifiers.command) {
-                self.select(Some(Item::Robot(id)));
+                context.ask(Request::Select(Some(Item::Robot(id))));
             } else if !is_double {
-                self.toggle_selected(Item::Robot(id));
+                context.ask(Request::Toggle(Item::Robot(id)));
             }
             if is_double {
-                self.fly_to_selected(model);
+                context.ask(Request::FlyToSelected);
             }
         }
     }
@@ -120,46 +140,38 @@ impl Interface {
     /// that the row under it stays.
     fn held_rows(&mut self, ui: &Ui, newest: Option<&Rows>) -> Option<Rows> {
         let newest = newest?;
-        let is_over = self.fleet_list.area.is_some_and(|area| ui.rect_contains_pointer(area));
-        let held = self.fleet_list.held.take().filter(|held| is_over && held.query == newest.query);
+        let is_over = self.area.is_some_and(|area| ui.rect_contains_pointer(area));
+        let held = self.held.take().filter(|held| is_over && held.query == newest.query);
         held.or_else(|| Some(newest.clone()))
     }
 
-    fn search(&mut self, ui: &mut Ui, model: &ViewModel<'_>) {
-        let robots = model.frame.map_or(0, |frame| frame.len());
+    fn search(&mut self, context: &PanelContext<'_>, ui: &mut Ui) {
+        let robots = context.model.frame.map_or(0, |frame| frame.len());
         ui.horizontal(|ui| {
             let hint = format!("{}: id or state", with_plural(robots as u64, "robot"));
-            let field =
-                egui::TextEdit::singleline(&mut self.fleet_list.query.filter).hint_text(hint);
+            let field = egui::TextEdit::singleline(&mut self.query.filter).hint_text(hint);
             let field = ui.add(field.desired_width(f32::INFINITY).id_salt("find"));
-            if std::mem::take(&mut self.fleet_list.request_focus) {
+            if std::mem::take(&mut self.requests_focus) {
                 field.request_focus();
-                select_all(ui, field.id, &self.fleet_list.query.filter);
+                select_all(ui, field.id, &self.query.filter);
             }
             let extend = field.has_focus()
                 && ui.input_mut(|input| input.consume_key(Modifiers::COMMAND, Key::Enter));
             if extend || field.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter)) {
-                let exact = self
-                    .fleet_list
-                    .query
-                    .filter
-                    .trim()
-                    .parse()
-                    .ok()
-                    .filter(|id| (*id as usize) < robots);
-                let first = model
+                let exact =
+                    self.query.filter.trim().parse().ok().filter(|id| (*id as usize) < robots);
+                let first = context
+                    .model
                     .rows
-                    .filter(|rows| rows.query == self.fleet_list.query)
+                    .filter(|rows| rows.query == self.query)
                     .and_then(|rows| rows.ids.first());
                 match exact.or(first.copied()) {
-                    Some(id) if extend => self.toggle_selected(Item::Robot(id)),
+                    Some(id) if extend => context.ask(Request::Toggle(Item::Robot(id))),
                     Some(id) => {
-                        self.select(Some(Item::Robot(id)));
-                        self.fly_to_selected(model);
+                        context.ask(Request::Select(Some(Item::Robot(id))));
+                        context.ask(Request::FlyToSelected);
                     }
-                    None => {
-                        self.notify(format!("no robot '{}'", self.fleet_list.query.filter.trim()))
-                    }
+                    None => context.notify(format!("no robot '{}'", self.query.filter.trim())),
                 }
             }
         });
@@ -212,13 +224,13 @@ fn header(ui: &mut Ui, query: &mut RowQuery, colours: &ThemeColours, columns: &[
     }
 }
 
-/// What a row shows beside the frame's columns.
+/// The values of a row beside the frame's columns.
 struct Row {
     id: u32,
     /// The id of the edge.
     edge: Option<u32>,
     level: Option<ContactLevel>,
-    offset: [f32; 2],
+    offset: Vec2,
     /// The colour of the state.
     colour: Color32,
 }
@@ -268,6 +280,10 @@ fn cells(
     }
 }
 
+fn metres_text(metres: f32) -> String {
+    if metres.abs() < 1000.0 { format!("{metres:.2}") } else { format!("{metres:.1}") }
+}
+
 /// Returns the text and the colour of a robot's cell; `None` is the column of contacts.
 fn cell(
     frame: &Frame<'_>,
@@ -276,13 +292,10 @@ fn cell(
     colours: &ThemeColours,
 ) -> (String, Color32) {
     let id = row.id as usize;
-    let metres = |metres: f32| {
-        if metres.abs() < 1000.0 { format!("{metres:.2}") } else { format!("{metres:.1}") }
-    };
     let text = match sort {
         Some(SortBy::Id) => row.id.to_string(),
-        Some(SortBy::X) => metres(frame.x()[id] + row.offset[0]),
-        Some(SortBy::Y) => metres(frame.y()[id] + row.offset[1]),
+        Some(SortBy::X) => metres_text(frame.x()[id] + row.offset.x),
+        Some(SortBy::Y) => metres_text(frame.y()[id] + row.offset.y),
         Some(SortBy::Theta) => format!("{:.1}°", frame.theta()[id].to_degrees()),
         Some(SortBy::Speed) if frame.speed()[id].abs() >= 10.0 => {
             format!("{:.1}", frame.speed()[id])

@@ -63,11 +63,10 @@ impl Footprint {
 /// Returns the nearest points of two convex outlines and their distance; 0 if one contains a point
 /// of the other, or they cross.
 fn nearest(a: &[Vec2], b: &[Vec2]) -> (f32, [Vec2; 2]) {
-    let inside = |outline: &[Vec2], points: &[Vec2]| {
-        points.iter().copied().find(|point| contains(outline, *point))
-    };
-    if let Some(point) = inside(a, b).or_else(|| inside(b, a)) {
-        return (0.0, [point; 2]);
+    for (outline, points) in [(a, b), (b, a)] {
+        if let Some(point) = points.iter().find(|point| contains(outline, **point)) {
+            return (0.0, [*point; 2]);
+        }
     }
     let mut best = (f32::INFINITY, [Vec2::ZERO; 2]);
     for (i, from) in a.iter().enumerate() {
@@ -83,15 +82,17 @@ fn nearest(a: &[Vec2], b: &[Vec2]) -> (f32, [Vec2; 2]) {
 }
 
 fn contains(outline: &[Vec2], point: Vec2) -> bool {
-    let side = |i: usize| {
-        let (from, to) = (outline[i], outline[(i + 1) % outline.len()]);
-        (to - from).perp_dot(point - from) >= 0.0
-    };
-    outline.len() > 2 && (0..outline.len()).all(side)
+    outline.len() > 2
+        && (0..outline.len())
+            .all(|i| turn([outline[i], outline[(i + 1) % outline.len()]], point) >= 0.0)
+}
+
+/// Returns a positive number if a point is to the left of a side, and a negative one to its right.
+fn turn([from, to]: [Vec2; 2], point: Vec2) -> f32 {
+    (to - from).perp_dot(point - from)
 }
 
 fn nearest_of_sides(a: [Vec2; 2], b: [Vec2; 2]) -> (f32, [Vec2; 2]) {
-    let turn = |[from, to]: [Vec2; 2], point: Vec2| (to - from).perp_dot(point - from);
     let crosses = turn(a, b[0]) * turn(a, b[1]) < 0.0 && turn(b, a[0]) * turn(b, a[1]) < 0.0;
     if crosses {
         let part = turn(b, a[0]) / (turn(b, a[0]) - turn(b, a[1]));

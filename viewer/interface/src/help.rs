@@ -1,28 +1,35 @@
 //! The help: all keyboard shortcuts and pointer gestures.
 
-use egui::{Align2, Context, Grid, RichText, ScrollArea, Window};
+use egui::{Align2, Grid, RichText, ScrollArea, Window};
 
+use super::context::PanelContext;
 use super::keys;
-use super::state::Interface;
 use super::style;
 
 /// The width of a column, in points.
 const COLUMN: f32 = 400.0;
 
-impl Interface {
-    pub(super) fn help(&mut self, context: &Context) {
-        if !self.help {
+/// The help, as far as it is open.
+#[derive(Debug, Default)]
+pub(super) struct Help {
+    pub is_open: bool,
+}
+
+impl Help {
+    /// Shows the open help.
+    pub fn show(&mut self, context: &PanelContext<'_>, ctx: &egui::Context) {
+        if !self.is_open {
             return;
         }
-        let (theme, colours) = (self.settings.theme(), self.colours());
+        let colours = context.colours;
         let response = Window::new("Keys")
             .title_bar(false)
             .collapsible(false)
             .resizable(false)
             .anchor(Align2::CENTER_CENTER, [0.0, 0.0])
-            .frame(style::floating(theme).fill(colours.panel).inner_margin(18.0))
-            .show(context, |ui| {
-                let screen = context.content_rect().size();
+            .frame(style::floating(context.theme).fill(colours.panel).inner_margin(18.0))
+            .show(ctx, |ui| {
+                let screen = ctx.content_rect().size();
                 ui.set_max_size(egui::vec2(screen.x - 60.0, screen.y - 60.0));
                 ui.label(RichText::new("Keys and mouse").size(17.0));
                 ui.add_space(8.0);
@@ -30,7 +37,7 @@ impl Interface {
                 let gestures = keys::POINTER_GESTURES
                     .iter()
                     .map(|(gesture, text)| ((*gesture).to_owned(), *text));
-                let all: Vec<_> = gestures.chain(keys::list(context)).collect();
+                let all: Vec<_> = gestures.chain(keys::list(ctx)).collect();
                 let rows = all.len().div_ceil(columns);
                 ScrollArea::vertical().max_height(screen.y - 120.0).show(ui, |ui| {
                     if columns == 1 {
@@ -62,6 +69,6 @@ impl Interface {
                 });
             });
         // A click outside closes the help.
-        self.help = response.is_none_or(|shown| !shown.response.clicked_elsewhere());
+        self.is_open = response.is_none_or(|shown| !shown.response.clicked_elsewhere());
     }
 }

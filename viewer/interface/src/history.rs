@@ -62,15 +62,32 @@ impl Recorder {
     }
 
     /// Returns the points of a robot's history that were recorded before the newest frame.
-    fn points(&self, run: u64, row: usize) -> VecDeque<[f64; 5]> {
-        let snapshots = self.snapshots.iter().filter(|_| self.run == run);
-        let point = |snapshot: &Snapshot| {
-            snapshot.state.get(row).filter(|state| **state != RobotState::Absent as u8)?;
-            let [x, y, theta, speed] =
-                [0, 1, 2, 3].map(|column: usize| f64::from(snapshot.columns[column][row]));
-            Some([snapshot.at, x, y, theta.to_degrees(), speed])
-        };
-        snapshots.filter_map(point).collect()
+    fn points(&self, run: u64, row: usize) -> VecDeque<Point> {
+        let mut points = VecDeque::new();
+        for snapshot in self.snapshots.iter().filter(|_| self.run == run) {
+            let state = snapshot.state.get(row);
+            if state.is_some_and(|state| *state != RobotState::Absent as u8) {
+                let values = [0, 1, 2, 3].map(|column: usize| snapshot.columns[column][row]);
+                points.push_back(Point::new(snapshot.at, values));
+            }
+        }
+        points
+    }
+}
+
+/// The values of a robot at a time.
+#[derive(Clone, Copy, Debug)]
+struct Point {
+    /// Simulated seconds.
+    at: f64,
+    /// The values of [`PLOTS`].
+    values: [f64; 4],
+}
+
+impl Point {
+    /// Creates a point of x, y, the heading in radians, and the speed.
+    fn new(at: f64, [x, y, theta, speed]: [f32; 4]) -> Self {
+        Self { at, values: [x, y, theta.to_degrees(), speed].map(f64::from) }
     }
 }
 
@@ -79,8 +96,7 @@ impl Recorder {
 pub struct History {
     /// The run id and the robot's id.
     source: Option<(u64, u32)>,
-    /// Simulated seconds, then the values of [`PLOTS`].
-    points: VecDeque<[f64; 5]>,
+    points: VecDeque<Point>,
 }
 
 impl History {
@@ -89,7 +105,7 @@ impl History {
     pub fn push(&mut self, frame: &Frame<'_>, robot: u32, recorder: &Recorder) {
         let (row, now) = (robot as usize, frame.sim_time().as_secs_f64());
         let source = Some((frame.run_id(), robot));
-        let last = self.points.back().map_or(f64::NEG_INFINITY, |point| point[0]);
+        let last = self.points.back().map_or(f64::NEG_INFINITY, |point| point.at);
         if self.source != source || now < last {
             *self = Self { source, points: recorder.points(frame.run_id(), row) };
         } else if now < last + MIN_GAP {
@@ -98,18 +114,16 @@ impl History {
         if frame.state_of(row) == RobotState::Absent {
             return;
         }
-        let values =
-            [frame.x()[row], frame.y()[row], frame.theta()[row].to_degrees(), frame.speed()[row]];
-        let [x, y, theta, speed] = values.map(f64::from);
-        self.points.push_back([now, x, y, theta, speed]);
-        while self.points.front().is_some_and(|point| point[0] < now - SPAN) {
+        let values = [frame.x(), frame.y(), frame.theta(), frame.speed()].map(|column| column[row]);
+        self.points.push_back(Point::new(now, values));
+        while self.points.front().is_some_and(|point| point.at < now - SPAN) {
             self.points.pop_front();
         }
     }
 
     /// Returns the smallest and the largest value of one plot, at least `span` apart.
     pub fn range(&self, plot: usize, span: f64) -> [f64; 2] {
-        let values = self.points.iter().map(|point| point[plot + 1]);
+        let values = self.points.iter().map(|point| point.values[plot]);
         let (low, high) = values
             .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
         let (middle, half) = ((low + high) / 2.0, ((high - low) / 2.0).max(span / 2.0));
@@ -119,9 +133,9 @@ impl History {
     /// Returns the lines of one plot: seconds before now, and the value. The heading's line is
     /// split where the angle wraps round.
     pub fn lines(&self, plot: usize) -> Vec<PlotPoints<'static>> {
-        let now = self.points.back().map_or(0.0, |point| point[0]);
+        let now = self.points.back().map_or(0.0, |point| point.at);
         let points: Vec<_> =
-            self.points.iter().map(|point| [point[0] - now, point[plot + 1]]).collect();
+            self.points.iter().map(|point| [point.at - now, point.values[plot]]).collect();
         let is_continuous =
             |a: &[f64; 2], b: &[f64; 2]| plot != THETA || (a[1] - b[1]).abs() < 180.0;
         points.chunk_by(is_continuous).map(|part| PlotPoints::from(part.to_vec())).collect()

@@ -1,6 +1,6 @@
 //! Icons drawn as shapes, so that they do not depend on a font.
 
-use egui::{Color32, Painter, Pos2, Rect, Response, Sense, Shape, Stroke, Ui, pos2, vec2};
+use egui::{Color32, Painter, Pos2, Rect, Response, Sense, Shape, Stroke, Ui, vec2};
 
 /// An icon.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,31 +49,27 @@ pub fn button(ui: &mut Ui, icon: Icon, name: &str, size: egui::Vec2) -> Response
 
 /// Draws an icon; `half` is half of its width, in points.
 pub fn draw(painter: &Painter, icon: Icon, at: Pos2, half: f32, colour: Color32) {
-    let triangle = |points: [(f32, f32); 3]| {
-        let points = points.map(|(x, y)| at + vec2(x, y) * half).to_vec();
-        painter.add(Shape::convex_polygon(points, colour, Stroke::NONE));
-    };
-    let bar = |x: f32, width: f32| {
-        let middle = pos2(at.x + x * half, at.y);
-        painter.rect_filled(Rect::from_center_size(middle, vec2(width, 2.0) * half), 1.0, colour);
-    };
     match icon {
-        Icon::Play => triangle([(-0.7, -1.0), (1.0, 0.0), (-0.7, 1.0)]),
-        Icon::Pause => [-0.55, 0.55].into_iter().for_each(|x| bar(x, 0.6)),
+        Icon::Play => triangle(painter, at, half, colour, [(-0.7, -1.0), (1.0, 0.0), (-0.7, 1.0)]),
+        Icon::Pause => {
+            for x in [-0.55, 0.55] {
+                bar(painter, at + vec2(x, 0.0) * half, 0.6 * half, half, colour);
+            }
+        }
         Icon::Step => {
-            bar(0.8, 0.45);
-            triangle([(-1.0, -0.95), (0.4, 0.0), (-1.0, 0.95)]);
+            bar(painter, at + vec2(0.8, 0.0) * half, 0.45 * half, half, colour);
+            triangle(painter, at, half, colour, [(-1.0, -0.95), (0.4, 0.0), (-1.0, 0.95)]);
         }
         Icon::StepBack => {
-            bar(-0.8, 0.45);
-            triangle([(1.0, -0.95), (-0.4, 0.0), (1.0, 0.95)]);
+            bar(painter, at + vec2(-0.8, 0.0) * half, 0.45 * half, half, colour);
+            triangle(painter, at, half, colour, [(1.0, -0.95), (-0.4, 0.0), (1.0, 0.95)]);
         }
         Icon::NextMark => {
-            triangle([(-1.0, -0.75), (0.1, 0.0), (-1.0, 0.75)]);
+            triangle(painter, at, half, colour, [(-1.0, -0.75), (0.1, 0.0), (-1.0, 0.75)]);
             painter.circle_filled(at + vec2(0.75, 0.0) * half, half * 0.4, colour);
         }
         Icon::PreviousMark => {
-            triangle([(1.0, -0.75), (-0.1, 0.0), (1.0, 0.75)]);
+            triangle(painter, at, half, colour, [(1.0, -0.75), (-0.1, 0.0), (1.0, 0.75)]);
             painter.circle_filled(at - vec2(0.75, 0.0) * half, half * 0.4, colour);
         }
         Icon::Sun => {
@@ -98,7 +94,23 @@ pub fn draw(painter: &Painter, icon: Icon, at: Pos2, half: f32, colour: Color32)
                 );
             }
         }
-        Icon::Ascending => triangle([(-1.0, 0.5), (0.0, -0.7), (1.0, 0.5)]),
-        Icon::Descending => triangle([(-1.0, -0.5), (0.0, 0.7), (1.0, -0.5)]),
+        Icon::Ascending => {
+            triangle(painter, at, half, colour, [(-1.0, 0.5), (0.0, -0.7), (1.0, 0.5)])
+        }
+        Icon::Descending => {
+            triangle(painter, at, half, colour, [(-1.0, -0.5), (0.0, 0.7), (1.0, -0.5)])
+        }
     }
+}
+
+/// Draws a triangle by its corners, in halves of the icon's width.
+fn triangle(painter: &Painter, at: Pos2, half: f32, colour: Color32, corners: [(f32, f32); 3]) {
+    let points = corners.map(|(x, y)| at + vec2(x, y) * half).to_vec();
+    painter.add(Shape::convex_polygon(points, colour, Stroke::NONE));
+}
+
+/// Draws an upright bar around a point.
+fn bar(painter: &Painter, middle: Pos2, width: f32, half: f32, colour: Color32) {
+    let size = vec2(width, 2.0 * half);
+    painter.rect_filled(Rect::from_center_size(middle, size), 1.0, colour);
 }

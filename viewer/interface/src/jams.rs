@@ -1,5 +1,5 @@
-//! Facts about where it jams: the traffic on edges, the robots at a place, and hot spots, where
-//! robots touch, or stand and can't drive on, ranked by the time that they have cost.
+//! Facts about jams: the traffic on edges, the robots at a place, and hot spots, where robots touch,
+//! or stand and can't drive on, ranked by the time that they have cost.
 
 use std::fmt::Write as _;
 use std::sync::Arc;
@@ -12,12 +12,12 @@ use regatta_plugin::history::{FleetSample, HotSpot};
 use regatta_plugin::traffic::{EdgeTraffic, TRAFFIC_PERIODS};
 use regatta_scene::heat::HeatFacts;
 
-/// What is known of an edge.
+/// The known facts of an edge.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct EdgeFacts {
     /// Its index in the world.
     pub edge: u32,
-    /// What happened there in each period; `None` without a traffic plugin.
+    /// The traffic of each period; `None` without a traffic plugin.
     pub traffic: Option<[EdgeTraffic; TRAFFIC_PERIODS]>,
     /// The length of each period so far, in simulated seconds.
     pub period_secs: [f32; TRAFFIC_PERIODS],
@@ -25,7 +25,7 @@ pub struct EdgeFacts {
     pub present: Presence,
 }
 
-/// What is known of a node.
+/// The known facts of a node.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct NodeFacts {
     /// Its index in the world.
@@ -34,7 +34,7 @@ pub struct NodeFacts {
     pub present: Presence,
 }
 
-/// What the interface shows of all this.
+/// The facts about jams that the interface shows.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct JamFacts {
     /// The scale of the heat map; `None` as long as there is none.
@@ -64,7 +64,7 @@ pub struct Known {
 }
 
 impl JamFacts {
-    /// What is known of an edge, by its index in the world.
+    /// Returns the facts of an edge, by its index in the world.
     pub fn edge(&self, edge: u32) -> Option<&EdgeFacts> {
         self.edges.iter().find(|facts| facts.edge == edge)
     }
@@ -76,9 +76,9 @@ pub const LISTED: usize = 12;
 /// The robots at a place.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Presence {
-    /// How many are there.
+    /// The number of robots there.
     pub robots: u32,
-    /// How many of them wait.
+    /// The number of them that wait.
     pub waiting: u32,
     /// The ids of the first ones.
     pub listed: Vec<u32>,
@@ -93,10 +93,11 @@ impl Presence {
 
     /// The robots within a radius around a place, in metres.
     pub fn around(frame: &Frame<'_>, place: Vec2, radius: f32) -> Self {
-        let is_near = |x: f32, y: f32| Vec2::new(x, y).distance_squared(place) <= radius * radius;
-        let rows =
-            frame.x().iter().zip(frame.y()).enumerate().filter(|(_, (x, y))| is_near(**x, **y));
-        Self::of(frame, rows.map(|(row, _)| row))
+        let near = (0..frame.len()).filter(|row| {
+            let at = Vec2::new(frame.x()[*row], frame.y()[*row]);
+            at.distance_squared(place) <= radius * radius
+        });
+        Self::of(frame, near)
     }
 
     fn of(frame: &Frame<'_>, rows: impl Iterator<Item = usize>) -> Self {

@@ -1,5 +1,7 @@
 //! The keyboard shortcuts: one table for both their commands and the help.
 
+use std::ops::AddAssign;
+
 use egui::{Context, Event, Key, Modifiers};
 
 /// A command of a keyboard shortcut.
@@ -175,16 +177,16 @@ const SHORTCUTS: &[Shortcut] = &[
 
 /// Keys that move the camera while they are held: keys, motion, text in the help.
 const HELD_KEYS: &[(&[Key], CameraMotion, &str)] = &[
-    (&[Key::W, Key::ArrowUp], CameraMotion([0.0, 1.0, 0.0, 0.0, 0.0]), "forward"),
-    (&[Key::S, Key::ArrowDown], CameraMotion([0.0, -1.0, 0.0, 0.0, 0.0]), "backward"),
-    (&[Key::A, Key::ArrowLeft], CameraMotion([-1.0, 0.0, 0.0, 0.0, 0.0]), "left"),
-    (&[Key::D, Key::ArrowRight], CameraMotion([1.0, 0.0, 0.0, 0.0, 0.0]), "right"),
-    (&[Key::Q], CameraMotion([0.0, 0.0, 1.0, 0.0, 0.0]), "turn left"),
-    (&[Key::E], CameraMotion([0.0, 0.0, -1.0, 0.0, 0.0]), "turn right"),
-    (&[Key::R], CameraMotion([0.0, 0.0, 0.0, 1.0, 0.0]), "tilt down"),
-    (&[Key::V], CameraMotion([0.0, 0.0, 0.0, -1.0, 0.0]), "tilt up"),
-    (&[Key::Plus, Key::Equals], CameraMotion([0.0, 0.0, 0.0, 0.0, -1.0]), "zoom in"),
-    (&[Key::Minus], CameraMotion([0.0, 0.0, 0.0, 0.0, 1.0]), "zoom out"),
+    (&[Key::W, Key::ArrowUp], CameraMotion { forward: 1.0, ..STILL }, "forward"),
+    (&[Key::S, Key::ArrowDown], CameraMotion { forward: -1.0, ..STILL }, "backward"),
+    (&[Key::A, Key::ArrowLeft], CameraMotion { right: -1.0, ..STILL }, "left"),
+    (&[Key::D, Key::ArrowRight], CameraMotion { right: 1.0, ..STILL }, "right"),
+    (&[Key::Q], CameraMotion { turn_left: 1.0, ..STILL }, "turn left"),
+    (&[Key::E], CameraMotion { turn_left: -1.0, ..STILL }, "turn right"),
+    (&[Key::R], CameraMotion { tilt_down: 1.0, ..STILL }, "tilt down"),
+    (&[Key::V], CameraMotion { tilt_down: -1.0, ..STILL }, "tilt up"),
+    (&[Key::Plus, Key::Equals], CameraMotion { zoom_out: -1.0, ..STILL }, "zoom in"),
+    (&[Key::Minus], CameraMotion { zoom_out: 1.0, ..STILL }, "zoom out"),
 ];
 
 /// Gestures of mouse and touchpad, for the help: gesture, effect.
@@ -202,9 +204,34 @@ pub const POINTER_GESTURES: &[(&str, &str)] = &[
     ("click while measuring", "one end, then the other: robots or places"),
 ];
 
-/// The camera motion of held keys: right, forward, turn left, tilt down, zoom out; each -1, 0 or 1.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct CameraMotion(pub [f32; 5]);
+/// The camera motion of held keys; each part is -1, 0 or 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraMotion {
+    /// Over the ground, to the right.
+    pub right: f32,
+    /// Over the ground, forward.
+    pub forward: f32,
+    /// Around the target, to the left.
+    pub turn_left: f32,
+    /// Around the target, downwards.
+    pub tilt_down: f32,
+    /// Away from the target.
+    pub zoom_out: f32,
+}
+
+/// No motion.
+pub const STILL: CameraMotion =
+    CameraMotion { right: 0.0, forward: 0.0, turn_left: 0.0, tilt_down: 0.0, zoom_out: 0.0 };
+
+impl AddAssign for CameraMotion {
+    fn add_assign(&mut self, other: Self) {
+        self.right += other.right;
+        self.forward += other.forward;
+        self.turn_left += other.turn_left;
+        self.tilt_down += other.tilt_down;
+        self.zoom_out += other.zoom_out;
+    }
+}
 
 /// Returns the commands of the keys pressed since the last picture. A text field with the focus
 /// gets all keys but Ctrl+F.
@@ -231,42 +258,51 @@ pub fn pressed(context: &Context) -> Vec<Command> {
 /// in the same picture, before the search field gets the focus. Pointer events stay.
 pub fn take_input_after_find(context: &Context) -> Vec<Event> {
     context.input_mut(|input| {
-        let is_find = |event: &Event| {
-            matches!(event, Event::Key { key: Key::F, pressed: true, modifiers, .. } if modifiers.matches_exact(CTRL))
-        };
-        let after = input.events.iter().position(is_find).map_or(input.events.len(), |at| at + 1);
-        let typed = |event: &mut Event| matches!(event, Event::Text(_) | Event::Key { .. } | Event::Ime(_));
-        let (mut rest, mut taken) = (input.events.split_off(after), Vec::new());
-        rest.retain_mut(|event| {
-            let is_typed = typed(event);
-            if is_typed {
-                taken.push(event.clone());
-            }
-            !is_typed
-        });
-        input.events.append(&mut rest);
-        taken
+        let find = input.events.iter().position(is_find);
+        let after = find.map_or(input.events.len(), |at| at + 1);
+        let late = input.events.split_off(after);
+        let (typed, others): (Vec<_>, Vec<_>) = late.into_iter().partition(is_typed);
+        input.events.extend(others);
+        typed
     })
 }
 
+fn is_find(event: &Event) -> bool {
+    match event {
+        Event::Key { key: Key::F, pressed: true, modifiers, .. } => modifiers.matches_exact(CTRL),
+        _ => false,
+    }
+}
+
+fn is_typed(event: &Event) -> bool {
+    matches!(event, Event::Text(_) | Event::Key { .. } | Event::Ime(_))
+}
+
+/// Whether a key is that of + and =. Where + is Shift and =, it may go up as the other one than it
+/// went down as.
+fn is_plus(key: &Key) -> bool {
+    matches!(key, Key::Plus | Key::Equals)
+}
+
 fn command_of(key: Key, modifiers: Modifiers) -> Option<Command> {
-    let matches =
-        |shortcut: &&Shortcut| shortcut.key == key && modifiers.matches_exact(shortcut.modifiers);
-    SHORTCUTS.iter().find(matches).map(|shortcut| shortcut.command)
+    let shortcut = SHORTCUTS
+        .iter()
+        .find(|shortcut| shortcut.key == key && modifiers.matches_exact(shortcut.modifiers))?;
+    Some(shortcut.command)
 }
 
 /// Returns the camera motion of the keys that are held.
 pub fn held(context: &Context) -> CameraMotion {
-    let mut all = CameraMotion::default();
+    let mut all = STILL;
     if context.egui_wants_keyboard_input() {
         return all;
     }
     context.input_mut(|input| {
-        // Where + is Shift and =, the key may go up as the other one than it went down as.
-        let is_plus = |key: &Key| matches!(key, Key::Plus | Key::Equals);
-        let is_up =
-            |event: &Event| matches!(event, Event::Key { key, pressed: false, .. } if is_plus(key));
-        if input.events.iter().any(is_up) {
+        if input
+            .events
+            .iter()
+            .any(|event| matches!(event, Event::Key { key, pressed: false, .. } if is_plus(key)))
+        {
             input.keys_down.retain(|key| !is_plus(key));
         }
         if input.modifiers.command || input.modifiers.alt {
@@ -274,7 +310,7 @@ pub fn held(context: &Context) -> CameraMotion {
         }
         for (keys, motion, _) in HELD_KEYS {
             if keys.iter().any(|key| input.key_down(*key)) {
-                all.0.iter_mut().zip(motion.0).for_each(|(all, part)| *all += part);
+                all += *motion;
             }
         }
     });
@@ -283,18 +319,21 @@ pub fn held(context: &Context) -> CameraMotion {
 
 /// Returns all keys with their texts in the help.
 pub fn list(context: &Context) -> Vec<(String, &'static str)> {
-    let name = |modifiers: Modifiers, key: Key| match modifiers {
-        NONE => name_of(key).to_owned(),
-        _ => format!("{}+{}", context.format_modifiers(modifiers), name_of(key)),
-    };
-    let shortcuts = SHORTCUTS.iter().filter(|shortcut| !shortcut.text.is_empty());
-    let shortcuts =
-        shortcuts.map(|shortcut| (name(shortcut.modifiers, shortcut.key), shortcut.text));
-    let held = HELD_KEYS.iter().map(|(keys, _, text)| {
+    let mut list = Vec::new();
+    for (keys, _, text) in HELD_KEYS {
         let names: Vec<_> = keys.iter().map(|key| name_of(*key)).collect();
-        (names.join("  "), *text)
-    });
-    held.chain(shortcuts).collect()
+        list.push((names.join("  "), *text));
+    }
+    for Shortcut { modifiers, key, text, .. } in SHORTCUTS {
+        let name = match *modifiers {
+            NONE => name_of(*key).to_owned(),
+            held => format!("{}+{}", context.format_modifiers(held), name_of(*key)),
+        };
+        if !text.is_empty() {
+            list.push((name, *text));
+        }
+    }
+    list
 }
 
 /// Returns a key's name as printed on it.

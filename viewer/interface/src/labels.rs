@@ -5,7 +5,7 @@ use std::collections::{BTreeSet, HashSet};
 use egui::{Align2, Context, FontId, LayerId, Rect, pos2};
 use glam::Vec2;
 use regatta_plugin::World;
-use regatta_plugin::world::{NodeRecord, NodeRole};
+use regatta_plugin::world::{NodeRecord, Role};
 use regatta_scene::camera::Camera;
 use regatta_scene::curves::midpoint;
 use regatta_scene::palette::Theme;
@@ -28,7 +28,7 @@ pub struct Labels(Vec<Label>);
 /// The picture over which labels are drawn.
 #[derive(Clone, Copy, Debug)]
 pub struct LabelView<'a> {
-    /// Where the picture is, in points.
+    /// The place of the picture, in points.
     pub picture: Rect,
     /// Its camera.
     pub camera: &'a Camera,
@@ -111,11 +111,11 @@ impl Labels {
             };
             let galley = painter.layout_no_wrap(label.text(), font, colour);
             let text = anchor.anchor_size(at, galley.size());
-            let covers = |spot: &Spot| {
+            let covers_robot = robots.iter().any(|spot| {
                 let middle = pos2(picture.left() + spot.at.x, picture.top() + spot.at.y);
                 text.distance_sq_to_pos(middle) < spot.radius * spot.radius
-            };
-            if robots.iter().any(covers) || drawn.iter().any(|other| other.intersects(text)) {
+            });
+            if covers_robot || drawn.iter().any(|other| other.intersects(text)) {
                 continue;
             }
             drawn.push(text);
@@ -180,8 +180,7 @@ impl Labels {
             })
             .collect();
         // Stations come before nodes, and these before edges.
-        let rank = |label: &Label| u8::from(label.is_node) + u8::from(label.station.is_some());
-        near.sort_by(|a, b| rank(b.1).cmp(&rank(a.1)).then(a.0.total_cmp(&b.0)));
+        near.sort_by(|a, b| b.1.rank().cmp(&a.1.rank()).then(a.0.total_cmp(&b.0)));
         let mut taken = HashSet::new();
         let mut visible = Vec::new();
         for (_, label, at) in near {
@@ -199,6 +198,11 @@ impl Labels {
 }
 
 impl Label {
+    /// The rank among the labels of a picture; the highest are drawn first.
+    fn rank(&self) -> u8 {
+        u8::from(self.is_node) + u8::from(self.station.is_some())
+    }
+
     fn text(&self) -> String {
         let prefix = if self.is_node { 'n' } else { 'e' };
         self.station.as_deref().map_or_else(|| format!("{prefix}{}", self.id), str::to_owned)
@@ -226,7 +230,7 @@ pub fn levels(world: &World<'_>) -> Vec<String> {
 /// Returns the name of a node with a role, or its role and id; `None` without a role.
 fn station_of(world: &World<'_>, node: &NodeRecord) -> Option<Box<str>> {
     match (node.role(), world.text(node.name)) {
-        (NodeRole::None, _) => None,
+        (Role::None, _) => None,
         (role, "") => Some(format!("{} {}", role.name(), node.id).into()),
         (_, name) => Some(name.into()),
     }
@@ -294,7 +298,7 @@ mod tests {
     fn a_station_has_its_name_and_keeps_room_for_it() {
         let mut world = WorldData::default();
         let name = world.texts.add("inbound dock 4");
-        let station = |id, name, x, role: NodeRole| NodeRecord {
+        let station = |id, name, x, role: Role| NodeRecord {
             id,
             name,
             x,
@@ -302,9 +306,9 @@ mod tests {
             ..NodeRecord::default()
         };
         world.nodes = vec![
-            station(1, name, 0.0, NodeRole::Pick),
-            station(2, 0, 6.0, NodeRole::Charge),
-            station(3, name, -6.0, NodeRole::None),
+            station(1, name, 0.0, Role::Pick),
+            station(2, 0, 6.0, Role::Charge),
+            station(3, name, -6.0, Role::None),
         ];
         let labels = Labels::new(&world.view(1, 1), None);
         let near = labels.visible(&over(0.0, 20.0), Vec2::ZERO, SIZE);

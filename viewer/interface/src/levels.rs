@@ -2,29 +2,32 @@
 //! all have the same camera, so that what is above each other is at the same place of each part of
 //! the picture. Mouse and panels are about one level, that of the part which was clicked last.
 
-use egui::{
-    Align2, ComboBox, Context, Event, FontId, LayerId, Rect, Role, Stroke, StrokeKind, Ui,
-    WidgetInfo, vec2,
-};
-use glam::Vec2;
-use regatta_scene::camera::Bounds;
+use egui::{Align2, ComboBox, Event, FontId, LayerId, Pos2, Rect, Stroke, StrokeKind, Ui, vec2};
+use glam::{Vec2, Vec3};
+use regatta_scene::camera::{Bounds, Camera};
 
+use super::context::{PanelContext, Request};
 use super::overlay::beside_legend;
 use super::placement::Placement;
 use super::state::Interface;
+use super::style;
 use super::view_model::Action;
 
-/// Levels side by side.
+/// The levels of a world, and the choice of how they are shown.
 #[derive(Debug, Default)]
-pub(super) struct SideBySide {
+pub(super) struct Levels {
+    names: Vec<String>,
+    /// Whether all are shown side by side, if there are several.
     is_on: bool,
+    /// Whether the filter has been changed by something else than its own panel.
+    pub is_refiltered: bool,
     /// The parts of the last picture, in points.
     parts: Vec<(String, Rect)>,
     /// Clicks into a level that was not shown in the part of the last picture yet.
     late_clicks: Vec<Action>,
 }
 
-/// Where the picture of the fleet is, in points.
+/// The place of the picture of the fleet, in points.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PictureArea {
     /// The picture that mouse and panels are about; it goes on under the panels.
@@ -35,15 +38,37 @@ pub struct PictureArea {
     pub whole: Rect,
 }
 
+impl PictureArea {
+    /// The size of the picture.
+    pub fn size(&self) -> Vec2 {
+        Vec2::new(self.picture.width(), self.picture.height())
+    }
+
+    /// Returns the place in the window of a point of the world; `None` behind the camera.
+    pub fn place(&self, camera: &Camera, point: Vec3) -> Option<Pos2> {
+        let at = camera.project(point, self.size())?;
+        Some(self.picture.min + vec2(at.x, at.y))
+    }
+
+    /// Returns the place on the ground at a point of the window; `None` above the horizon.
+    pub fn ground(&self, camera: &Camera, at: Pos2) -> Option<Vec2> {
+        let at = at - self.picture.min;
+        camera.unproject(Vec2::new(at.x, at.y), self.size())
+    }
+}
+
 /// Returns into how many columns a picture is best divided for so many parts that show things of
 /// some width and height.
 pub fn columns(parts: u32, size: Vec2, extent: Vec2) -> u32 {
-    let scale = |columns: u32| {
+    let mut best = (0.0, 1);
+    for columns in 1..=parts {
         let part = size / Vec2::new(columns as f32, parts.div_ceil(columns) as f32);
-        (part / extent.max(Vec2::splat(0.1))).min_element()
-    };
-    let all = (1..=parts).rev();
-    all.max_by(|a, b| scale(*a).total_cmp(&scale(*b))).unwrap_or(1)
+        let scale = (part / extent.max(Vec2::splat(0.1))).min_element();
+        if scale > best.0 {
+            best = (scale, columns);
+        }
+    }
+    best.1
 }
 
 /// Divides a picture for levels, from the upper left corner on. All parts have the same number of
@@ -56,11 +81,8 @@ fn divide(
 ) -> Vec<(String, Rect)> {
     let number = levels.len() as u32;
     let columns = columns(number, Vec2::new(whole.width(), whole.height()), extent);
-    let pixel = |points: f32| (points * pixels_per_point).floor() / pixels_per_point;
-    let size = vec2(
-        pixel(whole.width() / columns as f32),
-        pixel(whole.height() / number.div_ceil(columns) as f32),
-    );
+    let part = whole.size() / vec2(columns as f32, number.div_ceil(columns) as f32);
+    let size = (part * pixels_per_point).floor() / pixels_per_point;
     let parts = levels.iter().zip(0..).map(|(level, part)| {
         let at = vec2((part % columns) as f32, (part / columns) as f32);
         (level.clone(), Rect::from_min_size(whole.min + at * size, size))
@@ -77,40 +99,36 @@ impl Interface {
     /// Takes the names of a world's levels. If the shown one isn't among them, all are shown.
     pub fn set_levels(&mut self, levels: Vec<String>) {
         let unknown = self.filter.level.take_if(|level| !levels.contains(level));
-        self.is_refiltered |= unknown.is_some();
-        if let Some(level) = unknown.filter(|_| !self.side_by_side.is_on) {
+        self.levels.is_refiltered |= unknown.is_some();
+        if let Some(level) = unknown.filter(|_| !self.levels.is_on) {
             self.notify(format!("there is no level '{level}'; all are shown"));
         }
-        self.levels = levels;
+        self.levels.names = levels;
     }
 
     /// Shows one level only, or all.
     pub fn show_level(&mut self, level: Option<String>) {
-        self.is_refiltered |= self.filter.level != level;
+        self.levels.is_refiltered |= self.filter.level != level;
         self.filter.level = level;
     }
 
     /// Shows all levels side by side, as soon as a world with several levels is known, or no
     /// longer.
     pub fn show_side_by_side(&mut self, is_on: bool) {
-        self.is_refiltered |= self.side_by_side.is_on != is_on;
-        self.side_by_side.is_on = is_on;
+        self.levels.is_refiltered |= self.levels.is_on != is_on;
+        self.levels.is_on = is_on;
     }
 
     /// The levels that are shown beside the one that mouse and panels are about.
     pub fn levels_beside(&self) -> impl Iterator<Item = &str> {
-        let beside = self.levels.iter().filter(|_| self.is_side_by_side());
+        let beside = self.levels.names.iter().filter(|_| self.levels.is_side_by_side());
         beside.map(String::as_str).filter(|level| Some(*level) != self.level())
     }
 
     /// The levels and their parts of the last picture, in points; none unless they are side by
     /// side. All parts have the same size.
     pub fn parts(&self) -> &[(String, Rect)] {
-        &self.side_by_side.parts
-    }
-
-    fn is_side_by_side(&self) -> bool {
-        self.side_by_side.is_on && self.levels.len() > 1
+        &self.levels.parts
     }
 
     /// Returns where the picture is that goes on under the panels as `picture`, and is in sight as
@@ -123,14 +141,15 @@ impl Interface {
         whole: Rect,
         bounds: Bounds,
     ) -> PictureArea {
-        self.side_by_side.parts.clear();
-        if !self.is_side_by_side() || !whole.is_positive() {
+        self.levels.parts.clear();
+        if !self.levels.is_side_by_side() || !whole.is_positive() {
             return PictureArea { picture, visible: whole, whole };
         }
         // The legend lies beside the levels, where there is room.
         let legend = beside_legend(Vec2::new(whole.width(), whole.height())).low.x * whole.width();
         let beside = whole.with_min_x(whole.left() + legend);
-        let parts = divide(&self.levels, beside, bounds.high - bounds.low, ui.pixels_per_point());
+        let parts =
+            divide(&self.levels.names, beside, bounds.high - bounds.low, ui.pixels_per_point());
         let wanted = self.pressed_part(ui, &parts).or_else(|| self.level().map(str::to_owned));
         let (level, part) = parts
             .iter()
@@ -138,7 +157,7 @@ impl Interface {
             .unwrap_or(&parts[0])
             .clone();
         self.show_level(Some(level));
-        self.side_by_side.parts = parts;
+        self.levels.parts = parts;
         PictureArea { picture: part, visible: part, whole }
     }
 
@@ -151,8 +170,9 @@ impl Interface {
             });
             places.next_back()
         });
-        let on_picture =
-            at.filter(|at| ui.ctx().layer_id_at(*at) == Some(ui.layer_id()) && self.drag.is_none());
+        let on_picture = at.filter(|at| {
+            ui.ctx().layer_id_at(*at) == Some(ui.layer_id()) && !self.pointer.is_dragging()
+        });
         let part = on_picture.and_then(|at| parts.iter().find(|(_, part)| part.contains(at)));
         part.map(|(level, _)| level.clone())
     }
@@ -164,23 +184,35 @@ impl Interface {
         level_before: Option<&str>,
         actions: Vec<Action>,
     ) -> Vec<Action> {
-        let mut timely = std::mem::take(&mut self.side_by_side.late_clicks);
-        let is_click = |action: &Action| {
-            matches!(action, Action::Pick { .. } | Action::Menu { .. } | Action::Measure { .. })
-        };
-        let is_early = !self.side_by_side.parts.is_empty() && self.level() != level_before;
+        let mut timely = std::mem::take(&mut self.levels.late_clicks);
+        let is_early = !self.levels.parts.is_empty() && self.level() != level_before;
         let (late, now): (Vec<_>, Vec<_>) =
             actions.into_iter().partition(|action| is_early && is_click(action));
         timely.extend(now);
-        self.side_by_side.late_clicks = late;
+        self.levels.late_clicks = late;
         timely
+    }
+}
+
+fn is_click(action: &Action) -> bool {
+    matches!(action, Action::Pick { .. } | Action::Menu { .. } | Action::Measure { .. })
+}
+
+impl Levels {
+    fn is_side_by_side(&self) -> bool {
+        self.is_on && self.names.len() > 1
     }
 
     /// Draws frames around the parts, and writes their names.
-    pub(super) fn draw_parts(&self, context: &Context, placement: &mut Placement) {
-        let (painter, colours) = (context.layer_painter(LayerId::background()), self.colours());
-        for (level, part) in &self.side_by_side.parts {
-            let is_current = Some(level.as_str()) == self.level();
+    pub fn draw_parts(
+        &self,
+        context: &PanelContext<'_>,
+        ctx: &egui::Context,
+        placement: &mut Placement,
+    ) {
+        let (painter, colours) = (ctx.layer_painter(LayerId::background()), context.colours);
+        for (level, part) in &self.parts {
+            let is_current = Some(level.as_str()) == context.level();
             let (width, colour) =
                 if is_current { (2.0, colours.accent) } else { (1.0, colours.faint) };
             painter.rect_stroke(*part, 0.0, Stroke::new(width, colour), StrokeKind::Inside);
@@ -196,32 +228,30 @@ impl Interface {
     }
 
     /// Shows the choice of a level, if the world has several.
-    pub(super) fn level_choice(&mut self, ui: &mut Ui) {
-        if self.levels.len() < 2 && self.filter.level.is_none() {
+    pub fn choice(&self, context: &PanelContext<'_>, ui: &mut Ui) {
+        if self.names.len() < 2 && context.filter.level.is_none() {
             return;
         }
-        let (was_beside, mut level) = (self.is_side_by_side(), self.filter.level.clone());
-        let name =
-            if was_beside { "side by side" } else { level.as_deref().unwrap_or("all levels") };
-        let mut is_beside = was_beside;
-        let shown =
-            ComboBox::from_id_salt("level").selected_text(name.to_owned()).show_ui(ui, |ui| {
-                let mut choice = |ui: &mut Ui, name: &str, wanted: (bool, Option<&String>)| {
-                    let is_chosen =
-                        wanted.0 == is_beside && (is_beside || wanted.1 == level.as_ref());
-                    if ui.selectable_label(is_chosen, name).clicked() {
-                        (is_beside, level) = (wanted.0, wanted.1.cloned());
-                    }
-                };
-                choice(ui, "all levels", (false, None));
-                choice(ui, "side by side", (true, self.filter.level.as_ref()));
-                for name in &self.levels {
-                    choice(ui, name, (false, Some(name)));
+        let (is_beside, level) = (self.is_side_by_side(), context.level());
+        let name = if is_beside { "side by side" } else { level.unwrap_or("all levels") };
+        let combo = ComboBox::from_id_salt("level").selected_text(name);
+        style::choice(ui, "level", combo, |ui| {
+            let is_all = !is_beside && level.is_none();
+            if ui.selectable_label(is_all, "all levels").clicked() {
+                context.ask(Request::ShowSideBySide(false));
+                context.ask(Request::ShowLevel(None));
+            }
+            if ui.selectable_label(is_beside, "side by side").clicked() {
+                context.ask(Request::ShowSideBySide(true));
+            }
+            for name in &self.names {
+                let is_chosen = !is_beside && level == Some(name);
+                if ui.selectable_label(is_chosen, name).clicked() {
+                    context.ask(Request::ShowSideBySide(false));
+                    context.ask(Request::ShowLevel(Some(name.clone())));
                 }
-            });
-        shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "level"));
-        self.show_side_by_side(is_beside);
-        self.show_level(level);
+            }
+        });
     }
 }
 

@@ -2,8 +2,8 @@
 //! [`ViewModel`], holds the user's choices and returns [`Action`]s. It draws with egui and depends
 //! neither on windows nor on graphics cards, so that tests drive it as it is.
 //!
-//! Each panel is a file with an `impl Interface` block; the fields of [`Interface`] are in
-//! `state.rs`.
+//! Each panel is a struct that owns its state, in a file of its own. It reads a `PanelContext` and
+//! makes `Request`s, which [`Interface`] carries out.
 
 pub mod banner;
 pub mod camera_controller;
@@ -11,6 +11,7 @@ pub mod cameras;
 mod collisions;
 pub mod commands;
 mod connection;
+mod context;
 pub mod edge_finder;
 mod edge_hover;
 mod filter;
@@ -52,6 +53,7 @@ pub mod style;
 pub mod symbols;
 pub mod text;
 mod timeline;
+mod timeline_paint;
 pub mod timing;
 mod top_bar;
 pub mod transport;
@@ -61,13 +63,16 @@ pub mod view_model;
 mod virtual_list;
 mod work;
 
-use egui::{CentralPanel, Panel, Rect, ScrollArea, Ui, UiBuilder};
+use egui::{CentralPanel, Panel, Pos2, Rect, ScrollArea, Ui, UiBuilder};
 use regatta_scene::camera::Window;
 
+use context::PanelContext;
+pub use context::Selection;
 use levels::PictureArea;
 use settings::{LeftPanel, RightPanel};
 pub use state::Interface;
-use view_model::{Action, Item, ViewModel};
+use top_bar::TopBar;
+use view_model::{Action, ViewModel};
 
 /// The least width of a window with a panel on either side, in points.
 const TWO_PANELS: f32 = 900.0;
@@ -87,22 +92,30 @@ impl Interface {
         let (mut actions, level) = (Vec::new(), self.level().map(str::to_owned));
         self.apply_style(ui);
         self.shortcuts(ui.ctx(), model, &mut actions);
-        self.typing = ui.ctx().egui_wants_keyboard_input();
-        self.record_history(model);
-        if std::mem::take(&mut self.is_refiltered) {
+        self.last.typing = ui.ctx().egui_wants_keyboard_input();
+        if let Some(frame) = model.frame {
+            self.selection_panel.record(&frame, self.selection.robot());
+        }
+        if std::mem::take(&mut self.levels.is_refiltered) {
             actions.push(Action::Filter(self.filter.clone()));
         }
         let frame = style::panel(self.settings.theme());
-        Panel::top("top")
-            .exact_size(42.0)
-            .resizable(false)
-            .frame(frame)
-            .show(ui, |ui| self.top_bar(ui, model));
-        Panel::bottom("bottom")
-            .exact_size(48.0)
-            .resizable(false)
-            .frame(frame)
-            .show(ui, |ui| self.transport(ui, model, &mut actions));
+        Panel::top("top").exact_size(42.0).resizable(false).frame(frame).show(ui, |ui| {
+            self.present(model, &mut actions, |interface, context| {
+                let bar = TopBar {
+                    settings: &interface.settings,
+                    alarms: interface.log.log.unacknowledged(),
+                    is_measuring: interface.measuring.is_some(),
+                };
+                bar.show(context, ui);
+            });
+        });
+        Panel::bottom("bottom").exact_size(48.0).resizable(false).frame(frame).show(ui, |ui| {
+            self.present(model, &mut actions, |interface, context| {
+                let shows_past = interface.timeline.shows_past;
+                interface.transport.show(context, shows_past, ui);
+            });
+        });
         // The picture goes on under the panels, so that it doesn't move when one is opened.
         let picture = ui.available_rect_before_wrap();
         if model.recording().is_some() || model.timeline.is_some() && self.timeline.shows_past {
@@ -110,25 +123,45 @@ impl Interface {
                 .exact_size(timeline::HEIGHT)
                 .resizable(false)
                 .frame(frame)
-                .show(ui, |ui| self.timeline(ui, model, &mut actions));
+                .show(ui, |ui| {
+                    self.present(model, &mut actions, |interface, context| {
+                        interface.timeline.show(context, ui);
+                    });
+                });
         }
         self.leave_room(ui.available_height());
         self.plot_panel(ui, model, &mut actions);
         self.panels(ui, model, &mut actions);
         let shown = CentralPanel::no_frame().show(ui, |ui| {
             let area = self.area(ui, picture, ui.max_rect(), model.bounds);
-            (area, self.pointer_input(ui, area, &mut actions))
+            let (camera, is_measuring) = (&mut self.camera_controller, self.measuring.is_some());
+            (area, self.pointer.handle(ui, area, camera, is_measuring, &mut actions))
         });
         let (area, pointer) = shown.inner;
-        self.hover_edge(ui.ctx(), area, pointer, model);
-        self.overlay(ui.ctx(), area, model);
-        self.menu(ui.ctx(), area.whole, model, &mut actions);
-        self.help(ui.ctx());
+        self.present(model, &mut actions, |interface, context| {
+            interface.over_picture(context, ui.ctx(), area, pointer);
+        });
         self.move_camera(ui, area, model);
         if self.level() != level.as_deref() {
             ui.ctx().request_repaint();
         }
         (area.picture, self.timely(level.as_deref(), actions))
+    }
+
+    /// Shows everything that floats over the picture. `pointer` is the place of the pointer over it.
+    fn over_picture(
+        &mut self,
+        context: &PanelContext<'_>,
+        ctx: &egui::Context,
+        area: PictureArea,
+        pointer: Option<Pos2>,
+    ) {
+        let can_hover = self.settings.edges && !self.menu.is_open() && self.measuring.is_none();
+        let heat = self.settings.heat.then_some(self.settings.heat_of);
+        self.edge_hover.show(context, ctx, area, pointer.filter(|_| can_hover), heat);
+        self.overlay(context, ctx, area);
+        self.menu.show(context, ctx, area.whole);
+        self.help.show(context, ctx);
     }
 
     /// In a low window, plots that open close the panels beside them, and the other way round.
@@ -138,12 +171,12 @@ impl Interface {
             && open.plots
             && (open.left.is_some() || open.right.is_some())
         {
-            match self.plots_before {
+            match self.last.plots {
                 true => open.plots = false,
                 false => (open.left, open.right) = (None, None),
             }
         }
-        self.plots_before = self.settings.plots;
+        self.last.plots = self.settings.plots;
     }
 
     /// Shows the open panels. In a narrow window, a panel that opens closes the one on the other
@@ -152,12 +185,12 @@ impl Interface {
         let room = ui.available_width();
         let open = &mut self.settings;
         if room < TWO_PANELS && open.left.is_some() && open.right.is_some() {
-            match open.left == self.left_before {
+            match open.left == self.last.left {
                 true => open.left = None,
                 false => open.right = None,
             }
         }
-        self.left_before = open.left;
+        self.last.left = open.left;
         self.left_panel(ui, room, model, actions);
         self.right_panel(ui, room, model, actions);
     }
@@ -174,13 +207,13 @@ impl Interface {
     /// Advances flights and following, and fits everything into the picture until the user moves
     /// the camera.
     fn move_camera(&mut self, ui: &Ui, area: PictureArea, model: &ViewModel<'_>) {
-        self.window = self.free_part(area).unwrap_or(self.window);
+        self.last.window = self.free_part(area).unwrap_or(self.last.window);
         let seconds = ui.input(|input| input.stable_dt).min(0.1);
         let robot = self.camera_controller.flies_to();
         let pose = robot.and_then(|robot| model.pose(robot, self.settings.offset.into()));
-        self.camera_controller.aim(pose.map(|pose| pose.place), self.window);
+        self.camera_controller.aim(pose.map(|pose| pose.place), self.last.window);
         self.camera_controller.advance(seconds.into(), model.followed);
-        self.camera_controller.keep_fitted(model.bounds, self.window);
+        self.camera_controller.keep_fitted(model.bounds, self.last.window);
         if self.camera_controller.is_flying() {
             ui.ctx().request_repaint();
         }
@@ -203,14 +236,6 @@ impl Interface {
         Some(Window { aspect: picture.aspect_ratio(), low, high })
     }
 
-    fn record_history(&mut self, model: &ViewModel<'_>) {
-        let Some(frame) = model.frame else { return };
-        self.recorder.push(&frame);
-        if let Some(Item::Robot(id)) = self.selected {
-            self.history.push(&frame, id, &self.recorder);
-        }
-    }
-
     fn plot_panel(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
         if self.settings.plots {
             let beside = if self.settings.left.is_some() || self.settings.right.is_some() {
@@ -222,9 +247,13 @@ impl Interface {
             let sizes = LOWEST_PLOTS.min(highest)..=highest;
             let panel =
                 Panel::bottom("plots").default_size(150.0).size_range(sizes).resizable(true);
-            panel
-                .frame(style::panel(self.settings.theme()))
-                .show(ui, |ui| within(ui, |ui| self.plots(ui, model, actions)));
+            panel.frame(style::panel(self.settings.theme())).show(ui, |ui| {
+                within(ui, |ui| {
+                    self.present(model, actions, |interface, context| {
+                        interface.plots.show(context, ui);
+                    });
+                })
+            });
         }
     }
 
@@ -242,11 +271,13 @@ impl Interface {
             .default_size(size)
             .size_range(270.0..=640.0_f32.min(room - 40.0).max(270.0));
         panel.frame(style::panel(self.settings.theme())).show(ui, |ui| {
-            within(ui, |ui| match open {
-                LeftPanel::Fleet => self.fleet_list(ui, model, actions),
-                LeftPanel::Collisions => self.collisions(ui, model),
-                LeftPanel::Spots => self.hot_spots(ui, model, actions),
-                LeftPanel::Log => self.log_list(ui, model, actions),
+            within(ui, |ui| {
+                self.present(model, actions, |interface, context| match open {
+                    LeftPanel::Fleet => interface.fleet.show(context, ui),
+                    LeftPanel::Collisions => interface.collisions.show(context, ui),
+                    LeftPanel::Spots => interface.spots.show(context, ui),
+                    LeftPanel::Log => interface.log.show(context, ui),
+                });
             });
         });
     }
@@ -264,14 +295,25 @@ impl Interface {
             .size_range(270.0..=460.0_f32.min(room - 40.0).max(270.0));
         panel.frame(style::panel(self.settings.theme())).show(ui, |ui| {
             within(ui, |ui| {
-                ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match open {
-                    RightPanel::Selection => self.selection(ui, model, actions),
-                    RightPanel::View => self.view(ui, model, actions),
-                    RightPanel::Performance => self.performance(ui, model),
-                    RightPanel::Connection => self.connection(ui, model, actions),
+                ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+                    self.present(model, actions, |interface, context| {
+                        interface.show_right(context, open, ui);
+                    });
                 });
             });
         });
+    }
+
+    fn show_right(&mut self, context: &PanelContext<'_>, open: RightPanel, ui: &mut Ui) {
+        let settings = &mut self.settings;
+        match open {
+            RightPanel::Selection => self.selection_panel.show(context, ui),
+            RightPanel::View => {
+                self.view.show(context, settings, &self.levels, &self.bookmarks, ui);
+            }
+            RightPanel::Performance => performance::show(context, ui),
+            RightPanel::Connection => connection::show(context, &mut settings.udp, ui),
+        }
     }
 }
 

@@ -1,5 +1,5 @@
-//! The log of a fleet: what happened to robots, edges and the fleet manager, and the alarms that
-//! somebody has to acknowledge. It is bounded, however much happens.
+//! The log of a fleet: events of robots, edges and the fleet manager, and alarms to acknowledge. Its
+//! size is limited.
 
 use std::collections::{BTreeMap, VecDeque};
 
@@ -11,7 +11,7 @@ pub const MAX_ENTRIES: usize = 10_000;
 /// they are counted.
 pub const MAX_ALARMS: usize = 1_000;
 
-/// What an entry is about.
+/// The kind of an entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Kind {
     /// Breakdowns, faults and repairs.
@@ -20,7 +20,7 @@ pub enum Kind {
     Stop,
     /// Robots that touch.
     Contact,
-    /// Transport orders that came to a bad end, and refused commands.
+    /// Failed transport orders, and refused commands.
     Order,
     /// Edges that were closed or opened.
     Edge,
@@ -32,26 +32,31 @@ pub enum Kind {
     Note,
 }
 
-/// How bad it is.
+/// The severity of an entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
     /// Good to know.
     Info,
     /// Something is slower than it should be.
     Warning,
-    /// Somebody has to look.
+    /// The user has to look.
     Alarm,
 }
 
-/// Where something happened.
+/// The place of an entry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Place {
-    /// Where the robot is, or nowhere.
+    /// The place of the robot, or none.
     None,
     /// An edge, by id.
     Edge(u32),
-    /// Metres east and north.
-    At([f32; 2]),
+    /// A place on the ground.
+    At {
+        /// Metres east.
+        x: f32,
+        /// Metres north.
+        y: f32,
+    },
 }
 
 impl Kind {
@@ -87,19 +92,19 @@ impl Kind {
 pub struct Entry {
     /// Simulated time in nanoseconds.
     pub time_nanos: u64,
-    /// What kind of thing.
+    /// The kind.
     pub kind: Kind,
-    /// How bad it is.
+    /// The severity.
     pub severity: Severity,
     /// The robot, or the first of several.
     pub robot: Option<u32>,
-    /// Where it happened.
+    /// The place.
     pub place: Place,
-    /// What happened, for the user.
+    /// The text for the user.
     pub text: String,
 }
 
-/// What an alarm is about: a robot that breaks down again is the same alarm.
+/// The cause of an alarm: a robot that breaks down again is the same alarm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum AlarmKey {
     /// A robot is broken, or can't continue.
@@ -108,16 +113,16 @@ pub enum AlarmKey {
     Contact([u32; 2]),
     /// An edge is closed, by its id.
     Edge(u32),
-    /// Nobody moves.
+    /// No robot moves.
     Standstill,
-    /// The fleet manager says nothing.
+    /// The fleet manager is silent.
     Manager,
 }
 
 /// An alarm. It stays until it is acknowledged and over; in a recording, until it is over.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Alarm {
-    /// What began it.
+    /// The entry that began it.
     pub entry: Entry,
     /// Whether it goes on.
     pub is_active: bool,
@@ -125,7 +130,7 @@ pub struct Alarm {
     pub is_acknowledged: bool,
 }
 
-/// What an entry means for alarms.
+/// The effect of an entry on alarms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum AlarmChange {
     /// Nothing.
@@ -136,7 +141,7 @@ pub enum AlarmChange {
     Ends(AlarmKey),
 }
 
-/// What the thread has found.
+/// The news for the log.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LogReport {
     /// Whether another run has begun: what was before belongs to the old one.
@@ -145,19 +150,25 @@ pub struct LogReport {
     pub is_managed: Option<bool>,
     /// Whether a recording is replayed, if that has changed.
     pub is_replayed: Option<bool>,
-    /// What happened, in order.
+    /// The entries in order, with their effects on alarms.
     pub news: Vec<(Entry, AlarmChange)>,
 }
 
-/// All that is kept.
+/// The numbers of entries and alarms that are not kept.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LogLosses {
+    /// Entries that were forgotten.
+    pub forgotten: u64,
+    /// Alarms that there was no room for.
+    pub left_out: u64,
+}
+
+/// The entries and the alarms of a fleet.
 #[derive(Clone, Debug, Default)]
 pub struct FleetLog {
     entries: VecDeque<Entry>,
     alarms: BTreeMap<AlarmKey, Alarm>,
-    /// Entries that were forgotten.
-    forgotten: u64,
-    /// Alarms that there was no room for.
-    left_out: u64,
+    losses: LogLosses,
     /// Whether a fleet manager steers the robots.
     is_managed: bool,
     /// Whether a recording is replayed, in which nobody has to acknowledge alarms.
@@ -181,14 +192,14 @@ impl FleetLog {
         }
         let surplus = self.entries.len().saturating_sub(MAX_ENTRIES);
         self.entries.drain(..surplus);
-        self.forgotten += surplus as u64;
+        self.losses.forgotten += surplus as u64;
         self.revision += 1;
     }
 
     fn change(&mut self, entry: &Entry, change: AlarmChange) {
         match change {
             AlarmChange::None => {}
-            AlarmChange::Begins(key) if !self.has_room(key) => self.left_out += 1,
+            AlarmChange::Begins(key) if !self.has_room(key) => self.losses.left_out += 1,
             AlarmChange::Begins(key) => {
                 let alarm = Alarm { entry: entry.clone(), is_active: true, is_acknowledged: false };
                 self.alarms.insert(key, alarm);
@@ -215,17 +226,15 @@ impl FleetLog {
         else {
             return false;
         };
-        self.left_out += 1;
+        self.losses.left_out += 1;
         self.alarms.remove(&oldest).is_some()
     }
 
     /// Acknowledges an alarm, or with `None` all. Those that are over disappear.
     pub fn acknowledge(&mut self, key: Option<AlarmKey>) {
-        let is_meant = |other: &AlarmKey| key.is_none_or(|key| key == *other);
-        self.alarms
-            .iter_mut()
-            .filter(|(key, _)| is_meant(key))
-            .for_each(|(_, alarm)| alarm.is_acknowledged = true);
+        for (other, alarm) in &mut self.alarms {
+            alarm.is_acknowledged |= key.is_none_or(|key| key == *other);
+        }
         self.alarms.retain(|_, alarm| alarm.is_active || !alarm.is_acknowledged);
         self.revision += 1;
     }
@@ -250,9 +259,9 @@ impl FleetLog {
         self.alarms.values().filter(|alarm| !alarm.is_acknowledged).count()
     }
 
-    /// The numbers of entries that were forgotten, and of alarms that there was no room for.
-    pub fn losses(&self) -> [u64; 2] {
-        [self.forgotten, self.left_out]
+    /// The entries and the alarms that are no longer there, or never were.
+    pub fn losses(&self) -> LogLosses {
+        self.losses
     }
 
     /// Whether a fleet manager steers the robots.
@@ -266,7 +275,7 @@ impl FleetLog {
     }
 }
 
-/// Which entries are shown.
+/// The conditions that shown entries meet.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LogFilter {
     /// Only this kind.

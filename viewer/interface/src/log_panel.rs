@@ -11,15 +11,15 @@ use glam::Vec2;
 use regatta_plugin::control::{ControlKind, ControlRequest};
 use regatta_scene::curves::midpoint;
 
-use super::state::Interface;
+use super::context::{PanelContext, Request};
 use super::style::{self, ThemeColours, one_line};
 use super::transport::clock_text;
-use super::view_model::{Action, Item, ViewModel};
+use super::view_model::{Action, Item};
 use super::virtual_list::{VirtualList, clickable};
 use crate::commands::UserCommand;
 use crate::log::{
-    Alarm, AlarmChange, AlarmKey, Entry, FleetLog, Kind, LogFilter, LogReport, Place, Severity,
-    of_mark,
+    Alarm, AlarmChange, AlarmKey, Entry, FleetLog, Kind, LogFilter, LogLosses, LogReport, Place,
+    Severity, of_mark,
 };
 use crate::text::{thousands, with_plural};
 
@@ -32,7 +32,7 @@ pub(super) struct LogPanel {
     pub log: FleetLog,
     filter: LogFilter,
     pub list: VirtualList,
-    /// What `shown` was made of: the revision of the log, and the filter.
+    /// The source of `shown`: the revision of the log, and the filter.
     made_of: Option<(u64, LogFilter)>,
     /// The entries that the filter shows, by their places in the log, the newest first.
     shown: Vec<usize>,
@@ -50,16 +50,9 @@ impl LogPanel {
             self.made_of = Some(wanted);
         }
     }
-}
 
-impl Interface {
-    /// The log of the fleet.
-    pub fn log(&mut self) -> &mut FleetLog {
-        &mut self.log_panel.log
-    }
-
-    /// Shows why a command or a request of the user came to nothing, and keeps it in the log.
-    pub fn tell_refusal(&mut self, command: UserCommand, text: String, time_nanos: u64) {
+    /// Keeps the reason for which a command of the user came to nothing.
+    pub fn add_refusal(&mut self, command: UserCommand, text: String, time_nanos: u64) {
         let (robot, place) = match command {
             UserCommand::Close(edge) | UserCommand::Open(edge) => (None, Place::Edge(edge)),
             _ => (command.robot(), Place::None),
@@ -70,58 +63,46 @@ impl Interface {
             severity: Severity::Warning,
             robot,
             place,
-            text: text.clone(),
+            text,
         };
-        self.log_panel
-            .log
-            .take(LogReport { news: vec![(entry, AlarmChange::None)], ..LogReport::default() });
-        self.notify(text);
+        self.log.take(LogReport { news: vec![(entry, AlarmChange::None)], ..LogReport::default() });
     }
 
-    pub(super) fn log_list(
-        &mut self,
-        ui: &mut Ui,
-        model: &ViewModel<'_>,
-        actions: &mut Vec<Action>,
-    ) {
-        self.alarms(ui, model);
-        if let Some(recording) = model.recording() {
+    /// Shows the panel.
+    pub fn show(&mut self, context: &PanelContext<'_>, ui: &mut Ui) {
+        self.alarms(context, ui);
+        if let Some(recording) = context.model.recording() {
             // A recording's marks are known for all of its time.
             let entries: Vec<Entry> = recording.marks.iter().filter_map(of_mark).collect();
             ui.label(RichText::new(with_plural(entries.len() as u64, "mark")).size(20.0));
             self.filters(ui);
             let shown: Vec<&Entry> =
-                entries.iter().filter(|entry| self.log_panel.filter.shows(entry)).collect();
-            let clicked = self.log_entries(ui, shown.len(), &|row| shown[row]);
+                entries.iter().filter(|entry| self.filter.shows(entry)).collect();
+            let clicked = list_entries(context, ui, &mut self.list, shown.len(), &|row| shown[row]);
             if let Some(entry) = clicked {
-                let request = ControlRequest {
+                context.act(Action::Control(ControlRequest {
                     count: entry.time_nanos,
                     ..ControlRequest::new(ControlKind::Seek)
-                };
-                actions.push(Action::Control(request));
-                self.jump(&entry, model);
+                }));
+                jump(context, &entry);
             }
             return;
         }
         self.filters(ui);
-        self.log_panel.update();
-        let panel = std::mem::take(&mut self.log_panel);
-        self.log_panel.list = panel.list;
-        let entries = panel.log.entries();
-        let clicked = self.log_entries(ui, panel.shown.len(), &|row| &entries[panel.shown[row]]);
-        // The list has moved while the panel was out.
-        self.log_panel = LogPanel { list: self.log_panel.list, ..panel };
-        if let Some(entry) = clicked {
-            self.jump(&entry, model);
+        self.update();
+        let (entries, shown) = (self.log.entries(), &self.shown);
+        let entry = |row: usize| &entries[shown[row]];
+        if let Some(entry) = list_entries(context, ui, &mut self.list, shown.len(), &entry) {
+            jump(context, &entry);
         }
     }
 
-    fn alarms(&mut self, ui: &mut Ui, model: &ViewModel<'_>) {
-        let (theme, colours) = (self.settings.theme(), self.colours());
-        let alarms = self.log_panel.log.alarms();
-        let unacknowledged = self.log_panel.log.unacknowledged();
+    fn alarms(&mut self, context: &PanelContext<'_>, ui: &mut Ui) {
+        let colours = context.colours;
+        let alarms = self.log.alarms();
+        let unacknowledged = self.log.unacknowledged();
         // Nobody can do anything about the alarms of a recording.
-        let is_recording = model.recording().is_some();
+        let is_recording = context.model.recording().is_some();
         let (mut acknowledged, mut clicked) = (None, None);
         ui.horizontal(|ui| {
             let colour = if unacknowledged > 0 { colours.bad } else { colours.text };
@@ -130,7 +111,7 @@ impl Interface {
                 acknowledged = Some(None);
             }
         });
-        let [forgotten, left_out] = self.log_panel.log.losses();
+        let LogLosses { forgotten, left_out } = self.log.losses();
         if left_out > 0 {
             let verb = if left_out == 1 { "has" } else { "have" };
             let text = format!("{} {verb} no room here", with_plural(left_out, "more alarm"));
@@ -170,31 +151,26 @@ impl Interface {
                 1 => "1 older entry is forgotten".to_owned(),
                 forgotten => format!("{} older entries are forgotten", thousands(forgotten)),
             };
-            ui.label(style::faint(ui, theme, text));
+            ui.label(style::faint(ui, text));
         }
         if let Some(key) = acknowledged {
-            self.log_panel.log.acknowledge(key);
+            self.log.acknowledge(key);
         }
         if let Some(entry) = clicked {
-            self.jump(&entry, model);
+            jump(context, &entry);
         }
     }
 
     fn filters(&mut self, ui: &mut Ui) {
-        let filter = &mut self.log_panel.filter;
+        let filter = &mut self.filter;
         ui.horizontal(|ui| {
-            let name = |kind: Option<Kind>| kind.map_or("everything", Kind::name);
-            let shown = ComboBox::from_id_salt("log kind")
-                .selected_text(name(filter.kind))
-                .width(90.0)
-                .show_ui(ui, |ui| {
-                    for kind in std::iter::once(None).chain(Kind::ALL.map(Some)) {
-                        ui.selectable_value(&mut filter.kind, kind, name(kind));
-                    }
-                });
-            shown
-                .response
-                .widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "kind of entries"));
+            let combo =
+                ComboBox::from_id_salt("log kind").selected_text(name_of(filter.kind)).width(90.0);
+            style::choice(ui, "kind of entries", combo, |ui| {
+                for kind in std::iter::once(None).chain(Kind::ALL.map(Some)) {
+                    ui.selectable_value(&mut filter.kind, kind, name_of(kind));
+                }
+            });
             let text = TextEdit::singleline(&mut filter.text)
                 .hint_text("text, or #7")
                 .desired_width(f32::INFINITY);
@@ -203,60 +179,64 @@ impl Interface {
                 .widget_info(|| WidgetInfo::labeled(Role::TextInput, true, "text of entries"));
         });
     }
+}
 
-    /// Shows the entries in sight. Returns the one that was clicked.
-    fn log_entries<'a>(
-        &mut self,
-        ui: &mut Ui,
-        count: usize,
-        entry: &dyn Fn(usize) -> &'a Entry,
-    ) -> Option<Entry> {
-        let (colours, selected) = (self.colours(), self.robots());
-        if count == 0 {
-            ui.label(style::faint(ui, self.settings.theme(), "nothing happened that this shows"));
-            return None;
-        }
-        let mut clicked = None;
-        self.log_panel.list.show(ui, "log", &colours, count, |ui, rect, row| {
-            let entry = entry(row);
-            let is_selected = entry.robot.is_some_and(|robot| selected.contains(&robot));
-            let time = clock_text(entry.time_nanos as f64 / 1e9);
-            let response = clickable(ui, rect, row as u32, is_selected, &colours, || {
-                format!("{time} {}", entry.text)
-            });
-            if response.clicked() {
-                clicked = Some(entry.clone());
-            }
-            if paint(ui, rect, entry, &time, &colours) {
-                response.on_hover_text(&entry.text);
-            }
+/// Shows the entries in sight. Returns the one that was clicked.
+fn list_entries<'a>(
+    context: &PanelContext<'_>,
+    ui: &mut Ui,
+    list: &mut VirtualList,
+    count: usize,
+    entry: &dyn Fn(usize) -> &'a Entry,
+) -> Option<Entry> {
+    let (colours, selected) = (context.colours, context.selection.robots());
+    if count == 0 {
+        ui.label(style::faint(ui, "nothing happened that this shows"));
+        return None;
+    }
+    let mut clicked = None;
+    list.show(ui, "log", &colours, count, |ui, rect, row| {
+        let entry = entry(row);
+        let is_selected = entry.robot.is_some_and(|robot| selected.contains(&robot));
+        let time = clock_text(entry.time_nanos as f64 / 1e9);
+        let response = clickable(ui, rect, row as u32, is_selected, &colours, || {
+            format!("{time} {}", entry.text)
         });
-        clicked
-    }
+        if response.clicked() {
+            clicked = Some(entry.clone());
+        }
+        if paint(ui, rect, entry, &time, &colours) {
+            response.on_hover_text(&entry.text);
+        }
+    });
+    clicked
+}
 
-    /// Selects what an entry is about, and flies there.
-    fn jump(&mut self, entry: &Entry, model: &ViewModel<'_>) {
-        let offset = Vec2::from(self.settings.offset);
-        if let Some(robot) = entry.robot {
-            self.select(Some(Item::Robot(robot)));
-        }
-        match entry.place {
-            Place::At(at) => self.camera_controller.fly_to(Vec2::from(at) + offset),
-            Place::Edge(id) => {
-                let found = model.world.edges().iter().position(|edge| edge.id == id);
-                let Some((index, edge)) = found.map(|index| (index, &model.world.edges()[index]))
-                else {
-                    return;
-                };
-                self.select(Some(Item::Edge(index as u32)));
-                if let Some(middle) = midpoint(&model.world, edge) {
-                    self.camera_controller.fly_to(middle + offset);
-                }
-            }
-            Place::None if entry.robot.is_some() => self.fly_to_selected(model),
-            Place::None => {}
-        }
+/// Selects what an entry is about, and flies there.
+fn jump(context: &PanelContext<'_>, entry: &Entry) {
+    if let Some(robot) = entry.robot {
+        context.ask(Request::Select(Some(Item::Robot(robot))));
     }
+    match entry.place {
+        Place::At { x, y } => context.ask(Request::FlyTo(Vec2::new(x, y) + context.offset)),
+        Place::Edge(id) => {
+            let world = &context.model.world;
+            let Some((index, edge)) = (0..).zip(world.edges()).find(|(_, edge)| edge.id == id)
+            else {
+                return;
+            };
+            context.ask(Request::Select(Some(Item::Edge(index))));
+            if let Some(middle) = midpoint(world, edge) {
+                context.ask(Request::FlyTo(middle + context.offset));
+            }
+        }
+        Place::None if entry.robot.is_some() => context.ask(Request::FlyToSelected),
+        Place::None => {}
+    }
+}
+
+fn name_of(kind: Option<Kind>) -> &'static str {
+    kind.map_or("everything", Kind::name)
 }
 
 fn acknowledge_button(ui: &mut Ui, key: AlarmKey) -> egui::Response {

@@ -1,12 +1,12 @@
 //! The measuring tool: the distance between two places or robots, and the clearance between the
 //! robots' outlines.
 
-use egui::{Align2, Color32, Context, FontId, LayerId, Rect, Stroke, pos2};
+use egui::{Align2, Color32, FontId, LayerId, Stroke};
 use glam::Vec2;
 use regatta_plugin::frame::RobotState;
 
-use super::state::Interface;
-use super::style;
+use super::context::PanelContext;
+use super::levels::PictureArea;
 use super::view_model::ViewModel;
 use crate::footprint::Footprint;
 
@@ -19,7 +19,7 @@ pub enum End {
     Place(Vec2),
 }
 
-/// What is measured: up to two ends.
+/// The ends of a measurement: up to two.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Measuring(pub Vec<End>);
 
@@ -101,27 +101,16 @@ impl End {
     }
 }
 
-impl Interface {
-    pub(super) fn toggle_measuring(&mut self) {
-        self.measuring = if self.measuring.is_some() { None } else { Some(Measuring::default()) };
-    }
-
-    /// Adds an end to what is measured.
-    pub fn measure_to(&mut self, end: End) {
-        self.measuring.get_or_insert_default().add(end);
-    }
-
-    /// The text of the measurement: what to do next, or the result.
-    pub(super) fn measuring_text(&self, model: &ViewModel<'_>) -> Option<Vec<String>> {
-        let measuring = self.measuring.as_ref()?;
-        let offset = Vec2::from(self.settings.offset);
-        let Some(result) = measuring.measure(model, offset) else {
-            return Some(match measuring.0.first() {
+impl Measuring {
+    /// Returns the text of the measurement: what to do next, or the result.
+    pub(super) fn text(&self, context: &PanelContext<'_>) -> Vec<String> {
+        let Some(result) = self.measure(context.model, context.offset) else {
+            return match self.0.first() {
                 None => vec!["measure: click a robot or a place".to_owned()],
                 Some(first) => vec![format!("from {}: click the other end", first.name())],
-            });
+            };
         };
-        let names = [measuring.0[0], measuring.0[1]].map(End::name);
+        let names = [self.0[0], self.0[1]].map(End::name);
         let mut lines = vec![format!("{} to {}", names[0], names[1])];
         let [along, up] = (result.ends[1] - result.ends[0]).to_array();
         lines.push(format!(
@@ -134,46 +123,31 @@ impl Interface {
             0.0 => "clearance 0 m: the outlines overlap".to_owned(),
             metres => format!("clearance {metres:.3} m"),
         }));
-        Some(lines)
+        lines
     }
 
     /// Draws the measured line over the picture.
-    pub(super) fn draw_measurement(
-        &self,
-        context: &Context,
-        picture: Rect,
-        clip: Rect,
-        model: &ViewModel<'_>,
-    ) {
-        let Some(measuring) = &self.measuring else { return };
-        let (offset, camera) = (Vec2::from(self.settings.offset), self.camera_controller.camera());
-        let size = Vec2::new(picture.width(), picture.height());
-        let at = |place: Vec2| {
-            camera
-                .project(place.extend(0.0), size)
-                .map(|at| pos2(at.x, at.y) + picture.min.to_vec2())
-        };
-        let painter = context.layer_painter(LayerId::background()).with_clip_rect(clip);
-        let colours = style::colours(self.settings.theme());
-        for place in measuring.0.iter().filter_map(|end| end.place(model, offset)) {
+    pub(super) fn draw(&self, context: &PanelContext<'_>, ctx: &egui::Context, area: PictureArea) {
+        let (model, offset, colours) = (context.model, context.offset, context.colours);
+        let at = |place: Vec2| area.place(&context.camera, place.extend(0.0));
+        let painter = ctx.layer_painter(LayerId::background()).with_clip_rect(area.visible);
+        for place in self.0.iter().filter_map(|end| end.place(model, offset)) {
             if let Some(at) = at(place) {
                 painter.circle_filled(at, 4.5, Color32::BLACK);
                 painter.circle_filled(at, 3.0, colours.accent);
             }
         }
-        let Some(result) = measuring.measure(model, offset) else { return };
-        let line = |[from, to]: [Vec2; 2], stroke: Stroke| {
+        let Some(result) = self.measure(model, offset) else { return };
+        let mut lines = vec![(result.ends, Stroke::new(1.0, colours.accent))];
+        if result.clearance.is_some() {
+            lines.push((result.nearest, Stroke::new(2.5, colours.text)));
+        }
+        for ([from, to], stroke) in lines {
             if let (Some(from), Some(to)) = (at(from), at(to)) {
-                painter.line_segment(
-                    [from, to],
-                    Stroke::new(stroke.width + 2.0, Color32::from_black_alpha(160)),
-                );
+                let border = Stroke::new(stroke.width + 2.0, Color32::from_black_alpha(160));
+                painter.line_segment([from, to], border);
                 painter.line_segment([from, to], stroke);
             }
-        };
-        line(result.ends, Stroke::new(1.0, colours.accent));
-        if result.clearance.is_some() {
-            line(result.nearest, Stroke::new(2.5, colours.text));
         }
         let shown = result.clearance.unwrap_or(result.distance);
         let ends = if result.clearance.is_some() { result.nearest } else { result.ends };

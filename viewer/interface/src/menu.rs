@@ -1,11 +1,11 @@
 //! The menu of a robot, a node or an edge, which a right click opens: commands to the fleet, each
 //! undone by the same menu.
 
-use egui::{Area, Button, Context, Frame, Id, Order, Pos2, Rect, RichText, Ui};
+use egui::{Area, Button, Frame, Id, Order, Pos2, Rect, RichText, Ui};
 use regatta_plugin::frame::RobotState;
 
 use super::camera_controller::Follow;
-use super::state::Interface;
+use super::context::{PanelContext, Request};
 use super::style;
 use super::view_model::{Action, EngineState, Item, ViewModel};
 use crate::commands::UserCommand;
@@ -13,11 +13,14 @@ use crate::commands::UserCommand;
 /// The most robots that one click gives commands to: each has an answer.
 const MOST_ROBOTS: usize = 64;
 
-/// An open menu.
+/// The menu, as far as it is open.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct Menu(Option<OpenMenu>);
+
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Menu {
+struct OpenMenu {
     item: Item,
-    /// Where it was opened, in points.
+    /// The place where it was opened, in points.
     at: Pos2,
     /// Whether it has been shown: the click that opened it doesn't close it.
     is_shown: bool,
@@ -26,157 +29,146 @@ pub(super) struct Menu {
 /// An entry of the menu.
 struct Entry {
     name: String,
-    /// What it does, or why it can't.
+    /// The effect, or the reason for which it is impossible.
     hint: String,
     is_possible: bool,
     commands: Vec<UserCommand>,
 }
 
-impl Interface {
-    /// Opens the menu of what was found under a right click, in points of the picture.
-    pub fn open_menu(&mut self, item: Option<Item>, at: Pos2) {
-        self.menu = item.map(|item| Menu { item, at, is_shown: false });
+impl Menu {
+    /// Opens the menu of an item, in points of the window.
+    pub fn open(&mut self, item: Option<Item>, at: Pos2) {
+        self.0 = item.map(|item| OpenMenu { item, at, is_shown: false });
     }
 
     /// Closes the menu. Returns whether one was open.
-    pub(super) fn close_menu(&mut self) -> bool {
-        self.menu.take().is_some()
+    pub fn close(&mut self) -> bool {
+        self.0.take().is_some()
+    }
+
+    /// Whether a menu is open.
+    pub fn is_open(&self) -> bool {
+        self.0.is_some()
     }
 
     /// Shows the open menu, within the part of the picture that no panel covers.
-    pub(super) fn menu(
-        &mut self,
-        context: &Context,
-        visible: Rect,
-        model: &ViewModel<'_>,
-        actions: &mut Vec<Action>,
-    ) {
-        let Some(menu) = self.menu else { return };
-        let theme = self.settings.theme();
+    pub fn show(&mut self, context: &PanelContext<'_>, ctx: &egui::Context, visible: Rect) {
+        let Some(menu) = &mut self.0 else { return };
         let mut is_done = false;
         let area = Area::new(Id::unique("menu"))
             .order(Order::Foreground)
             .fixed_pos(menu.at)
             .constrain_to(visible);
-        let shown = area.fade_in(false).show(context, |ui| {
+        let shown = area.fade_in(false).show(ctx, |ui| {
             Frame::popup(ui.style()).show(ui, |ui| {
                 ui.set_max_width(230.0);
                 ui.spacing_mut().item_spacing.y = 3.0;
-                ui.label(RichText::new(self.title(menu.item, model)).strong());
-                let entries = self.menu_entries(menu.item, model);
-                for entry in entries {
-                    is_done |= self.entry(ui, entry, model, actions);
+                ui.label(RichText::new(title(context, menu.item)).strong());
+                for entry in entries(context, menu.item) {
+                    is_done |= show_entry(context, ui, entry);
                 }
-                is_done |= self.view_entries(ui, menu.item, model);
-                if let Some(reason) = unsteerable(model) {
-                    ui.label(style::faint(ui, theme, reason));
+                is_done |= view_entries(context, ui, menu.item);
+                if let Some(reason) = unsteerable(context.model) {
+                    ui.label(style::faint(ui, reason));
                 }
             });
         });
-        let pressed_elsewhere = context.input(|input| {
+        let pressed_elsewhere = ctx.input(|input| {
             let at = input.pointer.interact_pos();
             input.pointer.any_pressed() && at.is_some_and(|at| !shown.response.rect.contains(at))
         });
-        match &mut self.menu {
-            Some(_) if is_done || (menu.is_shown && pressed_elsewhere) => self.menu = None,
-            Some(open) => open.is_shown = true,
-            None => {}
-        }
         if !menu.is_shown {
-            context.request_repaint();
+            ctx.request_repaint();
         }
-    }
-
-    fn title(&self, item: Item, model: &ViewModel<'_>) -> String {
-        match item {
-            Item::Robot(robot) => match self.robots_with(robot).len() {
-                1 => format!("Robot {robot}"),
-                count => format!("Robot {robot} and {} more", count - 1),
-            },
-            Item::Edge(index) => format!("Edge {}", edge_id(model, index)),
-            Item::Node(index) => format!("Node {}", node_id(model, index)),
+        let closes = is_done || menu.is_shown && pressed_elsewhere;
+        menu.is_shown = true;
+        if closes {
+            self.0 = None;
         }
-    }
-
-    /// The robots that a click on one of them means: all selected ones, if it is among them.
-    fn robots_with(&self, robot: u32) -> Vec<u32> {
-        let mut robots = self.robots();
-        if !robots.contains(&robot) {
-            return vec![robot];
-        }
-        robots.truncate(MOST_ROBOTS);
-        robots
-    }
-
-    fn menu_entries(&self, item: Item, model: &ViewModel<'_>) -> Vec<Entry> {
-        // Plans are watched only of selected robots.
-        let is_managed = model.plans.has_goals || self.log_panel.log.is_managed();
-        match item {
-            Item::Robot(robot) => robot_entries(&self.robots_with(robot), robot, is_managed, model),
-            Item::Edge(index) => vec![edge_entry(model, index)],
-            Item::Node(index) => vec![send_entry(self.robots(), node_id(model, index), is_managed)],
-        }
-    }
-
-    /// Shows the commands for a robot or an edge as buttons of the selection panel.
-    pub(super) fn command_buttons(
-        &mut self,
-        ui: &mut Ui,
-        item: Item,
-        model: &ViewModel<'_>,
-        actions: &mut Vec<Action>,
-    ) {
-        let entries = self.menu_entries(item, model);
-        ui.horizontal_wrapped(|ui| {
-            for entry in entries {
-                self.entry(ui, entry, model, actions);
-            }
-        });
-    }
-
-    /// Shows an entry. Returns whether it was clicked.
-    fn entry(
-        &mut self,
-        ui: &mut Ui,
-        entry: Entry,
-        model: &ViewModel<'_>,
-        actions: &mut Vec<Action>,
-    ) -> bool {
-        let reason = unsteerable(model);
-        let button = ui.add_enabled(entry.is_possible && reason.is_none(), Button::new(entry.name));
-        let hint = reason.map_or(entry.hint, str::to_owned);
-        let is_clicked = button.on_hover_text(&hint).on_disabled_hover_text(&hint).clicked();
-        if is_clicked {
-            if model.is_paused() {
-                self.notify("the clock is paused: the fleet takes commands at its next tick");
-            }
-            actions.extend(entry.commands.into_iter().map(Action::Command));
-        }
-        is_clicked
-    }
-
-    /// Shows the entries that change only the view. Returns whether one was clicked.
-    fn view_entries(&mut self, ui: &mut Ui, item: Item, model: &ViewModel<'_>) -> bool {
-        ui.separator();
-        ui.horizontal(|ui| {
-            if ui.button("Select").clicked() {
-                self.select(Some(item));
-                return true;
-            }
-            if let Item::Robot(robot) = item
-                && model.pose(robot, self.settings.offset.into()).is_some()
-                && ui.button("Follow").clicked()
-            {
-                self.camera_controller.follow(Some((robot, Follow::Behind)));
-                return true;
-            }
-            false
-        })
-        .inner
     }
 }
 
-/// Why this fleet takes no commands now; `None` if it does.
+fn title(context: &PanelContext<'_>, item: Item) -> String {
+    match item {
+        Item::Robot(robot) => match robots_with(context, robot).len() {
+            1 => format!("Robot {robot}"),
+            count => format!("Robot {robot} and {} more", count - 1),
+        },
+        Item::Edge(index) => format!("Edge {}", edge_id(context.model, index)),
+        Item::Node(index) => format!("Node {}", node_id(context.model, index)),
+    }
+}
+
+/// The robots that a click on one of them means: all selected ones, if it is among them.
+fn robots_with(context: &PanelContext<'_>, robot: u32) -> Vec<u32> {
+    let mut robots = context.selection.robots();
+    if !robots.contains(&robot) {
+        return vec![robot];
+    }
+    robots.truncate(MOST_ROBOTS);
+    robots
+}
+
+fn entries(context: &PanelContext<'_>, item: Item) -> Vec<Entry> {
+    // Plans are watched only of selected robots.
+    let model = context.model;
+    let is_managed = model.plans.has_goals || context.is_managed;
+    match item {
+        Item::Robot(robot) => robot_entries(&robots_with(context, robot), robot, is_managed, model),
+        Item::Edge(index) => vec![edge_entry(model, index)],
+        Item::Node(index) => {
+            vec![send_entry(context.selection.robots(), node_id(model, index), is_managed)]
+        }
+    }
+}
+
+/// Shows the commands for a robot or an edge as buttons of the selection panel.
+pub(super) fn command_buttons(context: &PanelContext<'_>, ui: &mut Ui, item: Item) {
+    ui.horizontal_wrapped(|ui| {
+        for entry in entries(context, item) {
+            show_entry(context, ui, entry);
+        }
+    });
+}
+
+/// Shows an entry. Returns whether it was clicked.
+fn show_entry(context: &PanelContext<'_>, ui: &mut Ui, entry: Entry) -> bool {
+    let reason = unsteerable(context.model);
+    let button = ui.add_enabled(entry.is_possible && reason.is_none(), Button::new(entry.name));
+    let hint = reason.map_or(entry.hint, str::to_owned);
+    let is_clicked = button.on_hover_text(&hint).on_disabled_hover_text(&hint).clicked();
+    if is_clicked {
+        if context.model.is_paused() {
+            context.notify("the clock is paused: the fleet takes commands at its next tick");
+        }
+        for command in entry.commands {
+            context.act(Action::Command(command));
+        }
+    }
+    is_clicked
+}
+
+/// Shows the entries that change only the view. Returns whether one was clicked.
+fn view_entries(context: &PanelContext<'_>, ui: &mut Ui, item: Item) -> bool {
+    ui.separator();
+    ui.horizontal(|ui| {
+        if ui.button("Select").clicked() {
+            context.ask(Request::Select(Some(item)));
+            return true;
+        }
+        if let Item::Robot(robot) = item
+            && context.model.pose(robot, context.offset).is_some()
+            && ui.button("Follow").clicked()
+        {
+            context.ask(Request::Follow(Some((robot, Follow::Behind))));
+            return true;
+        }
+        false
+    })
+    .inner
+}
+
+/// The reason for which this fleet takes no commands now; `None` if it takes them.
 fn unsteerable(model: &ViewModel<'_>) -> Option<&'static str> {
     match model.engine {
         _ if model.recording().is_some() => {
@@ -240,9 +232,10 @@ fn robot_entries(
     vec![hold, repair, cancel]
 }
 
-/// How robots are sent while a fleet manager runs. It claims space for each robot and stops those
-/// that leave theirs, so that it has to be asked.
-const BY_MANAGER: &str = "The fleet manager sends it: at once, or with a load when its order is finished. Recall takes it back.";
+/// The hint of sending a robot while a fleet manager runs. The manager claims space for each robot
+/// and stops those that leave theirs, so it has to send them.
+const BY_MANAGER: &str = "The fleet manager sends it: at once, or with a load when its order is \
+                          finished. Recall takes it back.";
 
 fn send_entry(mut robots: Vec<u32>, node: u32, is_managed: bool) -> Entry {
     robots.truncate(MOST_ROBOTS);
@@ -256,15 +249,17 @@ fn send_entry(mut robots: Vec<u32>, node: u32, is_managed: bool) -> Entry {
             (format!("Send {} robots here", robots.len()), "Each by its fastest way of open edges")
         }
     };
-    let command = |robot| match is_managed {
-        true => UserCommand::SendByManager { robot, node },
-        false => UserCommand::Send { robot, node },
-    };
     Entry {
         name,
         hint: if is_managed && !robots.is_empty() { BY_MANAGER } else { hint }.to_owned(),
         is_possible: !robots.is_empty(),
-        commands: robots.into_iter().map(command).collect(),
+        commands: robots
+            .into_iter()
+            .map(|robot| match is_managed {
+                true => UserCommand::SendByManager { robot, node },
+                false => UserCommand::Send { robot, node },
+            })
+            .collect(),
     }
 }
 

@@ -4,17 +4,16 @@
 use std::sync::Arc;
 
 use egui::epaint::Tessellator;
-use egui::{Area, Color32, Context, Id, Mesh, Order, Pos2, Rect, Sense, Shape, Stroke, vec2};
+use egui::{Area, Color32, Id, Mesh, Order, Pos2, Rect, Sense, Shape, Stroke, vec2};
 use glam::Vec2;
 use regatta_plugin::World;
-use regatta_scene::camera::Bounds;
+use regatta_scene::camera::{Bounds, Camera};
 use regatta_scene::curves::curve_point;
 
+use super::context::{PanelContext, Request};
 use super::levels::PictureArea;
 use super::placement::Placement;
-use super::state::Interface;
 use super::style;
-use super::view_model::ViewModel;
 
 /// The most edges that are drawn; of more, some are left out.
 const MAX_EDGES: usize = 3000;
@@ -27,17 +26,17 @@ const FRAME: f32 = 2.0 * (PADDING as f32 + 1.0);
 
 /// The lines of a route graph.
 #[derive(Clone, Debug, Default)]
-pub struct Minimap {
+pub(super) struct Minimap {
     /// The counts of nodes and edges, and the run of the world that the lines are of.
     source: Option<(usize, usize, u64)>,
     lines: Vec<[Vec2; 2]>,
     drawn: Option<(Drawn, Arc<Mesh>)>,
 }
 
-/// What the triangles of the lines depend on, beside the lines.
+/// The values that the triangles depend on, beside the lines.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Drawn {
-    /// Where the map is, in points.
+    /// The place of the map, in points.
     place: Rect,
     /// The lower left corner of what it shows, in metres, without the offset.
     low: Vec2,
@@ -50,11 +49,11 @@ struct Drawn {
 impl Minimap {
     /// Returns the triangles of all lines. They are made once, until the map is elsewhere or shows
     /// another world.
-    fn mesh(&mut self, context: &Context, drawn: Drawn) -> Arc<Mesh> {
+    fn mesh(&mut self, ctx: &egui::Context, drawn: Drawn) -> Arc<Mesh> {
         if let Some((_, mesh)) = self.drawn.as_ref().filter(|(known, _)| *known == drawn) {
             return Arc::clone(mesh);
         }
-        let options = context.tessellation_options(|options| *options);
+        let options = ctx.tessellation_options(|options| *options);
         // Lines need no texture, so its size is of no importance.
         let mut tessellator = Tessellator::new(drawn.pixels_per_point, options, [1, 1], Vec::new());
         let mut mesh = Mesh::default();
@@ -97,33 +96,33 @@ impl Drawn {
     }
 }
 
-impl Interface {
+impl Minimap {
     /// Shows the minimap in the upper left corner.
-    pub(super) fn minimap(
+    pub fn show(
         &mut self,
-        context: &Context,
+        context: &PanelContext<'_>,
+        ctx: &egui::Context,
         area: PictureArea,
         placement: &mut Placement,
-        model: &ViewModel<'_>,
     ) {
-        let PictureArea { picture, visible, whole } = area;
-        if !self.settings.minimap || whole.width() < 2.0 * SIDE || whole.height() < 1.5 * SIDE {
+        let whole = area.whole;
+        if whole.width() < 2.0 * SIDE || whole.height() < 1.5 * SIDE {
             return;
         }
-        self.minimap.update(&model.world, model.frame.map_or(0, |frame| frame.run_id()));
-        let (bounds, offset) = (model.bounds, Vec2::from(self.settings.offset));
+        let model = context.model;
+        self.update(&model.world, model.frame.map_or(0, |frame| frame.run_id()));
+        let (bounds, offset) = (model.bounds, context.offset);
         let extent = (bounds.high - bounds.low).max(Vec2::splat(1.0));
         let scale = (SIDE / extent.x).min(SIDE / extent.y);
         let size = vec2(extent.x * scale, extent.y * scale);
-        let theme = self.settings.theme();
-        let area = Area::new(Id::unique("minimap")).order(Order::Background).fade_in(false);
+        let floating = Area::new(Id::unique("minimap")).order(Order::Background).fade_in(false);
         // A plan has its coordinates at the sides.
-        let corner = whole.left_top()
-            + vec2(if self.camera_controller.camera().is_plan() { 60.0 } else { 10.0 }, 30.0);
+        let corner =
+            whole.left_top() + vec2(if context.camera.is_plan() { 60.0 } else { 10.0 }, 30.0);
         let framed = Rect::from_min_size(corner, size + vec2(FRAME, FRAME));
         let Some(place) = placement.take_near("minimap", framed) else { return };
-        let shown = area.fixed_pos(place.min).show(context, |ui| {
-            let frame = style::floating(theme).inner_margin(egui::Margin::same(PADDING));
+        let shown = floating.fixed_pos(place.min).show(ctx, |ui| {
+            let frame = style::floating(context.theme).inner_margin(egui::Margin::same(PADDING));
             frame.show(ui, |ui| ui.allocate_exact_size(size, Sense::click_and_drag())).inner
         });
         let (place, response) = shown.inner;
@@ -134,18 +133,17 @@ impl Interface {
                 place.bottom() - (point.y - bounds.low.y) * scale,
             )
         };
-        let painter =
-            context.layer_painter(shown.response.layer_id).with_clip_rect(place.expand(2.0));
-        let colours = self.colours();
+        let painter = ctx.layer_painter(shown.response.layer_id).with_clip_rect(place.expand(2.0));
+        let colours = context.colours;
         let drawn = Drawn {
             place,
             low: bounds.low - offset,
             scale,
             colour: colours.faint.gamma_multiply(0.7),
-            pixels_per_point: context.pixels_per_point(),
+            pixels_per_point: ctx.pixels_per_point(),
         };
-        painter.add(Shape::Mesh(self.minimap.mesh(context, drawn)));
-        if let Some(seen) = self.seen_ground(picture, visible, bounds) {
+        painter.add(Shape::Mesh(self.mesh(ctx, drawn)));
+        if let Some(seen) = seen_ground(&context.camera, area, bounds) {
             painter
                 .add(Shape::closed_line(seen.map(at).to_vec(), Stroke::new(1.5, colours.accent)));
             painter.add(Shape::convex_polygon(
@@ -154,7 +152,9 @@ impl Interface {
                 Stroke::NONE,
             ));
         }
-        for robot in self.robots().iter().filter_map(|id| model.pose(*id, offset)) {
+        for robot in
+            context.selection.robots().iter().filter_map(|id| context.model.pose(*id, offset))
+        {
             painter.circle(at(robot.place), 3.0, colours.text, Stroke::new(1.0, Color32::BLACK));
         }
         if let Some(to) =
@@ -162,38 +162,34 @@ impl Interface {
         {
             let to = Vec2::new((to.x - place.left()) / scale, (place.bottom() - to.y) / scale)
                 + bounds.low;
-            self.camera_controller.move_to(to);
+            context.ask(Request::MoveTo(to));
         }
     }
+}
 
-    /// Returns the corners of the ground in sight; what lies beyond the horizon is cut far away.
-    fn seen_ground(&self, picture: Rect, visible: Rect, bounds: Bounds) -> Option<[Vec2; 4]> {
-        let (camera, size) =
-            (self.camera_controller.camera(), Vec2::new(picture.width(), picture.height()));
-        let far = (bounds.high - bounds.low).length() * 2.0 + camera.distance.min(1000.0);
-        let corners = [
-            visible.left_top(),
-            visible.right_top(),
-            visible.right_bottom(),
-            visible.left_bottom(),
-        ];
-        let ground = |at: Pos2| {
-            let pixel = Vec2::new(at.x - picture.left(), at.y - picture.top());
-            let seen = camera
-                .unproject(pixel, size)
-                .filter(|seen| camera.is_plan() || seen.distance(camera.eye().truncate()) < far);
-            seen.unwrap_or_else(|| {
-                camera.eye().truncate()
-                    + camera.ray(pixel, size).truncate().normalize_or_zero() * far
-            })
-        };
-        size.is_finite().then(|| corners.map(ground))
-    }
+/// Returns the corners of the ground in sight; what lies beyond the horizon is cut far away.
+fn seen_ground(camera: &Camera, area: PictureArea, bounds: Bounds) -> Option<[Vec2; 4]> {
+    let (PictureArea { picture, visible, .. }, size) = (area, area.size());
+    let far = (bounds.high - bounds.low).length() * 2.0 + camera.distance.min(1000.0);
+    let corners =
+        [visible.left_top(), visible.right_top(), visible.right_bottom(), visible.left_bottom()];
+    let ground = |at: Pos2| {
+        let pixel = Vec2::new(at.x - picture.left(), at.y - picture.top());
+        let seen = camera
+            .unproject(pixel, size)
+            .filter(|seen| camera.is_plan() || seen.distance(camera.eye().truncate()) < far);
+        seen.unwrap_or_else(|| {
+            camera.eye().truncate() + camera.ray(pixel, size).truncate().normalize_or_zero() * far
+        })
+    };
+    size.is_finite().then(|| corners.map(ground))
 }
 
 #[cfg(test)]
 mod tests {
     use regatta_plugin::world::{CurveRecord, EdgeRecord, WorldData};
+
+    use egui::Context;
 
     use super::*;
 

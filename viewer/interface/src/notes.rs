@@ -4,10 +4,10 @@
 use egui::{Key, RichText, TextEdit, Ui};
 use regatta_plugin::recording::{MarkKind, RecordingMark};
 
-use super::state::Interface;
-use super::timeline::colour_of;
+use super::context::PanelContext;
+use super::timeline_paint::colour_of;
 use super::transport::clock_text;
-use super::view_model::{Action, ViewModel};
+use super::view_model::Action;
 
 /// The most bytes of a note.
 const LONGEST: usize = 200;
@@ -35,13 +35,14 @@ struct Draft {
 impl Notes {
     /// The notes of a live run as marks.
     pub fn marks(&self, run: u64) -> Vec<RecordingMark> {
-        let mark = |(time_nanos, _): &(u64, String)| RecordingMark {
+        let notes = self.live.iter().filter(|_| run == self.run);
+        let marks = notes.map(|(time_nanos, _)| RecordingMark {
             time_nanos: *time_nanos,
             kind: MarkKind::Note as u32,
             count: 1,
             ..RecordingMark::default()
-        };
-        if run == self.run { self.live.iter().map(mark).collect() } else { Vec::new() }
+        });
+        marks.collect()
     }
 
     /// The text of the last note of a live run at or before a time; empty for none.
@@ -60,32 +61,25 @@ impl Notes {
             self.live.remove(0);
         }
     }
-}
 
-impl Interface {
-    /// Opens the field for a note at the shown time, in the timeline.
-    pub(super) fn begin_note(&mut self, model: &ViewModel<'_>) {
-        let Some(time) = model.timeline.and_then(|timeline| timeline.now) else {
-            return self.notify("nothing is shown that a note could be about");
+    /// Opens the field for a note at the shown time. Returns whether that is one of a live run.
+    pub fn begin(&mut self, context: &PanelContext<'_>) -> bool {
+        let Some(time) = context.model.timeline.and_then(|timeline| timeline.now) else {
+            context.notify("nothing is shown that a note could be about");
+            return false;
         };
-        self.timeline.shows_past |= model.recording().is_none();
-        self.notes.draft = Some(Draft { time, text: String::new(), had_focus: false });
+        self.draft = Some(Draft { time, text: String::new(), had_focus: false });
+        context.model.recording().is_none()
     }
 
     /// Shows the button that begins a note, or the field. Enter writes the note, Escape drops it.
-    pub(super) fn note_field(
-        &mut self,
-        ui: &mut Ui,
-        model: &ViewModel<'_>,
-        actions: &mut Vec<Action>,
-    ) {
-        let colour = colour_of(MarkKind::Note, &self.colours());
-        let Some(draft) = &mut self.notes.draft else {
+    /// Returns whether a note of a live run has begun.
+    pub fn field(&mut self, context: &PanelContext<'_>, ui: &mut Ui) -> bool {
+        let colour = colour_of(MarkKind::Note, &context.colours);
+        let Some(draft) = &mut self.draft else {
             let hint = "Write a note about the shown time (Shift+N)";
-            if ui.button(RichText::new("note").size(11.0)).on_hover_text(hint).clicked() {
-                self.begin_note(model);
-            }
-            return;
+            let button = ui.button(RichText::new("note").size(11.0)).on_hover_text(hint);
+            return button.clicked() && self.begin(context);
         };
         ui.label(RichText::new(clock_text(draft.time as f64 * 1e-9)).size(11.0).color(colour));
         let room = (ui.available_width() - 60.0).clamp(40.0, 260.0);
@@ -101,21 +95,21 @@ impl Interface {
             response.request_focus();
             draft.had_focus = true;
         }
-        let is_written = response.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
-        let is_dropped = response.lost_focus() && !is_written;
-        if (is_written || is_dropped)
-            && let Some(draft) = self.notes.draft.take().filter(|_| is_written)
-        {
-            self.write_note(model, draft, actions);
+        if response.lost_focus() {
+            let is_written = ui.input(|input| input.key_pressed(Key::Enter));
+            if let Some(draft) = self.draft.take().filter(|_| is_written) {
+                self.write(context, draft);
+            }
         }
+        false
     }
 
-    fn write_note(&mut self, model: &ViewModel<'_>, draft: Draft, actions: &mut Vec<Action>) {
+    fn write(&mut self, context: &PanelContext<'_>, draft: Draft) {
         let (time, text) = (draft.time, draft.text.trim().to_owned());
-        match model.frame {
+        match context.model.frame {
             _ if text.is_empty() => {}
-            _ if model.recording().is_some() => actions.push(Action::Note { time, text }),
-            Some(frame) => self.notes.add(frame.run_id(), time, text),
+            _ if context.model.recording().is_some() => context.act(Action::Note { time, text }),
+            Some(frame) => self.add(frame.run_id(), time, text),
             None => {}
         }
     }

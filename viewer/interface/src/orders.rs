@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use regatta_plugin::order::{NO_ROBOT, OrderKind, OrderRecord, StopAction};
 
-/// What is known of all open orders.
+/// The known open orders.
 #[derive(Debug, Default)]
 pub struct OpenOrders {
     /// The run that the orders belong to.
@@ -30,11 +30,11 @@ struct Order {
 pub struct Stop {
     /// Id of its node.
     pub node: u32,
-    /// What the robot does there.
+    /// The action of the robot there.
     pub action: StopAction,
 }
 
-/// What is known of a robot's order.
+/// The known facts of a robot's order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RobotOrder {
     /// The number of the order.
@@ -54,7 +54,9 @@ impl OpenOrders {
         if self.run != run {
             *self = Self { run, ..Self::default() };
         }
-        records.iter().for_each(|record| self.record(record));
+        for record in records {
+            self.record(record);
+        }
     }
 
     fn record(&mut self, record: &OrderRecord) {
@@ -84,7 +86,7 @@ impl OpenOrders {
     }
 
     /// Returns what is known of a robot's order; `None` if it has none, or the log has not named it
-    /// since this book began.
+    /// since it was read.
     pub fn of_robot(&self, robot: u32) -> Option<RobotOrder> {
         let number = *self.by_robot.get(&robot)?;
         let order = self.orders.get(&number)?;

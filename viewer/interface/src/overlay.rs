@@ -1,11 +1,12 @@
 //! Elements that float over the picture: the legend, the camera's position, messages, and the note
 //! that no engine runs yet.
 
-use egui::{Align2, Area, Context, Id, LayerId, Order, Rect, RichText, Sense, Ui, UiBuilder, vec2};
+use egui::{Align2, Area, Id, LayerId, Order, Rect, RichText, Sense, Ui, UiBuilder, vec2};
 use glam::Vec2;
 use regatta_scene::camera::Window as PictureWindow;
 use regatta_scene::palette::{Legend, Scale, Theme};
 
+use super::context::PanelContext;
 use super::heat::HeatLegend;
 use super::labels::{LabelView, Labels};
 use super::levels::PictureArea;
@@ -16,6 +17,8 @@ use super::robot_spots;
 use super::state::Interface;
 use super::style;
 use super::symbols::Symbols;
+use super::transport::clock_text;
+use super::view_cube;
 use super::view_model::{EngineState, ViewModel};
 
 /// The name of the legend among what is placed over a picture.
@@ -33,54 +36,103 @@ const WITH_LEGEND: f32 = 500.0;
 const WIDEST_MESSAGE: f32 = 620.0;
 /// Seconds for which a message is shown.
 const MESSAGE_SECONDS: f64 = 8.0;
+/// The largest number of messages shown at a time.
+const MAX_MESSAGES: usize = 4;
+
+/// A message over the picture.
+#[derive(Clone, Debug)]
+struct Message {
+    text: String,
+    /// The time at which it disappears, in seconds of the egui context; set when it is first shown.
+    until: Option<f64>,
+}
+
+/// The messages over the picture.
+#[derive(Debug, Default)]
+pub(super) struct Messages(Vec<Message>);
+
+impl Messages {
+    /// Shows a message for some seconds. A message with the same text is replaced.
+    pub fn add(&mut self, text: String) {
+        self.0.retain(|message| message.text != text);
+        self.0.push(Message { text, until: None });
+        let surplus = self.0.len().saturating_sub(MAX_MESSAGES);
+        self.0.drain(..surplus);
+    }
+
+    fn show(&mut self, context: &PanelContext<'_>, ctx: &egui::Context, placement: &mut Placement) {
+        let now = ctx.input(|input| input.time);
+        for message in &mut self.0 {
+            message.until.get_or_insert(now + MESSAGE_SECONDS);
+        }
+        self.0.retain(|message| message.until.is_none_or(|until| until > now));
+        let Some(next) = self.0.iter().filter_map(|message| message.until).reduce(f64::min) else {
+            return;
+        };
+        ctx.request_repaint_after_secs((next - now) as f32);
+        float(ctx, placement, context.theme, "messages", Align2::CENTER_TOP, |ui| {
+            ui.set_max_width(ui.available_width().min(WIDEST_MESSAGE));
+            for message in &self.0 {
+                ui.label(RichText::new(&message.text).color(context.colours.text));
+            }
+        });
+    }
+}
 
 impl Interface {
     /// Shows what floats over the picture, the most important first: where there is no room, the
     /// last ones are left out.
-    pub(super) fn overlay(&mut self, context: &Context, area: PictureArea, model: &ViewModel<'_>) {
-        let PictureArea { picture, visible, whole } = area;
-        let mut placement = Placement::new(whole);
-        if model.engine == EngineState::Awaited {
-            self.waiting(context, &mut placement, model);
-            self.messages(context, &mut placement);
+    pub(super) fn overlay(
+        &mut self,
+        context: &PanelContext<'_>,
+        ctx: &egui::Context,
+        area: PictureArea,
+    ) {
+        let mut placement = Placement::new(area.whole);
+        if context.model.engine == EngineState::Awaited {
+            waiting(context, ctx, &mut placement);
+            self.messages.show(context, ctx, &mut placement);
         } else {
-            self.draw_parts(context, &mut placement);
-            if model.engine == EngineState::Gone {
-                self.veil(context, whole, &mut placement, model);
+            self.levels.draw_parts(context, ctx, &mut placement);
+            if context.model.engine == EngineState::Gone {
+                veil(context, ctx, area.whole, &mut placement);
             }
-            self.messages(context, &mut placement);
-            self.ids(context, picture, visible, model);
-            self.draw_measurement(context, picture, visible, model);
-            self.draw_mark(context, picture, visible);
-            self.elements(context, area, &mut placement, model);
+            self.messages.show(context, ctx, &mut placement);
+            self.ids(context, ctx, area);
+            if let Some(measuring) = &self.measuring {
+                measuring.draw(context, ctx, area);
+            }
+            self.spots.draw_mark(context, ctx, area);
+            self.elements(context, ctx, area, &mut placement);
         }
-        self.placement = placement;
+        self.last.placement = placement;
     }
 
     /// Shows the elements that are always there, as far as there is room.
     fn elements(
         &mut self,
-        context: &Context,
+        context: &PanelContext<'_>,
+        ctx: &egui::Context,
         area: PictureArea,
         placement: &mut Placement,
-        model: &ViewModel<'_>,
     ) {
         let PictureArea { picture, visible, .. } = area;
-        let (camera, theme) = (self.camera_controller.camera(), self.settings.theme());
-        let measurement = self.measuring_text(model);
-        if let Some(lines) = &measurement {
-            self.lines(context, placement, "measurement", lines);
+        let (camera, theme) = (&context.camera, context.theme);
+        if let Some(measuring) = &self.measuring {
+            lines(context, ctx, placement, "measurement", &measuring.text(context));
         }
         if visible.width() >= LEAST_WITH_LEGEND {
-            legend(context, placement, theme, model.legend, &self.symbols(model), None);
+            let symbols = self.symbols(context.model);
+            legend(ctx, placement, theme, context.model.legend, &symbols, None);
         }
-        let scale =
-            camera.is_plan().then(|| PlanScale::place(placement, picture, visible, &camera));
-        self.view_cube(context, placement);
-        self.minimap(context, area, placement, model);
-        self.coordinates(context, area, placement);
+        let scale = camera.is_plan().then(|| PlanScale::place(placement, picture, visible, camera));
+        view_cube::show(context, ctx, placement);
+        if self.settings.minimap {
+            self.minimap.show(context, ctx, area, placement);
+        }
+        coordinates(context, ctx, area, placement);
         if let Some(scale) = scale {
-            scale.draw(context, placement, picture, visible, &camera, theme);
+            scale.draw(ctx, placement, picture, visible, camera, theme);
         }
     }
 
@@ -99,172 +151,134 @@ impl Interface {
         }
     }
 
-    /// The names and the places of what is over the picture, in points.
-    pub fn placed(&self) -> &[(&'static str, Rect)] {
-        self.placement.taken()
-    }
-
     /// Draws the ids of nodes, edges and robots.
-    fn ids(&self, context: &Context, picture: Rect, visible: Rect, model: &ViewModel<'_>) {
+    fn ids(&self, context: &PanelContext<'_>, ctx: &egui::Context, area: PictureArea) {
         let (ids, robot_ids) = (self.settings.ids, self.settings.robot_ids);
         if !ids && !robot_ids {
             return;
         }
-        let (camera, offset, theme) = (
-            &self.camera_controller.camera(),
-            Vec2::from(self.settings.offset),
-            self.settings.theme(),
-        );
-        let size = Vec2::new(picture.width(), picture.height());
-        let find =
-            |frame| robot_spots::find(&frame, &model.world, self.level(), camera, offset, size);
-        let spots = model.frame.map(find).unwrap_or_default();
+        let PictureArea { picture, visible, .. } = area;
+        let (model, camera, offset) = (context.model, &context.camera, context.offset);
+        let spots = model.frame.map_or_else(Vec::new, |frame| {
+            robot_spots::find(&frame, &model.world, context.level(), camera, offset, area.size())
+        });
+        let theme = context.theme;
         if ids {
             let view = LabelView { picture, camera, offset, theme, robots: &spots };
-            model.labels.draw(context, visible, &view);
+            model.labels.draw(ctx, visible, &view);
         }
         if robot_ids {
-            robot_spots::draw(context, visible, picture, theme, &spots);
+            robot_spots::draw(ctx, visible, picture, theme, &spots);
         }
         if ids {
-            let is_shown = |id: &u32| {
-                let edge = model.frame.and_then(|frame| frame.edge().get(*id as usize).copied());
-                let edge = edge.and_then(|edge| model.world.edges().get(edge as usize));
-                self.level().is_none_or(|level| {
-                    edge.is_some_and(|edge| model.world.text(edge.level) == level)
-                })
+            let selected = context.selection.robots().into_iter();
+            let places = selected
+                .filter(|id| is_on_level(model, context.level(), *id))
+                .filter_map(|id| Some((id, model.pose(id, offset)?.place)));
+            Labels::draw_robots(ctx, picture, visible, camera, theme, places);
+        }
+    }
+}
+
+/// Whether a robot is on an edge of a level; any robot is without a level.
+fn is_on_level(model: &ViewModel<'_>, level: Option<&str>, robot: u32) -> bool {
+    let Some(level) = level else { return true };
+    let edge = model.frame.and_then(|frame| frame.edge().get(robot as usize).copied());
+    let edge = edge.and_then(|edge| model.world.edges().get(edge as usize));
+    edge.is_some_and(|edge| model.world.text(edge.level) == level)
+}
+
+/// Shows the ground under the pointer, and where the camera is.
+fn coordinates(
+    context: &PanelContext<'_>,
+    ctx: &egui::Context,
+    area: PictureArea,
+    placement: &mut Placement,
+) {
+    let (camera, eye) = (&context.camera, context.camera.eye());
+    let pointer = ctx.pointer_hover_pos().filter(|at| area.visible.contains(*at));
+    let ground = pointer.and_then(|at| area.ground(camera, at));
+    let mut figures = vec![match ground {
+        Some(at) => format!("x {:.2} m  y {:.2} m", at.x, at.y),
+        None => "x –  y –".to_owned(),
+    }];
+    if !camera.is_plan() && area.whole.width() > 520.0 {
+        let [yaw, pitch] = [camera.yaw, camera.pitch].map(f32::to_degrees);
+        figures.push(format!(
+            "camera  {:.1}  {:.1}  {:.1} m   {yaw:.0}°  {pitch:.0}°",
+            eye.x, eye.y, eye.z
+        ));
+    }
+    lines(context, ctx, placement, "coordinates", &figures);
+}
+
+/// Shows lines of figures in the lower right corner.
+fn lines(
+    context: &PanelContext<'_>,
+    ctx: &egui::Context,
+    placement: &mut Placement,
+    name: &'static str,
+    lines: &[String],
+) {
+    float(ctx, placement, context.theme, name, Align2::RIGHT_BOTTOM, |ui| {
+        ui.spacing_mut().item_spacing.y = 2.0;
+        for line in lines {
+            let text = RichText::new(line).monospace().size(11.0).color(context.colours.faint);
+            ui.add(egui::Label::new(text).extend());
+        }
+    });
+}
+
+/// Greys the picture of a fleet that has ended, of which no panel covers `visible`, and says
+/// so.
+fn veil(context: &PanelContext<'_>, ctx: &egui::Context, visible: Rect, placement: &mut Placement) {
+    let (model, theme, colours) = (context.model, context.theme, context.colours);
+    let painter = ctx.layer_painter(LayerId::background());
+    painter.with_clip_rect(visible).rect_filled(
+        visible,
+        0.0,
+        egui::Color32::from_gray(128).gamma_multiply(0.55),
+    );
+    let what =
+        if model.recording().is_some() { "The replay has ended" } else { "The engine has ended" };
+    let last = model.frame.map_or("nothing".to_owned(), |frame| {
+        let time = clock_text(frame.sim_time().as_secs_f64());
+        format!("this is its last picture, of {time}")
+    });
+    let text = format!("{last}; a new one is shown as soon as it runs");
+    float(ctx, placement, theme, "ended", Align2::CENTER_TOP, |ui| {
+        ui.set_max_width(ui.available_width().min(WIDEST_MESSAGE));
+        ui.label(RichText::new(what).strong().color(colours.bad));
+        ui.label(style::faint(ui, &text));
+    });
+}
+
+fn waiting(context: &PanelContext<'_>, ctx: &egui::Context, placement: &mut Placement) {
+    let (model, theme, colours) = (context.model, context.theme, context.colours);
+    float(ctx, placement, theme, "waiting", Align2::CENTER_CENTER, |ui| {
+        ui.set_max_width(360.0);
+        ui.vertical_centered(|ui| {
+            ui.add_space(10.0);
+            ui.spinner();
+            ui.add_space(6.0);
+            ui.label(RichText::new(format!("Waiting for fleet '{}'", model.fleet)).size(18.0));
+            ui.label(style::faint(ui, "It appears as soon as an engine runs. Start one with:"));
+            let name = if model.fleet == "default" {
+                String::new()
+            } else {
+                format!(" --fleet {}", model.fleet)
             };
-            let place = |id| Some((id, model.pose(id, offset)?.place));
-            let robots = self.robots().into_iter().filter(is_shown).filter_map(place);
-            Labels::draw_robots(context, picture, visible, camera, theme, robots);
-        }
-    }
-
-    /// Shows the ground under the pointer, and where the camera is.
-    fn coordinates(&self, context: &Context, area: PictureArea, placement: &mut Placement) {
-        let PictureArea { picture, visible, whole } = area;
-        let camera = self.camera_controller.camera();
-        let (eye, size) = (camera.eye(), Vec2::new(picture.width(), picture.height()));
-        let pointer = context
-            .pointer_hover_pos()
-            .filter(|at| visible.contains(*at))
-            .map(|at| at - picture.min);
-        let ground = pointer.and_then(|at| camera.unproject(Vec2::new(at.x, at.y), size));
-        let mut lines = vec![match ground {
-            Some(at) => format!("x {:.2} m  y {:.2} m", at.x, at.y),
-            None => "x –  y –".to_owned(),
-        }];
-        if !camera.is_plan() && whole.width() > 520.0 {
-            let [yaw, pitch] = [camera.yaw, camera.pitch].map(f32::to_degrees);
-            lines.push(format!(
-                "camera  {:.1}  {:.1}  {:.1} m   {yaw:.0}°  {pitch:.0}°",
-                eye.x, eye.y, eye.z
-            ));
-        }
-        self.lines(context, placement, "coordinates", &lines);
-    }
-
-    /// Shows lines of figures in the lower right corner.
-    fn lines(
-        &self,
-        context: &Context,
-        placement: &mut Placement,
-        name: &'static str,
-        lines: &[String],
-    ) {
-        float(context, placement, self.settings.theme(), name, Align2::RIGHT_BOTTOM, |ui| {
-            ui.spacing_mut().item_spacing.y = 2.0;
-            for line in lines {
-                let text = RichText::new(line).monospace().size(11.0).color(self.colours().faint);
-                ui.add(egui::Label::new(text).extend());
-            }
+            ui.label(RichText::new(format!("regatta run{name}")).monospace().color(colours.accent));
+            ui.add_space(10.0);
         });
-    }
-
-    /// Greys the picture of a fleet that has ended, of which no panel covers `visible`, and says
-    /// so.
-    fn veil(
-        &self,
-        context: &Context,
-        visible: Rect,
-        placement: &mut Placement,
-        model: &ViewModel<'_>,
-    ) {
-        let (theme, colours) = (self.settings.theme(), self.colours());
-        let painter = context.layer_painter(LayerId::background());
-        painter.with_clip_rect(visible).rect_filled(
-            visible,
-            0.0,
-            egui::Color32::from_gray(128).gamma_multiply(0.55),
-        );
-        let what = if model.recording().is_some() {
-            "The replay has ended"
-        } else {
-            "The engine has ended"
-        };
-        let time = model.frame.map(|frame| frame.sim_time().as_secs_f64());
-        let last = time.map_or("nothing", |_| "this is its last picture, of ").to_owned();
-        let text = last + &time.map(super::transport::clock_text).unwrap_or_default();
-        let text = text + "; a new one is shown as soon as it runs";
-        float(context, placement, theme, "ended", Align2::CENTER_TOP, |ui| {
-            ui.set_max_width(ui.available_width().min(WIDEST_MESSAGE));
-            ui.label(RichText::new(what).strong().color(colours.bad));
-            ui.label(style::faint(ui, theme, &text));
-        });
-    }
-
-    fn waiting(&self, context: &Context, placement: &mut Placement, model: &ViewModel<'_>) {
-        let (theme, colours) = (self.settings.theme(), self.colours());
-        float(context, placement, theme, "waiting", Align2::CENTER_CENTER, |ui| {
-            ui.set_max_width(360.0);
-            ui.vertical_centered(|ui| {
-                ui.add_space(10.0);
-                ui.spinner();
-                ui.add_space(6.0);
-                ui.label(RichText::new(format!("Waiting for fleet '{}'", model.fleet)).size(18.0));
-                ui.label(style::faint(
-                    ui,
-                    theme,
-                    "It appears as soon as an engine runs. Start one with:",
-                ));
-                let name = if model.fleet == "default" {
-                    String::new()
-                } else {
-                    format!(" --fleet {}", model.fleet)
-                };
-                ui.label(
-                    RichText::new(format!("regatta run{name}")).monospace().color(colours.accent),
-                );
-                ui.add_space(10.0);
-            });
-        });
-    }
-
-    fn messages(&mut self, context: &Context, placement: &mut Placement) {
-        let now = context.input(|input| input.time);
-        for message in &mut self.messages {
-            message.until.get_or_insert(now + MESSAGE_SECONDS);
-        }
-        self.messages.retain(|message| message.until.is_none_or(|until| until > now));
-        let Some(next) = self.messages.iter().filter_map(|message| message.until).reduce(f64::min)
-        else {
-            return;
-        };
-        context.request_repaint_after_secs((next - now) as f32);
-        float(context, placement, self.settings.theme(), "messages", Align2::CENTER_TOP, |ui| {
-            ui.set_max_width(ui.available_width().min(WIDEST_MESSAGE));
-            for message in &self.messages {
-                ui.label(RichText::new(&message.text).color(self.colours().text));
-            }
-        });
-    }
+    });
 }
 
 /// Shows an element in a corner, at an edge or in the centre of the picture, or beside what is
 /// there already. Returns whether there is room for it. `show` is called twice: what it shows is
 /// measured, and then placed.
 pub(super) fn float(
-    context: &Context,
+    ctx: &egui::Context,
     placement: &mut Placement,
     theme: Theme,
     name: &'static str,
@@ -276,12 +290,12 @@ pub(super) fn float(
         return false;
     }
     let unseen = UiBuilder::new().layer_id(LayerId::background()).max_rect(room).invisible();
-    let mut ui = Ui::new(context.clone(), Id::unique(("size", name)), unseen);
+    let mut ui = Ui::new(ctx.clone(), Id::unique(("size", name)), unseen);
     let size = frame.show(&mut ui, |ui| show(ui)).response.rect.size();
     let Some(place) = placement.take(name, size, at) else { return false };
     let area =
         Area::new(Id::unique(name)).order(Order::Background).interactable(false).fade_in(false);
-    area.fixed_pos(place.min).show(context, |ui| {
+    area.fixed_pos(place.min).show(ctx, |ui| {
         // An area is as wide as what it showed the last time, and would break longer lines.
         let within = UiBuilder::new()
             .max_rect(Rect::from_min_size(ui.min_rect().min, place.size() + vec2(1.0, 1.0)));
@@ -309,7 +323,7 @@ pub fn has_room_for_legend(width: f32) -> bool {
 /// Shows the legend: the robots' colours, and the symbols of layers. Pictures have the fleet, the
 /// time and the number of robots above it. Returns whether there is room for it.
 pub fn legend(
-    context: &Context,
+    ctx: &egui::Context,
     placement: &mut Placement,
     theme: Theme,
     legend: &Legend,
@@ -317,7 +331,7 @@ pub fn legend(
     title: Option<&[String]>,
 ) -> bool {
     let colours = style::colours(theme);
-    float(context, placement, theme, LEGEND, Align2::LEFT_BOTTOM, |ui| {
+    float(ctx, placement, theme, LEGEND, Align2::LEFT_BOTTOM, |ui| {
         ui.set_max_width(LEGEND_TEXT);
         ui.spacing_mut().item_spacing.y = 4.0;
         for line in title.unwrap_or_default() {
@@ -330,12 +344,12 @@ pub fn legend(
                     ui.horizontal(|ui| {
                         let (dot, _) = ui.allocate_exact_size(vec2(10.0, 10.0), Sense::hover());
                         ui.painter().rect_filled(dot, 3.0, style::color32(*colour));
-                        ui.add(egui::Label::new(style::faint(ui, theme, name)).truncate());
+                        ui.add(egui::Label::new(style::faint(ui, name)).truncate());
                     });
                 }
             }
             Scale::Ramp { low, high, unit } => {
-                ui.label(style::faint(ui, theme, *unit));
+                ui.label(style::faint(ui, *unit));
                 ramp::show(ui, theme, &legend.scale.colours(theme), &ramp::numbers(*low, *high));
             }
         }

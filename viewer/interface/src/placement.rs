@@ -1,4 +1,4 @@
-//! Where elements lie over the picture, so that none covers a panel or another element.
+//! The places of elements over the picture: none covers a panel or another element.
 
 use egui::{Align2, Rect, Vec2, pos2};
 
@@ -55,10 +55,9 @@ impl Placement {
         let places = tops.flat_map(|top| {
             lefts.iter().map(move |left| Rect::from_min_size(pos2(*left, top), size))
         });
-        let distance = |place: &Rect| (place.min - wanted.min).length_sq();
-        let nearest = places
-            .filter(|place| self.is_free(*place))
-            .min_by(|a, b| distance(a).total_cmp(&distance(b)))?;
+        let free = places.filter(|place| self.is_free(*place));
+        let distances = free.map(|place| ((place.min - wanted.min).length_sq(), place));
+        let (_, nearest) = distances.min_by(|(a, _), (b, _)| a.total_cmp(b))?;
         self.taken.push((name, nearest));
         Some(nearest)
     }

@@ -1,9 +1,6 @@
-//! What a plan has over its picture: coordinates along the grid, a scale bar, and an arrow to the
-//! north.
+//! The annotations of a plan: coordinates along the grid, a scale bar, and an arrow to the north.
 
-use egui::{
-    Align2, Color32, Context, FontId, LayerId, Painter, Pos2, Rect, Shape, Stroke, pos2, vec2,
-};
+use egui::{Align2, Context, FontId, LayerId, Painter, Pos2, Rect, Shape, Stroke, pos2, vec2};
 use glam::Vec2;
 use regatta_scene::camera::Camera;
 use regatta_scene::palette::Theme;
@@ -46,7 +43,7 @@ pub fn metres_text(metres: f32) -> String {
     }
 }
 
-/// Where the scale bar and the arrow to the north are, as far as there is room for them.
+/// The places of the scale bar and of the arrow to the north, as far as there is room for them.
 #[derive(Clone, Copy, Debug)]
 pub struct PlanScale {
     bar: Option<Rect>,
@@ -164,11 +161,10 @@ fn scale_bar(painter: &Painter, back: Rect, per_point: f32, colours: &ThemeColou
         let rect = Rect::from_min_size(from, vec2(width / 4.0, 6.0));
         painter.rect(rect, 0.0, fill, Stroke::new(1.0, colours.text), egui::StrokeKind::Middle);
     }
-    let text = |at: Pos2, text: String| {
-        painter.text(at, Align2::CENTER_BOTTOM, text, FontId::monospace(11.0), colours.text)
-    };
-    text(left - vec2(0.0, 3.0), "0".to_owned());
-    text(left + vec2(width, -3.0), metres_text(metres));
+    for (x, text) in [(0.0, "0".to_owned()), (width, metres_text(metres))] {
+        let at = left + vec2(x, -3.0);
+        painter.text(at, Align2::CENTER_BOTTOM, text, FontId::monospace(11.0), colours.text);
+    }
 }
 
 /// Draws an arrow to the north; `yaw` is the heading of the picture's upper side.
@@ -178,12 +174,10 @@ fn north(painter: &Painter, at: Pos2, yaw: f32, colours: &ThemeColours) {
     let up = vec2(angle.sin(), -angle.cos());
     let side = vec2(-up.y, up.x);
     painter.circle_filled(at, 24.0, colours.panel.gamma_multiply(0.85));
-    let half = |sign: f32, fill: Color32| {
+    for (sign, fill) in [(-1.0, colours.text), (1.0, colours.panel)] {
         let points = vec![at + up * 15.0, at + side * sign * 7.0 - up * 9.0, at - up * 4.0];
         painter.add(Shape::convex_polygon(points, fill, Stroke::new(1.0, colours.text)));
-    };
-    half(-1.0, colours.text);
-    half(1.0, colours.panel);
+    }
     painter.text(
         at + up * 30.0,
         Align2::CENTER_CENTER,

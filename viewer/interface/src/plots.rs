@@ -8,11 +8,10 @@ use regatta_plugin::frame::RobotState;
 use regatta_plugin::history::{FLEET_STATES, FleetSample as Sample};
 use regatta_scene::palette::{Colouring, Scale};
 
+use super::context::{PanelContext, Request};
 use super::plan::round_step;
 use super::spots::{clock, known_hint, known_text};
-use super::state::Interface;
 use super::style::{self, color32, state_colour};
-use super::view_model::{Action, ViewModel};
 use crate::text::thousands;
 
 /// The least distance between two marks of the axis of time, in points.
@@ -41,155 +40,147 @@ struct Figure {
     lines: Vec<(String, Color32, Vec<[f64; 2]>)>,
 }
 
-impl Interface {
-    pub(super) fn plots(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
-        let samples = &model.jams.series;
-        let theme = self.settings.theme();
+/// The panel of the plots.
+#[derive(Debug, Default)]
+pub(super) struct PlotsPanel {
+    /// The time under the pointer in a plot, in seconds.
+    hovered_secs: Option<f64>,
+}
+
+impl PlotsPanel {
+    /// Shows the panel.
+    pub fn show(&mut self, context: &PanelContext<'_>, ui: &mut Ui) {
+        let samples = &context.model.jams.series;
         if samples.len() < 2 {
-            ui.label(style::faint(ui, theme, "no figures yet"));
+            ui.label(style::faint(ui, "no figures yet"));
             return;
         }
         let ends = [samples[0].secs, samples[samples.len() - 1].secs];
-        let figures = self.figures(samples);
+        let figures = figures(context, samples);
         let hovered = self.hovered_secs;
         // Of a recording, and of the past of a live run, more is known than what was shown.
-        let is_within = model.recording().is_some() || model.is_past();
-        let shown = model.clock_secs().filter(|_| is_within);
+        let is_within = context.model.recording().is_some() || context.model.is_past();
+        let shown = context.model.clock_secs().filter(|_| is_within);
         let (mut now_hovered, mut clicked) = (None, None);
-        ui.label(style::faint(ui, theme, known_text(model))).on_hover_text(known_hint(model));
+        ui.label(style::faint(ui, known_text(context.model)))
+            .on_hover_text(known_hint(context.model));
         ui.columns(figures.len(), |columns| {
             for (ui, figure) in columns.iter_mut().zip(&figures) {
-                let found = self.plot_of(ui, figure, ends, samples, [shown, hovered]);
+                let found = plot(context, ui, figure, ends, samples, [shown, hovered]);
                 now_hovered = found.0.or(now_hovered);
                 clicked = found.1.or(clicked);
             }
         });
         self.hovered_secs = now_hovered;
         if let Some(secs) = clicked {
-            self.go_to_time(secs, model, actions);
+            context.ask(Request::GoToTime(secs));
         }
     }
+}
 
-    fn figures(&self, samples: &[Sample]) -> Vec<Figure> {
-        let colours = self.colours();
-        let line = |name: &str, colour, value: &dyn Fn(&Sample) -> Option<f64>| {
-            let points =
-                samples.iter().filter_map(|sample| Some([sample.secs, value(sample)?])).collect();
-            (name.to_owned(), colour, points)
-        };
-        let legend = Colouring::State.legend(self.settings.theme(), &[], None);
-        let Scale::Categories(names) = &legend.scale else { return Vec::new() };
-        let states = STATES.iter().zip(names).enumerate();
-        let seen =
-            states.filter(|(state, _)| samples.iter().any(|sample| sample.states[*state] > 0));
-        let states = seen.map(|(number, (state, (_, colour)))| {
-            line(state.name(), color32(*colour), &|sample| Some(sample.states[number].into()))
-        });
-        let waiting = STATES.iter().position(|state| *state == RobotState::Waiting);
-        let one = |title, colour, value: &dyn Fn(&Sample) -> Option<f64>| Figure {
-            title,
-            lines: vec![line("", colour, value)],
-        };
-        vec![
-            Figure { title: "robots by state", lines: states.collect() },
-            one("waiting", state_colour(RobotState::Waiting, self.settings.theme()), &|sample| {
-                waiting.map(|state| sample.states[state].into())
-            }),
-            one("touching pairs", colours.bad, &|sample| sample.touching().map(f64::from)),
-            one("edges entered per hour", colours.good, &|sample| {
-                sample.throughput().map(f64::from)
-            }),
-            one("mean speed, m/s", colours.accent, &|sample| Some(sample.mean_speed.into())),
-        ]
-    }
+fn figures(context: &PanelContext<'_>, samples: &[Sample]) -> Vec<Figure> {
+    let colours = context.colours;
+    let line = |name: &str, colour, value: &dyn Fn(&Sample) -> Option<f64>| {
+        let points =
+            samples.iter().filter_map(|sample| Some([sample.secs, value(sample)?])).collect();
+        (name.to_owned(), colour, points)
+    };
+    let legend = Colouring::State.legend(context.theme, &[], None);
+    let Scale::Categories(names) = &legend.scale else { return Vec::new() };
+    let states = STATES.iter().zip(names).enumerate();
+    let seen = states.filter(|(state, _)| samples.iter().any(|sample| sample.states[*state] > 0));
+    let states = seen.map(|(number, (state, (_, colour)))| {
+        line(state.name(), color32(*colour), &|sample| Some(sample.states[number].into()))
+    });
+    let waiting = STATES.iter().position(|state| *state == RobotState::Waiting);
+    let one = |title, colour, value: &dyn Fn(&Sample) -> Option<f64>| Figure {
+        title,
+        lines: vec![line("", colour, value)],
+    };
+    vec![
+        Figure { title: "robots by state", lines: states.collect() },
+        one("waiting", state_colour(RobotState::Waiting, context.theme), &|sample| {
+            waiting.map(|state| sample.states[state].into())
+        }),
+        one("touching pairs", colours.bad, &|sample| sample.touching().map(f64::from)),
+        one("edges entered per hour", colours.good, &|sample| sample.throughput().map(f64::from)),
+        one("mean speed, m/s", colours.accent, &|sample| Some(sample.mean_speed.into())),
+    ]
+}
 
-    /// Shows a plot, with lines at the shown time and at the one that the pointer is over. Returns
-    /// the times at which the pointer is over it, and at which it was clicked.
-    fn plot_of(
-        &self,
-        ui: &mut Ui,
-        figure: &Figure,
-        ends: [f64; 2],
-        samples: &[Sample],
-        [shown, hovered]: [Option<f64>; 2],
-    ) -> (Option<f64>, Option<f64>) {
-        let (theme, colours) = (self.settings.theme(), self.colours());
-        let near = hovered.or(shown).and_then(|secs| {
-            samples.iter().min_by(|a, b| (a.secs - secs).abs().total_cmp(&(b.secs - secs).abs()))
-        });
-        ui.horizontal_wrapped(|ui| {
-            ui.spacing_mut().item_spacing.x = 5.0;
-            ui.label(style::faint(ui, theme, figure.title));
-            let at = near.map_or(ends[1], |sample| sample.secs);
-            for (name, colour, points) in &figure.lines {
-                let value = points
-                    .iter()
-                    .rfind(|point| point[0] <= at)
-                    .map_or("–".to_owned(), |point| number(point[1]));
-                let text = if name.is_empty() { value } else { format!("{name} {value}") };
-                // In their own colours, some texts would be hard to read.
-                let mut job = LayoutJob::default();
-                job.append(
-                    &text,
-                    10.0,
-                    TextFormat::simple(FontId::proportional(11.0), colours.text),
-                );
-                let place = ui.add(Label::new(job).extend()).rect;
-                ui.painter().circle_filled(
-                    pos2(place.left() + 3.5, place.center().y),
-                    3.5,
-                    *colour,
-                );
-            }
-            if let Some(sample) = near {
-                ui.add(
-                    Label::new(style::faint(ui, theme, format!("at {}", clock(sample.secs))))
-                        .extend(),
-                );
-            }
-        });
-        if figure.lines.iter().all(|(_, _, points)| points.is_empty()) {
-            ui.label(style::faint(ui, theme, "not published"));
-            return (None, None);
+/// Shows a plot, with lines at the shown time and at the one that the pointer is over. Returns
+/// the times at which the pointer is over it, and at which it was clicked.
+fn plot(
+    context: &PanelContext<'_>,
+    ui: &mut Ui,
+    figure: &Figure,
+    ends: [f64; 2],
+    samples: &[Sample],
+    [shown, hovered]: [Option<f64>; 2],
+) -> (Option<f64>, Option<f64>) {
+    let colours = context.colours;
+    let near = hovered.or(shown).and_then(|secs| {
+        samples.iter().min_by(|a, b| (a.secs - secs).abs().total_cmp(&(b.secs - secs).abs()))
+    });
+    ui.horizontal_wrapped(|ui| {
+        ui.spacing_mut().item_spacing.x = 5.0;
+        ui.label(style::faint(ui, figure.title));
+        let at = near.map_or(ends[1], |sample| sample.secs);
+        for (name, colour, points) in &figure.lines {
+            let value = points
+                .iter()
+                .rfind(|point| point[0] <= at)
+                .map_or("–".to_owned(), |point| number(point[1]));
+            let text = if name.is_empty() { value } else { format!("{name} {value}") };
+            // In their own colours, some texts would be hard to read.
+            let mut job = LayoutJob::default();
+            job.append(&text, 10.0, TextFormat::simple(FontId::proportional(11.0), colours.text));
+            let place = ui.add(Label::new(job).extend()).rect;
+            ui.painter().circle_filled(pos2(place.left() + 3.5, place.center().y), 3.5, *colour);
         }
-        let room = ui.available_width() - 40.0;
-        let plot = Plot::new(figure.title)
-            .include_x(ends[0])
-            .include_x(ends[1])
-            .include_y(0.0)
-            .include_y(1.0)
-            .y_axis_min_width(34.0)
-            .y_grid_spacer(marks)
-            .x_grid_spacer(move |input| times(input.bounds, room))
-            .y_axis_formatter(|mark, _| number(mark.value))
-            .x_axis_formatter(|mark, _| clock(mark.value))
-            .allow_drag(false)
-            .allow_zoom(false)
-            .allow_scroll(false)
-            .allow_boxed_zoom(false)
-            .show_background(false)
-            .show_x(false)
-            .show_y(false);
-        let plotted = plot.show(ui, |axes| {
-            for (name, colour, points) in &figure.lines {
-                axes.line(
-                    Line::new(name.clone(), PlotPoints::from(points.clone()))
-                        .color(*colour)
-                        .width(1.5),
-                );
-            }
-            for (name, secs, colour) in
-                [("shown", shown, colours.accent), ("pointer", hovered, colours.faint)]
-            {
-                if let Some(secs) = secs {
-                    axes.vline(egui_plot::VLine::new(name, secs).color(colour).width(1.0));
-                }
-            }
-            axes.pointer_coordinate().map(|PlotPoint { x, .. }| x)
-        });
-        let pointer = plotted.inner.filter(|_| plotted.response.hovered());
-        (pointer, pointer.filter(|_| plotted.response.clicked()))
+        if let Some(sample) = near {
+            ui.add(Label::new(style::faint(ui, format!("at {}", clock(sample.secs)))).extend());
+        }
+    });
+    if figure.lines.iter().all(|(_, _, points)| points.is_empty()) {
+        ui.label(style::faint(ui, "not published"));
+        return (None, None);
     }
+    let room = ui.available_width() - 40.0;
+    let plot = Plot::new(figure.title)
+        .include_x(ends[0])
+        .include_x(ends[1])
+        .include_y(0.0)
+        .include_y(1.0)
+        .y_axis_min_width(34.0)
+        .y_grid_spacer(marks)
+        .x_grid_spacer(move |input| times(input.bounds, room))
+        .y_axis_formatter(|mark, _| number(mark.value))
+        .x_axis_formatter(|mark, _| clock(mark.value))
+        .allow_drag(false)
+        .allow_zoom(false)
+        .allow_scroll(false)
+        .allow_boxed_zoom(false)
+        .show_background(false)
+        .show_x(false)
+        .show_y(false);
+    let plotted = plot.show(ui, |axes| {
+        for (name, colour, points) in &figure.lines {
+            axes.line(
+                Line::new(name.clone(), PlotPoints::from(points.clone())).color(*colour).width(1.5),
+            );
+        }
+        for (name, secs, colour) in
+            [("shown", shown, colours.accent), ("pointer", hovered, colours.faint)]
+        {
+            if let Some(secs) = secs {
+                axes.vline(egui_plot::VLine::new(name, secs).color(colour).width(1.0));
+            }
+        }
+        axes.pointer_coordinate().map(|PlotPoint { x, .. }| x)
+    });
+    let pointer = plotted.inner.filter(|_| plotted.response.hovered());
+    (pointer, pointer.filter(|_| plotted.response.clicked()))
 }
 
 /// Returns the marks of a plot's upright axis, at round values: two or three, so that the lowest

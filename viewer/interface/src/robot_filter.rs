@@ -1,6 +1,6 @@
-//! Which robots match a filter: by state, type, order and zone. The others are dimmed in the
-//! picture, and those of other levels than the filter's are hidden. It is computed on another
-//! thread than the one that draws.
+//! The filter of robots: by state, type, order and zone. Robots that don't match are dimmed in the
+//! picture, and those of other levels than the filter's are hidden. Another thread than the one that
+//! draws computes the matches.
 
 use std::sync::Arc;
 
@@ -51,11 +51,11 @@ pub struct Matches {
     pub matching: Option<RobotSet>,
     /// The robots on the filter's level; `None` if it has none.
     pub on_level: Option<RobotSet>,
-    /// How many these are.
+    /// The numbers of these robots.
     pub counts: MatchCounts,
 }
 
-/// How many robots match a filter.
+/// The numbers of robots that match a filter.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct MatchCounts {
     /// Those that meet all conditions but that of the level.
@@ -79,10 +79,9 @@ impl RobotSet {
 
     /// Adds a robot. One beyond the room of the set is left out.
     pub fn insert(&mut self, robot: u32) {
-        Arc::make_mut(&mut self.0)
-            .get_mut(robot as usize / 32)
-            .into_iter()
-            .for_each(|word| *word |= 1 << (robot % 32));
+        if let Some(word) = Arc::make_mut(&mut self.0).get_mut(robot as usize / 32) {
+            *word |= 1 << (robot % 32);
+        }
     }
 
     /// The bits, 32 robots to a word.
@@ -171,12 +170,15 @@ impl Filter {
 
 impl OrderFilter {
     fn holds(self, robot: u32, orders: &OpenOrders) -> bool {
-        let order = || orders.of_robot(robot).map(|order| order.number);
+        if self == Self::Any {
+            return true;
+        }
+        let order = orders.of_robot(robot).map(|order| order.number);
         match self {
             Self::Any => true,
-            Self::Some => order().is_some(),
-            Self::None => order().is_none(),
-            Self::Number(number) => order() == Some(number),
+            Self::Some => order.is_some(),
+            Self::None => order.is_none(),
+            Self::Number(number) => order == Some(number),
         }
     }
 }

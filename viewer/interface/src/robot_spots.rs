@@ -1,8 +1,7 @@
-//! Where robots are in a picture: for their ids, and so that no id of a node or an edge covers a
-//! robot.
+//! The places of robots in a picture, for their ids; no id of a node or an edge covers a robot.
 //!
-//! Only of pictures that are near enough for ids. The columns x and y are gone through once per
-//! picture then; nothing else of the interface looks at all robots.
+//! They are found only in pictures that are near enough for ids, in one pass over the columns x and
+//! y. Nothing else of the interface looks at all robots.
 
 use std::collections::BTreeSet;
 

@@ -52,31 +52,29 @@ impl RowQuery {
     /// Computes the rows for the columns of a frame.
     pub fn rows(&self, columns: Columns<'_>) -> Rows {
         let filter = self.filter.trim().to_lowercase();
-        let passes = |id: &u32| passes(&filter, *id, columns.state[*id as usize]);
-        let mut ids: Vec<u32> = (0..columns.x.len() as u32).filter(passes).collect();
-        let values = match self.sort {
-            SortBy::Id => None,
-            SortBy::X => Some(columns.x),
-            SortBy::Y => Some(columns.y),
-            SortBy::Theta => Some(columns.theta),
-            SortBy::Speed => Some(columns.speed),
-            SortBy::State | SortBy::Edge => None,
-        };
-        if let Some(values) = values {
-            ids.sort_by(|a, b| values[*a as usize].total_cmp(&values[*b as usize]));
-        }
+        let mut ids: Vec<u32> = (0..columns.x.len() as u32)
+            .filter(|id| passes(&filter, *id, columns.state[*id as usize]))
+            .collect();
         match self.sort {
+            SortBy::Id => {}
+            SortBy::X => sort_by_values(&mut ids, columns.x),
+            SortBy::Y => sort_by_values(&mut ids, columns.y),
+            SortBy::Theta => sort_by_values(&mut ids, columns.theta),
+            SortBy::Speed => sort_by_values(&mut ids, columns.speed),
             SortBy::State => {
                 ids.sort_by_key(|id| RobotState::from_number(columns.state[*id as usize]).name())
             }
             SortBy::Edge => ids.sort_by_key(|id| columns.edge[*id as usize]),
-            _ => {}
         }
         if self.descending {
             ids.reverse();
         }
         Rows { query: self.clone(), ids }
     }
+}
+
+fn sort_by_values(ids: &mut [u32], values: &[f32]) {
+    ids.sort_by(|a, b| values[*a as usize].total_cmp(&values[*b as usize]));
 }
 
 fn passes(filter: &str, id: u32, state: u8) -> bool {

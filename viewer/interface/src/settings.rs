@@ -48,9 +48,8 @@ pub struct Settings {
     pub trails_of_selected: bool,
     /// The path of an image or a ROS map for the floor; empty for none.
     pub floor_image: String,
-    /// Where an image is placed on the floor: the lower left corner's x and y in metres, metres per
-    /// pixel, and the yaw in degrees; `None` to stretch an image over the floor, and to place a map
-    /// as its file says.
+    /// The placement of an image on the floor; `None` stretches an image over the floor, and places
+    /// a map as its file says.
     pub floor_at: Option<FloorPlacement>,
     /// The mesh of the robots; `None` for the built-in one.
     pub mesh: Option<RobotMesh>,
@@ -80,7 +79,7 @@ pub enum LeftPanel {
     Collisions,
     /// Places where robots lose time.
     Spots,
-    /// What happened, and alarms.
+    /// Alarms and past events.
     Log,
 }
 
@@ -118,13 +117,13 @@ impl RobotMesh {
         Self { file, scale, z, yaw: yaw.to_degrees() }
     }
 
-    /// How the mesh is placed on its robot.
+    /// Returns the placement of the mesh on its robot.
     pub fn placement(&self) -> MeshPlacement {
         MeshPlacement { scale: self.scale, z: self.z, yaw: self.yaw.to_radians() }
     }
 }
 
-/// How a mesh is placed on its robot.
+/// The placement of a mesh on its robot.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshPlacement {
     /// Metres per unit of the file.
@@ -222,14 +221,16 @@ impl Default for Settings {
     }
 }
 
+/// Returns a value limited to a range; `fallback` for one that isn't finite.
+fn within(value: f32, low: f32, high: f32, fallback: f32) -> f32 {
+    if value.is_finite() { value.clamp(low, high) } else { fallback }
+}
+
 impl Settings {
     /// Returns the settings with all values limited to valid ranges.
     #[must_use]
     pub fn sanitized(mut self) -> Self {
         let default = Self::default();
-        let within = |value: f32, low: f32, high: f32, fallback: f32| {
-            if value.is_finite() { value.clamp(low, high) } else { fallback }
-        };
         self.offset = self.offset.map(|metres| within(metres, -1e6, 1e6, 0.0));
         self.floor = self.floor.map(|size| size.map(|metres| within(metres, 1.0, 1e6, 100.0)));
         if let Some(at) = &mut self.floor_at {

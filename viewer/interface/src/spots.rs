@@ -1,46 +1,61 @@
 //! The hot spots panel: places where robots lose time, the worst first; a click flies there and
 //! marks the place.
 
-use egui::{Align2, Color32, FontId, LayerId, Painter, Rect, Stroke, Ui, pos2};
+use egui::{Align2, Color32, FontId, LayerId, Painter, Rect, Stroke, Ui, pos2, vec2};
 use glam::Vec2;
 
-use super::state::Interface;
+use super::context::{PanelContext, Request};
+use super::levels::PictureArea;
 use super::style::{self, ThemeColours};
 use super::view_model::{Action, Item, ViewModel};
-use super::virtual_list::clickable;
+use super::virtual_list::{VirtualList, clickable};
 use crate::jams::{Known, Spot, Trend, csv};
 use crate::text::thousands;
 
 /// The radius of the mark in metres, and its least one in points.
 const MARK: (f32, f32) = (5.0, 14.0);
 
-/// A plugin that lives has published anew after so many seconds.
+/// The longest time between two publications of a plugin that runs, in seconds.
 const MUST_HAVE_COME: f64 = 10.0;
-/// Who has seen the first simulated seconds of a run has seen all of it.
+/// A history that begins within so many simulated seconds of a run is that of the whole run.
 const FROM_START: f64 = 2.0;
 
-impl Interface {
-    pub(super) fn hot_spots(
-        &mut self,
-        ui: &mut Ui,
-        model: &ViewModel<'_>,
-        actions: &mut Vec<Action>,
-    ) {
-        let (theme, colours) = (self.settings.theme(), self.colours());
-        let spots = &model.jams.spots;
+/// The hot spots panel.
+#[derive(Debug)]
+pub(super) struct SpotsPanel {
+    pub list: VirtualList,
+    /// The file that hot spots are written to, as typed.
+    file: String,
+    /// The place of a hot spot that is marked, in metres.
+    marked: Option<Vec2>,
+}
+
+impl Default for SpotsPanel {
+    fn default() -> Self {
+        Self { list: VirtualList::default(), file: "hot-spots.csv".to_owned(), marked: None }
+    }
+}
+
+impl SpotsPanel {
+    /// Removes the mark. Returns whether there was one.
+    pub fn unmark(&mut self) -> bool {
+        self.marked.take().is_some()
+    }
+
+    /// Shows the panel.
+    pub fn show(&mut self, context: &PanelContext<'_>, ui: &mut Ui) {
+        let colours = context.colours;
+        let spots = &context.model.jams.spots;
         let total: f64 = spots.iter().map(Spot::lost_secs).sum();
         ui.label(
             egui::RichText::new(format!("{} robot s lost", thousands(total.round() as u64)))
                 .size(20.0),
         );
-        ui.label(style::faint(
-            ui,
-            theme,
-            "by contacts and by robots that stand and can't drive on",
-        ));
-        ui.label(style::faint(ui, theme, known_text(model))).on_hover_text(known_hint(model));
+        ui.label(style::faint(ui, "by contacts and by robots that stand and can't drive on"));
+        ui.label(style::faint(ui, known_text(context.model)))
+            .on_hover_text(known_hint(context.model));
         ui.horizontal(|ui| {
-            let path = &mut self.files.spots;
+            let path = &mut self.file;
             ui.add(egui::TextEdit::singleline(path).desired_width(150.0)).widget_info(|| {
                 egui::WidgetInfo::labeled(egui::Role::TextInput, true, "file of hot spots")
             });
@@ -49,49 +64,49 @@ impl Interface {
                 .on_hover_text("Write all hot spots to this file, as CSV")
                 .clicked()
             {
-                let id = |edge: u32| model.world.edges().get(edge as usize).map(|edge| edge.id);
-                actions.push(Action::Write { path: path.clone().into(), text: csv(spots, &id) });
+                let id =
+                    |edge: u32| context.model.world.edges().get(edge as usize).map(|edge| edge.id);
+                context.act(Action::Write { path: path.clone().into(), text: csv(spots, &id) });
             }
         });
         if spots.is_empty() {
-            ui.label(style::faint(ui, theme, "nobody has lost time"));
+            ui.label(style::faint(ui, "nobody has lost time"));
             return;
         }
         header(ui, &colours);
         let (marked, mut clicked) = (self.marked, None);
-        self.spot_list.show(ui, "hot spots", &colours, spots.len(), |ui, rect, row| {
+        self.list.show(ui, "hot spots", &colours, spots.len(), |ui, rect, row| {
             let spot = &spots[row];
             let is_marked = marked == Some(spot.place);
             let response = clickable(ui, rect, row as u32, is_marked, &colours, || {
                 format!("hot spot {}", row + 1)
             });
-            cells(ui.painter(), rect, row, (spot, model), &colours);
+            cells(ui.painter(), rect, row, (spot, context.model), &colours);
             if response.on_hover_text(details(spot)).clicked() {
                 clicked = Some(spot.clone());
             }
         });
         if let Some(spot) = clicked {
             self.marked = Some(spot.place);
-            self.camera_controller.fly_to(spot.place + Vec2::from(self.settings.offset));
-            self.selected = spot.edges.first().map(|edge| Item::Edge(*edge));
-            self.also_selected.clear();
+            context.ask(Request::FlyTo(spot.place + context.offset));
+            let edge = spot.edges.first().map(|edge| Item::Edge(*edge));
+            context.ask(Request::SelectQuietly(edge));
         }
     }
 
     /// Draws a ring around the marked place.
-    pub(super) fn draw_mark(&self, context: &egui::Context, picture: Rect, visible: Rect) {
+    pub fn draw_mark(&self, context: &PanelContext<'_>, ctx: &egui::Context, area: PictureArea) {
         let Some(place) = self.marked else { return };
-        let (camera, size) =
-            (self.camera_controller.camera(), Vec2::new(picture.width(), picture.height()));
-        let place = (place + Vec2::from(self.settings.offset)).extend(0.0);
+        let (camera, size) = (context.camera, area.size());
+        let place = (place + context.offset).extend(0.0);
         let Some(at) = camera.project(place, size) else { return };
         let points_per_metre =
             camera.pixels_per_radian(size.y) / place.distance(camera.eye()).max(1.0);
         let radius = (MARK.0 * points_per_metre).max(MARK.1);
-        let painter = context.layer_painter(LayerId::background()).with_clip_rect(visible);
-        let centre = pos2(picture.left() + at.x, picture.top() + at.y);
+        let painter = ctx.layer_painter(LayerId::background()).with_clip_rect(area.visible);
+        let centre = area.picture.min + vec2(at.x, at.y);
         painter.circle_stroke(centre, radius, Stroke::new(4.5, Color32::from_black_alpha(150)));
-        painter.circle_stroke(centre, radius, Stroke::new(2.0, self.colours().accent));
+        painter.circle_stroke(centre, radius, Stroke::new(2.0, context.colours.accent));
     }
 }
 
@@ -143,25 +158,19 @@ fn cells(
 
 /// Draws a sign for a trend: a triangle up or down, a bar, or nothing.
 fn trend(painter: &Painter, at: egui::Pos2, trend: Trend, colours: &ThemeColours) {
-    let triangle = |tip: f32, colour| {
-        let points = vec![
-            pos2(at.x - 4.5, at.y + tip),
-            pos2(at.x + 4.5, at.y + tip),
-            pos2(at.x, at.y - tip),
-        ];
-        painter.add(egui::Shape::convex_polygon(points, colour, Stroke::NONE));
-    };
-    match trend {
-        Trend::Growing => triangle(4.0, colours.bad),
-        Trend::Easing => triangle(-4.0, colours.good),
+    let (left, right) = (at - vec2(4.5, 0.0), at + vec2(4.5, 0.0));
+    let (tip, colour) = match trend {
+        Trend::Growing => (4.0, colours.bad),
+        Trend::Easing => (-4.0, colours.good),
         Trend::Steady => {
-            painter.line_segment(
-                [pos2(at.x - 4.5, at.y), pos2(at.x + 4.5, at.y)],
-                Stroke::new(2.0, colours.warn),
-            );
+            painter.line_segment([left, right], Stroke::new(2.0, colours.warn));
+            return;
         }
-        Trend::Over => {}
-    }
+        Trend::Over => return,
+    };
+    let tip = vec2(0.0, tip);
+    let points = vec![left + tip, right + tip, at - tip];
+    painter.add(egui::Shape::convex_polygon(points, colour, Stroke::NONE));
 }
 
 fn details(spot: &Spot) -> String {
@@ -175,7 +184,7 @@ fn details(spot: &Spot) -> String {
     )
 }
 
-/// Says which part of the run the hot spots and the figures over time are about.
+/// Returns the part of the run that the hot spots and the figures over time are about, as a text.
 pub(super) fn known_text(model: &ViewModel<'_>) -> String {
     let Known { from_secs, until_secs, is_published } = model.jams.known;
     let (from, until) = (clock(from_secs), clock(until_secs.round()));
@@ -198,14 +207,16 @@ fn speed(model: &ViewModel<'_>) -> f64 {
     model.status.map_or(1.0, |status| f64::from(status.real_time_factor)).max(1.0)
 }
 
-/// Says how to know all of a run.
+/// Returns a hint about the source of the history.
 pub(super) fn known_hint(model: &ViewModel<'_>) -> &'static str {
     match model.recording() {
         Some(_) => {
-            "a replay reads all of its recording in the background, and publishes what it has read so far"
+            "a replay reads all of its recording in the background, and publishes what it has \
+             read so far"
         }
         None => {
-            "regatta plugin traffic keeps all that it has seen of the run, for windows that open later"
+            "regatta plugin traffic keeps all that it has seen of the run, for windows that open \
+             later"
         }
     }
 }

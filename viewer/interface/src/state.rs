@@ -1,35 +1,43 @@
-//! The state of the interface: the user's choices and unfinished input. The panels, in files of
-//! their own, show and change it.
+//! The state of the interface: the user's choices, which panels share, and the panels, each of
+//! which owns its state.
 
-use egui::{PointerButton, Pos2};
+use std::cell::RefCell;
+use std::path::Path;
+
+use egui::Rect;
 use glam::Vec2;
+use regatta_scene::Marked;
 use regatta_scene::camera::Window;
 use regatta_scene::curves::midpoint;
 use regatta_scene::palette::Theme;
-use regatta_scene::{MAX_SELECTED, Marked};
 
 use super::camera_controller::CameraController;
+use super::cameras::Bookmark;
+use super::collisions::CollisionsPanel;
+use super::commands::UserCommand;
+use super::context::{PanelContext, Request, Selection};
 use super::edge_hover::EdgeHover;
-use super::history::{History, Recorder};
-use super::levels::SideBySide;
+use super::fleet_list::FleetPanel;
+use super::help::Help;
+use super::levels::Levels;
+use super::log::FleetLog;
 use super::log_panel::LogPanel;
-use super::measure::Measuring;
+use super::measure::{End, Measuring};
 use super::menu::Menu;
 use super::minimap::Minimap;
-use super::notes::Notes;
+use super::overlay::Messages;
 use super::placement::Placement;
-use super::places::PastPresence;
-use super::rows::{RowQuery, Rows};
-use super::settings::{LeftPanel, RightPanel, RobotMesh, Settings};
-use super::style::{self, ThemeColours};
-use super::timeline::TimelineState;
-use super::view_model::{Item, ViewModel};
-use super::virtual_list::VirtualList;
-use crate::cameras::Bookmark;
-use crate::robot_filter::Filter;
-
-/// The largest number of messages shown at a time.
-const MAX_MESSAGES: usize = 4;
+use super::plots::PlotsPanel;
+use super::pointer_input::PointerInput;
+use super::robot_filter::Filter;
+use super::selection::SelectionPanel;
+use super::settings::{LeftPanel, RightPanel, Settings};
+use super::spots::SpotsPanel;
+use super::style;
+use super::timeline::TimelinePanel;
+use super::transport::TransportBar;
+use super::view::ViewPanel;
+use super::view_model::{Action, Item, ViewModel};
 
 /// The user interface with the user's choices.
 #[derive(Debug)]
@@ -38,121 +46,50 @@ pub struct Interface {
     pub settings: Settings,
     /// The camera and its motion.
     pub camera_controller: CameraController,
-    /// The item that the selection panel describes.
-    pub selected: Option<Item>,
-    /// More selected robots, if `selected` is a robot.
-    pub(super) also_selected: Vec<u32>,
-    /// The robots that are not dimmed.
-    pub(super) filter: Filter,
-    /// An order's number as typed into the filter.
-    pub(super) order_number: String,
-    pub(super) fleet_list: FleetList,
-    pub(super) collision_list: VirtualList,
-    pub(super) spot_list: VirtualList,
-    /// The place of a hot spot that is marked, in metres.
-    pub(super) marked: Option<Vec2>,
-    /// The simulated time under the pointer in a plot, in seconds.
-    pub(super) hovered_secs: Option<f64>,
-    pub(super) history: History,
-    pub(super) sliders: SliderDrafts,
-    pub(super) files: FileDrafts,
-    pub(super) timeline: TimelineState,
-    pub(super) notes: Notes,
-    /// The panel that was open on the left in the last picture.
-    pub(super) left_before: Option<LeftPanel>,
-    /// Whether the plots were shown in the last picture.
-    pub(super) plots_before: bool,
-    /// Whether the help is open.
-    pub(super) help: bool,
-    pub(super) drag: Option<Drag>,
-    /// Whether a text field had the keyboard focus in the last picture.
-    pub(super) typing: bool,
-    /// The part of the picture that no panel covers.
-    pub(super) window: Window,
-    /// What lay over the last picture.
-    pub(super) placement: Placement,
-    pub(super) minimap: Minimap,
-    pub(super) edge_hover: EdgeHover,
-    pub(super) past_presence: PastPresence,
-    /// The recent values of all robots of a fleet that is not too large.
-    pub(super) recorder: Recorder,
-    /// Keys for the search field that were pressed before it had the focus.
-    pub(super) late_input: Option<Vec<egui::Event>>,
-    /// The names of the world's levels.
-    pub(super) levels: Vec<String>,
-    pub(super) side_by_side: SideBySide,
-    /// Whether the filter has been changed by something else than its own panel.
-    pub(super) is_refiltered: bool,
+    /// The selected items.
+    pub selection: Selection,
     /// The named cameras of the scenario.
     pub bookmarks: Vec<Bookmark>,
+    /// The robots that are not dimmed, and the level.
+    pub(super) filter: Filter,
+    pub(super) levels: Levels,
     /// The ends of what is measured; `None` while nothing is.
     pub(super) measuring: Option<Measuring>,
-    pub(super) menu: Option<Menu>,
-    pub(super) log_panel: LogPanel,
-    pub(super) messages: Vec<Message>,
+    pub(super) fleet: FleetPanel,
+    pub(super) collisions: CollisionsPanel,
+    pub(super) spots: SpotsPanel,
+    pub(super) log: LogPanel,
+    pub(super) selection_panel: SelectionPanel,
+    pub(super) view: ViewPanel,
+    pub(super) plots: PlotsPanel,
+    pub(super) timeline: TimelinePanel,
+    pub(super) transport: TransportBar,
+    pub(super) pointer: PointerInput,
+    pub(super) edge_hover: EdgeHover,
+    pub(super) minimap: Minimap,
+    pub(super) menu: Menu,
+    pub(super) help: Help,
+    pub(super) messages: Messages,
+    pub(super) last: LastPicture,
+    /// Keys for the search field that were pressed before it had the focus.
+    pub(super) late_input: Option<Vec<egui::Event>>,
     /// Theme and scale that the egui context has.
     pub(super) applied_style: Option<(Theme, f32)>,
 }
 
-/// The order, the filter and the scroll position of the fleet list.
-#[derive(Clone, Debug, Default)]
-pub(super) struct FleetList {
-    pub query: RowQuery,
-    pub list: VirtualList,
-    /// Whether the search field requests the keyboard focus.
-    pub request_focus: bool,
-    /// The rows while the pointer is over them: they don't move then.
-    pub held: Option<Rows>,
-    /// Where the list was shown last.
-    pub area: Option<egui::Rect>,
-}
-
-/// Slider values that the engine has not adopted yet.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct SliderDrafts {
-    pub speed: Option<f32>,
-    pub robots: Option<u32>,
-}
-
-/// File names and mesh parameters as typed, before the files are loaded.
-#[derive(Clone, Debug)]
-pub(super) struct FileDrafts {
-    /// The file that hot spots are written to.
-    pub spots: String,
-    pub floor: String,
-    pub mesh: RobotMesh,
-}
-
-/// A pointer button held down on the picture.
+/// Facts about the last picture.
 #[derive(Debug)]
-pub(super) struct Drag {
-    pub button: PointerButton,
-    /// Whether the drag orbits the camera; otherwise it pans.
-    pub orbits: bool,
-    /// The last position of the pointer, in points.
-    pub at: Pos2,
-    /// Whether the pointer has moved farther than in a click.
-    pub has_moved: bool,
-}
-
-/// A message over the picture.
-#[derive(Clone, Debug)]
-pub(super) struct Message {
-    pub text: String,
-    /// The time at which it disappears, in seconds of the egui context; set when it is first shown.
-    pub until: Option<f64>,
-}
-
-impl FileDrafts {
-    fn new(settings: &Settings) -> Self {
-        let none = RobotMesh { file: String::new(), scale: 1.0, z: 0.0, yaw: 0.0 };
-        let spots = "hot-spots.csv".to_owned();
-        Self {
-            spots,
-            floor: settings.floor_image.clone(),
-            mesh: settings.mesh.clone().unwrap_or(none),
-        }
-    }
+pub(super) struct LastPicture {
+    /// The panel that was open on the left.
+    pub left: Option<LeftPanel>,
+    /// Whether the plots were shown.
+    pub plots: bool,
+    /// Whether a text field had the keyboard focus.
+    pub typing: bool,
+    /// The part of the picture that no panel covered.
+    pub window: Window,
+    /// The elements over the picture.
+    pub placement: Placement,
 }
 
 impl Interface {
@@ -161,42 +98,36 @@ impl Interface {
         // Nothing is selected yet, so that its panel would be empty.
         let right = settings.right.filter(|open| *open != RightPanel::Selection);
         Self {
-            files: FileDrafts::new(&settings),
+            view: ViewPanel::new(&settings),
             settings: Settings { right, ..settings },
             camera_controller,
-            selected: None,
-            also_selected: Vec::new(),
-            filter: Filter::default(),
-            order_number: String::new(),
-            fleet_list: FleetList::default(),
-            collision_list: VirtualList::default(),
-            spot_list: VirtualList::default(),
-            marked: None,
-            hovered_secs: None,
-            history: History::default(),
-            sliders: SliderDrafts::default(),
-            timeline: TimelineState::default(),
-            notes: Notes::default(),
-            left_before: None,
-            plots_before: false,
-            help: false,
-            drag: None,
-            typing: false,
-            window: Window::whole(16.0 / 9.0),
-            placement: Placement::new(egui::Rect::ZERO),
-            minimap: Minimap::default(),
-            edge_hover: EdgeHover::default(),
-            past_presence: PastPresence::default(),
-            recorder: Recorder::default(),
-            late_input: None,
-            levels: Vec::new(),
-            side_by_side: SideBySide::default(),
-            is_refiltered: false,
+            selection: Selection::default(),
             bookmarks: Vec::new(),
+            filter: Filter::default(),
+            levels: Levels::default(),
             measuring: None,
-            menu: None,
-            log_panel: LogPanel::default(),
-            messages: Vec::new(),
+            fleet: FleetPanel::default(),
+            collisions: CollisionsPanel::default(),
+            spots: SpotsPanel::default(),
+            log: LogPanel::default(),
+            selection_panel: SelectionPanel::default(),
+            plots: PlotsPanel::default(),
+            timeline: TimelinePanel::default(),
+            transport: TransportBar::default(),
+            pointer: PointerInput::default(),
+            edge_hover: EdgeHover::default(),
+            minimap: Minimap::default(),
+            menu: Menu::default(),
+            help: Help::default(),
+            messages: Messages::default(),
+            last: LastPicture {
+                left: None,
+                plots: false,
+                typing: false,
+                window: Window::whole(16.0 / 9.0),
+                placement: Placement::new(Rect::ZERO),
+            },
+            late_input: None,
             applied_style: None,
         }
     }
@@ -209,76 +140,160 @@ impl Interface {
 
     /// Shows a message for some seconds. A message with the same text is replaced.
     pub fn notify(&mut self, text: impl Into<String>) {
-        let text = text.into();
-        self.messages.retain(|message| message.text != text);
-        self.messages.push(Message { text, until: None });
-        let surplus = self.messages.len().saturating_sub(MAX_MESSAGES);
-        self.messages.drain(..surplus);
+        self.messages.add(text.into());
     }
 
     /// Selects one item or nothing, and opens the selection panel for an item.
     pub fn select(&mut self, item: Option<Item>) {
-        self.also_selected.clear();
-        self.selected = item;
-        if item.is_some() {
-            self.settings.right = Some(RightPanel::Selection);
-        }
+        self.selection.set(item);
+        self.open_selection();
     }
 
     /// Adds a robot to the selected ones, or removes it from them. Any other item is selected
     /// alone.
     pub fn toggle_selected(&mut self, item: Item) {
-        let Item::Robot(id) = item else { return self.select(Some(item)) };
-        let mut robots = self.robots();
-        if robots.contains(&id) {
-            robots.retain(|robot| *robot != id);
-        } else {
-            robots.insert(0, id);
+        self.selection.toggle(item);
+        self.open_selection();
+    }
+
+    fn open_selection(&mut self) {
+        if self.selection.item.is_some() {
+            self.settings.right = Some(RightPanel::Selection);
         }
-        robots.truncate(MAX_SELECTED);
-        self.select(robots.first().map(|robot| Item::Robot(*robot)));
-        self.also_selected = robots.split_off(robots.len().min(1));
     }
 
     /// Returns the ids of the selected robots, the one in the selection panel first.
     pub fn robots(&self) -> Vec<u32> {
-        let Some(Item::Robot(id)) = self.selected else { return Vec::new() };
-        [&[id], self.also_selected.as_slice()].concat()
+        self.selection.robots()
     }
 
     /// Returns the selected edge or node.
     pub fn marked(&self) -> Option<Marked> {
-        match self.selected? {
-            Item::Robot(_) => None,
-            Item::Edge(index) => Some(Marked::Edge(index)),
-            Item::Node(index) => Some(Marked::Node(index)),
+        self.selection.marked()
+    }
+
+    /// Opens the menu of the item under a right click, in points of the window.
+    pub fn open_menu(&mut self, item: Option<Item>, at: egui::Pos2) {
+        self.menu.open(item, at);
+    }
+
+    /// Uses a file that was dropped on the window: a mesh for the robots, any other file for the
+    /// floor.
+    pub fn use_file(&mut self, path: &Path) {
+        self.view.use_file(path, &mut self.settings);
+    }
+
+    /// The log of the fleet.
+    pub fn log(&mut self) -> &mut FleetLog {
+        &mut self.log.log
+    }
+
+    /// Shows the reason for which a command of the user came to nothing, and keeps it in the log.
+    pub fn tell_refusal(&mut self, command: UserCommand, text: String, time_nanos: u64) {
+        self.notify(text.clone());
+        self.log.add_refusal(command, text, time_nanos);
+    }
+
+    /// Adds an end to what is measured.
+    pub fn measure_to(&mut self, end: End) {
+        self.measuring.get_or_insert_default().add(end);
+    }
+
+    /// The edges and the node whose robots are shown, by their indices in the world.
+    pub fn watched_places(&self) -> (Vec<u32>, Option<u32>) {
+        let (edge, node) = match self.selection.marked() {
+            Some(Marked::Edge(edge)) => (Some(edge), None),
+            Some(Marked::Node(node)) => (None, Some(node)),
+            None => (None, None),
+        };
+        let hovered = self.edge_hover.edge().filter(|hovered| Some(*hovered) != edge);
+        (edge.into_iter().chain(hovered).collect(), node)
+    }
+
+    /// The names and the places of the elements over the picture, in points.
+    pub fn placed(&self) -> &[(&'static str, Rect)] {
+        self.last.placement.taken()
+    }
+
+    /// Lets a panel show itself, and carries out its requests.
+    pub(super) fn present<R>(
+        &mut self,
+        model: &ViewModel<'_>,
+        actions: &mut Vec<Action>,
+        show: impl FnOnce(&mut Self, &PanelContext<'_>) -> R,
+    ) -> R {
+        let context = self.context(model);
+        let shown = show(self, &context);
+        for request in context.requests.into_inner() {
+            self.carry_out(request, model, actions);
+        }
+        shown
+    }
+
+    fn context<'a>(&self, model: &'a ViewModel<'a>) -> PanelContext<'a> {
+        let theme = self.settings.theme();
+        PanelContext {
+            model,
+            theme,
+            colours: style::colours(theme),
+            offset: self.settings.offset.into(),
+            selection: self.selection.clone(),
+            filter: self.filter.clone(),
+            camera: self.camera_controller.camera(),
+            followed: self.camera_controller.followed(),
+            window: self.last.window,
+            is_side_by_side: !self.parts().is_empty(),
+            is_managed: self.log.log.is_managed(),
+            requests: RefCell::default(),
         }
     }
 
-    pub(super) fn colours(&self) -> ThemeColours {
-        style::colours(self.settings.theme())
+    fn carry_out(&mut self, request: Request, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+        let camera = &mut self.camera_controller;
+        match request {
+            Request::Act(action) => actions.push(action),
+            Request::Run(command) => self.run(command, model, actions),
+            Request::Select(item) => self.select(item),
+            Request::SelectQuietly(item) => self.selection.set(item),
+            Request::Toggle(item) => self.toggle_selected(item),
+            Request::Describe(robot) => self.selection.describe(robot),
+            Request::FlyTo(place) => camera.fly_to(place),
+            Request::FlyToSelected => self.fly_to_selected(model),
+            Request::FlyToCamera(wanted) => camera.fly_to_camera(wanted),
+            Request::MoveTo(place) => camera.move_to(place),
+            Request::Look { yaw, pitch } => camera.look(yaw, pitch),
+            Request::Follow(follow) => camera.follow(follow),
+            Request::Filter(filter) => {
+                self.filter = filter.clone();
+                actions.push(Action::Filter(filter));
+            }
+            Request::ShowLevel(level) => self.show_level(level),
+            Request::ShowSideBySide(is_on) => self.show_side_by_side(is_on),
+            Request::GoToTime(secs) => self.present(model, actions, |interface, context| {
+                interface.timeline.go_to_time(context, secs);
+            }),
+            Request::Notify(text) => self.notify(text),
+        }
     }
 
     pub(super) fn fly_to_selected(&mut self, model: &ViewModel<'_>) {
-        match (self.place_of_selected(model), self.selected) {
-            (Some(place), Some(Item::Robot(id))) => self.camera_controller.fly_to_robot(id, place),
-            (Some(place), _) => self.camera_controller.fly_to(place),
-            (None, _) => {}
+        let Some(place) = self.place_of_selected(model) else { return };
+        match self.selection.robot() {
+            Some(id) => self.camera_controller.fly_to_robot(id, place),
+            None => self.camera_controller.fly_to(place),
         }
     }
 
     fn place_of_selected(&self, model: &ViewModel<'_>) -> Option<Vec2> {
-        let offset = Vec2::from(self.settings.offset);
-        match self.selected? {
+        let (offset, world) = (Vec2::from(self.settings.offset), &model.world);
+        match self.selection.item? {
             Item::Robot(id) => Some(model.pose(id, offset)?.place),
-            Item::Node(index) => model
-                .world
-                .nodes()
-                .get(index as usize)
-                .map(|node| Vec2::new(node.x, node.y) + offset),
+            Item::Node(index) => {
+                world.nodes().get(index as usize).map(|node| Vec2::new(node.x, node.y) + offset)
+            }
             Item::Edge(index) => {
-                let edge = model.world.edges().get(index as usize)?;
-                midpoint(&model.world, edge).map(|middle| middle + offset)
+                let edge = world.edges().get(index as usize)?;
+                midpoint(world, edge).map(|middle| middle + offset)
             }
         }
     }

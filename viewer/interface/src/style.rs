@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use egui::text::{LayoutJob, TextWrapping};
 use egui::{
-    Color32, Context, CornerRadius, FontId, Frame, Galley, Margin, RichText, Sense, Stroke,
-    TextStyle, Ui, Visuals, vec2,
+    Color32, ComboBox, Context, CornerRadius, FontId, Frame, Galley, Margin, RichText, Role, Sense,
+    Stroke, TextStyle, Ui, Visuals, WidgetInfo, vec2,
 };
 use regatta_plugin::frame::RobotState;
 use regatta_scene::palette::{Rgb, Theme};
@@ -161,27 +161,35 @@ pub fn floating(theme: Theme) -> Frame {
         .inner_margin(Margin::symmetric(10, 7))
 }
 
-/// Returns secondary text, in which no line ends between a number and what follows.
-pub fn faint(ui: &Ui, theme: Theme, text: impl Into<String>) -> RichText {
+/// Returns the colours of the theme of a context.
+pub fn colours_of(ctx: &Context) -> ThemeColours {
+    colours(match ctx.theme() {
+        egui::Theme::Dark => Theme::Dark,
+        egui::Theme::Light => Theme::Light,
+    })
+}
+
+/// Returns secondary text, in which no line ends between a number and the next word.
+pub fn faint(ui: &Ui, text: impl Into<String>) -> RichText {
     let size = ui.style().text_styles.get(&TextStyle::Body).map_or(13.0, |font| font.size - 1.0);
-    RichText::new(unbroken(&text.into())).size(size).color(colours(theme).faint)
+    RichText::new(unbroken(&text.into())).size(size).color(colours_of(ui.ctx()).faint)
 }
 
 /// Returns a text in which no line ends between a number and its unit.
 pub fn unbroken(text: &str) -> String {
     let mut after_digit = false;
-    let keep = |letter: char| {
-        let kept = if letter == ' ' && after_digit { NO_BREAK_SPACE } else { letter };
+    let mut unbroken = String::with_capacity(text.len());
+    for letter in text.chars() {
+        unbroken.push(if letter == ' ' && after_digit { NO_BREAK_SPACE } else { letter });
         after_digit = letter.is_ascii_digit();
-        kept
-    };
-    text.chars().map(keep).collect()
+    }
+    unbroken
 }
 
 /// Shows a line of a table: a name on the left and a value in a monospaced font on the right.
-pub fn line(ui: &mut Ui, theme: Theme, name: &str, value: impl Into<String>) {
+pub fn line(ui: &mut Ui, name: &str, value: impl Into<String>) {
     ui.horizontal(|ui| {
-        ui.label(faint(ui, theme, name));
+        ui.label(faint(ui, name));
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             ui.label(RichText::new(value).monospace());
         });
@@ -189,9 +197,16 @@ pub fn line(ui: &mut Ui, theme: Theme, name: &str, value: impl Into<String>) {
 }
 
 /// Shows a heading within a panel.
-pub fn heading(ui: &mut Ui, theme: Theme, text: &str) {
+pub fn heading(ui: &mut Ui, text: &str) {
     ui.add_space(6.0);
-    ui.label(RichText::new(text.to_uppercase()).size(10.5).color(colours(theme).faint).strong());
+    let faint = colours_of(ui.ctx()).faint;
+    ui.label(RichText::new(text.to_uppercase()).size(10.5).color(faint).strong());
+}
+
+/// Shows a choice by a combo box; `name` is its accessible name.
+pub fn choice(ui: &mut Ui, name: &str, choice: ComboBox, contents: impl FnOnce(&mut Ui)) {
+    let shown = choice.show_ui(ui, contents);
+    shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, name));
 }
 
 /// Shows a coloured dot and a text, which is cut if there is no room for it.

@@ -18,9 +18,9 @@ const SIZE: egui::Vec2 = vec2(26.0, 12.0);
 pub struct Symbols {
     /// Routes and goals of all robots.
     pub plans: bool,
-    /// Who waits for whom.
+    /// The robots that others wait for.
     pub waits: bool,
-    /// What is known.
+    /// The facts of the plans.
     pub facts: PlanFacts,
     /// The density of half the strength in robots per hectare, if robots are drawn as their
     /// density.
@@ -70,7 +70,7 @@ impl Symbols {
         list
     }
 
-    /// Says what the picture lacks; empty if it lacks nothing.
+    /// Returns the facts that the picture lacks, as texts.
     fn gaps(&self) -> Vec<String> {
         let mut gaps = Vec::new();
         if let Some(routes) = self.facts.routes.filter(|_| self.plans && self.facts.lacks_routes())
@@ -96,13 +96,13 @@ impl Symbols {
             ui.add_space(3.0);
         }
         if self.facts.is_filtered && (self.plans || self.waits) {
-            ui.label(style::faint(ui, theme, "of matching robots:"));
+            ui.label(style::faint(ui, "of matching robots:"));
         }
         for (symbol, text) in self.list() {
             ui.horizontal(|ui| {
                 let (place, _) = ui.allocate_exact_size(SIZE, Sense::hover());
                 draw(ui.painter(), symbol, place, theme);
-                ui.add(egui::Label::new(style::faint(ui, theme, text)).truncate());
+                ui.add(egui::Label::new(style::faint(ui, text)).truncate());
             });
         }
         for gap in self.gaps() {
@@ -120,7 +120,7 @@ impl Symbols {
 /// Shows the ramp of densities. The mean of the fleet's ground has half the strength.
 fn density(ui: &mut Ui, theme: Theme, mean: f32) {
     ui.add_space(3.0);
-    ui.label(style::faint(ui, theme, "robots per hectare"));
+    ui.label(style::faint(ui, "robots per hectare"));
     let colours = theme.colours();
     let steps: Vec<_> =
         (0..16).map(|step| colours.floor.mix(colours.unknown, step as f32 / 15.0)).collect();

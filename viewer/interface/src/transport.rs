@@ -6,10 +6,11 @@ use std::ops::RangeInclusive;
 use egui::{DragValue, RichText, Slider, Ui, vec2};
 use regatta_plugin::control::{ControlKind, ControlRequest};
 
+use super::context::{PanelContext, Request};
 use super::icons::{self, Icon};
-use super::state::Interface;
+use super::keys::Command;
 use super::style;
-use super::view_model::{Action, ViewModel};
+use super::view_model::Action;
 
 /// The slowest and the fastest speed of the slider; right of the fastest is "as fast as possible".
 const SPEEDS: (f32, f32) = (0.1, 100.0);
@@ -42,92 +43,78 @@ fn robots(count: u32) -> Action {
     })
 }
 
-impl Interface {
-    pub(super) fn transport(
-        &mut self,
-        ui: &mut Ui,
-        model: &ViewModel<'_>,
-        actions: &mut Vec<Action>,
-    ) {
-        let theme = self.settings.theme();
-        let is_connected = model.status.is_some();
+/// The transport bar: slider values that the engine has not adopted yet.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct TransportBar {
+    speed: Option<f32>,
+    robots: Option<u32>,
+}
+
+impl TransportBar {
+    /// Shows the bar; `shows_past` tells whether the timeline of a live run is shown.
+    pub fn show(&mut self, context: &PanelContext<'_>, shows_past: bool, ui: &mut Ui) {
+        let is_connected = context.model.status.is_some();
         let room = ui.available_width();
         // Sliders get shorter, and then are numbers only. A recording has one.
         let (sliders, others) =
-            if model.recording().is_some() { (1.0, 320.0) } else { (2.0, 440.0) };
+            if context.model.recording().is_some() { (1.0, 320.0) } else { (2.0, 440.0) };
         let rest = (room - others - if room >= NAMED { 120.0 } else { 0.0 }) / sliders;
         ui.spacing_mut().slider_width = if rest < SHORTEST_RAIL { 0.0 } else { rest.min(130.0) };
         ui.horizontal_centered(|ui| {
             ui.add_enabled_ui(is_connected, |ui| {
-                let (icon, name) =
-                    if model.is_paused() { (Icon::Play, "Resume") } else { (Icon::Pause, "Pause") };
+                let (icon, name) = if context.model.is_paused() {
+                    (Icon::Play, "Resume")
+                } else {
+                    (Icon::Pause, "Pause")
+                };
                 let response = icons::button(ui, icon, name, vec2(38.0, 28.0));
                 if response.on_hover_text(format!("{name} (Space)")).clicked() {
-                    actions.extend(self.pause_or_resume(model));
+                    context.ask(Request::Run(Command::Pause));
                 }
-                if model.recording().is_some() {
+                if context.model.recording().is_some() {
                     let response = icons::button(ui, Icon::StepBack, "Step back", vec2(32.0, 28.0));
                     if response.on_hover_text("One frame back (,)").clicked() {
-                        self.step_back(model, actions);
+                        context.ask(Request::Run(Command::StepBack));
                     }
                 }
                 if icons::button(ui, Icon::Step, "Step", vec2(32.0, 28.0))
                     .on_hover_text("One tick (.)")
                     .clicked()
                 {
-                    actions.extend(self.step(model));
+                    context.ask(Request::Run(Command::Step));
                 }
             });
             ui.add_space(4.0);
-            self.clock(ui, model, room >= NAMED);
+            clock(context, ui, room >= NAMED);
             if room >= NAMED {
                 ui.separator();
-                ui.label(style::faint(ui, theme, "speed"));
+                ui.label(style::faint(ui, "speed"));
             }
-            ui.add_enabled_ui(is_connected, |ui| self.speed_slider(ui, model, actions));
+            ui.add_enabled_ui(is_connected, |ui| self.speed_slider(context, ui));
             // The robots of a recording are what they were.
-            if model.recording().is_none() {
+            if context.model.recording().is_none() {
                 if room >= NAMED {
                     ui.separator();
-                    ui.label(style::faint(ui, theme, "robots"));
+                    ui.label(style::faint(ui, "robots"));
                 }
-                ui.add_enabled_ui(is_connected, |ui| self.robots_slider(ui, model, actions));
+                ui.add_enabled_ui(is_connected, |ui| self.robots_slider(context, ui));
             }
-            if model.timeline.is_some_and(|timeline| timeline.live.is_some()) {
+            if context.model.timeline.is_some_and(|timeline| timeline.live.is_some()) {
                 if room >= NAMED {
                     ui.separator();
                 }
                 let text = "The last ten minutes, while the run goes on (U)";
-                let button = egui::Button::selectable(self.timeline.shows_past, "Past");
+                let button = egui::Button::selectable(shows_past, "Past");
                 if ui.add(button).on_hover_text(text).clicked() {
-                    self.toggle_past(actions);
+                    context.ask(Request::Run(Command::Past));
                 }
             }
         });
     }
 
-    fn clock(&self, ui: &mut Ui, model: &ViewModel<'_>, with_speed: bool) {
-        let text = model.clock_secs().map_or("–".to_owned(), clock_text);
-        ui.add_sized(
-            [96.0, 24.0],
-            egui::Label::new(RichText::new(text).monospace().size(17.0)).extend(),
-        );
-        if !with_speed {
-            return;
-        }
-        let factor =
-            model.status.filter(|_| !model.is_paused()).map(|status| status.real_time_factor);
-        let text = factor.map_or("– ×".to_owned(), |factor| format!("{factor:.2}×"));
-        ui.add_sized(
-            [50.0, 24.0],
-            egui::Label::new(style::faint(ui, self.settings.theme(), text)).extend(),
-        )
-        .on_hover_text("Measured speed: simulated seconds per second");
-    }
-
-    fn speed_slider(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
-        let reported = model.frame.map_or(1.0, |frame| frame.header().speed);
-        let mut position = position_of(self.sliders.speed.unwrap_or(reported));
+    fn speed_slider(&mut self, context: &PanelContext<'_>, ui: &mut Ui) {
+        let reported = context.model.frame.map_or(1.0, |frame| frame.header().speed);
+        let mut position = position_of(self.speed.unwrap_or(reported));
         let (range, format) =
             (SPEEDS.0.log10()..=UNLIMITED, |position, _: RangeInclusive<usize>| {
                 speed_text(speed_at(position as f32))
@@ -149,18 +136,18 @@ impl Interface {
             response.on_hover_text("Requested speed: simulated seconds per second ([ and ])");
         if response.changed() {
             let wanted = speed_at(position);
-            self.sliders.speed = Some(wanted);
-            actions.push(speed(wanted));
+            self.speed = Some(wanted);
+            context.act(speed(wanted));
         } else if !response.dragged() && !response.has_focus() {
-            self.sliders.speed = None;
+            self.speed = None;
         }
     }
 
-    fn robots_slider(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
+    fn robots_slider(&mut self, context: &PanelContext<'_>, ui: &mut Ui) {
         // Of an engine that has ended, the last frame tells.
-        let in_frame = || model.frame.map_or(0, |frame| frame.len() as u32);
-        let reported = model.status.map_or_else(in_frame, |status| status.robots);
-        let mut count = self.sliders.robots.unwrap_or(reported);
+        let in_frame = context.model.frame.map_or(0, |frame| frame.len() as u32);
+        let reported = context.model.status.map_or(in_frame, |status| status.robots);
+        let mut count = self.robots.unwrap_or(reported);
         let range = 1..=MAX_ROBOTS.max(reported);
         let speed = f64::from(count) * 0.01;
         let response = if has_rail(ui) {
@@ -171,67 +158,83 @@ impl Interface {
         let response =
             response.on_hover_text("Number of robots, also while the fleet runs (K and I)");
         if response.changed() {
-            self.sliders.robots = Some(count);
-            actions.push(robots(count));
-        } else if !response.dragged()
-            && !response.has_focus()
-            && self.sliders.robots == Some(reported)
-        {
-            self.sliders.robots = None;
+            self.robots = Some(count);
+            context.act(robots(count));
+        } else if !response.dragged() && !response.has_focus() && self.robots == Some(reported) {
+            self.robots = None;
         }
-    }
-
-    /// Returns the requests that pause or resume; at the end of a recording, it begins again.
-    pub(super) fn pause_or_resume(&self, model: &ViewModel<'_>) -> Vec<Action> {
-        if !model.is_paused() {
-            return vec![control(ControlKind::Pause)];
-        }
-        let ended = model
-            .recording()
-            .filter(|timeline| timeline.now.is_some_and(|now| now >= timeline.end));
-        let again = ended.map(|timeline| {
-            Action::Control(ControlRequest {
-                count: timeline.start,
-                ..ControlRequest::new(ControlKind::Seek)
-            })
-        });
-        again.into_iter().chain([control(ControlKind::Resume)]).collect()
-    }
-
-    /// Returns the requests that advance one tick: a running engine is paused first.
-    pub(super) fn step(&self, model: &ViewModel<'_>) -> Vec<Action> {
-        let pause = (!model.is_paused()).then(|| control(ControlKind::Pause));
-        let step =
-            Action::Control(ControlRequest { count: 1, ..ControlRequest::new(ControlKind::Step) });
-        pause.into_iter().chain([step]).collect()
-    }
-
-    /// Returns the action that multiplies the speed by a factor.
-    pub(super) fn times_speed(&self, model: &ViewModel<'_>, factor: f32) -> Action {
-        let reported = model.frame.map_or(1.0, |frame| frame.header().speed);
-        speed(match (reported.is_finite(), factor > 1.0) {
-            (false, true) => reported,
-            (true, true) if reported >= SPEEDS.1 => f32::INFINITY,
-            (true, _) => (reported * factor).clamp(SPEEDS.0, SPEEDS.1),
-            (false, false) => SPEEDS.1,
-        })
-    }
-
-    /// Returns the action that multiplies the number of robots by a factor; it changes by at least
-    /// one.
-    pub(super) fn times_robots(&mut self, model: &ViewModel<'_>, factor: f32) -> Option<Action> {
-        if model.recording().is_some() {
-            self.notify("a recording has the robots that it has");
-            return None;
-        }
-        let reported = model.status.map_or(1, |status| status.robots);
-        let wanted = (reported as f32 * factor) as u32;
-        let least = reported.saturating_sub(1);
-        Some(robots(if factor > 1.0 { wanted.max(reported + 1) } else { wanted.min(least).max(1) }))
     }
 }
 
-/// Whether there is room for the rails of sliders, and not only for their numbers.
+fn clock(context: &PanelContext<'_>, ui: &mut Ui, with_speed: bool) {
+    let text = context.model.clock_secs().map_or("–".to_owned(), clock_text);
+    ui.add_sized(
+        [96.0, 24.0],
+        egui::Label::new(RichText::new(text).monospace().size(17.0)).extend(),
+    );
+    if !with_speed {
+        return;
+    }
+    let factor = context
+        .model
+        .status
+        .filter(|_| !context.model.is_paused())
+        .map(|status| status.real_time_factor);
+    let text = factor.map_or("– ×".to_owned(), |factor| format!("{factor:.2}×"));
+    ui.add_sized([50.0, 24.0], egui::Label::new(style::faint(ui, text)).extend())
+        .on_hover_text("Measured speed: simulated seconds per second");
+}
+
+/// Pauses or resumes; a recording that has ended begins again.
+pub(super) fn pause_or_resume(context: &PanelContext<'_>) {
+    if !context.model.is_paused() {
+        return context.act(control(ControlKind::Pause));
+    }
+    if let Some(timeline) = context.model.recording()
+        && timeline.now.is_some_and(|now| now >= timeline.end)
+    {
+        let seek = ControlRequest::new(ControlKind::Seek);
+        context.act(Action::Control(ControlRequest { count: timeline.start, ..seek }));
+    }
+    context.act(control(ControlKind::Resume));
+}
+
+/// Advances one tick: a running engine is paused first.
+pub(super) fn step(context: &PanelContext<'_>) {
+    if !context.model.is_paused() {
+        context.act(control(ControlKind::Pause));
+    }
+    let step = ControlRequest::new(ControlKind::Step);
+    context.act(Action::Control(ControlRequest { count: 1, ..step }));
+}
+
+/// Multiplies the speed by a factor.
+pub(super) fn multiply_speed(context: &PanelContext<'_>, factor: f32) {
+    let reported = context.model.frame.map_or(1.0, |frame| frame.header().speed);
+    context.act(speed(match (reported.is_finite(), factor > 1.0) {
+        (false, true) => reported,
+        (true, true) if reported >= SPEEDS.1 => f32::INFINITY,
+        (true, _) => (reported * factor).clamp(SPEEDS.0, SPEEDS.1),
+        (false, false) => SPEEDS.1,
+    }));
+}
+
+/// Multiplies the number of robots by a factor; it changes by at least one.
+pub(super) fn multiply_robots(context: &PanelContext<'_>, factor: f32) {
+    if context.model.recording().is_some() {
+        return context.notify("a recording has the robots that it has");
+    }
+    let reported = context.model.status.map_or(1, |status| status.robots);
+    let wanted = (reported as f32 * factor) as u32;
+    let least = reported.saturating_sub(1);
+    context.act(robots(if factor > 1.0 {
+        wanted.max(reported + 1)
+    } else {
+        wanted.min(least).max(1)
+    }));
+}
+
+/// Whether there is room for the rails of sliders.
 fn has_rail(ui: &Ui) -> bool {
     ui.spacing().slider_width >= SHORTEST_RAIL
 }

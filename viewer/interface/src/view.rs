@@ -4,29 +4,52 @@ use std::path::Path;
 
 use egui::{DragValue, Key, Role, Slider, TextEdit, Ui, WidgetInfo};
 use glam::Vec3;
+use regatta_plugin::column::{GOAL, WAITS_FOR};
 use regatta_scene::palette::Colouring;
 use regatta_scene::plans::{Coverage, PlanFacts};
 use regatta_scene::{Light, MAX_LIGHTS};
 
-use super::settings::RobotMesh;
-use super::state::Interface;
-use super::style::{faint, heading};
-use super::view_model::{Action, ViewModel};
+use super::cameras::{self, Bookmark};
+use super::context::PanelContext;
+use super::heat;
+use super::levels::Levels;
+use super::settings::{RobotMesh, Settings};
+use super::style::{self, faint, heading};
+use super::view_model::ViewModel;
 use crate::text::{thousands, with_plural};
 
-impl Interface {
-    pub(super) fn view(&mut self, ui: &mut Ui, model: &ViewModel<'_>, actions: &mut Vec<Action>) {
-        let theme = self.settings.theme();
-        heading(ui, theme, "robot colours");
-        self.colour_choice(ui, model);
+/// The view panel: file names and mesh parameters as typed, before the files are loaded.
+#[derive(Clone, Debug)]
+pub(super) struct ViewPanel {
+    floor: String,
+    mesh: RobotMesh,
+}
+
+impl ViewPanel {
+    /// Creates the panel with the files of the settings.
+    pub fn new(settings: &Settings) -> Self {
+        let none = RobotMesh { file: String::new(), scale: 1.0, z: 0.0, yaw: 0.0 };
+        Self { floor: settings.floor_image.clone(), mesh: settings.mesh.clone().unwrap_or(none) }
+    }
+
+    /// Shows the panel.
+    pub fn show(
+        &mut self,
+        context: &PanelContext<'_>,
+        settings: &mut Settings,
+        levels: &Levels,
+        bookmarks: &[Bookmark],
+        ui: &mut Ui,
+    ) {
+        heading(ui, "robot colours");
+        colour_choice(context, settings, ui);
         ui.horizontal(|ui| {
-            ui.selectable_value(&mut self.settings.light, false, "Dark");
-            ui.selectable_value(&mut self.settings.light, true, "Light");
+            ui.selectable_value(&mut settings.light, false, "Dark");
+            ui.selectable_value(&mut settings.light, true, "Light");
         });
-        self.cameras(ui, model, actions);
-        heading(ui, theme, "layers");
-        self.level_choice(ui);
-        let settings = &mut self.settings;
+        cameras::show(context, bookmarks, ui);
+        heading(ui, "layers");
+        levels.choice(context, ui);
         ui.checkbox(&mut settings.edges, "edges");
         ui.checkbox(&mut settings.nodes, "nodes");
         ui.checkbox(&mut settings.ids, "ids when near");
@@ -35,24 +58,22 @@ impl Interface {
         ui.checkbox(&mut settings.grid, "grid");
         ui.checkbox(&mut settings.shadows, "shadows");
         ui.checkbox(&mut settings.density, "density of robots from afar").on_hover_text("Shift+Z");
-        self.plan_layers(ui, model);
-        self.heat_layer(ui, model);
-        let settings = &mut self.settings;
-        heading(ui, theme, "trails");
+        plan_layers(context, settings, ui);
+        heat::layer(context, settings, ui);
+        heading(ui, "trails");
         ui.add(Slider::new(&mut settings.trails, 0..=4096).logarithmic(true).text("points"));
-        if (1..settings.trails).contains(&model.trail_points) {
+        if (1..settings.trails).contains(&context.model.trail_points) {
             ui.label(faint(
                 ui,
-                theme,
-                format!("limited to {} by the graphics adapter", model.trail_points),
+                format!("limited to {} by the graphics adapter", context.model.trail_points),
             ));
         }
         ui.checkbox(&mut settings.trails_of_selected, "selected robots only");
-        heading(ui, theme, "floor");
+        heading(ui, "floor");
         let mut is_limited = settings.floor.is_some();
         ui.checkbox(&mut is_limited, "limited size around the origin");
         if is_limited != settings.floor.is_some() {
-            let size = model.bounds.high - model.bounds.low;
+            let size = context.model.bounds.high - context.model.bounds.low;
             settings.floor = is_limited.then(|| (size.ceil() + 10.0).to_array());
         }
         if let Some(size) = &mut settings.floor {
@@ -68,14 +89,13 @@ impl Interface {
                 }
             });
         }
-        self.floor_file(ui);
-        self.floor_place(ui);
-        heading(ui, theme, "robots");
-        self.mesh_file(ui);
-        heading(ui, theme, "lamps");
-        lamps(ui, &mut self.settings.lamps, model);
-        heading(ui, theme, "offset of all positions");
-        let settings = &mut self.settings;
+        self.floor_file(settings, ui);
+        cameras::floor_place(settings, ui);
+        heading(ui, "robots");
+        self.mesh_file(settings, ui);
+        heading(ui, "lamps");
+        lamps(ui, &mut settings.lamps, context.model);
+        heading(ui, "offset of all positions");
         ui.horizontal(|ui| {
             for (metres, name) in settings.offset.iter_mut().zip(["x ", "y "]) {
                 ui.add(
@@ -83,83 +103,63 @@ impl Interface {
                 );
             }
         });
-        heading(ui, theme, "interface");
-        let percent = |scale: f32| format!("{:.0} %", scale * 100.0);
-        let choice = egui::ComboBox::from_id_salt("scale").selected_text(percent(settings.scale));
-        let shown = choice.show_ui(ui, |ui| {
+        heading(ui, "interface");
+        let combo =
+            egui::ComboBox::from_id_salt("scale").selected_text(percent_text(settings.scale));
+        style::choice(ui, "size of the interface", combo, |ui| {
             for scale in [0.75, 0.9, 1.0, 1.15, 1.3, 1.5, 2.0] {
-                ui.selectable_value(&mut settings.scale, scale, percent(scale));
+                ui.selectable_value(&mut settings.scale, scale, percent_text(scale));
             }
         });
-        shown
-            .response
-            .widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "size of the interface"));
-    }
-
-    /// Shows the switches of what a fleet manager plans, each with what is known of it.
-    fn plan_layers(&mut self, ui: &mut Ui, model: &ViewModel<'_>) {
-        let (theme, settings, plans) = (self.settings.theme(), &mut self.settings, &model.plans);
-        let robots = if self.filter.has_conditions() { "matching" } else { "all" };
-        ui.checkbox(&mut settings.plans, format!("routes and goals of {robots} robots"))
-            .on_hover_text("Key H");
-        if settings.plans {
-            ui.label(faint(ui, theme, routes_text(plans)));
-        }
-        ui.checkbox(&mut settings.waits, "who waits for whom").on_hover_text("Key B");
-        if settings.waits {
-            ui.label(faint(ui, theme, waits_text(plans)));
-        }
     }
 
     /// Uses a file that was dropped on the window: a mesh for the robots, any other file for the
     /// floor.
-    pub fn use_file(&mut self, path: &Path) {
+    pub fn use_file(&mut self, path: &Path, settings: &mut Settings) {
         let extension =
             path.extension().map(|extension| extension.to_string_lossy().to_lowercase());
         let file = path.display().to_string();
         match extension.as_deref() {
             Some("stl" | "obj" | "gltf" | "glb") => {
-                self.files.mesh.file = file;
-                self.settings.mesh = Some(self.files.mesh.clone());
+                self.mesh.file = file;
+                settings.mesh = Some(self.mesh.clone());
             }
             _ => {
-                self.settings.floor_image.clone_from(&file);
-                self.files.floor = file;
+                settings.floor_image.clone_from(&file);
+                self.floor = file;
             }
         }
     }
 
-    fn floor_file(&mut self, ui: &mut Ui) {
-        let (drafts, settings) = (&mut self.files, &mut self.settings);
+    fn floor_file(&mut self, settings: &mut Settings, ui: &mut Ui) {
         let hint = "image or ROS map.yaml";
-        if file_line(ui, &mut drafts.floor, hint, !settings.floor_image.is_empty(), "floor file") {
-            settings.floor_image.clone_from(&drafts.floor);
+        if file_line(ui, &mut self.floor, hint, !settings.floor_image.is_empty(), "floor file") {
+            settings.floor_image.clone_from(&self.floor);
         }
     }
 
-    fn mesh_file(&mut self, ui: &mut Ui) {
-        let (drafts, settings) = (&mut self.files, &mut self.settings);
+    fn mesh_file(&mut self, settings: &mut Settings, ui: &mut Ui) {
         if file_line(
             ui,
-            &mut drafts.mesh.file,
+            &mut self.mesh.file,
             "mesh: STL, OBJ or glTF",
             settings.mesh.is_some(),
             "mesh file",
         ) {
-            settings.mesh = (!drafts.mesh.file.is_empty()).then(|| drafts.mesh.clone());
+            settings.mesh = (!self.mesh.file.is_empty()).then(|| self.mesh.clone());
         }
         if let Some(mesh) = &mut settings.mesh {
             ui.horizontal_wrapped(|ui| {
-                let scale = DragValue::new(&mut drafts.mesh.scale)
+                let scale = DragValue::new(&mut self.mesh.scale)
                     .range(1e-6..=1e6)
                     .speed(0.001)
                     .prefix("scale ");
-                let z = DragValue::new(&mut drafts.mesh.z)
+                let z = DragValue::new(&mut self.mesh.z)
                     .range(-100.0..=100.0)
                     .speed(0.01)
                     .prefix("z ")
                     .suffix(" m");
-                let yaw = DragValue::new(&mut drafts.mesh.yaw)
+                let yaw = DragValue::new(&mut self.mesh.yaw)
                     .range(-360.0..=360.0)
                     .speed(1.0)
                     .prefix("yaw ")
@@ -168,36 +168,51 @@ impl Interface {
                     // A change reads the file again, so it is applied only when the value is
                     // released.
                     if value.drag_stopped() || value.lost_focus() {
-                        *mesh = RobotMesh { file: mesh.file.clone(), ..drafts.mesh };
+                        *mesh = RobotMesh { file: mesh.file.clone(), ..self.mesh };
                     }
                 }
             });
         }
     }
+}
 
-    /// Shows the choice of colourings of the robots.
-    pub(super) fn colour_choice(&mut self, ui: &mut Ui, model: &ViewModel<'_>) {
-        let choice = egui::ComboBox::from_id_salt("colour")
-            .selected_text(&self.settings.colour)
-            .width(110.0);
-        let shown = choice.show_ui(ui, |ui| {
-            for name in colourings(model) {
-                ui.selectable_value(&mut self.settings.colour, name.clone(), name);
-            }
-        });
-        shown.response.widget_info(|| WidgetInfo::labeled(Role::ComboBox, true, "robot colours"));
+/// Shows the switches of what a fleet manager plans, each with what is known of it.
+fn plan_layers(context: &PanelContext<'_>, settings: &mut Settings, ui: &mut Ui) {
+    let plans = &context.model.plans;
+    let robots = if context.filter.has_conditions() { "matching" } else { "all" };
+    ui.checkbox(&mut settings.plans, format!("routes and goals of {robots} robots"))
+        .on_hover_text("Key H");
+    if settings.plans {
+        ui.label(faint(ui, routes_text(plans)));
     }
-
-    /// Selects the next colouring.
-    pub(super) fn next_colouring(&mut self, model: &ViewModel<'_>) {
-        let all = colourings(model);
-        let next =
-            all.iter().position(|name| *name == self.settings.colour).map_or(0, |index| index + 1);
-        self.settings.colour = all[next % all.len()].clone();
+    ui.checkbox(&mut settings.waits, "who waits for whom").on_hover_text("Key B");
+    if settings.waits {
+        ui.label(faint(ui, waits_text(plans)));
     }
 }
 
-/// Returns what is known of the routes of all robots, or of those that match the filter.
+/// Shows the choice of colourings of the robots.
+fn colour_choice(context: &PanelContext<'_>, settings: &mut Settings, ui: &mut Ui) {
+    let combo = egui::ComboBox::from_id_salt("colour").selected_text(&settings.colour).width(110.0);
+    style::choice(ui, "robot colours", combo, |ui| {
+        for name in colourings(context.model) {
+            ui.selectable_value(&mut settings.colour, name.clone(), name);
+        }
+    });
+}
+
+/// Selects the next colouring.
+pub(super) fn next_colouring(model: &ViewModel<'_>, settings: &mut Settings) {
+    let all = colourings(model);
+    let next = all.iter().position(|name| *name == settings.colour).map_or(0, |index| index + 1);
+    settings.colour = all[next % all.len()].clone();
+}
+
+fn percent_text(scale: f32) -> String {
+    format!("{:.0} %", scale * 100.0)
+}
+
+/// Returns the coverage of the routes of all robots, or of those that match the filter, as a text.
 fn routes_text(plans: &PlanFacts) -> String {
     let goals = if plans.has_goals { "" } else { "; no goals: no fleet manager publishes them" };
     let noun = robot_noun(plans);
@@ -214,12 +229,12 @@ fn routes_text(plans: &PlanFacts) -> String {
     }
 }
 
-/// Returns what the robots are that are counted.
+/// Returns the name of the counted robots.
 fn robot_noun(plans: &PlanFacts) -> &'static str {
     if plans.is_filtered { "matching robot" } else { "robot" }
 }
 
-/// Returns how many robots wait.
+/// Returns the number of robots that wait, as a text.
 fn waits_text(plans: &PlanFacts) -> String {
     match plans.waiting {
         Some([waiting, in_rings]) => {
@@ -286,7 +301,7 @@ fn colourings(model: &ViewModel<'_>) -> Vec<String> {
         .map(|colouring| colouring.to_string());
     let columns = model.columns.iter().map(ToString::to_string);
     // Ids make no colours, and the names are listed as long as this viewer reads them.
-    let ids = ["goal", "waits-for"];
+    let ids = [GOAL.name(), WAITS_FOR.name()];
     let columns: Vec<_> =
         columns.filter(|name| !built_in.contains(name) && !ids.contains(&name.as_str())).collect();
     built_in.into_iter().chain(columns).collect()

@@ -45,6 +45,15 @@ pub struct Counts {
     pub skipped: u64,
 }
 
+/// The UDP programs that are running.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RunningUdp {
+    /// Whether the UDP source receives robots.
+    pub receives: bool,
+    /// Whether the UDP sender sends the fleet.
+    pub sends: bool,
+}
+
 /// Everything that the interface shows in one picture.
 #[derive(Clone, Debug)]
 pub struct ViewModel<'a> {
@@ -74,14 +83,14 @@ pub struct ViewModel<'a> {
     pub order: Option<RobotOrder>,
     /// The rest of the selected robot's route, if it is known.
     pub route: Option<Remaining>,
-    /// How much of the plans of all robots is known.
+    /// The known part of the plans of all robots.
     pub plans: PlanFacts,
     /// The indices of closed edges, sorted.
     pub closed: &'a [u32],
     /// The density of half the strength in robots per hectare, if robots are drawn as their
     /// density.
     pub density: Option<f32>,
-    /// What is known of where it jams.
+    /// The facts about jams.
     pub jams: &'a JamFacts,
     /// The answer to the last [`Action::Rows`].
     pub rows: Option<&'a Rows>,
@@ -99,8 +108,8 @@ pub struct ViewModel<'a> {
     pub lag: Option<f64>,
     /// Points of each trail that fit the graphics adapter, of those requested.
     pub trail_points: u32,
-    /// Whether the UDP source and the UDP sender are running.
-    pub udp: [bool; 2],
+    /// The UDP programs that are running.
+    pub udp: RunningUdp,
     /// The recording that is replayed, or what is kept of a live run.
     pub timeline: Option<Timeline<'a>>,
 }
@@ -122,13 +131,13 @@ pub struct Timeline<'a> {
     pub searched: u64,
     /// Marks that there was no room for.
     pub left_out: u64,
-    /// What happened, sorted by time.
+    /// The marks, sorted by time.
     pub marks: &'a [RecordingMark],
     /// If this is a run that goes on: what is kept of it.
     pub live: Option<Live>,
 }
 
-/// What is kept of a live run.
+/// The kept part of a live run.
 #[derive(Clone, Copy, Debug)]
 pub struct Live {
     /// The memory that it takes, in bytes.
@@ -223,7 +232,7 @@ impl ViewModel<'_> {
         clock == Some(ClockState::Paused as u32)
     }
 
-    /// What is shown: the file of a recording, or the fleet.
+    /// The shown source: the file of a recording, or the fleet.
     pub fn name(&self) -> &str {
         self.recording().map_or(self.fleet, |recording| recording.name)
     }

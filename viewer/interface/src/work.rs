@@ -2,93 +2,83 @@
 
 use egui::Ui;
 use regatta_plugin::activity::Activity;
+use regatta_plugin::column::{ACTIVITY, BATTERY, GOAL, WAITS_FOR};
 use regatta_plugin::order::StopAction;
 use regatta_plugin::world::NodeRecord;
 
-use super::state::Interface;
+use super::context::{PanelContext, Request};
 use super::style::{self, heading, line};
 use super::view_model::{Item, ViewModel};
 
 /// The columns that this part shows.
-pub const COLUMNS: [&str; 4] = ["activity", "waits-for", "goal", "battery"];
+pub const COLUMNS: [&str; 4] = [ACTIVITY.name(), WAITS_FOR.name(), GOAL.name(), BATTERY.name()];
 
-impl Interface {
-    /// Shows what the selected robot does, for whom it waits, where it goes, its order and its
-    /// battery, as far as that is published.
-    pub(super) fn work(&mut self, ui: &mut Ui, model: &ViewModel<'_>) {
-        let theme = self.settings.theme();
-        let [activity, waits_for, goal, battery] = COLUMNS.map(|name| model.value(name));
-        if [activity, waits_for, goal, battery].iter().all(Option::is_none) && model.order.is_none()
-        {
-            return;
-        }
-        heading(ui, theme, "work");
-        if let Some(activity) = activity {
-            line(
-                ui,
-                theme,
-                "does",
-                Activity::from_value(activity).map_or("unknown", Activity::name),
-            );
-        }
-        self.order(ui, model);
-        let mut next = None;
-        if let Some(goal) = goal {
-            let node = node_of(model, goal);
-            if link(ui, theme, "goal", node.map(|(_, node)| name_of(model, node))) {
-                next = node.map(|(index, _)| Item::Node(index));
-            }
-        }
-        if let Some(other) = waits_for {
-            let other = (other >= 0.0).then_some(other as u32);
-            if link(ui, theme, "waits for", other.map(|id| format!("robot {id}"))) {
-                next = other.map(Item::Robot);
-            }
-        }
-        if let Some(charge) = battery.filter(|charge| charge.is_finite()) {
-            line(ui, theme, "battery", format!("{charge:.0} %"));
-        }
-        if next.is_some() {
-            self.select(next);
+/// Shows what the selected robot does, the robot that it waits for, its goal, its order and its
+/// battery, as far as that is published.
+pub(super) fn show(context: &PanelContext<'_>, ui: &mut Ui) {
+    let [activity, waits_for, goal, battery] = COLUMNS.map(|name| context.model.value(name));
+    if [activity, waits_for, goal, battery].iter().all(Option::is_none)
+        && context.model.order.is_none()
+    {
+        return;
+    }
+    heading(ui, "work");
+    if let Some(activity) = activity {
+        line(ui, "does", ACTIVITY.element(activity).map_or("unknown", Activity::name));
+    }
+    order(context, ui);
+    let mut next = None;
+    if let Some(goal) = goal {
+        let node = node_of(context.model, goal);
+        if link(ui, "goal", node.map(|(_, node)| name_of(context.model, node))) {
+            next = node.map(|(index, _)| Item::Node(index));
         }
     }
-
-    fn order(&self, ui: &mut Ui, model: &ViewModel<'_>) {
-        let (Some(order), theme) = (model.order, self.settings.theme()) else { return };
-        line(ui, theme, "order", order.number.to_string());
-        let Some(stop) = order.next else { return };
-        let node = model.world.nodes().iter().find(|node| node.id == stop.node);
-        let place = node.map_or_else(|| format!("node {}", stop.node), |node| name_of(model, node));
-        let verb = match (stop.action, order.is_handling) {
-            (StopAction::None, false) => "to",
-            (StopAction::None, true) => "at",
-            (StopAction::Pick, false) => "to pick at",
-            (StopAction::Pick, true) => "picks at",
-            (StopAction::Drop, false) => "to drop at",
-            (StopAction::Drop, true) => "drops at",
-            (StopAction::Charge, false) => "to charge at",
-            (StopAction::Charge, true) => "charges at",
-            (StopAction::Park, false) => "to park at",
-            (StopAction::Park, true) => "parks at",
-        };
-        let [number, stops] = order.stop;
-        line(ui, theme, &format!("stop {number} of {stops}"), format!("{verb} {place}"));
+    if let Some(other) = waits_for {
+        let other = WAITS_FOR.element(other);
+        if link(ui, "waits for", other.map(|id| format!("robot {id}"))) {
+            next = other.map(Item::Robot);
+        }
+    }
+    if let Some(charge) = battery.and_then(|value| BATTERY.element(value)) {
+        line(ui, "battery", format!("{charge:.0} %"));
+    }
+    if next.is_some() {
+        context.ask(Request::Select(next));
     }
 }
 
+fn order(context: &PanelContext<'_>, ui: &mut Ui) {
+    let Some(order) = context.model.order else { return };
+    line(ui, "order", order.number.to_string());
+    let Some(stop) = order.next else { return };
+    let node = context.model.world.nodes().iter().find(|node| node.id == stop.node);
+    let place =
+        node.map_or_else(|| format!("node {}", stop.node), |node| name_of(context.model, node));
+    let verb = match (stop.action, order.is_handling) {
+        (StopAction::None, false) => "to",
+        (StopAction::None, true) => "at",
+        (StopAction::Pick, false) => "to pick at",
+        (StopAction::Pick, true) => "picks at",
+        (StopAction::Drop, false) => "to drop at",
+        (StopAction::Drop, true) => "drops at",
+        (StopAction::Charge, false) => "to charge at",
+        (StopAction::Charge, true) => "charges at",
+        (StopAction::Park, false) => "to park at",
+        (StopAction::Park, true) => "parks at",
+    };
+    let [number, stops] = order.stop;
+    line(ui, &format!("stop {number} of {stops}"), format!("{verb} {place}"));
+}
+
 /// Shows a line whose value is a link; `none` without a value. Returns whether it was clicked.
-fn link(
-    ui: &mut Ui,
-    theme: regatta_scene::palette::Theme,
-    name: &str,
-    value: Option<String>,
-) -> bool {
+fn link(ui: &mut Ui, name: &str, value: Option<String>) -> bool {
     let Some(value) = value else {
-        line(ui, theme, name, "none");
+        line(ui, name, "none");
         return false;
     };
     let row = ui.horizontal(|ui| {
-        ui.label(style::faint(ui, theme, name));
+        ui.label(style::faint(ui, name));
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             ui.link(value).clicked()
         })
@@ -99,7 +89,7 @@ fn link(
 
 /// Returns the node of a value of the column `goal`, with its index in the world.
 fn node_of<'a>(model: &ViewModel<'a>, value: f32) -> Option<(u32, &'a NodeRecord)> {
-    let id = (value >= 0.0).then_some(value as u32)?;
+    let id = GOAL.element(value)?;
     (0..).zip(model.world.nodes()).find(|(_, node)| node.id == id)
 }
 

@@ -133,7 +133,7 @@ impl Camera {
     pub fn fitted_within(self, bounds: Bounds, window: Window) -> Self {
         let aspect = window.aspect;
         let is_whole = window == Window::whole(aspect);
-        // How far the middle of the part is from that of the picture.
+        // The way from the middle of the picture to that of the part.
         let aside = ((window.low + window.high) / 2.0 - 0.5) * Vec2::new(aspect, 1.0);
         let size = (bounds.high - bounds.low).max(Vec2::splat(1.0));
         let corners =

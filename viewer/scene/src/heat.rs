@@ -31,7 +31,7 @@ pub enum Figure {
     Routes,
 }
 
-/// The time that a figure is about.
+/// The period of a figure.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Period {
@@ -44,12 +44,12 @@ pub enum Period {
     Run,
 }
 
-/// What the heat map shows.
+/// The content of a heat map.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Heat {
     /// The figure.
     pub figure: Figure,
-    /// The time that it is about.
+    /// Its period.
     pub period: Period,
 }
 
@@ -155,8 +155,10 @@ impl FromStr for Heat {
         let (figure, period) = text.split_once(':').unwrap_or((text, Period::default().name()));
         let figure = Figure::ALL.into_iter().find(|known| known.name() == figure);
         let period = Period::ALL.into_iter().find(|known| known.name() == period);
-        let heat = figure.zip(period).map(|(figure, period)| Self { figure, period });
-        heat.ok_or_else(|| HeatError(text.to_owned()))
+        let (Some(figure), Some(period)) = (figure, period) else {
+            return Err(HeatError(text.to_owned()));
+        };
+        Ok(Self { figure, period })
     }
 }
 
@@ -170,10 +172,10 @@ pub struct HotCurve {
     pub level: f32,
 }
 
-/// The ends of the heat map's scale, and what its figures are of.
+/// The scale of a heat map, and the sources of its figures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HeatFacts {
-    /// What is shown.
+    /// The figure and its period.
     pub heat: Heat,
     /// The values of the coldest and of the hottest colour.
     pub ends: [f32; 2],

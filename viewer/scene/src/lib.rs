@@ -10,6 +10,7 @@ pub mod plans;
 pub mod route;
 
 use glam::{Vec2, Vec3};
+use regatta_plugin::World;
 use serde::{Deserialize, Serialize};
 
 use heat::Heat;
@@ -27,7 +28,7 @@ pub struct Scene {
     pub theme: Theme,
     /// The data that robots are coloured by.
     pub colouring: Colouring,
-    /// Which layers are drawn.
+    /// The layers that are drawn.
     pub layers: Layers,
     /// The heat map of the edges, if there is one.
     pub heat: Option<Heat>,
@@ -47,6 +48,12 @@ pub struct Scene {
     pub level: Option<String>,
     /// The selected edge or node, which has an outline.
     pub marked: Option<Marked>,
+}
+
+/// Whether a node or an edge, whose text `level_of` names its level, is on a level; with `None` on
+/// any.
+pub fn is_on_level(world: &World<'_>, level_of: u32, level: Option<&str>) -> bool {
+    level.is_none_or(|level| world.text(level_of) == level)
 }
 
 /// An item that can be picked and selected.

@@ -11,6 +11,7 @@ use core::str::FromStr;
 use glam::Vec3;
 use regatta_plugin::ColumnName;
 use regatta_plugin::activity::Activity;
+use regatta_plugin::column::{ACTIVITY, COLLISION};
 use regatta_plugin::frame::RobotState;
 
 pub use heat::heat_ramp;
@@ -26,7 +27,7 @@ pub struct Rgb(pub u32);
 pub const CLOSED: Rgb = Rgb(0xd8232f);
 
 /// A colour theme.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Theme {
     /// Light objects on a dark floor.
     #[default]
@@ -104,7 +105,7 @@ impl Legend {
     /// Returns the legend of a column that has no publisher.
     #[must_use]
     pub fn without_data(self, theme: Theme) -> Self {
-        let reason = if self.title == "collision" { "not checked" } else { "not published" };
+        let reason = if self.title == COLLISION.name() { "not checked" } else { "not published" };
         Self {
             scale: Scale::Categories(vec![(reason.to_owned(), theme.colours().unknown)]),
             ..self
@@ -209,7 +210,7 @@ impl Theme {
 impl Default for Colouring {
     /// Colours robots by the column `collision`.
     fn default() -> Self {
-        Self::Column("collision".parse().expect("a name"))
+        Self::Column(COLLISION.name().parse().expect("a name"))
     }
 }
 
@@ -240,8 +241,8 @@ impl Colouring {
                 let (low, high) = range.unwrap_or((0.0, 1.5));
                 Scale::Ramp { low, high, unit: "m/s" }
             }
-            Self::Column(name) if name.to_string() == "collision" => collisions(theme),
-            Self::Column(name) if name.to_string() == "activity" => activities(theme),
+            Self::Column(name) if name.as_str() == COLLISION.name() => collisions(theme),
+            Self::Column(name) if name.as_str() == ACTIVITY.name() => activities(theme),
             Self::Column(_) => {
                 let (low, high) = range.unwrap_or((0.0, 1.0));
                 Scale::Ramp { low, high, unit: "" }

@@ -1,23 +1,23 @@
-//! What is drawn and shown of the plans of robots: routes, goals, and who waits for whom.
+//! The plans of robots, to be drawn and shown: routes, goals, and the robots that robots wait for.
 
 use bytemuck::{Pod, Zeroable};
 
 use crate::route::RouteSegment;
 
-/// What was found: lists to draw, and facts to tell.
+/// The plans: lists to draw, and facts to show.
 #[derive(Clone, Debug, Default)]
 pub struct PlanReport {
     /// The routes of robots that match and of selected ones.
     pub lines: Vec<RouteSegment>,
     /// Their goals.
     pub goals: Vec<GoalMark>,
-    /// For whom they wait.
+    /// Arrows to the robots that they wait for.
     pub arrows: Vec<WaitArrow>,
-    /// What the lists leave out.
+    /// Counts, also of robots that the lists leave out.
     pub facts: PlanFacts,
 }
 
-/// How much is known.
+/// Counts of the plans.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PlanFacts {
     /// Whether only robots that match a filter are counted.
@@ -39,7 +39,7 @@ impl PlanFacts {
     }
 }
 
-/// How much of the routes of all robots, or of those that match a filter, is known.
+/// The known part of the routes of all robots, or of those that match a filter.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Coverage {
     /// Robots under way whose routes are known.

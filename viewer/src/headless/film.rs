@@ -10,9 +10,8 @@ use regatta_plugin::control::ControlResponse;
 use regatta_plugin::{Control, ControlError, Error, Result};
 
 use super::HeadlessViewer;
-use crate::jams::JamReader;
-use crate::plans::PlanReader;
 use crate::video::VideoWriter;
+use crate::worker::Reader;
 
 /// The time between two notes of the progress.
 const TELL_EVERY: Duration = Duration::from_secs(5);
@@ -68,15 +67,11 @@ impl HeadlessViewer<'_> {
         if !self.wait_for_fleet()? {
             return Ok(());
         }
-        let watch = self.stage.plan_watch();
-        let mut plans = (watch.plans || watch.waits)
-            .then(|| PlanReader::open(&self.options.fleet))
-            .transpose()?;
-        let mut jams = self
-            .options
-            .counts_traffic()
-            .then(|| JamReader::open(&self.options.fleet))
-            .transpose()?;
+        let watch = self.stage.plan_query();
+        let mut plans =
+            (watch.plans || watch.waits).then(|| Reader::open(&self.options.fleet)).transpose()?;
+        let mut jams =
+            self.options.counts_traffic().then(|| Reader::open(&self.options.fleet)).transpose()?;
         let (mut control, mut around) = self.stand()?;
         self.wait_for_columns()?;
         self.check_options()?;
@@ -86,11 +81,11 @@ impl HeadlessViewer<'_> {
             let time = schedule.time(video.pictures());
             self.go_on(&mut control, &mut around, time)?;
             if let Some(plans) = &mut plans {
-                let found = plans.read(&self.stage.plan_watch())?;
+                let found = plans.read(&self.stage.plan_query())?;
                 self.stage.set_plans(found);
             }
             if let Some(jams) = &mut jams {
-                self.stage.set_jams(jams.read(&self.stage.jam_watch())?);
+                self.stage.set_jams(jams.read(&self.stage.jam_query())?);
             }
             self.clock = Some(time as f64 * 1e-9);
             let picture = self.render(around.alpha(time))?;
@@ -113,11 +108,11 @@ impl HeadlessViewer<'_> {
     /// Plays a recording up to the time of the picture, so that the traffic on edges is counted for
     /// the heat map. Returns the moment to show between the two newest frames.
     pub(super) fn play_to_picture(&mut self) -> Result<f32> {
-        let mut jams = JamReader::open(&self.options.fleet)?;
+        let mut jams = Reader::open(&self.options.fleet)?;
         let (mut control, mut around) = self.stand()?;
         let time = self.options.at.map_or(around.after.sim_time_nanos, nanos);
         self.go_on(&mut control, &mut around, time)?;
-        self.stage.set_jams(jams.read(&self.stage.jam_watch())?);
+        self.stage.set_jams(jams.read(&self.stage.jam_query())?);
         self.clock = Some(time as f64 * 1e-9);
         Ok(around.alpha(time))
     }

@@ -82,8 +82,7 @@ impl HeadlessViewer<'_> {
     /// Draws the legend alone. `density` is as in [`Annotations`]. Returns what there is no room
     /// for, too.
     fn render_legend(&mut self, density: Option<f32>) -> Result<(RgbaImage, Vec<&'static str>)> {
-        let mut encoder =
-            self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut encoder = self.gpu.encoder();
         let (legend, scene) = (self.stage.legend(), &self.stage.scene);
         self.offscreen.fill(&mut encoder, scene.theme.colours().sky);
         let annotations = Annotations {

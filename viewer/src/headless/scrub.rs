@@ -2,6 +2,7 @@
 
 use std::time::{Duration, Instant};
 
+use regatta_base::random;
 use regatta_interface::text::with_plural;
 use regatta_plugin::{Control, Error, Result};
 use regatta_scene::Detail;
@@ -9,7 +10,7 @@ use regatta_scene::Detail;
 use super::HeadlessViewer;
 
 /// The number of jumps.
-const JUMPS: usize = 50;
+const JUMPS: u64 = 50;
 
 impl HeadlessViewer<'_> {
     /// Jumps to random times, always the same ones, and prints the median and the longest duration
@@ -28,13 +29,9 @@ impl HeadlessViewer<'_> {
         let (start, end) = (recording.header.start_nanos, recording.header.end_nanos);
         let mut control = Control::open_on(&self.participant)?;
         control.pause()?;
-        let mut random = 0x9e37_79b9_u64;
         let (mut answers, mut drawings, mut pictures) = (Vec::new(), Vec::new(), Vec::new());
-        for _ in 0..JUMPS {
-            random = random
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            let part = (random >> 40) as f64 / f64::from(1 << 24);
+        for jump in 0..JUMPS {
+            let part = random::unit(random::mix(jump));
             let time = start + ((end - start) as f64 * part) as u64;
             let began = Instant::now();
             let status = control.seek(Duration::from_nanos(time))?;

@@ -1,4 +1,4 @@
-//! What is waited for before a picture: the fleet, its columns, plans and figures.
+//! Waits before a picture: for the fleet, its columns, plans and figures.
 
 use std::time::{Duration, Instant};
 

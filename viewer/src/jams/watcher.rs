@@ -1,21 +1,19 @@
-//! The thread that watches: its ports, and when it looks at them.
+//! The ports of the query about jams.
 
-use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
 use glam::Vec2;
 use regatta_interface::jams::{EdgeFacts, Known, NodeFacts, Presence, Spot};
 use regatta_interface::robot_spots;
 use regatta_kit::RunHistory;
-use regatta_plugin::traffic::{EdgeTraffic, TRAFFIC_PERIODS};
+use regatta_plugin::traffic::TRAFFIC_PERIODS;
 use regatta_plugin::{
-    ContactReader, FleetName, HistoryReader, Participant, ReadError, Result, Subscriber, Traffic,
+    ContactReader, HistoryReader, Participant, ReadError, Result, Subscriber, Traffic,
     TrafficReader, WorldReader,
 };
 use regatta_scene::heat::{Heat, HeatMap};
 
-use super::{History, JamReport, Watch};
-use crate::watching::Watched;
+use super::{History, JamQuery, JamReport};
 
 /// The time between two looks, unless they take long.
 const LOOK_EVERY: Duration = Duration::from_millis(200);
@@ -24,44 +22,8 @@ const PAUSES: u32 = 20;
 /// The time between two lists of hot spots, unless they take long.
 const LIST_EVERY: Duration = Duration::from_millis(500);
 
-/// Watches until the sender of changes is dropped, or `report` wants no more.
-pub fn run(
-    fleet: &FleetName,
-    changed: &Receiver<Watch>,
-    report: &mut dyn FnMut(JamReport) -> bool,
-) -> Result {
-    let participant = Participant::join(fleet, "viewer-jams")?;
-    let mut watch = Watch::default();
-    let mut watcher: Option<Watcher> = None;
-    loop {
-        let change = match &watcher {
-            None => changed.recv().map_err(|_| RecvTimeoutError::Disconnected),
-            Some(open) => {
-                changed.recv_timeout(open.look_at.saturating_duration_since(Instant::now()))
-            }
-        };
-        match change {
-            Ok(newer) => watch = changed.try_iter().last().unwrap_or(newer),
-            Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => return Ok(()),
-        }
-        let found = if watch.is_idle() {
-            watcher.take().map(|_| JamReport { heat: Some(None), ..JamReport::default() })
-        } else {
-            let open = match &mut watcher {
-                Some(open) => open,
-                none => none.insert(Watcher::open(&participant)?),
-            };
-            Some(open.look(&watch)?)
-        };
-        if found.is_some_and(|found| !report(found)) {
-            return Ok(());
-        }
-    }
-}
-
-/// The ports that are open while something is watched.
-pub(super) struct Watcher {
+/// The open ports, and the findings so far.
+pub struct Watcher {
     frames: Subscriber,
     worlds: WorldReader,
     traffic: TrafficReader,
@@ -75,7 +37,7 @@ pub(super) struct Watcher {
     had_traffic: bool,
     /// Whether there is a frame that the hot spots don't count yet.
     has_frame: bool,
-    look_at: Instant,
+    pub(super) look_at: Instant,
     list_at: Instant,
 }
 
@@ -97,15 +59,9 @@ impl Watcher {
         })
     }
 
-    /// Looks at everything that is watched, whether it is due or not.
-    pub(super) fn look_now(&mut self, watch: &Watch) -> Result<JamReport> {
-        self.look_at = Instant::now();
-        self.look(watch)
-    }
-
     /// Looks at everything that is watched. Before the next look is due, as when the pointer moves
     /// to another edge, only at what takes one pass over the robots.
-    fn look(&mut self, watch: &Watch) -> Result<JamReport> {
+    pub(super) fn look(&mut self, query: &JamQuery) -> Result<JamReport> {
         let start = Instant::now();
         self.has_frame |= self.frames.latest()?.is_some();
         self.contacts.latest()?;
@@ -114,17 +70,15 @@ impl Watcher {
         let has_traffic = self.traffic.has_publisher();
         self.is_heat_old |= std::mem::replace(&mut self.had_traffic, has_traffic) != has_traffic;
         let is_due = start >= self.look_at;
-        let is_other = std::mem::replace(&mut self.heat, watch.heat) != watch.heat;
+        let is_other = std::mem::replace(&mut self.heat, query.heat) != query.heat;
         let draws_heat = is_other || is_due && self.is_heat_old;
+        let edges = query.edges.iter().map(|edge| self.edge_facts(*edge));
+        let edges = edges.collect::<Result<_, _>>()?;
         let report = JamReport {
-            heat: if draws_heat { Some(self.heat_map(watch)?) } else { None },
-            edges: watch
-                .edges
-                .iter()
-                .map(|edge| self.edge_facts(*edge))
-                .collect::<Result<_, _>>()?,
-            node: self.node_facts(watch)?,
-            history: if watch.history && is_due { self.history()? } else { None },
+            heat: if draws_heat { Some(self.heat_map(query)?) } else { None },
+            edges,
+            node: self.node_facts(query)?,
+            history: if query.history && is_due { self.history()? } else { None },
         };
         self.is_heat_old &= !draws_heat;
         if is_due {
@@ -133,8 +87,8 @@ impl Watcher {
         Ok(report)
     }
 
-    fn heat_map(&self, watch: &Watch) -> Result<Option<HeatMap>, ReadError> {
-        let (Some(heat), Some(world)) = (watch.heat, self.worlds.current()?) else {
+    fn heat_map(&self, query: &JamQuery) -> Result<Option<HeatMap>, ReadError> {
+        let (Some(heat), Some(world)) = (query.heat, self.worlds.current()?) else {
             return Ok(None);
         };
         Ok(self.current_traffic()?.map(|traffic| HeatMap::new(heat, &traffic, &world)))
@@ -162,10 +116,11 @@ impl Watcher {
         let run = frame.run_id();
         let has_checker = self.contacts.has_publisher();
         let contacts = self.contacts.current().filter(|_| has_checker);
-        let entered = |edges: &[EdgeTraffic]| edges.iter().map(|edge| edge.entered_per_hour).sum();
-        let throughput = self.current_traffic()?.map(|traffic| entered(traffic.periods[0]));
-        self.run
-            .add(&frame, contacts.map(|contacts| (contacts.header, contacts.pairs)), || throughput);
+        let contacts = contacts.map(|contacts| (contacts.header, contacts.pairs));
+        let throughput = self
+            .current_traffic()?
+            .map(|traffic| traffic.periods[0].iter().map(|edge| edge.entered_per_hour).sum());
+        self.run.add(&frame, contacts, || throughput);
         if Instant::now() < self.list_at {
             return Ok(None);
         }
@@ -175,8 +130,8 @@ impl Watcher {
         Ok(Some(found))
     }
 
-    /// What a plugin or a replay has found in a run: it is of more than this window has seen, even
-    /// if the plugin has ended since.
+    /// The findings of a plugin or a replay in a run: they are of more than this window has seen,
+    /// even if the plugin has ended since.
     fn published(&self, run: u64) -> Option<History> {
         let (header, samples) = self.published.samples()?;
         let (_, spots) = self
@@ -189,7 +144,7 @@ impl Watcher {
         Some((spots.iter().map(Spot::from).collect(), samples.into(), known))
     }
 
-    /// What was found here, since this thread began to watch.
+    /// The findings of this thread since it began to watch.
     fn own(&self) -> History {
         let until_secs = self.run.series.samples.last().map_or(0.0, |sample| sample.secs);
         let known = Known { from_secs: self.run.spots.began().1, until_secs, is_published: false };
@@ -217,9 +172,9 @@ impl Watcher {
         Ok(EdgeFacts { edge, traffic, period_secs, present })
     }
 
-    fn node_facts(&self, watch: &Watch) -> Result<Option<NodeFacts>, ReadError> {
+    fn node_facts(&self, query: &JamQuery) -> Result<Option<NodeFacts>, ReadError> {
         let (frame, world) = (self.frames.current()?, self.worlds.current()?);
-        let (Some(frame), Some(world), Some(index)) = (frame, world, watch.node) else {
+        let (Some(frame), Some(world), Some(index)) = (frame, world, query.node) else {
             return Ok(None);
         };
         let facts = world.nodes().get(index as usize).map(|node| {

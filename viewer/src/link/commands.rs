@@ -74,8 +74,8 @@ struct PendingCommands {
 }
 
 impl PendingCommands {
-    /// Sends a command. Returns what to tell now: the fleet manager's answer, or why the command
-    /// can't be sent.
+    /// Sends a command. Returns the fleet manager's answer, or the reason why the command can't be
+    /// sent.
     fn give(&mut self, command: UserCommand) -> Option<Report> {
         match command {
             UserCommand::SendByManager { robot, node } => {
@@ -109,7 +109,7 @@ impl PendingCommands {
         Ok(self.dispatcher.give(|commands| commands.assign(robot, &legs))?)
     }
 
-    /// What to tell of answers that have come, or not.
+    /// Returns notices of answers that have come, or are late.
     fn answers(&mut self) -> Result<Vec<String>, DispatchError> {
         let mut told = Vec::new();
         for answer in self.dispatcher.answers()? {
@@ -148,7 +148,7 @@ fn collect(command: UserCommand, commands: &mut Commands) -> Option<u64> {
     })
 }
 
-/// What to tell of a request to the fleet manager.
+/// Returns the report of the fleet manager's answer.
 fn asked(command: UserCommand, answer: Result<ManagerResponse, ManagerError>) -> Report {
     match answer.map(|response| response.answer()) {
         Ok(Some(ManagerAnswer::Later)) => {

@@ -22,7 +22,7 @@ pub fn run(
     report: &Sender<Report>,
 ) -> Result {
     let mut control = Control::open(fleet)?;
-    let steps = steps::start(fleet, report)?;
+    let (steps, _) = super::spawn("steps", fleet, report, steps::run)?;
     let mut queue = VecDeque::new();
     loop {
         if queue.is_empty() {

@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use regatta_interface::orders::OpenOrders;
 use regatta_interface::robot_filter::Filter;
 use regatta_interface::rows::{RowQuery, Rows};
+use regatta_plugin::column::TYPE;
 use regatta_plugin::{
     ColumnName, ColumnReader, FleetName, OrderReader, Participant, ReadError, Result, Subscriber,
     WorldReader, column_names,
@@ -88,7 +89,7 @@ struct Poller {
     values_at: Instant,
 }
 
-/// What a filter looks at.
+/// The ports that a filter reads.
 struct Filtered {
     frames: Subscriber,
     worlds: WorldReader,
@@ -188,7 +189,7 @@ impl Poller {
             none => none.insert(Filtered {
                 frames: Subscriber::open_on(&self.participant)?,
                 worlds: WorldReader::open_on(&self.participant)?,
-                types: ColumnReader::open_on(&self.participant, "type")?,
+                types: ColumnReader::open_on(&self.participant, TYPE.name())?,
             }),
         };
         ports.frames.latest()?;
@@ -229,7 +230,8 @@ impl Poller {
     fn values(&mut self) -> Result<Vec<(ColumnName, f32)>> {
         let Some(robot) = self.robot else { return Ok(Vec::new()) };
         self.columns.retain(|(name, _)| self.names.contains(name));
-        for name in self.names.iter().filter(|name| name.to_string() != "type").take(MAX_COLUMNS) {
+        for name in self.names.iter().filter(|name| name.as_str() != TYPE.name()).take(MAX_COLUMNS)
+        {
             if !self.columns.iter().any(|(open, _)| open == name) {
                 self.columns
                     .push((name.clone(), ColumnReader::open_on(&self.participant, name.as_str())?));

@@ -27,11 +27,11 @@ pub enum Report {
     Routes(Vec<RouteResponse>),
     /// The robots that match a filter.
     Matches(Filter, Matches),
-    /// What is watched of the plans of all robots.
+    /// The plans of robots.
     Plans(Box<PlanReport>),
-    /// What is watched of where it jams.
+    /// The figures of jams.
     Jams(Box<JamReport>),
-    /// What happened.
+    /// News of the log.
     Log(Box<LogReport>),
 }
 

@@ -1,7 +1,7 @@
 //! The thread that sends steps to the engine. A step is answered when it is done, which may take
 //! arbitrarily long: other requests, a pause among them, must not wait for it.
 
-use std::sync::mpsc::{self, Receiver, Sender};
+use std::sync::mpsc::{Receiver, Sender};
 use std::time::Duration;
 
 use regatta_plugin::control::{ControlKind, ControlRequest};
@@ -19,7 +19,7 @@ pub enum Step {
 }
 
 impl Step {
-    /// Returns what a request means for steps.
+    /// Returns the effect of a request on steps, if it has one.
     pub fn of(request: &ControlRequest) -> Option<Self> {
         match request.kind()? {
             ControlKind::Step => Some(Self::Forward(request.count)),
@@ -29,18 +29,9 @@ impl Step {
     }
 }
 
-/// Starts the thread. It ends once the sender is dropped and the engine has answered.
-pub fn start(fleet: &FleetName, report: &Sender<Report>) -> std::io::Result<Sender<Step>> {
-    let (sender, requested) = mpsc::channel();
-    let (fleet, report) = (fleet.clone(), report.clone());
-    // It is not joined, because a step may take arbitrarily long.
-    std::thread::Builder::new().name("steps".into()).spawn(move || {
-        super::report_error(&report, run(&fleet, &requested, &report));
-    })?;
-    Ok(sender)
-}
-
-fn run(fleet: &FleetName, requested: &Receiver<Step>, report: &Sender<Report>) -> Result {
+/// Sends steps until the sender is dropped and the engine has answered, which may take arbitrarily
+/// long.
+pub fn run(fleet: &FleetName, requested: &Receiver<Step>, report: &Sender<Report>) -> Result {
     let mut control = None;
     while let Ok(first) = requested.recv() {
         // Steps that were requested during the last one are sent as one.

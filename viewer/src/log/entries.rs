@@ -64,7 +64,7 @@ pub(super) fn of_contact(event: &ContactEvent) -> Option<(Entry, AlarmChange)> {
             format!("robots {one} and {other} are apart again"),
         ),
     };
-    let place = Place::At([event.x, event.y]);
+    let place = Place::At { x: event.x, y: event.y };
     let entry = Entry {
         time_nanos: event.sim_time_nanos,
         kind: Kind::Contact,

@@ -12,16 +12,16 @@ const STANDSTILL_NANOS: u64 = 30_000_000_000;
 /// The simulated time after which a fleet manager that says nothing is silent, in nanoseconds.
 const SILENCE_NANOS: u64 = 5_000_000_000;
 
-/// What is not told by events.
+/// The health of a fleet, beyond its events.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Health {
-    /// When robots that want to drive were last seen to move, in simulated nanoseconds.
+    /// The last time at which robots that want to drive moved, in simulated nanoseconds.
     moved: u64,
     /// The time of the last look, in simulated nanoseconds.
     looked: u64,
     stands: bool,
-    /// When the fleet manager last told of a frame, in simulated nanoseconds; `None` if there was
-    /// none in this run.
+    /// The last time that the fleet manager reported, in simulated nanoseconds; `None` if there was
+    /// no manager in this run.
     managed: Option<u64>,
     is_silent: bool,
     is_managed: bool,
@@ -33,8 +33,7 @@ impl Health {
         Self { moved: now, looked: now, ..Self::default() }
     }
 
-    /// Takes the time of a look. What happened in a time that a recording's jump has left out isn't
-    /// known.
+    /// Takes the time of a look. A jump in a recording leaves the time in between unknown.
     pub fn look(&mut self, now: u64, is_replayed: bool) {
         if is_replayed && now.abs_diff(self.looked) > JUMP_NANOS {
             self.moved = now;
@@ -42,7 +41,7 @@ impl Health {
         self.looked = now;
     }
 
-    /// Takes when a fleet manager last told of a frame.
+    /// Takes the time that a fleet manager last reported.
     pub fn see_manager(&mut self, now: u64, told: Option<u64>) -> Option<(Entry, AlarmChange)> {
         self.managed = told.or(self.managed);
         let is_silent = self.managed.is_some_and(|told| now > told.saturating_add(SILENCE_NANOS));

@@ -1,5 +1,5 @@
-//! Alarms that hold now, whether or not somebody saw them begin: what the fleet shows is compared
-//! with what events have told.
+//! Alarms that hold now, whether or not somebody saw them begin: the state of the fleet is compared
+//! with its events.
 
 use std::collections::BTreeMap;
 
@@ -10,18 +10,18 @@ use regatta_plugin::{
     ClosureReader, ContactReader, Participant, ReadError, RecordingReader, Result,
 };
 
-/// What is known of the alarms of robots, contacts and edges.
+/// The known alarms of robots, contacts and edges.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Standing(BTreeMap<AlarmKey, Told>);
 
-/// What was told of an alarm last.
+/// The last report of an alarm.
 #[derive(Clone, Copy, Debug)]
 struct Told {
     is_active: bool,
     tick: u64,
 }
 
-/// Why the beginning of something wasn't seen.
+/// The reason why the beginning of an alarm wasn't seen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Unseen {
     /// It began before this window opened.
@@ -32,7 +32,7 @@ pub(super) enum Unseen {
     Jumped,
 }
 
-/// Reads what holds now, beside the frame.
+/// Readers of the current state, beside the frame.
 #[derive(Debug)]
 pub(super) struct Now {
     contacts: ContactReader,
@@ -53,7 +53,7 @@ impl Unseen {
 }
 
 impl Standing {
-    /// Takes what an event of a tick tells.
+    /// Takes the change that an event of a tick reports.
     pub fn tell(&mut self, change: AlarmChange, tick: u64) {
         let (key, is_active) = match change {
             AlarmChange::Begins(key) => (key, true),
@@ -86,16 +86,29 @@ impl Standing {
             .map(AlarmChange::Ends);
         let changes: Vec<_> = begun.chain(over).collect();
         self.0.retain(|key, told| !is_kind(key) || told.is_active || !is_older(told));
-        changes.iter().for_each(|change| self.tell(*change, tick));
+        for change in &changes {
+            self.tell(*change, tick);
+        }
         changes
     }
 }
 
+fn is_robot(key: &AlarmKey) -> bool {
+    matches!(key, AlarmKey::Robot(_))
+}
+
+fn is_contact(key: &AlarmKey) -> bool {
+    matches!(key, AlarmKey::Contact(_))
+}
+
+fn is_edge(key: &AlarmKey) -> bool {
+    matches!(key, AlarmKey::Edge(_))
+}
+
 /// The alarms of robots that are broken or can't continue, sorted.
 pub(super) fn robots(frame: &Frame<'_>) -> Vec<AlarmKey> {
-    let is_out =
-        |state: u8| state == RobotState::Broken as u8 || state == RobotState::Faulted as u8;
-    let robots = (0..).zip(frame.columns().state).filter(|(_, state)| is_out(**state));
+    let out = [RobotState::Broken as u8, RobotState::Faulted as u8];
+    let robots = (0..).zip(frame.columns().state).filter(|(_, state)| out.contains(state));
     robots.map(|(robot, _)| AlarmKey::Robot(robot)).collect()
 }
 
@@ -145,7 +158,7 @@ pub(super) fn contact_entry(
         None => format!("robots {one} and {other} are apart again"),
     };
     let time = pair.map_or(now_nanos, |pair| pair.since_nanos);
-    let place = pair.map_or(Place::None, |pair| Place::At([pair.x, pair.y]));
+    let place = pair.map_or(Place::None, |pair| Place::At { x: pair.x, y: pair.y });
     Some(Entry {
         robot: Some(one),
         place,
@@ -178,7 +191,7 @@ fn seen(change: AlarmChange, time_nanos: u64, kind: Kind, severity: Severity) ->
 }
 
 impl Now {
-    /// Opens what a fleet tells.
+    /// Opens the ports of a fleet.
     ///
     /// # Errors
     /// If the fleet can't be read.
@@ -214,7 +227,7 @@ impl Now {
         self.is_replayed
     }
 
-    /// Returns what has begun or ended without an event that told it.
+    /// Returns the alarms that have begun or ended without an event.
     pub fn compare(
         &self,
         standing: &mut Standing,
@@ -223,29 +236,20 @@ impl Now {
     ) -> Vec<(Entry, AlarmChange)> {
         let (run, tick, time) = (frame.run_id(), frame.tick(), frame.header().sim_time_nanos);
         let mut news = Vec::new();
-        let changes =
-            standing.compare(|key| matches!(key, AlarmKey::Robot(_)), &robots(frame), tick);
-        news.extend(
-            changes
-                .into_iter()
-                .filter_map(|change| Some((robot_entry(change, frame, unseen)?, change))),
-        );
+        for change in standing.compare(is_robot, &robots(frame), tick) {
+            news.extend(robot_entry(change, frame, unseen).map(|entry| (entry, change)));
+        }
         if let Some(list) = self.contacts.current().filter(|list| list.header.run_id == run) {
-            let is_contact: fn(&AlarmKey) -> bool = |key| matches!(key, AlarmKey::Contact(_));
-            let changes = standing.compare(is_contact, &contacts(list.pairs), list.header.tick);
-            let entry = |change| {
-                Some((contact_entry(change, list.pairs, list.header.sim_time_nanos)?, change))
-            };
-            news.extend(changes.into_iter().filter_map(entry));
+            for change in standing.compare(is_contact, &contacts(list.pairs), list.header.tick) {
+                let entry = contact_entry(change, list.pairs, list.header.sim_time_nanos);
+                news.extend(entry.map(|entry| (entry, change)));
+            }
         }
         let closed: Vec<_> =
             self.closures.closed(run).iter().map(|closed| AlarmKey::Edge(closed.edge)).collect();
-        let changes = standing.compare(|key| matches!(key, AlarmKey::Edge(_)), &closed, tick);
-        news.extend(
-            changes
-                .into_iter()
-                .filter_map(|change| Some((edge_entry(change, time, unseen)?, change))),
-        );
+        for change in standing.compare(is_edge, &closed, tick) {
+            news.extend(edge_entry(change, time, unseen).map(|entry| (entry, change)));
+        }
         news
     }
 }
@@ -256,10 +260,6 @@ mod tests {
     use AlarmChange::{Begins, Ends};
 
     const BROKEN: AlarmKey = AlarmKey::Robot(7);
-
-    fn is_robot(key: &AlarmKey) -> bool {
-        matches!(key, AlarmKey::Robot(_))
-    }
 
     #[test]
     fn what_holds_without_having_been_told_is_told_once() {
@@ -273,10 +273,7 @@ mod tests {
             "its repair was missed; the edge is another matter"
         );
         assert!(standing.compare(is_robot, &[], 40).is_empty());
-        assert_eq!(
-            standing.compare(|key| matches!(key, AlarmKey::Edge(_)), &[], 50),
-            [Ends(AlarmKey::Edge(7))]
-        );
+        assert_eq!(standing.compare(is_edge, &[], 50), [Ends(AlarmKey::Edge(7))]);
     }
 
     /// Events come before the frame of their tick.

@@ -6,6 +6,8 @@ use regatta_plugin::event::{EventKind, EventRecord};
 use regatta_plugin::order::NO_ROBOT;
 
 use super::entries::{of_contact, of_event};
+use super::health::about_fleet;
+use super::{MOST_OF_A_KIND, thin_out};
 
 fn event(kind: EventKind, robot: u32) -> (Entry, AlarmChange) {
     of_event(&EventRecord { kind: kind as u32, robot, id: 5, ..EventRecord::default() }, 7)
@@ -43,7 +45,8 @@ fn entries_and_alarms_are_bounded() {
     let robots = (MAX_ENTRIES + 10) as u32;
     let log = log((0..robots).map(|robot| event(EventKind::BrokenDown, robot)).collect());
     assert_eq!((log.entries().len(), log.alarms().len()), (MAX_ENTRIES, MAX_ALARMS));
-    assert_eq!(log.losses(), [10, u64::from(robots) - MAX_ALARMS as u64]);
+    let left_out = u64::from(robots) - MAX_ALARMS as u64;
+    assert_eq!(log.losses(), LogLosses { forgotten: 10, left_out });
     assert_eq!(log.entries()[0].robot, Some(10), "the oldest are forgotten");
 }
 
@@ -84,9 +87,25 @@ fn only_robots_that_touch_are_an_alarm() {
         of_contact(&contact(ContactLevel::Touching, ContactChange::Began)).expect("an entry");
     assert_eq!(
         (entry.place, change),
-        (Place::At([4.0, 0.0]), AlarmChange::Begins(AlarmKey::Contact([2, 9])))
+        (Place::At { x: 4.0, y: 0.0 }, AlarmChange::Begins(AlarmKey::Contact([2, 9])))
     );
     let (_, change) =
         of_contact(&contact(ContactLevel::Touching, ContactChange::Ended)).expect("an entry");
     assert_eq!(change, AlarmChange::Ends(AlarmKey::Contact([2, 9])));
+}
+
+#[test]
+fn many_entries_at_once_are_counted() {
+    let entry = |number: usize| {
+        (about_fleet(number as u64, Severity::Info, String::new()), AlarmChange::None)
+    };
+    let mut news: Vec<_> = (0..1_000).map(entry).collect();
+    news[900].1 = AlarmChange::Begins(AlarmKey::Standstill);
+    thin_out(&mut news);
+    assert_eq!(news.len(), MOST_OF_A_KIND + 2, "an alarm is never left out");
+    assert!(
+        news.last().is_some_and(|(entry, _)| entry.text.starts_with("800 more")),
+        "{:?}",
+        news.last()
+    );
 }

@@ -3,10 +3,12 @@
 use std::path::PathBuf;
 use std::str::FromStr;
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use glam::{UVec2, Vec2, Vec3};
 use regatta_interface::cameras::{ParseError, numbers};
 use regatta_interface::settings::{FloorPlacement, MeshPlacement};
 use regatta_scene::Light;
+use regatta_scene::palette::Theme;
 
 /// Width and height in pixels, for example `1920x1080`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,14 +29,24 @@ pub struct MeshOption {
     pub robot_type: Option<String>,
     /// The file.
     pub path: PathBuf,
-    /// How it is placed on the robot.
+    /// The placement on the robot.
     pub placement: MeshPlacement,
 }
 
-/// Where a picture is placed on the floor: x and y of its lower left corner in metres, metres per
+/// The placement of a picture on the floor: x and y of its lower left corner in metres, metres per
 /// pixel, and the yaw in degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FloorAt(pub FloorPlacement);
+
+/// Parses the name of a theme.
+pub fn theme() -> impl TypedValueParser<Value = Theme> {
+    let names = [
+        PossibleValue::new("dark").help("Light objects on a dark floor"),
+        PossibleValue::new("light").help("Dark objects on a light floor"),
+    ];
+    PossibleValuesParser::new(names)
+        .map(|name| if name == "light" { Theme::Light } else { Theme::Dark })
+}
 
 /// Parses a duration that is not zero.
 pub fn duration_above_zero(text: &str) -> Result<humantime::Duration, ParseError> {

@@ -12,7 +12,7 @@ use regatta_scene::plans::Coverage;
 const MAX_ROBOTS: usize = 16_384;
 /// The number of routes that are asked for at once.
 const AT_ONCE: usize = 8;
-/// How long an answer is awaited.
+/// The longest wait for an answer.
 const TIMEOUT: Duration = Duration::from_millis(200);
 
 /// The routes of all robots, as they were when they were asked for last.
@@ -56,10 +56,9 @@ impl Collector {
             if !batch.is_empty() {
                 for answer in client.routes(&batch, TIMEOUT)? {
                     let is_current = answer.is_found() && answer.run_id == self.run;
-                    let place = self.routes.get_mut(answer.robot as usize);
-                    place
-                        .into_iter()
-                        .for_each(|place| *place = is_current.then(|| Box::new(answer)));
+                    if let Some(route) = self.routes.get_mut(answer.robot as usize) {
+                        *route = is_current.then(|| Box::new(answer));
+                    }
                 }
             }
             if self.next == self.routes.len() {
@@ -102,14 +101,14 @@ impl Collector {
         self.routes.iter().flatten().map(AsRef::as_ref)
     }
 
-    /// How many of some robots (`None` for all) under way in a frame have a known route.
+    /// Counts those of some robots (`None` for all) under way in a frame that have a known route.
     pub fn coverage(&self, frame: &Frame<'_>, robots: Option<&RobotSet>) -> Coverage {
         let mut all = Coverage { round_secs: self.round_secs, ..Coverage::default() };
-        let is_counted =
-            |robot: &usize| is_under_way(frame, *robot) && is_in(robots, *robot as u32);
-        for robot in (0..frame.len()).filter(is_counted) {
-            all.under_way += 1;
-            all.known += u32::from(self.routes.get(robot).is_some_and(Option::is_some));
+        for robot in 0..frame.len() {
+            if is_under_way(frame, robot) && is_in(robots, robot as u32) {
+                all.under_way += 1;
+                all.known += u32::from(self.routes.get(robot).is_some_and(Option::is_some));
+            }
         }
         all
     }

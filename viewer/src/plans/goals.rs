@@ -38,10 +38,12 @@ pub fn marks(
             is_marked[index] = mark;
         }
     }
-    let of = |mark: u8| places.0.iter().zip(&is_marked).filter(move |(_, marked)| **marked == mark);
-    let goal =
-        |selected| move |((_, node), _): (&(u32, u32), &u8)| GoalMark { node: *node, selected };
-    of(1).map(goal(0)).chain(of(2).map(goal(1))).collect()
+    let mut all = Vec::new();
+    for (mark, selected) in [(1, 0), (2, 1)] {
+        let marked = places.0.iter().zip(&is_marked).filter(|(_, marked)| **marked == mark);
+        all.extend(marked.map(|((_, node), _)| GoalMark { node: *node, selected }));
+    }
+    all
 }
 
 #[cfg(test)]

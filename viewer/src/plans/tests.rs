@@ -1,5 +1,6 @@
 use std::time::{Duration, Instant};
 
+use regatta_plugin::column::{GOAL, WAITS_FOR};
 use regatta_plugin::frame::RobotState;
 use regatta_plugin::route::RouteResponse;
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
@@ -8,7 +9,7 @@ use regatta_scene::plans::{GoalMark, WaitArrow};
 use regatta_scene::route::RouteSegment;
 
 use super::*;
-use crate::watching::Inbox;
+use crate::worker::Inbox;
 
 /// Two edges of ten metres in a row, and their nodes.
 fn world() -> WorldData {
@@ -30,8 +31,8 @@ fn world() -> WorldData {
 /// Publishes a frame of three robots, with the columns of a fleet manager: the first two wait for
 /// each other.
 fn publish(producer: &mut ProducerPorts, tick: u64) {
-    producer.publish_column("goal", tick, &[12.0, 12.0, f32::NAN]).expect("a column");
-    producer.publish_column("waits-for", tick, &[1.0, 0.0, f32::NAN]).expect("a column");
+    producer.publish_column(GOAL.name(), tick, &[12.0, 12.0, f32::NAN]).expect("a column");
+    producer.publish_column(WAITS_FOR.name(), tick, &[1.0, 0.0, f32::NAN]).expect("a column");
     let mut frame = producer.loan(3).expect("a frame");
     frame.header_mut().tick = tick;
     let columns = frame.columns_mut();
@@ -48,7 +49,7 @@ fn publish(producer: &mut ProducerPorts, tick: u64) {
 /// were asked for.
 fn watched(
     test: &str,
-    watch: Watch,
+    watch: PlanQuery,
     is_complete: impl Fn(&PlanReport) -> bool,
 ) -> (PlanReport, Vec<u32>) {
     let fleet: FleetName =
@@ -84,9 +85,9 @@ fn watched(
 
 #[test]
 fn routes_goals_and_waits_of_a_fleet_are_collected() {
-    let watch = Watch { plans: true, waits: true, ..Watch::default() };
+    let watch = PlanQuery { plans: true, waits: true, ..PlanQuery::default() };
     let (report, asked) = watched("plans", watch, |found| found.lines.len() == 3);
-    // What is left of edge 0 for the first robot, and of edge 1 for the second one; all of edge 1
+    // The rest of edge 0 for the first robot, and of edge 1 for the second one; all of edge 1
     // is the first one's horizon.
     let lines: Vec<_> = report.lines.iter().map(|line| (line.curve, line.released)).collect();
     assert_eq!(lines, [(1, 0), (0, 1), (1, 1)]);
@@ -102,7 +103,8 @@ fn routes_goals_and_waits_of_a_fleet_are_collected() {
 fn of_a_filter_only_robots_that_match_and_selected_ones_are_watched() {
     let mut matching = RobotSet::new(3);
     matching.insert(1);
-    let watch = Watch { plans: true, waits: true, matching: Some(matching), selected: Vec::new() };
+    let watch =
+        PlanQuery { plans: true, waits: true, matching: Some(matching), selected: Vec::new() };
     let (report, asked) = watched("matching-plans", watch.clone(), |found| !found.lines.is_empty());
     let line = |line: &RouteSegment| (line.curve, line.released);
     let arrow = |from, to| WaitArrow { from, to, in_ring: 1 };
@@ -116,7 +118,7 @@ fn of_a_filter_only_robots_that_match_and_selected_ones_are_watched() {
         (Some([1, 1]), 1, 1, true)
     );
 
-    let watch = Watch { selected: vec![0], ..watch };
+    let watch = PlanQuery { selected: vec![0], ..watch };
     let (report, _) = watched("selected-plans", watch, |found| found.lines.len() == 3);
     assert_eq!(report.arrows, [arrow(0, 1), arrow(1, 0)]);
     assert_eq!(report.goals, [GoalMark { node: 2, selected: 1 }]);
@@ -130,16 +132,22 @@ fn of_a_filter_only_robots_that_match_and_selected_ones_are_watched() {
 
 #[test]
 fn robots_that_begin_to_match_are_no_other_wish() {
-    let watch =
-        |robots| Watch { plans: true, matching: Some(RobotSet::new(robots)), ..Watch::default() };
-    assert!(!watch(3).differs(&watch(64)));
-    assert!(watch(3).differs(&Watch { plans: true, ..Watch::default() }), "another filter");
-    assert!(watch(3).differs(&Watch { selected: vec![1], ..watch(3) }));
+    let watch = |robots| PlanQuery {
+        plans: true,
+        matching: Some(RobotSet::new(robots)),
+        ..PlanQuery::default()
+    };
+    assert!(!watch(3).is_urgent(&watch(64)));
+    assert!(
+        watch(3).is_urgent(&PlanQuery { plans: true, ..PlanQuery::default() }),
+        "another filter"
+    );
+    assert!(watch(3).is_urgent(&PlanQuery { selected: vec![1], ..watch(3) }));
 }
 
 #[test]
 fn nothing_is_watched_without_a_wish() {
     let fleet: FleetName =
         format!("unit-viewer-no-plans-{}", std::process::id()).parse().expect("a name");
-    assert!(Inbox::open(&fleet, Watch::default()).expect("no thread").is_none());
+    assert!(Inbox::open(&fleet, PlanQuery::default()).expect("no thread").is_none());
 }

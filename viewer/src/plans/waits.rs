@@ -1,4 +1,4 @@
-//! Who waits for whom, and the rings of robots that wait for each other.
+//! Robots that wait for others, and the rings of robots that wait for each other.
 
 use regatta_scene::plans::WaitArrow;
 
@@ -11,14 +11,12 @@ const NOBODY: u32 = u32::MAX;
 pub fn arrows(waits_for: &[f32]) -> Vec<WaitArrow> {
     let next: Vec<u32> =
         (0..).zip(waits_for).map(|(robot, value)| target(*value, robot, waits_for.len())).collect();
-    let on_ring = on_rings(&next);
-    let waiting = (0_u32..).zip(&next).filter(|(_, to)| **to != NOBODY);
-    let arrow = |(from, to): (u32, &u32)| WaitArrow {
-        from,
-        to: *to,
-        in_ring: on_ring[from as usize].into(),
-    };
-    let mut all: Vec<_> = waiting.map(arrow).collect();
+    let mut all = Vec::new();
+    for ((from, to), in_ring) in (0..).zip(&next).zip(on_rings(&next)) {
+        if *to != NOBODY {
+            all.push(WaitArrow { from, to: *to, in_ring: in_ring.into() });
+        }
+    }
     all.sort_by_key(|arrow| arrow.in_ring);
     all
 }

@@ -49,9 +49,12 @@ impl Stage {
         let is_kept = matches!(self.scene.colouring, Colouring::Speed);
         let values = match (self.looking_back, values) {
             (Some(_), Some(_)) if !is_kept => None,
-            (Some((_, time)), Some(_)) => {
-                Some(self.past.as_ref().and_then(|past| past.at(time)).map(|frame| frame.speed()))
-            }
+            (Some((_, time)), Some(_)) => Some(
+                self.history
+                    .as_ref()
+                    .and_then(|history| history.at(time))
+                    .map(|frame| frame.speed()),
+            ),
             (_, values) => values,
         };
         if let Some(values) = values {
@@ -60,8 +63,9 @@ impl Stage {
             if let Some(values) = values.filter(|_| is_due) {
                 self.range = widened(self.range, values);
             }
-            all(&mut self.renderer, &mut self.further_levels)
-                .for_each(|renderer| renderer.set_values(values));
+            for renderer in all(&mut self.renderer, &mut self.further_levels) {
+                renderer.set_values(values);
+            }
         }
     }
 
@@ -78,7 +82,9 @@ impl Stage {
         (self.robot_bounds_run, self.robot_bounds) = (run, bounds);
         if let Some(bounds) = bounds {
             let ground = (bounds.high - bounds.low).element_product();
-            self.renderers().for_each(|renderer| renderer.set_ground(ground));
+            for renderer in self.renderers() {
+                renderer.set_ground(ground);
+            }
         }
     }
 }

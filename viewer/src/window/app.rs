@@ -32,7 +32,7 @@ pub struct App<'a> {
     /// The times at which devices were lost.
     losses: Vec<Instant>,
     failure: Option<Error>,
-    /// When there is something to do without an event.
+    /// The time at which there is something to do without an event.
     wakes_at: Instant,
     /// Whether a picture was drawn since the last look for events: that may have read some, for
     /// which there is no wait then.
@@ -63,7 +63,7 @@ impl<'a> App<'a> {
         self.failure.map_or(Ok(()), Err)
     }
 
-    /// When there is something to do without an event.
+    /// The time at which there is something to do without an event.
     #[cfg(target_os = "linux")]
     pub fn wakes_at(&self) -> Instant {
         self.wakes_at
@@ -72,7 +72,9 @@ impl<'a> App<'a> {
     /// Asks the display for something, which panics if it has gone.
     #[cfg(target_os = "linux")]
     pub fn ask_display(&self) {
-        self.viewer.iter().for_each(ViewerWindow::ask_display);
+        if let Some(viewer) = &self.viewer {
+            viewer.ask_display();
+        }
     }
 
     /// Drops everything that depended on a display that has gone.
@@ -128,9 +130,8 @@ impl<'a> App<'a> {
     fn draw(&mut self, events: &ActiveEventLoop) {
         let Some(viewer) = &mut self.viewer else { return };
         self.has_drawn = true;
-        match viewer.draw() {
-            Ok(()) => {}
-            Err(error) => return self.fail(events, error),
+        if let Err(error) = viewer.draw() {
+            return self.fail(events, error);
         }
         if viewer.is_closing() {
             return self.close(events);

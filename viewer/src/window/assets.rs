@@ -22,7 +22,7 @@ pub struct Assets {
 pub struct Unloadable {
     /// The path, as in the settings.
     pub file: String,
-    /// What is wrong, and what is shown instead.
+    /// The error, and the picture or mesh that is shown instead.
     pub message: String,
 }
 
@@ -98,7 +98,9 @@ fn load_floor(
 /// them has no room for it.
 fn set_floor(stage: &mut Stage, picture: Option<&FloorPicture>) -> bool {
     let mut has_room = true;
-    stage.renderers().for_each(|renderer| has_room &= renderer.set_floor_picture(picture));
+    for renderer in stage.renderers() {
+        has_room &= renderer.set_floor_picture(picture);
+    }
     has_room
 }
 
@@ -107,6 +109,8 @@ fn load_mesh(mesh: Option<&RobotMesh>, stage: &mut Stage) -> Result<(), String> 
         mesh.map(|mesh| mesh_file::load(Path::new(&mesh.file), mesh.placement())).transpose();
     let mesh = mesh.map_err(|error| error.to_string())?;
     let mut has_room = true;
-    stage.renderers().for_each(|renderer| has_room &= renderer.set_mesh(None, mesh.as_ref()));
+    for renderer in stage.renderers() {
+        has_room &= renderer.set_mesh(None, mesh.as_ref());
+    }
     has_room.then_some(()).ok_or_else(|| "too many meshes; this one is not used".to_owned())
 }

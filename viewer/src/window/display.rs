@@ -35,7 +35,7 @@ pub fn gone() -> Error {
 /// # Errors
 /// If the display has gone.
 pub fn catch<T>(call: impl FnOnce() -> T) -> Result<T> {
-    // What the call has left half done is only dropped.
+    // State that the call has left half done is only dropped.
     panic::catch_unwind(AssertUnwindSafe(call)).map_err(|payload| {
         match IS_GONE.load(Ordering::Relaxed) {
             true => gone(),

@@ -12,9 +12,9 @@ use regatta_interface::view_model::Item;
 use regatta_plugin::control::ControlResponse;
 use regatta_plugin::{ColumnName, Frame};
 
-use crate::jams::Watch as JamWatched;
+use crate::jams::JamQuery;
 use crate::link::Fact;
-use crate::plans::Watch;
+use crate::plans::PlanQuery;
 
 /// The state of a fleet as reported by the link, and values derived from its frames.
 #[derive(Debug, Default)]
@@ -39,10 +39,10 @@ pub struct FleetState {
     pub values_of: Option<Item>,
     /// The robots whose routes were requested last.
     pub routes_of: Vec<u32>,
-    /// The plans that are watched.
-    pub watched: Watch,
-    /// What is watched of where it jams.
-    pub jams_watched: JamWatched,
+    /// The query for plans that was sent last.
+    pub plan_query: PlanQuery,
+    /// The query for jams that was sent last.
+    pub jam_query: JamQuery,
 }
 
 impl FleetState {

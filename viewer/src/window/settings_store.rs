@@ -143,9 +143,7 @@ fn save(settings: &Settings, path: &Path) -> Result<(), SettingsError> {
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder).map_err(failed)?;
     }
-    let draft = path.with_extension(format!("{}.tmp", std::process::id()));
-    std::fs::write(&draft, text + "\n").map_err(failed)?;
-    std::fs::rename(&draft, path).map_err(failed)
+    regatta_kit::whole_file::write(path, (text + "\n").as_bytes()).map_err(failed)
 }
 
 /// Returns the settings overridden by the options of the command line.

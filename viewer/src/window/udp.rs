@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use parking_lot::Mutex;
-use regatta_interface::view_model::Action;
+use regatta_interface::view_model::{Action, RunningUdp};
 use regatta_plugin::{FleetName, PARENT_VARIABLE};
 
 /// The time that child processes have to end when the viewer ends.
@@ -57,9 +57,9 @@ impl UdpProcesses {
         None
     }
 
-    /// Whether the UDP source and the UDP sender are running.
-    pub fn is_running(&self) -> [bool; 2] {
-        [self.source.is_some(), self.sender.is_some()]
+    /// Returns the programs that are running.
+    pub fn running(&self) -> RunningUdp {
+        RunningUdp { receives: self.source.is_some(), sends: self.sender.is_some() }
     }
 
     /// Removes the processes that have ended, and returns the messages of those that have failed.

@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 use egui::ViewportId;
 use glam::UVec2;
 use regatta_gpu::TargetConfig;
+use regatta_gpu::copy::Insets;
 use regatta_gpu::device::Gpu;
-use regatta_gpu::insets::Insets;
 use regatta_gpu::painter::Painter;
 use regatta_gpu::renderer::Renderer;
 use regatta_interface::Interface;
@@ -31,11 +31,11 @@ use super::settings_store::{SettingsError, SettingsStore};
 use super::surface::{WindowSurface, create_surface};
 use super::udp::UdpProcesses;
 use crate::feed::News;
-use crate::jams::Watch as JamWatched;
+use crate::frame_history::FrameHistory;
+use crate::jams::JamQuery;
 use crate::link::{Link, Report};
 use crate::options::{LookOptions, Options};
-use crate::past::Past;
-use crate::plans::Watch;
+use crate::plans::PlanQuery;
 use crate::stage::Stage;
 
 /// The time between two checks of a hidden window.
@@ -72,7 +72,7 @@ pub struct ViewerWindow {
     timing: Timing,
     look: LookOptions,
     fleet: FleetName,
-    /// What is shown: a file, or a fleet.
+    /// The name of the file or the fleet that is shown.
     name: String,
     /// Width and height of the window, in pixels.
     size: UVec2,
@@ -114,7 +114,7 @@ impl ViewerWindow {
             scene.detail = Detail::software();
         }
         let mut stage = Stage::new(&participant, renderer, scene)?;
-        stage.past = options.recording.is_none().then(Past::default);
+        stage.history = options.recording.is_none().then(FrameHistory::default);
         let context = egui::Context::default();
         let limit = gpu.device.limits().max_texture_dimension_2d as usize;
         let scale = window.scale_factor() as f32;
@@ -284,7 +284,9 @@ impl ViewerWindow {
         }
         let ended = self.udp.remove_ended();
         has_news |= !ended.is_empty();
-        ended.into_iter().for_each(|text| self.interface.notify(text));
+        for text in ended {
+            self.interface.notify(text);
+        }
         has_news
     }
 
@@ -335,15 +337,15 @@ impl ViewerWindow {
             self.stage.set_routes(Vec::new());
             self.link.routes(self.fleet_state.routes_of.clone());
         }
-        let watch = Watch { matching: self.fleet_state.matching(), ..self.stage.plan_watch() };
-        if self.fleet_state.watched != watch {
-            self.fleet_state.watched.clone_from(&watch);
+        let watch = PlanQuery { matching: self.fleet_state.matching(), ..self.stage.plan_query() };
+        if self.fleet_state.plan_query != watch {
+            self.fleet_state.plan_query.clone_from(&watch);
             self.link.plans(watch);
         }
         let (edges, node) = self.interface.watched_places();
-        let jams = JamWatched { history: true, edges, node, ..self.stage.jam_watch() };
-        if self.fleet_state.jams_watched != jams {
-            self.fleet_state.jams_watched.clone_from(&jams);
+        let jams = JamQuery { history: true, edges, node, ..self.stage.jam_query() };
+        if self.fleet_state.jam_query != jams {
+            self.fleet_state.jam_query.clone_from(&jams);
             self.link.jams(jams);
         }
         let news = self.stage.feed.poll()?;

@@ -74,8 +74,7 @@ impl TestRenderer {
     pub fn render(&mut self, camera: &Camera, scene: &Scene, alpha: f32) -> RgbaImage {
         let robot_types = ["cart".to_owned(), "puck".to_owned()];
         let legend = scene.colouring.legend(scene.theme, &robot_types, Some((0.0, 2.0)));
-        let mut encoder =
-            self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut encoder = self.gpu.encoder();
         let picture = Picture { camera, scene, legend: &legend, size: SIZE, within: None, alpha };
         self.inner.draw(&mut encoder, &self.offscreen.view, &picture);
         self.offscreen.read(encoder).expect("a picture")

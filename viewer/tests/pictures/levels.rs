@@ -7,8 +7,8 @@ use glam::UVec2;
 use image::RgbaImage;
 use image::imageops::crop_imm;
 use regatta_gpu::TargetConfig;
+use regatta_gpu::copy::Insets;
 use regatta_gpu::device::Gpu;
-use regatta_gpu::insets::Insets;
 use regatta_gpu::renderer::Renderer;
 use regatta_plugin::Participant;
 use regatta_plugin::frame::RobotState;
@@ -175,8 +175,7 @@ fn in_a_window(gpu: &Gpu) {
         let offscreen = Offscreen::new(gpu, SIZE, target).expect("room");
         let alone = LEVELS.map(|(level, _)| {
             show(&mut stage, level);
-            let mut encoder =
-                gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let mut encoder = gpu.encoder();
             stage.draw(&mut encoder, &offscreen.view, &camera(), SIZE, 1.0);
             offscreen.read(encoder).expect("a picture")
         });
@@ -190,8 +189,7 @@ fn in_a_window(gpu: &Gpu) {
             let is_new = stage.show_beside(&[other], || Renderer::new(gpu, target));
             assert_eq!(is_new, round == 0, "the levels change places");
             stage.update(Instant::now()).expect("the columns");
-            let mut encoder =
-                gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            let mut encoder = gpu.encoder();
             let within = Some((UVec2::new(0, at), both.size()));
             stage.draw_within(&mut encoder, &both.view, within, &camera(), SIZE, 1.0);
             for view in insets.make_room(1, SIZE) {

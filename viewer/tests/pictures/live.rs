@@ -13,6 +13,7 @@ use image::imageops::crop_imm;
 use regatta_gpu::TargetConfig;
 use regatta_gpu::device::Gpu;
 use regatta_gpu::resources::{texture, view_of};
+use regatta_plugin::column::COLLISION;
 use regatta_plugin::world::WorldData;
 use regatta_plugin::{FleetName, ProducerPorts};
 use regatta_scene::Scene;
@@ -95,7 +96,7 @@ fn publish(fleet: &FleetName, world: WorldData, stop: &AtomicBool) {
         if stop.load(Ordering::Relaxed) {
             return;
         }
-        producer.publish_column("collision", tick, &collisions()).expect("a column");
+        producer.publish_column(COLLISION.name(), tick, &collisions()).expect("a column");
         let mut frame = producer.loan(rows.len()).expect("a frame");
         frame.header_mut().tick = tick;
         frame.header_mut().sim_time_nanos = tick * 10_000_000;

@@ -8,7 +8,7 @@ use regatta_gpu::TargetConfig;
 use regatta_gpu::device::Gpu;
 use regatta_gpu::floor::FloorPicture;
 use regatta_interface::settings::MeshPlacement;
-use regatta_plugin::world::NodeRole;
+use regatta_plugin::world::Role;
 use regatta_scene::camera::{Bounds, Camera, Window};
 use regatta_scene::palette::{Colouring, Theme};
 use regatta_scene::plans::{GoalMark, PlanReport};
@@ -221,7 +221,7 @@ fn routes(gpu: &Gpu) {
 fn stations(gpu: &Gpu) {
     let mut renderer = loop_renderer(gpu);
     let mut world = graph();
-    let roles = [NodeRole::Pick, NodeRole::Drop, NodeRole::Park, NodeRole::Charge];
+    let roles = [Role::Pick, Role::Drop, Role::Park, Role::Charge];
     world.nodes.iter_mut().zip(roles).for_each(|(node, role)| node.role = role as u32);
     renderer.inner.set_graph(&world.view(1, 1));
     let mut scene = coloured(Colouring::State);

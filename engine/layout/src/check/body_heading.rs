@@ -1,9 +1,12 @@
 //! The key `ThetaHolonomic`: the heading of a robot's body at a node, where `Theta` is that of the
 //! curve.
 
+use regatta_base::graph::NodeIndex;
+
+use super::validate::to_radians;
 use crate::model::angle::normalize_angle;
-use crate::model::finding::Report;
-use crate::model::raw::RawGraph;
+use crate::model::finding::{Report, Severity};
+use crate::model::raw::{RawEdge, RawGraph};
 use crate::model::route_graph::Edge;
 use crate::model::tags::Orientation;
 use crate::model::value::plural;
@@ -14,70 +17,48 @@ const TOLERANCE: f64 = 0.01;
 /// Gives edges without an orientation of their own the one that the body headings at their ends
 /// make together. `edges` are in the order of `raw`.
 pub(crate) fn orient(raw: &RawGraph, edges: &mut [Option<Edge>], report: &mut Report<'_>) {
-    let mut unsupported = [Unsupported::default(), Unsupported::default()];
-    for (index, edge) in edges.iter_mut().enumerate() {
-        let Some(edge) =
-            edge.as_mut().filter(|_| raw.edges[index].orientation == Orientation::Tangential)
-        else {
+    let (mut varying, mut incomplete) = (Vec::new(), Vec::new());
+    for (edge, raw_edge) in edges.iter_mut().zip(&raw.edges) {
+        let Some(edge) = edge else { continue };
+        if raw_edge.orientation != Orientation::Tangential {
             continue;
-        };
-        let body = [edge.origin, edge.destination].map(|node| body_heading(raw, node.0 as usize));
-        let finding = match body {
-            [None, None] => continue,
-            [Some(start), Some(end)] => match orientation(edge, [start, end]) {
-                Some(orientation) => {
-                    edge.orientation = orientation;
-                    continue;
-                }
-                None => &mut unsupported[0],
+        }
+        match (body_heading(raw, edge.origin), body_heading(raw, edge.destination)) {
+            (None, None) => {}
+            (Some(start), Some(end)) => match orientation(edge, start, end) {
+                Some(orientation) => edge.orientation = orientation,
+                None => varying.push(raw_edge),
             },
-            _ => &mut unsupported[1],
-        };
-        finding.first.get_or_insert(index);
-        finding.count += 1;
+            _ => incomplete.push(raw_edge),
+        }
     }
-    let reasons = [
-        "ThetaHolonomic at its ends makes the heading of robots vary along it otherwise than its tangent does, which isn't \
-         supported",
-        "only one of its nodes has a ThetaHolonomic",
-    ];
-    for (finding, reason) in unsupported.iter().zip(reasons) {
-        finding.warn(raw, reason, report);
-    }
+    let reason = "ThetaHolonomic at its ends makes the heading of robots vary along it otherwise \
+                  than its tangent does, which isn't supported";
+    warn(&varying, reason, report);
+    warn(&incomplete, "only one of its nodes has a ThetaHolonomic", report);
 }
 
-/// The edges of one kind that are driven along their tangents.
-#[derive(Default)]
-struct Unsupported {
-    /// The index of the first.
-    first: Option<usize>,
-    count: usize,
-}
-
-impl Unsupported {
-    fn warn(&self, raw: &RawGraph, reason: &str, report: &mut Report<'_>) {
-        let Some(first) = self.first else { return };
-        let others = match self.count {
-            1 => String::new(),
-            count => format!(" (and {})", plural(count - 1, "more edge")),
-        };
-        let message = format!(
-            "{reason}{others}: robots head along the tangent there; give such edges a HeadingOffset or a Heading, or correct \
-             the nodes"
-        );
-        let (subject, message) = raw.edges[first].finding(message);
-        report.warning(raw.edges[first].at, subject, message);
-    }
+/// Reports one warning for all edges that are driven along their tangents for the same reason.
+fn warn(edges: &[&RawEdge], reason: &str, report: &mut Report<'_>) {
+    let Some((first, others)) = edges.split_first() else { return };
+    let others = match others.len() {
+        0 => String::new(),
+        count => format!(" (and {})", plural(count, "more edge")),
+    };
+    let message = format!(
+        "{reason}{others}: robots head along the tangent there; give such edges a HeadingOffset or \
+         a Heading, or correct the nodes"
+    );
+    first.report(Severity::Warning, &message, report);
 }
 
 /// Returns the body heading at a node in radians, in (-π, π].
-fn body_heading(raw: &RawGraph, node: usize) -> Option<f64> {
-    let angle = raw.nodes[node].body_heading?;
-    Some(normalize_angle(if raw.degrees { angle.to_radians() } else { angle }))
+fn body_heading(raw: &RawGraph, node: NodeIndex) -> Option<f64> {
+    Some(to_radians(raw.nodes[node.0 as usize].body_heading?, raw.degrees))
 }
 
 /// Returns the orientation that gives an edge these headings at its ends; `None` if none does.
-fn orientation(edge: &Edge, [start, end]: [f64; 2]) -> Option<Orientation> {
+fn orientation(edge: &Edge, start: f64, end: f64) -> Option<Orientation> {
     let offset = normalize_angle(start - edge.path.start_tangent().to_angle());
     let end_offset = normalize_angle(end - edge.path.end_tangent().to_angle());
     if let Some(offset) = mean_if_equal(offset, end_offset) {

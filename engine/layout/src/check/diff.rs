@@ -1,11 +1,13 @@
 //! The differences between two route graphs, by the names or ids of their nodes, edges and
 //! stations.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 
 use glam::DVec2;
+use regatta_base::bezier::CubicBezier;
 
+use crate::model::angle::normalize_angle;
 use crate::model::path::Path;
 use crate::model::route_graph::{Edge, Node, RouteGraph};
 use crate::model::tags::{Orientation, Station, Tags};
@@ -14,17 +16,17 @@ use crate::model::value::shorten;
 /// The distance in metres, and the angle in radians, up to which poses count as equal.
 const TOLERANCE: f64 = 1e-6;
 
-/// The number of points of each cubic at which two paths are compared.
+/// The number of intervals of each cubic between the points at which two paths are compared.
 const SAMPLES: u32 = 16;
 
 /// A difference between two graphs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Difference {
-    /// What the second graph has, hasn't, or has otherwise.
+    /// The kind.
     pub kind: DifferenceKind,
     /// `node A`, `edge 12` or `station dock`.
     pub subject: String,
-    /// What has changed; empty unless the kind is [`DifferenceKind::Changed`].
+    /// The changes in words; empty unless the kind is [`DifferenceKind::Changed`].
     pub changes: Vec<String>,
 }
 
@@ -49,8 +51,20 @@ impl fmt::Display for Difference {
     }
 }
 
-/// Returns what differs from the first graph to the second: nodes, then edges, then stations, each
-/// by name or id.
+/// Returns the differences from the first graph to the second: nodes, then edges, then stations,
+/// each by name or id.
+///
+/// ```
+/// use regatta_layout::check::diff::diff;
+/// use regatta_layout::{ReadOptions, parse};
+///
+/// let text = "id,x,y\nA,0,0\nB,10,0\n\nfrom,to,speed\nA,B,1\n";
+/// let (first, _) = parse(text, "first.csv", &ReadOptions::default())?;
+/// let (second, _) = parse(&text.replace("B,10", "B,12"), "second.csv", &ReadOptions::default())?;
+/// let differences: Vec<String> = diff(&first, &second).iter().map(ToString::to_string).collect();
+/// assert_eq!(differences[0], "~ node B: moved by 2.000 m");
+/// # Ok::<(), regatta_layout::GraphError>(())
+/// ```
 pub fn diff(first: &RouteGraph, second: &RouteGraph) -> Vec<Difference> {
     let sides = Sides { first, second };
     let mut found =
@@ -58,50 +72,36 @@ pub fn diff(first: &RouteGraph, second: &RouteGraph) -> Vec<Difference> {
     found.extend(compare("edge", first.edges(), second.edges(), edge_key, |a, b| {
         sides.edge_changes(a, b)
     }));
-    let name = |station: &Station| station.name.clone();
-    found.extend(compare("station", first.stations(), second.stations(), name, |a, b| {
+    let key = |station: &Station| station.name.clone();
+    found.extend(compare("station", first.stations(), second.stations(), key, |a, b| {
         sides.station_changes(a, b)
     }));
     found
 }
 
 fn compare<T>(
-    kind: &str,
+    noun: &str,
     first: &[T],
     second: &[T],
     key: impl Fn(&T) -> String,
     changes: impl Fn(&T, &T) -> Vec<String>,
 ) -> Vec<Difference> {
-    let index = |items| -> BTreeMap<String, &T> {
-        <[T]>::iter(items).map(|item| (key(item), item)).collect()
-    };
-    let (first, second) = (index(first), index(second));
-    let subject = |name: &str| format!("{kind} {name}");
+    let first: BTreeMap<String, &T> = first.iter().map(|item| (key(item), item)).collect();
+    let second: BTreeMap<String, &T> = second.iter().map(|item| (key(item), item)).collect();
     let mut found = Vec::new();
     for (name, item) in &first {
-        let Some(other) = second.get(name) else {
-            found.push(Difference {
-                kind: DifferenceKind::Removed,
-                subject: subject(name),
-                changes: Vec::new(),
-            });
-            continue;
+        let (kind, changes) = match second.get(name) {
+            None => (DifferenceKind::Removed, Vec::new()),
+            Some(other) => (DifferenceKind::Changed, changes(item, other)),
         };
-        let changes = changes(item, other);
-        if !changes.is_empty() {
-            found.push(Difference {
-                kind: DifferenceKind::Changed,
-                subject: subject(name),
-                changes,
-            });
+        if kind == DifferenceKind::Removed || !changes.is_empty() {
+            found.push(Difference { kind, subject: format!("{noun} {name}"), changes });
         }
     }
-    let added = second.keys().filter(|name| !first.contains_key(*name));
-    found.extend(added.map(|name| Difference {
-        kind: DifferenceKind::Added,
-        subject: subject(name),
-        changes: Vec::new(),
-    }));
+    for name in second.keys().filter(|name| !first.contains_key(*name)) {
+        let (kind, subject) = (DifferenceKind::Added, format!("{noun} {name}"));
+        found.push(Difference { kind, subject, changes: Vec::new() });
+    }
     found
 }
 
@@ -122,7 +122,7 @@ impl Sides<'_> {
     fn node_changes(&self, a: &Node, b: &Node) -> Vec<String> {
         let distance =
             (a.position + self.first.origin()).distance(b.position + self.second.origin());
-        let turn = crate::model::angle::normalize_angle(b.theta - a.theta).abs();
+        let turn = normalize_angle(b.theta - a.theta).abs();
         let mut changes = Vec::new();
         if distance > TOLERANCE {
             changes.push(format!("moved by {distance:.3} m"));
@@ -139,12 +139,9 @@ impl Sides<'_> {
 
     fn edge_changes(&self, a: &Edge, b: &Edge) -> Vec<String> {
         let mut changes = Vec::new();
-        let ends = |graph: &RouteGraph, edge: &Edge| {
-            [edge.origin, edge.destination].map(|node| node_key(graph.node(node)))
-        };
-        let (from, to) = (ends(self.first, a), ends(self.second, b));
+        let (from, to) = (described_ends(self.first, a), described_ends(self.second, b));
         if from != to {
-            changes.push(format!("{} to {} → {} to {}", from[0], from[1], to[0], to[1]));
+            changes.push(format!("{from} → {to}"));
         }
         let distance = self.path_distance(a, b);
         if distance > TOLERANCE {
@@ -154,40 +151,38 @@ impl Sides<'_> {
             changes.push(format!("speed {} → {} m/s", a.speed, b.speed));
         }
         if a.reverse_speed != b.reverse_speed {
-            let speed = |speed: Option<f64>| {
-                speed.map_or("none".to_owned(), |speed| format!("{speed} m/s"))
-            };
-            let (from, to) = (speed(a.reverse_speed), speed(b.reverse_speed));
+            let [from, to] = [a, b].map(|edge| match edge.reverse_speed {
+                None => "none".to_owned(),
+                Some(speed) => format!("{speed} m/s"),
+            });
             changes.push(format!("reverse speed {from} → {to}"));
         }
         if a.orientation != b.orientation {
-            changes.push(format!(
-                "orientation {} → {}",
-                described(a.orientation),
-                described(b.orientation)
-            ));
+            let [from, to] = [a, b].map(|edge| described(edge.orientation));
+            changes.push(format!("orientation {from} → {to}"));
         }
         changes.extend(tag_changes(a.tags.as_deref(), b.tags.as_deref()));
         changes
     }
 
     fn station_changes(&self, a: &Station, b: &Station) -> Vec<String> {
-        let nodes = |graph: &RouteGraph, station: &Station| -> Vec<String> {
-            station.nodes.iter().map(|&node| node_key(graph.node(node))).collect()
-        };
         let mut changes = Vec::new();
         if a.role != b.role {
             changes.push(format!("role {} → {}", a.role.name(), b.role.name()));
         }
-        if nodes(self.first, a) != nodes(self.second, b) {
+        let from = a.nodes.iter().map(|&node| node_key(self.first.node(node)));
+        let to = b.nodes.iter().map(|&node| node_key(self.second.node(node)));
+        if !from.eq(to) {
             changes.push("other nodes".to_owned());
         }
-        let position =
-            |graph: &RouteGraph, station: &Station| station.position.map(|at| at + graph.origin());
-        match (position(self.first, a), position(self.second, b)) {
-            (Some(from), Some(to)) if from.distance(to) <= TOLERANCE => {}
-            (None, None) => {}
-            _ => changes.push("moved".to_owned()),
+        let from = a.position.map(|position| position + self.first.origin());
+        let to = b.position.map(|position| position + self.second.origin());
+        let has_moved = match (from, to) {
+            (Some(from), Some(to)) => from.distance(to) > TOLERANCE,
+            _ => from != to,
+        };
+        if has_moved {
+            changes.push("moved".to_owned());
         }
         changes
     }
@@ -202,23 +197,32 @@ impl Sides<'_> {
     }
 }
 
+fn described_ends(graph: &RouteGraph, edge: &Edge) -> String {
+    let [from, to] = [edge.origin, edge.destination].map(|node| node_key(graph.node(node)));
+    format!("{from} to {to}")
+}
+
 /// Returns the largest distance of points of a path from another path.
 fn farthest(path: &Path, other: &Path) -> f64 {
-    let parameters = || (0..=SAMPLES).map(|index| f64::from(index) / f64::from(SAMPLES));
-    let points = path.cubics().flat_map(|cubic| parameters().map(|at| cubic.position(at)));
+    let points = path.cubics().flat_map(|cubic| samples().map(|at| cubic.position(at)));
     points.map(|point| distance(other, point)).fold(0.0, f64::max)
 }
 
-/// Returns the distance of a point from a path: from the nearest of some points of each cubic,
-/// Newton's method goes on.
+/// Returns the distance of a point from a path, found by Newton's method from the nearest sample
+/// of each cubic.
 fn distance(path: &Path, point: DVec2) -> f64 {
-    let of_cubic = |cubic: &regatta_base::bezier::CubicBezier| {
-        let gap = |at: f64| cubic.position(at).distance(point);
-        let starts = (0..=SAMPLES).map(|index| f64::from(index) / f64::from(SAMPLES));
-        let start = starts.min_by(|a, b| gap(*a).total_cmp(&gap(*b))).unwrap_or(0.0);
-        gap((0..8).fold(start, |nearest, _| cubic.nearer(nearest, point)))
-    };
-    path.cubics().map(of_cubic).fold(f64::INFINITY, f64::min)
+    path.cubics().map(|cubic| cubic_distance(cubic, point)).fold(f64::INFINITY, f64::min)
+}
+
+fn cubic_distance(cubic: &CubicBezier, point: DVec2) -> f64 {
+    let gap = |at: f64| cubic.position(at).distance(point);
+    let start = samples().min_by(|a, b| gap(*a).total_cmp(&gap(*b))).unwrap_or(0.0);
+    gap((0..8).fold(start, |nearest, _| cubic.nearer(nearest, point)))
+}
+
+/// Returns the parameters at which cubics are compared.
+fn samples() -> impl Iterator<Item = f64> {
+    (0..=SAMPLES).map(|index| f64::from(index) / f64::from(SAMPLES))
 }
 
 fn described(orientation: Orientation) -> String {
@@ -231,28 +235,26 @@ fn described(orientation: Orientation) -> String {
 
 /// Returns the names and properties that differ.
 fn tag_changes(a: Option<&Tags>, b: Option<&Tags>) -> Vec<String> {
-    let empty = Tags::default();
-    let (a, b) = (a.unwrap_or(&empty), b.unwrap_or(&empty));
-    let texts = |tags: &Tags| -> BTreeMap<String, String> {
-        let named = [("name", &tags.name), ("level", &tags.level), ("zone", &tags.zone)];
-        let named = named
-            .into_iter()
-            .filter_map(|(key, text)| Some((key.to_owned(), text.as_ref()?.to_string())));
-        named
-            .chain(
-                tags.properties
-                    .iter()
-                    .map(|(key, text)| (format!("property `{key}`"), text.to_string())),
-            )
-            .collect()
-    };
-    let (a, b) = (texts(a), texts(b));
-    let keys: std::collections::BTreeSet<_> = a.keys().chain(b.keys()).collect();
-    let text = |tags: &BTreeMap<String, String>, key| {
-        tags.get(key).map_or("none".to_owned(), |text| shorten(text))
-    };
-    let changed = keys.into_iter().filter(|key| a.get(*key) != b.get(*key));
-    changed.map(|key| format!("{key} {} → {}", text(&a, key), text(&b, key))).collect()
+    let (a, b) = (a.map(texts).unwrap_or_default(), b.map(texts).unwrap_or_default());
+    let keys: BTreeSet<_> = a.keys().chain(b.keys()).collect();
+    let mut changes = Vec::new();
+    for key in keys {
+        let (from, to) = (a.get(key), b.get(key));
+        if from != to {
+            let [from, to] = [from, to].map(|text| text.map_or("none".to_owned(), |t| shorten(t)));
+            changes.push(format!("{key} {from} → {to}"));
+        }
+    }
+    changes
+}
+
+fn texts(tags: &Tags) -> BTreeMap<String, &str> {
+    let named = [("name", &tags.name), ("level", &tags.level), ("zone", &tags.zone)];
+    let named =
+        named.into_iter().filter_map(|(key, text)| Some((key.to_owned(), text.as_deref()?)));
+    let properties =
+        tags.properties.iter().map(|(key, text)| (format!("property `{key}`"), &**text));
+    named.chain(properties).collect()
 }
 
 #[cfg(test)]

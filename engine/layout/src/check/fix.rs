@@ -1,15 +1,15 @@
-//! Mends what has one obvious answer: angles in degrees, edges that are given twice or lead
-//! nowhere, ends that nearly meet.
+//! Repairs errors that have one obvious correction: angles in degrees, duplicate edges, edges
+//! without length, ends that nearly meet.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec2;
 use regatta_base::bezier::CubicBezier;
 
-use super::validate::{MAX_GAP, SUSPICIOUS_ANGLE};
+use super::validate::{MAX_GAP, SUSPICIOUS_ANGLE, to_radians};
 use crate::model::angle::normalize_angle;
 use crate::model::raw::{RawCurve, RawEdge, RawGraph, RawNode};
-use crate::model::tags::{Orientation, Tags};
+use crate::model::tags::Tags;
 use crate::model::value::shorten;
 
 /// The distance in metres up to which ends that don't meet are joined.
@@ -18,7 +18,7 @@ pub const MAX_JOINED_GAP: f64 = 0.05;
 /// The difference of headings in radians up to which nodes are joined: 5°.
 const MAX_JOINED_TURN: f64 = regatta_base::graph::SMOOTH_TURN;
 
-/// Mends a graph. Returns what was done, one line each.
+/// Repairs a graph. Returns the repairs, one line each.
 pub(crate) fn fix(raw: &mut RawGraph) -> Vec<String> {
     let mut fixes = Vec::new();
     fixes.extend(fix_angle_unit(raw));
@@ -31,17 +31,12 @@ pub(crate) fn fix(raw: &mut RawGraph) -> Vec<String> {
 
 /// Removes straight edges from a node to itself, which have no length.
 fn remove_loops(raw: &mut RawGraph) -> Vec<String> {
-    let is_loop = |edge: &RawEdge| {
+    let loops = raw.edges.extract_if(.., |edge| {
         edge.origin.is_some()
             && edge.origin == edge.destination
             && matches!(edge.curve, None | Some(RawCurve::Linear))
-    };
-    let fixes = raw.edges.iter().filter(|edge| is_loop(edge));
-    let fixes = fixes
-        .map(|edge| format!("{}: removed, it leads from a node to itself", name(edge)))
-        .collect();
-    raw.edges.retain(|edge| !is_loop(edge));
-    fixes
+    });
+    loops.map(|edge| format!("{}: removed, it leads from a node to itself", name(&edge))).collect()
 }
 
 /// Moves the ends of curves, with their handles, to the nodes that they nearly meet.
@@ -84,10 +79,9 @@ fn move_end(end: &mut DVec2, handle: &mut DVec2, node: DVec2) -> f64 {
 }
 
 fn fix_angle_unit(raw: &mut RawGraph) -> Option<String> {
-    let is_suspicious = |angle: f64| angle.abs() > SUSPICIOUS_ANGLE;
     let of_nodes = raw.nodes.iter().filter_map(|node| node.theta);
-    let mut angles = of_nodes.chain(raw.edges.iter().filter_map(|edge| angle(edge.orientation)));
-    if raw.degrees || !angles.any(is_suspicious) {
+    let mut angles = of_nodes.chain(raw.edges.iter().filter_map(|edge| edge.orientation.angle()));
+    if raw.degrees || !angles.any(|angle| angle.abs() > SUSPICIOUS_ANGLE) {
         return None;
     }
     if !raw.is_imported {
@@ -95,26 +89,13 @@ fn fix_angle_unit(raw: &mut RawGraph) -> Option<String> {
         return Some("the headings are in degrees: `AngleUnit: deg`".to_owned());
     }
     // Headings that the file doesn't give follow from its edges, in radians.
-    for theta in
-        raw.nodes.iter_mut().filter(|node| node.has_heading).filter_map(|node| node.theta.as_mut())
-    {
-        *theta = theta.to_radians();
+    for node in raw.nodes.iter_mut().filter(|node| node.has_heading) {
+        node.theta = node.theta.map(f64::to_radians);
     }
     for edge in &mut raw.edges {
-        edge.orientation = match edge.orientation {
-            Orientation::Tangential => Orientation::Tangential,
-            Orientation::Offset(angle) => Orientation::Offset(angle.to_radians()),
-            Orientation::Fixed(angle) => Orientation::Fixed(angle.to_radians()),
-        };
+        edge.orientation = edge.orientation.map(f64::to_radians);
     }
     Some("the headings of nodes and edges are in degrees: converted to radians".to_owned())
-}
-
-fn angle(orientation: Orientation) -> Option<f64> {
-    match orientation {
-        Orientation::Tangential => None,
-        Orientation::Offset(angle) | Orientation::Fixed(angle) => Some(angle),
-    }
 }
 
 /// Removes edges that are the same as an earlier one, and gives those with an earlier id another
@@ -148,11 +129,13 @@ fn remove_duplicate_edges(raw: &mut RawGraph) -> Vec<String> {
 
 /// Whether two edges between the same nodes differ in their ids and names at most.
 fn is_same(a: &RawEdge, b: &RawEdge) -> bool {
-    let shape = |edge: &RawEdge| (edge.curve.clone(), edge.forward, edge.backward);
-    let rules = |edge: &RawEdge| (edge.speed, edge.reverse_speed, edge.orientation, edge.rotation);
-    let tags =
-        |edge: &RawEdge| Tags { name: None, ..edge.tags.as_deref().cloned().unwrap_or_default() };
-    a.origin.is_some() && shape(a) == shape(b) && rules(a) == rules(b) && tags(a) == tags(b)
+    let [tags_a, tags_b] =
+        [a, b].map(|edge| Tags { name: None, ..edge.tags.as_deref().cloned().unwrap_or_default() });
+    a.origin.is_some()
+        && (&a.curve, a.forward, a.backward) == (&b.curve, b.forward, b.backward)
+        && (a.speed, a.reverse_speed) == (b.speed, b.reverse_speed)
+        && (a.orientation, a.rotation) == (b.orientation, b.rotation)
+        && tags_a == tags_b
 }
 
 fn name(edge: &RawEdge) -> String {
@@ -170,18 +153,16 @@ fn join_ends(raw: &mut RawGraph) -> Vec<String> {
     let mut joined: BTreeMap<u32, u32> = BTreeMap::new();
     let mut fixes = Vec::new();
     let grid = cells(&raw.nodes);
-    for node in raw.nodes.iter().filter(|node| node.id.is_some_and(|id| loose.contains(&id))) {
-        let Some((id, other, gap)) = nearest(node, raw, &grid, &joined) else { continue };
+    for node in &raw.nodes {
+        let Some(id) = node.id.filter(|id| loose.contains(id)) else { continue };
+        let Some((other, gap)) = nearest(id, node, raw, &grid, &joined) else { continue };
         joined.insert(id, other);
         fixes.push(format!("node {id}: joined with node {other}, {gap:.3} m away"));
     }
-    let target = |id: &mut Option<u32>| *id = id.map(|id| joined.get(&id).copied().unwrap_or(id));
-    for edge in &mut raw.edges {
-        target(&mut edge.origin);
-        target(&mut edge.destination);
-    }
-    for station in &mut raw.stations {
-        station.nodes.iter_mut().for_each(|id| *id = joined.get(id).copied().unwrap_or(*id));
+    let ends = raw.edges.iter_mut().flat_map(|edge| [&mut edge.origin, &mut edge.destination]);
+    let stops = raw.stations.iter_mut().flat_map(|station| &mut station.nodes);
+    for id in ends.flatten().chain(stops) {
+        *id = joined.get(id).copied().unwrap_or(*id);
     }
     raw.nodes.retain(|node| node.id.is_none_or(|id| !joined.contains_key(&id)));
     fixes
@@ -189,20 +170,15 @@ fn join_ends(raw: &mut RawGraph) -> Vec<String> {
 
 /// Returns the ids of nodes with edges of which none leaves, or none arrives.
 fn loose_ends(raw: &RawGraph) -> BTreeSet<u32> {
-    let reverse = |edge: &&RawEdge| edge.reverse_speed.is_some_and(|speed| speed > 0.0);
-    let reversed = || raw.edges.iter().filter(reverse);
-    let left: BTreeSet<u32> = raw
-        .edges
-        .iter()
-        .filter_map(|edge| edge.origin)
-        .chain(reversed().filter_map(|edge| edge.destination))
-        .collect();
-    let reached: BTreeSet<u32> = raw
-        .edges
-        .iter()
-        .filter_map(|edge| edge.destination)
-        .chain(reversed().filter_map(|edge| edge.origin))
-        .collect();
+    let (mut left, mut reached) = (BTreeSet::new(), BTreeSet::new());
+    for edge in &raw.edges {
+        left.extend(edge.origin);
+        reached.extend(edge.destination);
+        if edge.reverse_speed.is_some_and(|speed| speed > 0.0) {
+            left.extend(edge.destination);
+            reached.extend(edge.origin);
+        }
+    }
     left.symmetric_difference(&reached).copied().collect()
 }
 
@@ -228,39 +204,58 @@ fn position(node: &RawNode) -> Option<DVec2> {
     Some(DVec2::new(node.x?, node.y?)).filter(|position| position.is_finite())
 }
 
-/// Returns the id of a node, that of the nearest one that it can be joined with, and their distance
-/// in metres.
+/// Returns the id of the nearest node that a node can be joined with, and their distance in metres.
 fn nearest(
+    id: u32,
     node: &RawNode,
     raw: &RawGraph,
     cells: &Cells,
     joined: &BTreeMap<u32, u32>,
-) -> Option<(u32, u32, f64)> {
-    let (id, at) = (node.id?, position(node)?);
+) -> Option<(u32, f64)> {
+    let at = position(node)?;
     let (x, y) = cell(at);
-    let around = (x.saturating_sub(1)..=x.saturating_add(1))
-        .flat_map(|x| (y.saturating_sub(1)..=y.saturating_add(1)).map(move |y| (x, y)));
-    let others =
-        around.filter_map(|cell| cells.get(&cell)).flatten().map(|&index| &raw.nodes[index]);
-    let candidates = others.filter_map(|other| {
-        let gap = position(other)?.distance(at);
-        let turn = to_radians(other.theta?, raw.degrees) - to_radians(node.theta?, raw.degrees);
-        // The curves of other formats don't depend on the headings of their nodes.
-        let is_aligned = raw.is_imported || normalize_angle(turn).abs() <= MAX_JOINED_TURN;
-        let is_near = gap <= MAX_JOINED_GAP && is_aligned;
-        let other = other.id.filter(|other| *other != id && !joined.contains_key(other))?;
-        // Joining the ends of one edge would leave an edge from a node to itself.
-        let is_edge = |edge: &RawEdge| {
-            [edge.origin, edge.destination].map(|end| end == Some(id) || end == Some(other))
-                == [true; 2]
-        };
-        (is_near && !raw.edges.iter().any(is_edge)).then_some((id, other, gap))
-    });
-    candidates.min_by(|a, b| a.2.total_cmp(&b.2))
+    let mut best: Option<(u32, f64)> = None;
+    for x in x.saturating_sub(1)..=x.saturating_add(1) {
+        for y in y.saturating_sub(1)..=y.saturating_add(1) {
+            for &index in cells.get(&(x, y)).into_iter().flatten() {
+                let other = &raw.nodes[index];
+                let Some(gap) = position(other).map(|position| position.distance(at)) else {
+                    continue;
+                };
+                let Some(other_id) = other.id.filter(|other| !joined.contains_key(other)) else {
+                    continue;
+                };
+                let is_nearer = best.is_none_or(|(_, least)| gap < least);
+                if is_nearer
+                    && gap <= MAX_JOINED_GAP
+                    && can_join(raw, (id, node), (other_id, other))
+                {
+                    best = Some((other_id, gap));
+                }
+            }
+        }
+    }
+    best
 }
 
-fn to_radians(angle: f64, degrees: bool) -> f64 {
-    if degrees { angle.to_radians() } else { angle }
+/// Whether two nodes have nearly the same heading, and no edge between them: that would become one
+/// from a node to itself.
+fn can_join(
+    raw: &RawGraph,
+    (id, node): (u32, &RawNode),
+    (other_id, other): (u32, &RawNode),
+) -> bool {
+    let (Some(theta), Some(other_theta)) = (node.theta, other.theta) else { return false };
+    let turn = to_radians(other_theta, raw.degrees) - to_radians(theta, raw.degrees);
+    // The curves of other formats don't depend on the headings of their nodes.
+    let is_aligned = raw.is_imported || normalize_angle(turn).abs() <= MAX_JOINED_TURN;
+    let ids = [Some(id), Some(other_id)];
+    is_aligned
+        && id != other_id
+        && !raw
+            .edges
+            .iter()
+            .any(|edge| ids.contains(&edge.origin) && ids.contains(&edge.destination))
 }
 
 #[cfg(test)]

@@ -3,22 +3,19 @@
 
 use std::f64::consts::PI;
 
-use regatta_base::graph::{EdgeIndex, Gear, Leg, NodeIndex, SMOOTH_TURN};
+use regatta_base::graph::{Gear, Leg, NodeIndex, SMOOTH_TURN};
 
 use crate::model::angle::normalize_angle;
 use crate::model::components::Components;
-use crate::model::finding::{Report, Subject};
+use crate::model::finding::{FindingKind, Report, Severity, Subject};
 use crate::model::raw::{RawCurve, RawGraph};
-use crate::model::route_graph::{Edge, RouteGraph};
+use crate::model::route_graph::{RouteGraph, legs};
 use crate::model::spline::{HandleLengths, Handles, spline};
 use crate::model::tags::Orientation;
 use crate::model::value::{plural, shorten};
 
 /// The largest number of nodes that a warning lists.
 const MAX_EXAMPLES: usize = 5;
-
-/// Part of the warning of turns at nodes, which is of no use where all robots turn.
-pub const TURNS_IF: &str = "robots turn there if their type has a max_rotation_speed";
 
 /// The other handle convention is suggested if it makes the curves shorter than this fraction of
 /// their length.
@@ -63,8 +60,8 @@ fn warn_of_swapped_handles(
     }
     if other_length < CLEARLY_SHORTER * length {
         let message = format!(
-            "the curves with unequal handles are {length:.1} m long with `Handles: {}`, and {other_length:.1} m with \
-             `Handles: {}`: if the latter is meant, add it to the file",
+            "the curves with unequal handles are {length:.1} m long with `Handles: {}`, and \
+             {other_length:.1} m with `Handles: {}`: if the latter is meant, add it to the file",
             handles.name(),
             handles.other().name()
         );
@@ -76,31 +73,34 @@ fn warn_of_swapped_handles(
 fn warn_of_reverse_zero(graph: &RouteGraph, raw: &RawGraph, report: &mut Report<'_>) {
     let Some(index) = graph.edge_by_id(0) else { return };
     if graph.edge(index).reverse_speed.is_some() {
-        let message = "routes refer to an edge in reverse gear as -Id, which is impossible for 0: give it another Id";
+        let message = "routes refer to an edge in reverse gear as -Id, which is impossible for 0: \
+                       give it another Id";
         report.warning(raw.edges[index.0 as usize].at, Subject::Edge(Some(0)), message);
     }
 }
 
 /// Robots turn at nodes only.
 fn warn_of_corners(graph: &RouteGraph, raw: &RawGraph, report: &mut Report<'_>) {
-    let corner = |edge: &Edge| match edge.orientation {
-        Orientation::Fixed(_) => 0.0,
-        Orientation::Tangential | Orientation::Offset(_) => edge.path.largest_corner(),
-    };
-    let corners = graph.edges().iter().zip(&raw.edges).map(|(edge, raw)| (corner(edge), raw));
-    let corners: Vec<_> = corners.filter(|(angle, _)| *angle > SMOOTH_TURN).collect();
+    let tangential = graph
+        .edges()
+        .iter()
+        .zip(&raw.edges)
+        .filter(|(edge, _)| !matches!(edge.orientation, Orientation::Fixed(_)));
+    let corners: Vec<_> = tangential
+        .map(|(edge, raw)| (edge.path.largest_corner(), raw))
+        .filter(|(angle, _)| *angle > SMOOTH_TURN)
+        .collect();
     let Some((angle, worst)) = corners.iter().max_by(|a, b| a.0.total_cmp(&b.0)) else { return };
-    let count = match corners.len() {
+    let others = match corners.len() {
         1 => String::new(),
         count => format!(" (and in {})", plural(count - 1, "more edge")),
     };
     let message = format!(
-        "the curve has a corner of {:.1}° within{count}: robots turn at nodes only, so that their heading jumps there; \
-         divide the edge at the corner with a node",
+        "the curve has a corner of {:.1}° within{others}: robots turn at nodes only, so that their \
+         heading jumps there; divide the edge at the corner with a node",
         angle.to_degrees()
     );
-    let (subject, message) = worst.finding(message);
-    report.warning(worst.at, subject, message);
+    worst.report(Severity::Warning, &message, report);
 }
 
 /// Reports the warnings about single nodes.
@@ -111,49 +111,40 @@ struct NodeLinter<'a, 'r, 'text> {
 }
 
 impl NodeLinter<'_, '_, '_> {
-    fn warn(&mut self, node: NodeIndex, message: impl Into<String>) {
-        let raw = &self.raw.nodes[node.0 as usize];
-        let (subject, message) = raw.finding(message);
-        self.report.warning(raw.at, subject, message);
+    fn warn(&mut self, node: NodeIndex, message: &str) {
+        self.raw.nodes[node.0 as usize].report(Severity::Warning, message, self.report);
     }
 
-    /// Layouts of other systems have straight lanes, on which robots turn everywhere: that is worth
-    /// one warning.
+    /// Reports one warning for all nodes: layouts of other systems have straight lanes, so that
+    /// robots turn nearly everywhere.
     fn count_jumps(&mut self) {
-        let arrivals = sorted_arrivals(self.graph);
-        let has_jump = |arrivals: &&[(NodeIndex, LegHeading)]| {
-            let departures = sorted_departures(self.graph, arrivals[0].0);
-            arrivals.iter().any(|&(_, arrival)| worst_jump(arrival, &departures).is_some())
-        };
-        let nodes = arrivals.chunk_by(|a, b| a.0 == b.0).filter(has_jump).count();
+        let nodes = jumps(self.graph).len();
         if nodes > 0 {
             let message = format!(
-                "the heading changes by more than {:.0}° at {}: {TURNS_IF}; otherwise their heading jumps",
+                "the heading changes by more than {:.0}° at {}: robots turn there if their type \
+                 has a max_rotation_speed; otherwise their heading jumps",
                 SMOOTH_TURN.to_degrees(),
                 plural(nodes, "node")
             );
-            self.report.warning(0, Subject::File, message);
+            let kind = FindingKind::TurnsAtNodes;
+            self.report.add_kind(kind, Severity::Warning, 0, Subject::File, message);
         }
     }
 
     fn warn_of_jumps(&mut self) {
-        for arrivals in sorted_arrivals(self.graph).chunk_by(|a, b| a.0 == b.0) {
-            let node = arrivals[0].0;
-            let departures = sorted_departures(self.graph, node);
-            let jumps =
-                || arrivals.iter().filter_map(|&(_, arrival)| worst_jump(arrival, &departures));
-            let Some(worst) = jumps().max_by(|a, b| a.angle.total_cmp(&b.angle)) else { continue };
-            let more = match jumps().count() {
+        for (node, Jump { angle, from, to }, count) in jumps(self.graph) {
+            let others = match count {
                 1 => String::new(),
                 count => format!(" (and after {})", plural(count - 1, "more edge")),
             };
             let message = format!(
-                "the heading jumps by {:.1}° from edge {} to edge {}{more}: make one of them a Spline, or turn the node",
-                worst.angle.to_degrees(),
-                leg_name(self.graph, worst.from),
-                leg_name(self.graph, worst.to),
+                "the heading jumps by {:.1}° from edge {} to edge {}{others}: make one of them a \
+                 Spline, or turn the node",
+                angle.to_degrees(),
+                leg_name(self.graph, from),
+                leg_name(self.graph, to),
             );
-            self.warn(node, message);
+            self.warn(node, &message);
         }
     }
 
@@ -163,12 +154,14 @@ impl NodeLinter<'_, '_, '_> {
             connected[edge.origin.0 as usize] = true;
             connected[edge.destination.0 as usize] = true;
         }
-        let (connected, loose): (Vec<_>, Vec<_>) =
-            (0..).map(NodeIndex).zip(connected).partition(|(_, connected)| *connected);
-        let is_end = |(node, _): &(NodeIndex, bool)| self.graph.departures(*node).is_empty();
-        let ends: Vec<NodeIndex> =
-            connected.into_iter().filter(is_end).map(|(node, _)| node).collect();
-        let loose: Vec<NodeIndex> = loose.into_iter().map(|(node, _)| node).collect();
+        let (mut ends, mut loose) = (Vec::new(), Vec::new());
+        for (node, is_connected) in (0..).map(NodeIndex).zip(connected) {
+            if !is_connected {
+                loose.push(node);
+            } else if self.graph.departures(node).is_empty() {
+                ends.push(node);
+            }
+        }
         self.warn_once(&ends, "dead end: no edge leaves it, robots that arrive can't leave");
         self.warn_once(&loose, "unreachable: no edge starts or ends here; connect it or remove it");
     }
@@ -181,14 +174,8 @@ impl NodeLinter<'_, '_, '_> {
         }
         let names: Vec<_> = others.iter().take(MAX_EXAMPLES).map(|&node| self.name(node)).collect();
         let dots = if others.len() > MAX_EXAMPLES { ", …" } else { "" };
-        self.warn(
-            first,
-            format!(
-                "{message} (and {}: {}{dots})",
-                plural(others.len(), "more node"),
-                names.join(", ")
-            ),
-        );
+        let count = plural(others.len(), "more node");
+        self.warn(first, &format!("{message} (and {count}: {}{dots})", names.join(", ")));
     }
 
     fn name(&self, node: NodeIndex) -> String {
@@ -203,9 +190,8 @@ impl NodeLinter<'_, '_, '_> {
         let main =
             Some(strong.largest()).filter(|&largest| strong.sizes.get(largest as usize) > Some(&1));
         let mut entered = vec![false; strong.sizes.len()];
-        for (from, to) in
-            legs(self.graph).map(|leg| (self.graph.leg_start(leg), self.graph.leg_end(leg)))
-        {
+        for leg in legs(self.graph.edges()) {
+            let (from, to) = (self.graph.leg_start(leg), self.graph.leg_end(leg));
             let (from, to) = (strong.of_node[from.0 as usize], strong.of_node[to.0 as usize]);
             entered[to as usize] |= from != to;
         }
@@ -229,75 +215,78 @@ impl NodeLinter<'_, '_, '_> {
             count => format!(" (and to {} of two or more)", plural(count, "more part")),
         };
         let message = format!(
-            "unreachable: no edge leads from the rest of the graph to this part of {size} nodes{more}"
+            "unreachable: no edge leads from the rest of the graph to this part of {size} \
+             nodes{more}"
         );
-        self.warn(node, message);
+        self.warn(node, &message);
     }
 }
 
-/// Returns all legs.
-fn legs(graph: &RouteGraph) -> impl Iterator<Item = Leg> + '_ {
-    (0..).map(EdgeIndex).zip(graph.edges()).flat_map(|(edge, content)| {
-        let reverse = content.reverse_speed.map(|_| Leg { edge, gear: Gear::Reverse });
-        std::iter::once(Leg { edge, gear: Gear::Forward }).chain(reverse)
-    })
+/// A leg with the heading of robots at one of its ends, in radians.
+#[derive(Clone, Copy)]
+struct LegHeading {
+    heading: f64,
+    leg: Leg,
 }
 
-/// The robot's heading in radians at one end of a leg, and the leg.
-type LegHeading = (f64, Leg);
-
-/// Returns every leg with its final node and its heading there.
-fn arrivals(graph: &RouteGraph) -> Vec<(NodeIndex, LegHeading)> {
-    legs(graph)
-        .map(|leg| (graph.leg_end(leg), (heading(graph, leg, leg.gear == Gear::Forward), leg)))
-        .collect()
-}
-
-/// Returns [`arrivals`] by node.
-fn sorted_arrivals(graph: &RouteGraph) -> Vec<(NodeIndex, LegHeading)> {
-    let mut arrivals = arrivals(graph);
-    arrivals.sort_by_key(|&(node, _)| node);
-    arrivals
-}
-
-/// Returns the legs that leave a node with their headings there, by ascending heading.
-fn sorted_departures(graph: &RouteGraph, node: NodeIndex) -> Vec<LegHeading> {
-    let mut departures: Vec<_> = graph
-        .departures(node)
-        .iter()
-        .map(|&leg| (heading(graph, leg, leg.gear == Gear::Reverse), leg))
-        .collect();
-    departures.sort_by(|a, b| a.0.total_cmp(&b.0));
-    departures
-}
-
-/// Returns the robot's heading at one end of an edge, which is the same in either gear.
-fn heading(graph: &RouteGraph, leg: Leg, at_destination: bool) -> f64 {
-    let edge = graph.edge(leg.edge);
-    let tangent = if at_destination { edge.path.end_tangent() } else { edge.path.start_tangent() };
-    edge.orientation.heading(tangent.to_angle())
-}
-
+/// A change of the heading from one leg to the next, in radians.
 struct Jump {
     angle: f64,
     from: Leg,
     to: Leg,
 }
 
+/// Returns the nodes where the heading jumps, each with the largest jump and the number of legs
+/// after which there is one.
+fn jumps(graph: &RouteGraph) -> Vec<(NodeIndex, Jump, usize)> {
+    let mut arrivals: Vec<(NodeIndex, LegHeading)> = legs(graph.edges())
+        .map(|leg| (graph.leg_end(leg), leg_heading(graph, leg, leg.gear == Gear::Forward)))
+        .collect();
+    arrivals.sort_by_key(|&(node, _)| node);
+    let mut found = Vec::new();
+    for arrivals in arrivals.chunk_by(|a, b| a.0 == b.0) {
+        let node = arrivals[0].0;
+        let departures = sorted_departures(graph, node);
+        let jumps: Vec<Jump> =
+            arrivals.iter().filter_map(|&(_, arrival)| worst_jump(arrival, &departures)).collect();
+        let count = jumps.len();
+        if let Some(worst) = jumps.into_iter().max_by(|a, b| a.angle.total_cmp(&b.angle)) {
+            found.push((node, worst, count));
+        }
+    }
+    found
+}
+
+/// Returns the legs that leave a node with their headings there, by ascending heading.
+fn sorted_departures(graph: &RouteGraph, node: NodeIndex) -> Vec<LegHeading> {
+    let legs = graph.departures(node).iter();
+    let mut departures: Vec<LegHeading> =
+        legs.map(|&leg| leg_heading(graph, leg, leg.gear == Gear::Reverse)).collect();
+    departures.sort_by(|a, b| a.heading.total_cmp(&b.heading));
+    departures
+}
+
+/// Returns a leg with the heading at one end of its edge, which is the same in either gear.
+fn leg_heading(graph: &RouteGraph, leg: Leg, at_destination: bool) -> LegHeading {
+    let edge = graph.edge(leg.edge);
+    let tangent = if at_destination { edge.path.end_tangent() } else { edge.path.start_tangent() };
+    LegHeading { heading: edge.orientation.heading(tangent.to_angle()), leg }
+}
+
 /// Returns the departure with the largest heading jump from an arrival, if that is too large. It is
 /// one of the two departures next to the opposite heading, so that not every pair has to be
 /// compared.
-fn worst_jump((heading, from): LegHeading, departures: &[LegHeading]) -> Option<Jump> {
-    let opposite = normalize_angle(heading + PI);
-    let above = departures.partition_point(|departure| departure.0 < opposite);
-    let neighbours = [above, above + departures.len().saturating_sub(1)];
-    let jump = |at: usize| {
-        let (departure, to) = *departures.get(at % departures.len().max(1))?;
-        Some(Jump { angle: normalize_angle(departure - heading).abs(), from, to })
-    };
-    neighbours
+fn worst_jump(arrival: LegHeading, departures: &[LegHeading]) -> Option<Jump> {
+    let opposite = normalize_angle(arrival.heading + PI);
+    let above = departures.partition_point(|departure| departure.heading < opposite);
+    let below = above.checked_sub(1).or(departures.len().checked_sub(1))?;
+    [departures[above % departures.len()], departures[below]]
+        .map(|departure| Jump {
+            angle: normalize_angle(departure.heading - arrival.heading).abs(),
+            from: arrival.leg,
+            to: departure.leg,
+        })
         .into_iter()
-        .filter_map(jump)
         .max_by(|a, b| a.angle.total_cmp(&b.angle))
         .filter(|jump| jump.angle > SMOOTH_TURN)
 }

@@ -9,7 +9,7 @@ use regatta_base::graph::NodeIndex;
 
 use super::body_heading;
 use crate::model::angle::normalize_angle;
-use crate::model::finding::{Report, Subject};
+use crate::model::finding::{Report, Severity, Subject};
 use crate::model::path::Path;
 use crate::model::raw::{RawCurve, RawEdge, RawGraph, RawNode, RawStation};
 use crate::model::route_graph::{Edge, Node, RouteGraph};
@@ -130,14 +130,15 @@ fn check_stations(
 }
 
 fn reject_empty(raw: &RawGraph, report: &mut Report<'_>) {
-    // Whoever found nothing for a reason has said so.
+    // A reader that found no content has reported the reason.
     if report.has_errors() {
         return;
     }
     let message = match (raw.nodes.is_empty(), raw.edges.is_empty(), raw.is_imported) {
         (false, false, _) => return,
         (true, _, true) => {
-            "the layout has no nodes: there is nothing to drive on; check that this is the right file"
+            "the layout has no nodes: there is nothing to drive on; check that this is the right \
+             file"
         }
         (false, true, true) => "the layout has no edges: add connections between its nodes",
         (true, true, false) => "has no nodes and no edges: list them under Vertices and Edges",
@@ -188,50 +189,63 @@ impl NodeCheck<'_, '_, '_> {
         self.coordinate("X", raw.x, origin.x);
         self.coordinate("Y", raw.y, origin.y);
         if let Some(angle) = raw.body_heading.filter(|angle| angle.abs() > MAX_ANGLE) {
-            self.error(format!(
+            self.error(&format!(
                 "ThetaHolonomic is {angle}: give a heading in radians, or `AngleUnit: deg`"
             ));
         }
         let theta = raw.theta?;
         if theta.abs() > MAX_ANGLE {
-            self.error(format!("Theta is {theta}: give a heading in radians, or `AngleUnit: deg`"));
+            self.error(&format!(
+                "Theta is {theta}: give a heading in radians, or `AngleUnit: deg`"
+            ));
             return None;
         }
-        let theta = normalize_angle(if degrees { theta.to_radians() } else { theta });
-        let position = DVec2::new(raw.x?, raw.y?) - origin;
-        let (id, has_heading) = (raw.id?, raw.has_heading);
-        Some(Node { id, position, theta, has_heading, role: raw.role, tags: raw.tags.clone() })
+        Some(Node {
+            id: raw.id?,
+            position: DVec2::new(raw.x?, raw.y?) - origin,
+            theta: to_radians(theta, degrees),
+            has_heading: raw.has_heading,
+            role: raw.role,
+            tags: raw.tags.clone(),
+        })
     }
 
     fn coordinate(&mut self, name: &str, value: Option<f64>, origin: f64) {
         let Some(value) = value.filter(|value| (value - origin).abs() > MAX_COORDINATE) else {
             return;
         };
-        self.error(format!(
-            "{name} is {value} m, beyond ±{MAX_COORDINATE} m, and the graph is wider than {} m, the range in which poses are \
-             precise: check that the unit is metres, or split the graph",
+        self.error(&format!(
+            "{name} is {value} m, beyond ±{MAX_COORDINATE} m, and the graph is wider than {} m, the \
+             range in which poses are precise: check that the unit is metres, or split the graph",
             2.0 * MAX_COORDINATE - 1000.0
         ));
     }
 
-    fn error(&mut self, message: impl Into<String>) {
-        let (subject, message) = self.node.finding(message);
-        self.report.error(self.node.at, subject, message);
+    fn error(&mut self, message: &str) {
+        self.node.report(Severity::Error, message, self.report);
     }
+}
+
+/// Converts an angle of the file to radians in (-π, π].
+pub(super) fn to_radians(angle: f64, degrees: bool) -> f64 {
+    normalize_angle(if degrees { angle.to_radians() } else { angle })
 }
 
 /// Warns of headings of more than a full turn in radians, which are probably in degrees.
 fn warn_of_degrees(raw: &RawGraph, report: &mut Report<'_>) {
-    let suspect = |node: &&RawNode| node.theta.is_some_and(|theta| theta.abs() > SUSPICIOUS_ANGLE);
-    let mut suspects = raw.nodes.iter().filter(suspect);
-    let Some(first) = suspects.next().filter(|_| !raw.degrees && !raw.is_imported) else { return };
+    if raw.degrees || raw.is_imported {
+        return;
+    }
+    let thetas = raw.nodes.iter().filter_map(|node| Some((node, node.theta?)));
+    let mut suspects = thetas.filter(|(_, theta)| theta.abs() > SUSPICIOUS_ANGLE);
+    let Some((first, theta)) = suspects.next() else { return };
     let others = match suspects.count() {
         0 => String::new(),
         more => format!(" (and {})", plural(more, "more node")),
     };
     let message = format!(
-        "Theta is {}, more than a full turn{others}: if the angles are in degrees, add `AngleUnit: deg` to the file",
-        first.theta.unwrap_or_default()
+        "Theta is {theta}, more than a full turn{others}: if the angles are in degrees, add \
+         `AngleUnit: deg` to the file"
     );
     report.warning(first.at, Subject::Node(first.id), message);
 }
@@ -297,7 +311,7 @@ impl EdgeCheck<'_, '_, '_> {
     ) -> Option<NodeIndex> {
         let found = by_id.get(&id?).copied();
         if found.is_none() {
-            self.error(format!(
+            self.error(&format!(
                 "{key} is {}, but no node has that Id: add the node or correct the id",
                 id?
             ));
@@ -306,19 +320,15 @@ impl EdgeCheck<'_, '_, '_> {
     }
 
     fn orientation(&mut self) -> Option<Orientation> {
-        let (angle, of): (f64, fn(f64) -> Orientation) = match self.edge.orientation {
-            Orientation::Tangential => return Some(Orientation::Tangential),
-            Orientation::Offset(angle) => (angle, Orientation::Offset),
-            Orientation::Fixed(angle) => (angle, Orientation::Fixed),
-        };
-        if angle.abs() > MAX_ANGLE {
-            self.error(format!("its heading is {angle}: give it in radians, or `AngleUnit: deg`"));
+        let orientation = self.edge.orientation;
+        if let Some(angle) = orientation.angle().filter(|angle| angle.abs() > MAX_ANGLE) {
+            self.error(&format!("its heading is {angle}: give it in radians, or `AngleUnit: deg`"));
             return None;
         }
-        let radians = normalize_angle(if self.degrees { angle.to_radians() } else { angle });
-        Some(of(radians))
-            .filter(|orientation| *orientation != Orientation::Offset(0.0))
-            .or(Some(Orientation::Tangential))
+        match orientation.map(|angle| to_radians(angle, self.degrees)) {
+            Orientation::Offset(0.0) => Some(Orientation::Tangential),
+            orientation => Some(orientation),
+        }
     }
 
     fn forward_speed(&mut self) -> Option<f64> {
@@ -326,7 +336,7 @@ impl EdgeCheck<'_, '_, '_> {
         if speed > 0.0 && speed <= MAX_SPEED {
             return Some(speed);
         }
-        self.error(format!(
+        self.error(&format!(
             "VelocityForward is {speed}: it must be above 0 and at most {MAX_SPEED} m/s"
         ));
         None
@@ -337,8 +347,9 @@ impl EdgeCheck<'_, '_, '_> {
         if (0.0..=MAX_SPEED).contains(&speed) {
             return Some((speed > 0.0).then_some(speed));
         }
-        self.error(format!(
-            "VelocityBackwards is {speed}: it must be 0 (not driven in reverse) or up to {MAX_SPEED} m/s"
+        self.error(&format!(
+            "VelocityBackwards is {speed}: it must be 0 (not driven in reverse) or up to \
+             {MAX_SPEED} m/s"
         ));
         None
     }
@@ -346,15 +357,13 @@ impl EdgeCheck<'_, '_, '_> {
     /// Joins the cubics of a file, and connects them to the nodes by straight segments where they
     /// don't meet.
     fn connected(&mut self, from: &Node, to: &Node, cubics: &[CubicBezier]) -> Option<Path> {
-        let origin = self.origin;
-        let shift = |point| point - origin;
         let mut joined: Vec<CubicBezier> = Vec::with_capacity(cubics.len());
         let mut at = from.position;
         for cubic in cubics {
-            let mut cubic = CubicBezier { control_points: cubic.control_points.map(shift) };
-            self.close_gap(at, &mut cubic.control_points[0], &mut joined);
-            at = cubic.control_points[3];
-            joined.push(cubic);
+            let mut control_points = cubic.control_points.map(|point| point - self.origin);
+            self.close_gap(at, &mut control_points[0], &mut joined);
+            at = control_points[3];
+            joined.push(CubicBezier { control_points });
         }
         let mut end = to.position;
         self.close_gap(at, &mut end, &mut joined);
@@ -378,10 +387,10 @@ impl EdgeCheck<'_, '_, '_> {
         }
         joined.push(CubicBezier::straight(from, *to));
         let message = format!(
-            "its curve has a gap of {gap:.3} m, or doesn't begin or end at its node: a straight segment is added"
+            "its curve has a gap of {gap:.3} m, or doesn't begin or end at its node: a straight \
+             segment is added"
         );
-        let (subject, message) = self.edge.finding(message);
-        self.report.warning(self.edge.at, subject, message);
+        self.edge.report(Severity::Warning, &message, self.report);
     }
 
     fn path(&mut self, from: &Node, to: &Node, path: Path) -> Option<Path> {
@@ -390,7 +399,7 @@ impl EdgeCheck<'_, '_, '_> {
             .any(|point| !point.is_finite() || point.abs().max_element() > MAX_COORDINATE)
         {
             let hint = if path.single().is_some() { ": shorten ParamF and ParamB" } else { "" };
-            self.error(format!("its control points extend beyond ±{MAX_COORDINATE} m{hint}"));
+            self.error(&format!("its control points extend beyond ±{MAX_COORDINATE} m{hint}"));
             return None;
         }
         if from.position.distance(to.position) < MIN_LENGTH && path.length() < MIN_LENGTH {
@@ -405,12 +414,11 @@ impl EdgeCheck<'_, '_, '_> {
         if (0.0..=2.0 * MAX_COORDINATE).contains(&length) {
             return Some(length);
         }
-        self.error(format!("{name} is {length}: it must be 0 to {} m", 2.0 * MAX_COORDINATE));
+        self.error(&format!("{name} is {length}: it must be 0 to {} m", 2.0 * MAX_COORDINATE));
         None
     }
 
-    fn error(&mut self, message: impl Into<String>) {
-        let (subject, message) = self.edge.finding(message);
-        self.report.error(self.edge.at, subject, message);
+    fn error(&mut self, message: &str) {
+        self.edge.report(Severity::Error, message, self.report);
     }
 }

@@ -1,11 +1,11 @@
 //! The labels of a map, each where it covers no other label and no symbol.
 
 use std::collections::BTreeMap;
-use std::fmt::{self, Write};
 
 use glam::DVec2;
+use regatta_base::svg::Svg;
 
-use super::{LEGEND, Map, SPEED_COLOURS, approximate_length, role_colour};
+use super::{LEGEND, Map, PAPER, SPEED_COLOURS, approximate_length, role_colour};
 use crate::model::route_graph::{Edge, Node};
 
 /// The largest number of edges with which edges are labelled.
@@ -69,15 +69,6 @@ impl Label {
         let (half, gap) = (self.half_size(), 0.4 * self.font);
         point + right * (right.abs().dot(half) + gap)
     }
-
-    fn write(&self, out: &mut String, paint: &str) -> fmt::Result {
-        let (Self { font, centre, .. }, text) = (self, escape(&self.text));
-        writeln!(
-            out,
-            "<text x=\"{:.1}\" y=\"{:.1}\" font-size=\"{font:.1}\" {paint}>{text}</text>",
-            centre.x, centre.y
-        )
-    }
 }
 
 /// A rectangle with sides along the axes, in pixels.
@@ -137,21 +128,20 @@ impl Taken {
 impl Map<'_> {
     /// Writes the labels: first all halos, which are texts of their own because not every SVG
     /// renderer supports `paint-order`, then the texts, so that no halo covers a text.
-    pub(super) fn write_labels(&self, out: &mut String) -> fmt::Result {
+    pub(super) fn write_labels(&self, svg: &mut Svg) {
         let labels = self.labels();
-        for halo in [true, false] {
-            let paint =
-                "fill=\"#fafbfc\" stroke=\"#fafbfc\" stroke-width=\"3\" stroke-linejoin=\"round\"";
-            let paint = if halo { paint } else { "" };
-            writeln!(out, "<g text-anchor=\"middle\" dominant-baseline=\"central\" {paint}>")?;
-            for label in &labels {
-                let colour =
-                    if halo { String::new() } else { format!("fill=\"{}\"", label.colour) };
-                label.write(out, &colour)?;
-            }
-            writeln!(out, "</g>")?;
+        let group = svg.element("g").set("text-anchor", "middle");
+        group.set("dominant-baseline", "central").open();
+        svg.element("g").fill(PAPER).stroke(PAPER, 3).set("stroke-linejoin", "round").open();
+        for label in &labels {
+            svg.text(label.centre).number("font-size", label.font).content(&label.text);
         }
-        Ok(())
+        svg.close();
+        for label in &labels {
+            let text = svg.text(label.centre).number("font-size", label.font);
+            text.fill(label.colour).content(&label.text);
+        }
+        svg.close();
     }
 
     /// Returns the labels that find room: those of nodes come first, then those of stations, then
@@ -237,11 +227,6 @@ fn elide(text: &str) -> String {
     }
     let (start, end) = (LONGEST_LABEL / 2, letters.len() - (LONGEST_LABEL - 1) / 2);
     letters[..start].iter().chain(&['…']).chain(&letters[end..]).collect()
-}
-
-/// Returns a text as XML.
-fn escape(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 #[cfg(test)]

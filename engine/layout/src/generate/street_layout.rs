@@ -61,10 +61,17 @@ pub struct RoadNode {
 pub struct RoadEdge {
     pub origin: u32,
     pub destination: u32,
-    /// The handle lengths at the origin and at the destination; `None` for a straight edge.
-    pub handles: Option<(i64, i64)>,
+    /// `None` for a straight edge.
+    pub handles: Option<RoadHandles>,
     pub speed: u32,
     pub reverse: Option<u32>,
+}
+
+/// The handle lengths of a curved edge.
+#[derive(Clone, Copy)]
+pub struct RoadHandles {
+    pub origin: i64,
+    pub destination: i64,
 }
 
 /// A heading in quarter turns counter-clockwise from east.
@@ -91,6 +98,11 @@ impl Heading {
 }
 
 impl Directions {
+    /// Returns the directions of one-way streets by number, so that neighbours differ.
+    pub fn alternating(number: usize) -> Self {
+        if number % 2 == 1 { Self::Ascending } else { Self::Descending }
+    }
+
     fn allow(self, heading: Heading) -> bool {
         match self {
             Self::Both => true,
@@ -154,12 +166,13 @@ impl StreetLayout {
             if !street.directions.allow(heading) {
                 continue;
             }
-            let mut node = |ahead| Some(network.add_node(self.carriageway_end(at, heading, ahead)));
             if self.neighbour(at, heading.opposite()).is_some() {
-                intersection.entries[heading as usize] = node(-self.intersection_radius);
+                let entry = self.carriageway_end(at, heading, -self.intersection_radius);
+                intersection.entries[heading as usize] = Some(network.add_node(entry));
             }
             if self.neighbour(at, heading).is_some() {
-                intersection.exits[heading as usize] = node(self.intersection_radius);
+                let exit = self.carriageway_end(at, heading, self.intersection_radius);
+                intersection.exits[heading as usize] = Some(network.add_node(exit));
             }
         }
         intersection
@@ -187,53 +200,46 @@ impl StreetLayout {
         intersections: &[Intersection],
         network: &mut RoadNetwork,
     ) {
-        let intersection =
-            |(column, row): (usize, usize)| &intersections[row * self.columns.len() + column];
         let Some(next) = self.neighbour(at, heading) else { return };
-        let ends = (
-            intersection(at).exits[heading as usize],
-            intersection(next).entries[heading as usize],
-        );
-        let (Some(mut origin), Some(last)) = ends else { return };
+        let [here, next] = [at, next].map(|(column, row)| row * self.columns.len() + column);
+        let (Some(mut origin), Some(last)) = (
+            intersections[here].exits[heading as usize],
+            intersections[next].entries[heading as usize],
+        ) else {
+            return;
+        };
         let (from, to) = (network.node(origin), network.node(last));
         let street = self.street(at, heading);
         let stops = i64::from(street.stops);
         let mut nodes = vec![origin];
         for stop in 1..=stops {
-            let between = |a: i64, b: i64| a + (b - a) * stop / stops;
-            let node = RoadNode { x: between(from.x, to.x), y: between(from.y, to.y), ..from };
+            let node = from.towards(to, stop, stops);
             let destination = if stop == stops { last } else { network.add_node(node) };
             let (speed, reverse) = (street.speed, street.reverse);
             network.edges.push(RoadEdge { origin, destination, handles: None, speed, reverse });
             origin = destination;
             nodes.push(origin);
         }
-        // Outermost, robots drive with the ring road on their left.
+        // The outer carriageways have the ring road on their left.
         let is_outside = [(0, South), (self.columns.len() - 1, North)].contains(&(at.0, heading));
         if self.has_chargers && is_outside {
-            nodes
-                .windows(4)
-                .step_by(3)
-                .for_each(|stops| self.add_charger([stops[0], stops[3]], street.speed, network));
+            for stops in nodes.windows(4).step_by(3) {
+                self.add_charger(stops[0], stops[3], street.speed, network);
+            }
         }
     }
 
     /// Adds a bay with a charger on the right of a carriageway, from one of its nodes to another.
-    fn add_charger(&self, [first, last]: [u32; 2], speed: u32, network: &mut RoadNetwork) {
+    fn add_charger(&self, first: u32, last: u32, speed: u32, network: &mut RoadNetwork) {
         let (from, to) = (network.node(first), network.node(last));
         let ((dx, dy), gap) = (from.heading.vector(), self.carriageway_gap);
-        let beside = |part: i64| {
-            let between = |a: i64, b: i64| a + (b - a) * part / 3;
-            RoadNode {
-                x: between(from.x, to.x) + gap * dy,
-                y: between(from.y, to.y) - gap * dx,
-                ..from
-            }
-        };
-        let entry = network.add_node(beside(1));
-        let charger = network.add_node(RoadNode { is_charger: true, ..beside(2) });
+        let [entry, charger] = [1, 2].map(|part| {
+            let node = from.towards(to, part, 3);
+            let (x, y, is_charger) = (node.x + gap * dy, node.y - gap * dx, part == 2);
+            network.add_node(RoadNode { x, y, is_charger, ..node })
+        });
         let handle = ((to.x - from.x) * dx + (to.y - from.y) * dy) / 6;
-        let curved = Some((handle, handle));
+        let curved = Some(RoadHandles { origin: handle, destination: handle });
         for (origin, destination, handles) in
             [(first, entry, curved), (entry, charger, None), (charger, last, curved)]
         {
@@ -249,10 +255,8 @@ impl StreetLayout {
         intersection: &Intersection,
         network: &mut RoadNetwork,
     ) {
-        for (entry, from) in HEADINGS
-            .into_iter()
-            .filter_map(|heading| Some((intersection.entries[heading as usize]?, heading)))
-        {
+        for from in HEADINGS {
+            let Some(entry) = intersection.entries[from as usize] else { continue };
             for to in HEADINGS.into_iter().filter(|&to| to != from.opposite()) {
                 let Some(exit) = intersection.exits[to as usize] else { continue };
                 let handles =
@@ -271,12 +275,21 @@ impl StreetLayout {
 }
 
 /// Returns the handle lengths of a quarter of an ellipse: 4/3 (√2 - 1) of its semi-axes.
-fn quarter_turn(from: RoadNode, to: RoadNode) -> (i64, i64) {
-    let along = |heading: Heading| {
+fn quarter_turn(from: RoadNode, to: RoadNode) -> RoadHandles {
+    let [origin, destination] = [from.heading, to.heading].map(|heading| {
         let (dx, dy) = heading.vector();
         (((to.x - from.x) * dx + (to.y - from.y) * dy) * 5523 + 5000) / 10_000
-    };
-    (along(from.heading), along(to.heading))
+    });
+    RoadHandles { origin, destination }
+}
+
+impl RoadNode {
+    /// Returns a node with the same heading at a fraction of the way to another.
+    fn towards(self, to: Self, part: i64, parts: i64) -> Self {
+        let x = self.x + (to.x - self.x) * part / parts;
+        let y = self.y + (to.y - self.y) * part / parts;
+        Self { x, y, ..self }
+    }
 }
 
 impl RoadNetwork {

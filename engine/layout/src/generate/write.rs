@@ -2,7 +2,7 @@
 
 use std::fmt::{self, Write};
 
-use super::street_layout::{Heading, RoadEdge, RoadNetwork, RoadNode};
+use super::street_layout::{Heading, RoadEdge, RoadHandles, RoadNetwork, RoadNode};
 
 /// Returns the text of the file; `command` is the command line that generates it.
 pub fn yaml(command: &str, network: &RoadNetwork) -> String {
@@ -34,8 +34,8 @@ fn write_edge(text: &mut String, id: u32, edge: &RoadEdge) -> fmt::Result {
     let RoadEdge { origin, destination, handles, speed, reverse } = edge;
     write!(text, "- {{Id: {id}, Origin_ID: {origin}, Destination_ID: {destination}, CurveType: ")?;
     match *handles {
-        Some((backward, forward)) => {
-            write!(text, "Spline, ParamB: {}, ParamF: {}", Metres(backward), Metres(forward))?;
+        Some(RoadHandles { origin, destination }) => {
+            write!(text, "Spline, ParamB: {}, ParamF: {}", Metres(origin), Metres(destination))?;
         }
         None => write!(text, "Linear")?,
     }

@@ -1,12 +1,12 @@
-//! Changed copies of a route graph: what if this edge were closed, faster, or there twice?
+//! Copies of a route graph with edges closed, at another speed, or doubled.
 
 use regatta_base::bezier::CubicBezier;
 
 use super::path::Path;
 use super::route_graph::{Edge, RouteGraph};
 
-/// The part of the distance between handles and chord that a cubic reaches in its middle: 2 · 3 · ¼
-/// · ½.
+/// The fraction of the distance between handles and chord that the middle of a cubic reaches:
+/// 2 · 3 · ¼ · ½.
 const REACH_OF_HANDLES: f64 = 0.75;
 
 /// A change of an edge.
@@ -16,8 +16,8 @@ pub enum EdgeChange {
     Close,
     /// Its speeds are multiplied by this factor, above 0.
     Speed(f64),
-    /// There is a second edge with the same nodes and speeds beside it, so many metres to the right
-    /// in its middle.
+    /// A second edge with the same nodes and speeds is added. Its middle is this distance in metres to
+    /// the right of the middle of the first.
     Double(f64),
 }
 
@@ -27,10 +27,10 @@ pub enum ChangeError {
     /// There is no such edge.
     #[error("edge {0}: the layout has no edge with this id")]
     Unknown(u32),
-    /// The edge consists of several curves: where a second one could be isn't known.
+    /// The edge consists of several curves, which can't be doubled.
     #[error("edge {0}: it has several curves, so it can't be doubled")]
     SeveralCurves(u32),
-    /// A graph needs an edge.
+    /// All edges are closed, and a graph needs one.
     #[error("all edges are closed: leave one open")]
     NothingLeft,
 }
@@ -41,6 +41,17 @@ impl RouteGraph {
     ///
     /// # Errors
     /// [`ChangeError`] if an edge doesn't exist or can't be doubled, or if none is left.
+    ///
+    /// ```
+    /// use regatta_layout::{EdgeChange, ReadOptions, parse};
+    ///
+    /// let text = "id,x,y\nA,0,0\nB,10,0\n\nfrom,to,speed\nA,B,1.5\n";
+    /// let (graph, _) = parse(text, "road.csv", &ReadOptions::default())?;
+    /// let id = graph.edges()[0].id;
+    /// let faster = graph.with_changes(&[(id, EdgeChange::Speed(2.0))]).expect("the edge exists");
+    /// assert_eq!(faster.edges()[0].speed, 3.0);
+    /// # Ok::<(), regatta_layout::GraphError>(())
+    /// ```
     pub fn with_changes(&self, changes: &[(u32, EdgeChange)]) -> Result<Self, ChangeError> {
         let mut edges: Vec<Option<Edge>> = self.edges().iter().cloned().map(Some).collect();
         let mut added = Vec::new();
@@ -53,11 +64,11 @@ impl RouteGraph {
                 EdgeChange::Close => *slot = None,
                 EdgeChange::Speed(factor) => {
                     edge.speed *= factor;
-                    edge.reverse_speed = edge.reverse_speed.map(|velocity| velocity * factor);
+                    edge.reverse_speed = edge.reverse_speed.map(|speed| speed * factor);
                 }
                 EdgeChange::Double(metres) => {
                     next_id += 1;
-                    let path = beside(&edge.path, metres).ok_or(ChangeError::SeveralCurves(id))?;
+                    let path = offset(&edge.path, metres).ok_or(ChangeError::SeveralCurves(id))?;
                     added.push(Edge { id: next_id, path, tags: None, ..edge.clone() });
                 }
             }
@@ -73,15 +84,13 @@ impl RouteGraph {
     }
 }
 
-/// Returns a curve with the same ends whose middle is so many metres to the right; `None` for a
-/// path of several curves.
-fn beside(path: &Path, metres: f64) -> Option<Path> {
+/// Returns a curve with the same ends whose middle is `metres` to the right; `None` for a path of
+/// several curves.
+fn offset(path: &Path, metres: f64) -> Option<Path> {
     let [start, first_handle, last_handle, end] = path.single()?.control_points;
     let right = -(end - start).normalize_or_zero().perp() * (metres / REACH_OF_HANDLES);
-    Some(
-        CubicBezier { control_points: [start, first_handle + right, last_handle + right, end] }
-            .into(),
-    )
+    let control_points = [start, first_handle + right, last_handle + right, end];
+    Some(CubicBezier { control_points }.into())
 }
 
 #[cfg(test)]

@@ -28,6 +28,16 @@ impl Components {
 
     /// Returns the strongly connected components: all nodes of a component can reach each other
     /// along legs, reverse gear included.
+    ///
+    /// ```
+    /// use regatta_layout::model::components::Components;
+    /// use regatta_layout::{ReadOptions, parse};
+    ///
+    /// let text = "id,x,y\nA,0,0\nB,10,0\nC,20,0\n\nfrom,to,speed\nA,B,1\nB,A,1\nB,C,1\n";
+    /// let (graph, _) = parse(text, "road.csv", &ReadOptions::default())?;
+    /// assert_eq!(Components::strong(&graph).sizes, [2, 1]);
+    /// # Ok::<(), regatta_layout::GraphError>(())
+    /// ```
     pub fn strong(graph: &RouteGraph) -> Self {
         Tarjan::new(graph).run()
     }
@@ -43,18 +53,16 @@ impl Components {
     fn numbered(representatives: &[u32]) -> Self {
         let mut number = vec![u32::MAX; representatives.len()];
         let mut sizes = Vec::new();
-        let of_node = representatives
-            .iter()
-            .map(|&representative| {
-                let component = &mut number[representative as usize];
-                if *component == u32::MAX {
-                    *component = sizes.len() as u32;
-                    sizes.push(0);
-                }
-                sizes[*component as usize] += 1;
-                *component
-            })
-            .collect();
+        let mut of_node = Vec::with_capacity(representatives.len());
+        for &representative in representatives {
+            let component = &mut number[representative as usize];
+            if *component == u32::MAX {
+                *component = sizes.len() as u32;
+                sizes.push(0);
+            }
+            sizes[*component as usize] += 1;
+            of_node.push(*component);
+        }
         Self { of_node, sizes }
     }
 }

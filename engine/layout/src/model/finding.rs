@@ -2,20 +2,29 @@
 //! about it.
 
 use std::fmt;
-
-use super::line_index::LineIndex;
+use std::sync::Arc;
 
 /// The largest number of findings of one severity that are listed; any further findings are only
 /// counted.
 pub const MAX_LISTED: usize = 10_000;
 
-/// The severity of a finding.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+/// The severity of a finding, displayed as `error` or `warning`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, strum::Display)]
+#[strum(serialize_all = "lowercase")]
 pub enum Severity {
     /// The graph can't be driven.
     Error,
     /// The graph can be driven, but perhaps not as intended.
     Warning,
+}
+
+/// The kind of a finding, for callers that treat some kinds differently.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum FindingKind {
+    /// No special treatment.
+    General,
+    /// Robots with a rotation speed turn at nodes: irrelevant if all robots have one.
+    TurnsAtNodes,
 }
 
 /// The part of the file that a finding is about.
@@ -34,6 +43,8 @@ pub enum Subject {
 pub struct Finding {
     /// The severity.
     pub severity: Severity,
+    /// The kind.
+    pub kind: FindingKind,
     /// The file's name, as given by the caller.
     pub file: String,
     /// The line in the file, from 1.
@@ -57,15 +68,6 @@ pub(crate) struct Report<'text> {
     file: String,
     lines: LineIndex<'text>,
     found: Findings,
-}
-
-impl fmt::Display for Severity {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Error => "error",
-            Self::Warning => "warning",
-        })
-    }
 }
 
 impl Subject {
@@ -126,13 +128,6 @@ impl Findings {
     pub fn first_error(&self) -> Option<&Finding> {
         self.list.iter().find(|finding| finding.severity == Severity::Error)
     }
-
-    fn count(&mut self, severity: Severity) -> &mut usize {
-        match severity {
-            Severity::Error => &mut self.errors,
-            Severity::Warning => &mut self.warnings,
-        }
-    }
 }
 
 impl<'text> Report<'text> {
@@ -172,6 +167,45 @@ impl<'text> Report<'text> {
         self.add(Severity::Warning, at, subject, message);
     }
 
+    pub fn add(
+        &mut self,
+        severity: Severity,
+        at: u32,
+        subject: Subject,
+        message: impl Into<String>,
+    ) {
+        self.add_kind(FindingKind::General, severity, at, subject, message.into());
+    }
+
+    pub fn add_kind(
+        &mut self,
+        kind: FindingKind,
+        severity: Severity,
+        at: u32,
+        subject: Subject,
+        message: String,
+    ) {
+        let count = match severity {
+            Severity::Error => &mut self.found.errors,
+            Severity::Warning => &mut self.found.warnings,
+        };
+        *count += 1;
+        if *count <= MAX_LISTED {
+            let (file, line) = (self.file.clone(), self.lines.line(at));
+            self.found.list.push(Finding { severity, kind, file, line, subject, message });
+        }
+    }
+
+    /// Adds an error about the file as a whole.
+    pub fn file_error(&mut self, at: u32, message: impl Into<String>) {
+        self.error(at, Subject::File, message);
+    }
+
+    /// Adds a warning about the file as a whole.
+    pub fn file_warning(&mut self, at: u32, message: impl Into<String>) {
+        self.warning(at, Subject::File, message);
+    }
+
     /// Returns the line, from 1, of a byte offset.
     pub fn line(&self, at: u32) -> u32 {
         self.lines.line(at)
@@ -186,19 +220,72 @@ impl<'text> Report<'text> {
         self.found.list.sort_by_key(|finding| finding.line);
         self.found
     }
+}
 
-    fn add(&mut self, severity: Severity, at: u32, subject: Subject, message: impl Into<String>) {
-        let count = self.found.count(severity);
-        *count += 1;
-        if *count <= MAX_LISTED {
-            let (file, line) = (self.file.clone(), self.lines.line(at));
-            self.found.list.push(Finding {
-                severity,
-                file,
-                line,
-                subject,
-                message: message.into(),
-            });
+/// The number of bytes between two checkpoints: a look-up counts the line ends in at most one
+/// stride.
+const STRIDE: usize = 512;
+
+/// The line numbers of a text. Clones are cheap.
+#[derive(Clone)]
+pub(crate) struct LineIndex<'text> {
+    text: &'text [u8],
+    /// `checkpoints[i]` is the number of line ends before byte `i * STRIDE`.
+    checkpoints: Arc<[u32]>,
+}
+
+impl<'text> LineIndex<'text> {
+    pub fn new(text: &'text str) -> Self {
+        let text = text.as_bytes();
+        let mut before = 0;
+        let checkpoints = text
+            .chunks(STRIDE)
+            .map(|chunk| {
+                let here = before;
+                before += line_ends(chunk);
+                here
+            })
+            .collect();
+        Self { text, checkpoints }
+    }
+
+    /// Returns the line, from 1, of a byte offset; that of the last byte if the offset is beyond
+    /// the end.
+    pub fn line(&self, offset: u32) -> u32 {
+        let offset = (offset as usize).min(self.text.len());
+        let Some(&before) = self.checkpoints.get(offset / STRIDE).or(self.checkpoints.last())
+        else {
+            return 1;
+        };
+        let from = (offset / STRIDE).min(self.checkpoints.len() - 1) * STRIDE;
+        1 + before + line_ends(&self.text[from..offset])
+    }
+}
+
+fn line_ends(bytes: &[u8]) -> u32 {
+    bytes.iter().map(|&byte| u32::from(byte == b'\n')).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_line_is_found() {
+        let text: String = (1..=3000).map(|line| format!("{line}\n")).collect();
+        let index = LineIndex::new(&text);
+        for line in 1..=3000u32 {
+            let offset = text.find(&format!("\n{line}\n")).map_or(0, |at| at + 1);
+            assert_eq!(index.line(offset as u32), line);
         }
+        assert_eq!(index.line(u32::MAX), 3001);
+        assert_eq!(LineIndex::new("").line(0), 1);
+        assert_eq!(LineIndex::new("").line(7), 1);
+    }
+
+    #[test]
+    fn the_end_of_a_text_of_whole_strides_is_found() {
+        let text = "\n".repeat(2 * STRIDE);
+        assert_eq!(LineIndex::new(&text).line(2 * STRIDE as u32), 2 * STRIDE as u32 + 1);
     }
 }

@@ -3,8 +3,30 @@
 use std::fmt;
 use std::str::FromStr;
 
+use regatta_base::name::{self, UnknownName};
+use strum::VariantArray;
+
 /// A format of route graphs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+///
+/// ```
+/// use regatta_layout::Format;
+///
+/// assert_eq!("LIF".parse(), Ok(Format::Lif));
+/// assert_eq!(Format::OpenRmfBuilding.name(), "open-rmf-building");
+/// ```
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    strum::IntoStaticStr,
+    strum::VariantArray,
+)]
+#[strum(serialize_all = "kebab-case")]
 pub enum Format {
     /// Our own YAML, that of the institute.
     Regatta,
@@ -17,8 +39,10 @@ pub enum Format {
     /// A graph of Nav2's Route Server: GeoJSON.
     Nav2,
     /// A plant model of openTCS: XML.
+    #[strum(serialize = "opentcs")]
     OpenTcs,
     /// A grid map of the MovingAI benchmarks.
+    #[strum(serialize = "movingai")]
     MovingAi,
     /// A drawing: DXF in ASCII.
     Dxf,
@@ -30,33 +54,11 @@ pub enum Format {
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 10] = [
-        Self::Regatta,
-        Self::Lif,
-        Self::OpenRmf,
-        Self::OpenRmfBuilding,
-        Self::Nav2,
-        Self::OpenTcs,
-        Self::MovingAi,
-        Self::Dxf,
-        Self::Csv,
-        Self::RosMap,
-    ];
+    pub const ALL: &[Self] = Self::VARIANTS;
 
     /// Returns the name used on the command line.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Regatta => "regatta",
-            Self::Lif => "lif",
-            Self::OpenRmf => "open-rmf",
-            Self::OpenRmfBuilding => "open-rmf-building",
-            Self::Nav2 => "nav2",
-            Self::OpenTcs => "opentcs",
-            Self::MovingAi => "movingai",
-            Self::Dxf => "dxf",
-            Self::Csv => "csv",
-            Self::RosMap => "ros-map",
-        }
+        self.into()
     }
 
     /// Whether files of the format are YAML.
@@ -71,18 +73,12 @@ impl fmt::Display for Format {
     }
 }
 
-/// The error of parsing a [`Format`].
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{}` is not a format: use regatta, lif, open-rmf, open-rmf-building, nav2, opentcs, movingai, dxf, csv or ros-map", .0.escape_debug())]
-pub struct ParseFormatError(String);
-
 impl FromStr for Format {
-    type Err = ParseFormatError;
+    type Err = UnknownName;
 
     /// Parses a name, ignoring case.
-    fn from_str(text: &str) -> Result<Self, ParseFormatError> {
-        let is = |format: &Self| format.name().eq_ignore_ascii_case(text.trim());
-        Self::ALL.into_iter().find(is).ok_or_else(|| ParseFormatError(text.trim().to_owned()))
+    fn from_str(text: &str) -> Result<Self, UnknownName> {
+        name::parse(text, "a format")
     }
 }
 
@@ -91,6 +87,6 @@ impl FromStr for Format {
 pub struct Written {
     /// The content of the file.
     pub text: String,
-    /// What the format can't say of this graph, one line each.
+    /// The parts of the graph that the format can't express, one line each.
     pub losses: Vec<String>,
 }

@@ -80,22 +80,32 @@ pub struct ComponentSummary {
 
 impl Info {
     /// Computes the statistics of a graph.
+    ///
+    /// ```
+    /// use regatta_layout::model::info::Info;
+    /// use regatta_layout::{ReadOptions, parse};
+    ///
+    /// let text = "id,x,y\nA,0,0\nB,10,0\n\nfrom,to,speed\nA,B,1\n";
+    /// let (graph, _) = parse(text, "road.csv", &ReadOptions::default())?;
+    /// let info = Info::of(&graph);
+    /// assert_eq!((info.nodes, info.dead_ends, info.strong_components.count), (2, 1, 2));
+    /// # Ok::<(), regatta_layout::GraphError>(())
+    /// ```
     pub fn of(graph: &RouteGraph) -> Self {
         let edges = graph.edges();
-        let backwards = || edges.iter().filter_map(|edge| edge.reverse_speed);
+        let reverse = edges.iter().filter_map(|edge| edge.reverse_speed);
         let nodes = graph.nodes().len();
         Self {
             nodes,
             edges: edges.len(),
-            reversible_edges: backwards().count(),
+            reversible_edges: reverse.clone().count(),
             dead_ends: (0..nodes as u32)
                 .filter(|&node| graph.departures(NodeIndex(node)).is_empty())
                 .count(),
             length: Lengths::of(graph),
             bounding_box: BoundingBox::of(graph),
             speed: Range::of(edges.iter().map(|edge| edge.speed)),
-            reverse_speed: Some(Range::of(backwards()))
-                .filter(|range| range.least <= range.greatest),
+            reverse_speed: Some(Range::of(reverse)).filter(|range| range.least <= range.greatest),
             weak_components: ComponentSummary::of(&Components::weak(graph)),
             strong_components: ComponentSummary::of(&Components::strong(graph)),
         }

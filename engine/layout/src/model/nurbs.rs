@@ -47,7 +47,7 @@ pub struct Nurbs {
     points: Vec<DVec3>,
 }
 
-/// What is wrong with a NURBS curve.
+/// The error of constructing a [`Nurbs`] curve.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum NurbsError {
     /// The degree is out of range.
@@ -85,7 +85,8 @@ pub enum NurbsError {
     Point(usize),
     /// A weight isn't above 0, or much smaller than another.
     #[error(
-        "weight {0} is out of range: weights must be above 0, and none {MAX_WEIGHT_RATIO} times another"
+        "weight {0} is out of range: weights must be above 0, and none more than \
+         {MAX_WEIGHT_RATIO} times another"
     )]
     Weight(usize),
     /// A knot isn't finite, or smaller than the one before it.
@@ -168,16 +169,19 @@ impl Nurbs {
         result.finish()
     }
 
-    /// Returns the Bézier curve between two knots, which is what knot insertion arrives at: its
+    /// Returns the Bézier curve between two knots, which equals the result of knot insertion: its
     /// control points are the values of the blossom at the two knots.
     fn bezier(&self, span: usize) -> RationalBezier {
         let (from, to) = (self.knots[span], self.knots[span + 1]);
-        let point = |index: usize| {
-            let mut parameters = [from; MAX_DEGREE];
-            parameters[..index].fill(to);
-            self.blossom(span, &parameters[..self.degree])
-        };
-        RationalBezier((0..=self.degree).map(point).collect())
+        let mut parameters = [from; MAX_DEGREE];
+        let mut points = Vec::with_capacity(self.degree + 1);
+        for index in 0..=self.degree {
+            points.push(self.blossom(span, &parameters[..self.degree]));
+            if let Some(parameter) = parameters.get_mut(index) {
+                *parameter = to;
+            }
+        }
+        RationalBezier(points)
     }
 
     /// Evaluates the blossom (polar form) of the polynomial between the knots `span` and `span +
@@ -272,14 +276,18 @@ fn check_counts(
 }
 
 fn check_points(points: &[DVec2]) -> Result<(), NurbsError> {
-    let is_bad = |point: &DVec2| !point.is_finite() || point.abs().max_element() > MAX_COORDINATE;
-    points.iter().position(is_bad).map_or(Ok(()), |index| Err(NurbsError::Point(index)))
+    for (index, point) in points.iter().enumerate() {
+        if !point.is_finite() || point.abs().max_element() > MAX_COORDINATE {
+            return Err(NurbsError::Point(index));
+        }
+    }
+    Ok(())
 }
 
 fn check_knots(degree: usize, knots: &[f64]) -> Result<(), NurbsError> {
     // Differences of knots must be finite too.
-    let is_good = |knot: &f64| knot.abs() <= f64::MAX / 4.0;
-    if let Some(index) = knots.iter().position(|knot| !is_good(knot)) {
+    if let Some(index) = knots.iter().position(|knot| knot.is_nan() || knot.abs() > f64::MAX / 4.0)
+    {
         return Err(NurbsError::KnotOrder(index));
     }
     if let Some(index) = knots.windows(2).position(|pair| pair[1] < pair[0]) {
@@ -289,20 +297,21 @@ fn check_knots(degree: usize, knots: &[f64]) -> Result<(), NurbsError> {
     if start >= end {
         return Err(NurbsError::NoDomain);
     }
-    let is_inner = |knot: f64| knot > start && knot < end;
-    let repeated = knots
-        .windows(degree + 1)
-        .position(|window| window[0] == window[degree] && is_inner(window[0]));
-    repeated.map_or(Ok(()), |index| Err(NurbsError::Interrupted { index: index + degree, degree }))
+    for (index, window) in knots.windows(degree + 1).enumerate() {
+        if window[0] == window[degree] && window[0] > start && window[0] < end {
+            return Err(NurbsError::Interrupted { index: index + degree, degree });
+        }
+    }
+    Ok(())
 }
 
 /// Returns the largest weight.
 fn check_weights(weights: &[f64]) -> Result<f64, NurbsError> {
     let largest = weights.iter().copied().fold(0.0, f64::max);
-    let is_good =
-        |weight: &f64| weight.is_finite() && *weight > 0.0 && *weight * MAX_WEIGHT_RATIO >= largest;
-    weights
-        .iter()
-        .position(|weight| !is_good(weight))
-        .map_or(Ok(largest), |index| Err(NurbsError::Weight(index)))
+    for (index, &weight) in weights.iter().enumerate() {
+        if !weight.is_finite() || weight <= 0.0 || weight * MAX_WEIGHT_RATIO < largest {
+            return Err(NurbsError::Weight(index));
+        }
+    }
+    Ok(largest)
 }

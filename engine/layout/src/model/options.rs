@@ -1,6 +1,11 @@
 //! Settings of the caller for reading a layout.
 
+use std::fmt;
 use std::path::PathBuf;
+use std::str::FromStr;
+
+use regatta_base::name::{self, UnknownName};
+use strum::VariantArray;
 
 use super::format::Format;
 use super::spline::Handles;
@@ -11,7 +16,7 @@ pub struct ReadOptions {
     /// The handle convention; `None` for that of the file, which is [`Handles::BAtOrigin`] if the
     /// file has none.
     pub handles: Option<Handles>,
-    /// The format; `None` to tell it by the content.
+    /// The format; `None` to detect it by the content.
     pub format: Option<Format>,
     /// The only level (floor) or layout to read, by name; `None` for all.
     pub level: Option<String>,
@@ -20,9 +25,9 @@ pub struct ReadOptions {
     pub vehicle_type: Option<String>,
     /// The layers of a drawing whose lines are edges; empty for all. The others are background.
     pub layers: Vec<String>,
-    /// The unit of a drawing, such as `mm`; `None` for what the drawing says, else metres.
+    /// The unit of lengths; `None` for that of the file, which is metres if it has none.
     pub units: Option<LengthUnit>,
-    /// The width in metres for which a roadmap is made of a map without a graph; `None` for no
+    /// The width of robots for which a roadmap is derived from a map without a graph; `None` for no
     /// roadmap.
     pub skeleton: Option<Millimetres>,
     /// The length of the side of a grid map's cells; `None` for 1 m.
@@ -32,34 +37,32 @@ pub struct ReadOptions {
 }
 
 /// A unit of length.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, strum::IntoStaticStr, strum::VariantArray)]
 pub enum LengthUnit {
     /// Millimetres.
+    #[strum(serialize = "mm")]
     Millimetre,
     /// Centimetres.
+    #[strum(serialize = "cm")]
     Centimetre,
     /// Metres.
+    #[strum(serialize = "m")]
     Metre,
     /// Inches of 25.4 mm.
+    #[strum(serialize = "in")]
     Inch,
     /// Feet of 304.8 mm.
+    #[strum(serialize = "ft")]
     Foot,
 }
 
 impl LengthUnit {
     /// All units.
-    pub const ALL: [Self; 5] =
-        [Self::Millimetre, Self::Centimetre, Self::Metre, Self::Inch, Self::Foot];
+    pub const ALL: &[Self] = Self::VARIANTS;
 
     /// Returns the symbol used on the command line and in scenarios.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Millimetre => "mm",
-            Self::Centimetre => "cm",
-            Self::Metre => "m",
-            Self::Inch => "in",
-            Self::Foot => "ft",
-        }
+        self.into()
     }
 
     /// Returns the metres of one unit.
@@ -74,18 +77,12 @@ impl LengthUnit {
     }
 }
 
-/// The error of parsing a [`LengthUnit`].
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{}` is not a unit: use mm, cm, m, in or ft", .0.escape_debug())]
-pub struct ParseUnitError(String);
-
-impl std::str::FromStr for LengthUnit {
-    type Err = ParseUnitError;
+impl FromStr for LengthUnit {
+    type Err = UnknownName;
 
     /// Parses a symbol, ignoring case.
-    fn from_str(text: &str) -> Result<Self, ParseUnitError> {
-        let is = |unit: &Self| unit.name().eq_ignore_ascii_case(text.trim());
-        Self::ALL.into_iter().find(is).ok_or_else(|| ParseUnitError(text.trim().to_owned()))
+    fn from_str(text: &str) -> Result<Self, UnknownName> {
+        name::parse(text, "a unit")
     }
 }
 
@@ -105,22 +102,23 @@ impl Millimetres {
 #[error("`{}` is not a length: give metres from 0.001 to 1000", .0.escape_debug())]
 pub struct ParseLengthError(String);
 
-impl std::str::FromStr for Millimetres {
+impl FromStr for Millimetres {
     type Err = ParseLengthError;
 
     /// Parses metres.
     fn from_str(text: &str) -> Result<Self, ParseLengthError> {
-        let metres =
-            text.trim().parse::<f64>().ok().filter(|metres| (0.001..=1000.0).contains(metres));
-        metres
-            .map(|metres| Self((metres * 1000.0).round() as u32))
-            .ok_or_else(|| ParseLengthError(text.trim().to_owned()))
+        match text.trim().parse::<f64>() {
+            Ok(metres) if (0.001..=1000.0).contains(&metres) => {
+                Ok(Self((metres * 1000.0).round() as u32))
+            }
+            _ => Err(ParseLengthError(text.trim().to_owned())),
+        }
     }
 }
 
-impl std::fmt::Display for Millimetres {
+impl fmt::Display for Millimetres {
     /// Writes metres.
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.metres())
     }
 }

@@ -73,10 +73,13 @@ impl Path {
     /// Returns the largest angle in radians, in [0, π], between the tangents of two cubics where
     /// they meet; 0 if there is only one.
     pub fn largest_corner(&self) -> f64 {
-        let angle = |(before, after): (&CubicBezier, &CubicBezier)| {
-            before.tangent(1.0, Side::Before).angle_to(after.tangent(0.0, Side::After)).abs()
-        };
-        self.cubics().zip(self.cubics().skip(1)).map(angle).fold(0.0, f64::max)
+        let mut largest: f64 = 0.0;
+        for (before, after) in self.cubics().zip(&self.others) {
+            let (before, after) =
+                (before.tangent(1.0, Side::Before), after.tangent(0.0, Side::After));
+            largest = largest.max(before.angle_to(after).abs());
+        }
+        largest
     }
 
     /// Returns the arc length in metres.
@@ -101,9 +104,11 @@ impl Path {
     /// Returns the path with every control point changed by a function.
     #[must_use]
     pub fn map(&self, change: impl Fn(DVec2) -> DVec2) -> Self {
-        let map =
-            |cubic: &CubicBezier| CubicBezier { control_points: cubic.control_points.map(&change) };
-        Self { first: map(&self.first), others: self.others.iter().map(map).collect() }
+        let mut path = self.clone();
+        for cubic in std::iter::once(&mut path.first).chain(&mut path.others) {
+            cubic.control_points = cubic.control_points.map(&change);
+        }
+        path
     }
 
     /// Returns all control points, in order.

@@ -2,12 +2,14 @@
 //! and the types of their values.
 
 use std::collections::BTreeMap;
+use std::str::FromStr;
 
 use glam::DVec2;
 use regatta_base::bezier::CubicBezier;
 use regatta_base::graph::Rotation;
+use regatta_base::name::UnknownName;
 
-use super::finding::{Report, Subject};
+use super::finding::{Report, Severity, Subject};
 use super::spline::Handles;
 use super::tags::{Orientation, Role, Tags};
 use super::value::{Value, shorten};
@@ -27,7 +29,7 @@ pub(crate) struct RawGraph {
     pub is_imported: bool,
 }
 
-/// A node as written in the file: its numbers are finite, but not yet range-checked.
+/// A node as written in the file: its numbers are finite, but may be out of range.
 #[derive(Debug)]
 pub(crate) struct RawNode {
     /// The byte offset of its first key.
@@ -45,29 +47,29 @@ pub(crate) struct RawNode {
 }
 
 impl RawNode {
-    /// Returns the subject of a finding about the node, and its message, which begins with the name
-    /// if there is one.
-    pub fn finding(&self, message: impl Into<String>) -> (Subject, String) {
-        finding(Subject::Node(self.id), self.tags.as_deref(), message.into())
+    /// Reports a finding about the node; its message begins with the name if there is one.
+    pub fn report(&self, severity: Severity, message: &str, report: &mut Report<'_>) {
+        let message = with_name(self.tags.as_deref(), message);
+        report.add(severity, self.at, Subject::Node(self.id), message);
     }
 }
 
 impl RawEdge {
-    /// Returns the subject of a finding about the edge, and its message, which begins with the name
-    /// if there is one.
-    pub fn finding(&self, message: impl Into<String>) -> (Subject, String) {
-        finding(Subject::Edge(self.id), self.tags.as_deref(), message.into())
+    /// Reports a finding about the edge; its message begins with the name if there is one.
+    pub fn report(&self, severity: Severity, message: &str, report: &mut Report<'_>) {
+        let message = with_name(self.tags.as_deref(), message);
+        report.add(severity, self.at, Subject::Edge(self.id), message);
     }
 }
 
-fn finding(subject: Subject, tags: Option<&Tags>, message: String) -> (Subject, String) {
+fn with_name(tags: Option<&Tags>, message: &str) -> String {
     match tags.and_then(|tags| tags.name.as_deref()) {
-        None => (subject, message),
-        Some(name) => (subject, format!("`{}`: {message}", shorten(name))),
+        None => message.to_owned(),
+        Some(name) => format!("`{}`: {message}", shorten(name)),
     }
 }
 
-/// An edge as written in the file: its numbers are finite, but not yet range-checked.
+/// An edge as written in the file: its numbers are finite, but may be out of range.
 #[derive(Clone, Debug)]
 pub(crate) struct RawEdge {
     /// The byte offset of its first key.
@@ -132,7 +134,7 @@ pub(crate) enum Field {
     Level,
     Zone,
     Role,
-    /// The heading of robots on the map, wherever on the edge they are.
+    /// The heading of robots on the map, constant along the edge.
     Heading,
     /// The angle of robots to the tangent of the edge.
     HeadingOffset,
@@ -204,9 +206,9 @@ pub(crate) const STATION_KEYS: [(&str, Field); 7] = [
 
 /// Looks up a key, ignoring case, `_`, `-` and spaces.
 pub(crate) fn find<T: Copy>(keys: &[(&str, T)], key: &str) -> Option<T> {
-    let letters =
-        || key.bytes().filter(|byte| !b"_- ".contains(byte)).map(|byte| byte.to_ascii_lowercase());
-    keys.iter().find(|(name, _)| letters().eq(name.bytes())).map(|&(_, found)| found)
+    let letters = key.bytes().filter(|byte| !b"_- ".contains(byte));
+    let letters = letters.map(|byte| byte.to_ascii_lowercase());
+    keys.iter().find(|(name, _)| letters.clone().eq(name.bytes())).map(|&(_, found)| found)
 }
 
 /// The values of one node, edge or station, by field.
@@ -231,98 +233,98 @@ impl<'text> Values<'text> {
 
     /// Converts the values to a node and reports errors.
     pub fn node(self, report: &mut Report<'_>) -> RawNode {
-        let (converter, id) = Converter::new(self, report, Subject::Node);
-        converter.node(id)
+        Converter::with_id(self, report, Subject::Node).node()
     }
 
     /// Converts the values to an edge and reports errors.
     pub fn edge(self, report: &mut Report<'_>) -> RawEdge {
-        let (converter, id) = Converter::new(self, report, Subject::Edge);
-        converter.edge(id)
+        Converter::with_id(self, report, Subject::Edge).edge()
     }
 
     /// Converts the values to a station and reports errors; `None` if it has no name.
     pub fn station(self, report: &mut Report<'_>) -> Option<RawStation> {
-        Converter::without_id(self, report, Subject::File).station()
+        Converter::new(self, report, Subject::File).station()
     }
 }
 
 /// Converts values, reporting errors with the place and the subject.
 struct Converter<'r, 'text, 'file> {
-    at: u32,
-    values: [Option<Value<'text>>; FIELDS],
-    numbers: Vec<f64>,
-    properties: BTreeMap<Box<str>, Box<str>>,
+    values: Values<'text>,
     report: &'r mut Report<'file>,
     subject: Subject,
 }
 
 impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
-    fn without_id(values: Values<'text>, report: &'r mut Report<'file>, subject: Subject) -> Self {
-        let Values { at, values, duplicates, numbers, properties } = values;
-        let mut converter =
-            Self { at: at.unwrap_or(0), values, numbers, properties, report, subject };
-        for key in duplicates {
-            converter.error(format!("`{}` is given twice: remove one", shorten(&key)));
-        }
+    fn new(values: Values<'text>, report: &'r mut Report<'file>, subject: Subject) -> Self {
+        Self { values, report, subject }
+    }
+
+    /// Reads the id first, so that the other errors name it.
+    fn with_id(
+        values: Values<'text>,
+        report: &'r mut Report<'file>,
+        subject: fn(Option<u32>) -> Subject,
+    ) -> Self {
+        let mut converter = Self::new(values, report, subject(None));
+        converter.subject = subject(converter.id(Field::Id, "Id"));
         converter
     }
 
-    fn new(
-        mut values: Values<'text>,
-        report: &'r mut Report<'file>,
-        subject: fn(Option<u32>) -> Subject,
-    ) -> (Self, Option<u32>) {
-        let duplicates = std::mem::take(&mut values.duplicates);
-        let mut converter = Self::without_id(values, report, subject(None));
-        let id = converter.id(Field::Id, "Id");
-        converter.subject = subject(id);
-        for key in duplicates {
-            converter.error(format!("`{}` is given twice: remove one", shorten(&key)));
+    /// Reports the keys that are given more than once, and returns the byte offset of the first key.
+    fn start(&mut self) -> u32 {
+        for key in std::mem::take(&mut self.values.duplicates) {
+            self.error(format!("`{}` is given twice: remove one", shorten(&key)));
         }
-        (converter, id)
+        self.at()
     }
 
-    fn node(mut self, id: Option<u32>) -> RawNode {
+    fn at(&self) -> u32 {
+        self.values.at.unwrap_or(0)
+    }
+
+    fn node(mut self) -> RawNode {
         RawNode {
-            at: self.at,
-            id,
+            at: self.start(),
+            id: self.subject.id(),
             x: self.number(Field::X, "X"),
             y: self.number(Field::Y, "Y"),
             theta: self.number(Field::Theta, "Theta"),
             has_heading: true,
-            body_heading: self.given_number(Field::BodyHeading, "ThetaHolonomic"),
-            role: self.role(),
+            body_heading: self.optional_number(Field::BodyHeading, "ThetaHolonomic"),
+            role: self.named(Field::Role, "Role"),
             tags: self.tags().boxed(),
         }
     }
 
-    fn edge(mut self, id: Option<u32>) -> RawEdge {
+    fn edge(mut self) -> RawEdge {
+        let at = self.start();
         let curve = self.curve();
-        let required = curve == Some(RawCurve::Spline);
+        let needs_handles = curve == Some(RawCurve::Spline);
         RawEdge {
-            at: self.at,
-            id,
+            at,
+            id: self.subject.id(),
             origin: self.id(Field::Origin, "Origin_ID"),
             destination: self.id(Field::Destination, "Destination_ID"),
             curve,
-            forward: self.handle(Field::ParamF, "ParamF", required),
-            backward: self.handle(Field::ParamB, "ParamB", required),
+            forward: self.handle(Field::ParamF, "ParamF", needs_handles),
+            backward: self.handle(Field::ParamB, "ParamB", needs_handles),
             speed: self.number(Field::VelocityForward, "VelocityForward"),
-            reverse_speed: match self.value(Field::VelocityBackwards) {
-                None | Some(Value::Null) => Some(0.0),
-                Some(_) => self.number(Field::VelocityBackwards, "VelocityBackwards"),
+            reverse_speed: if self.is_given(Field::VelocityBackwards) {
+                self.number(Field::VelocityBackwards, "VelocityBackwards")
+            } else {
+                Some(0.0)
             },
             orientation: self.orientation(),
             rotation: [
-                self.rotation(Field::RotationAtOrigin),
-                self.rotation(Field::RotationAtDestination),
+                self.named(Field::RotationAtOrigin, "RotationAtOrigin"),
+                self.named(Field::RotationAtDestination, "RotationAtDestination"),
             ],
             tags: self.tags().boxed(),
         }
     }
 
     fn station(mut self) -> Option<RawStation> {
+        let at = self.start();
         let name = self.text(Field::Name);
         if name.is_none() {
             self.error("a station has no Name: give one");
@@ -334,34 +336,22 @@ impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
                 .zip(self.number(Field::Y, "Y"))
                 .map(|(x, y)| DVec2::new(x, y)),
         };
-        let nodes: Vec<u32> = self.numbers.iter().map(|&number| number as u32).collect();
-        if nodes.iter().zip(&self.numbers).any(|(&id, &number)| f64::from(id) != number) {
+        let numbers = std::mem::take(&mut self.values.numbers);
+        let nodes: Vec<u32> = numbers.iter().map(|&number| number as u32).collect();
+        if nodes.iter().zip(&numbers).any(|(&id, &number)| f64::from(id) != number) {
             self.error(format!("Nodes must list ids: whole numbers from 0 to {}", u32::MAX));
         }
-        let role = self.role();
-        Some(RawStation {
-            at: self.at,
-            name: name?.into(),
-            role,
-            nodes,
-            position,
-            properties: std::mem::take(&mut self.properties),
-        })
+        let role = self.named(Field::Role, "Role");
+        let properties = self.values.properties;
+        Some(RawStation { at, name: name?.into(), role, nodes, position, properties })
     }
 
-    fn role(&mut self) -> Role {
-        let Some(text) = self.text(Field::Role) else { return Role::None };
-        text.parse().unwrap_or_else(|error: super::tags::ParseRoleError| {
-            self.error(format!("Role is {error}"));
-            Role::None
-        })
-    }
-
-    fn rotation(&mut self, field: Field) -> Rotation {
-        let Some(text) = self.text(field) else { return Rotation::Shorter };
-        text.parse().unwrap_or_else(|error: regatta_base::graph::ParseRotationError| {
-            self.error(format!("a rotation is {error}"));
-            Rotation::Shorter
+    /// Reads the name of an enum value; the default if there is none or the name is unknown.
+    fn named<T: Default + FromStr<Err = UnknownName>>(&mut self, field: Field, key: &str) -> T {
+        let Some(text) = self.text(field) else { return T::default() };
+        text.parse().unwrap_or_else(|error| {
+            self.error(format!("{key}: {error}"));
+            T::default()
         })
     }
 
@@ -370,7 +360,7 @@ impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
             name: self.text(Field::Name),
             level: self.text(Field::Level),
             zone: self.text(Field::Zone),
-            properties: std::mem::take(&mut self.properties),
+            properties: std::mem::take(&mut self.values.properties),
         }
     }
 
@@ -382,8 +372,7 @@ impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
 
     /// Reads the heading of robots along the edge.
     fn orientation(&mut self) -> Orientation {
-        let is_given = |value: Option<&Value<'_>>| value.is_some_and(|value| *value != Value::Null);
-        match (is_given(self.value(Field::Heading)), is_given(self.value(Field::HeadingOffset))) {
+        match (self.is_given(Field::Heading), self.is_given(Field::HeadingOffset)) {
             (false, false) => Orientation::Tangential,
             (true, false) => {
                 Orientation::Fixed(self.number(Field::Heading, "Heading").unwrap_or_default())
@@ -398,13 +387,10 @@ impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
         }
     }
 
-    /// Converts a handle length. Straight edges are checked too, so that all errors are reported at
-    /// once.
-    fn handle(&mut self, field: Field, name: &str, required: bool) -> Option<f64> {
-        match self.value(field) {
-            None | Some(Value::Null) if !required => None,
-            _ => self.number(field, name),
-        }
+    /// Reads a handle length. Those of straight edges are checked too, so that all errors are
+    /// reported at once.
+    fn handle(&mut self, field: Field, name: &str, is_required: bool) -> Option<f64> {
+        if is_required { self.number(field, name) } else { self.optional_number(field, name) }
     }
 
     fn curve(&mut self) -> Option<RawCurve> {
@@ -414,13 +400,12 @@ impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
             "spline" => Some(RawCurve::Spline),
             "bezier" => self.cubics().map(RawCurve::Cubics),
             _ => {
-                let message = match self.value(Field::CurveType) {
+                self.error(match self.value(Field::CurveType) {
                     None => "has no CurveType: give Spline, Linear or Bezier".to_owned(),
                     Some(other) => {
                         format!("CurveType is {}: use Spline, Linear or Bezier", other.describe())
                     }
-                };
-                self.error(message);
+                });
                 None
             }
         }
@@ -428,62 +413,58 @@ impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
 
     /// Returns the cubics of a list of control points: the end of each is the start of the next.
     fn cubics(&mut self) -> Option<Vec<CubicBezier>> {
-        let points: Vec<_> =
-            self.numbers.chunks_exact(2).map(|pair| DVec2::new(pair[0], pair[1])).collect();
-        if points.len() < 4 || points.len() % 3 != 1 || !self.numbers.len().is_multiple_of(2) {
-            let message = format!(
-                "ControlPoints has {} numbers: a Bezier needs 4 points [x, y], or 3 more for each further cubic",
-                self.numbers.len()
-            );
-            self.error(message);
+        let numbers = std::mem::take(&mut self.values.numbers);
+        if numbers.len() < 8 || numbers.len() % 6 != 2 {
+            self.error(format!(
+                "ControlPoints has {} numbers: a Bezier needs 4 points [x, y], or 3 more for each \
+                 further cubic",
+                numbers.len()
+            ));
             return None;
         }
-        let starts = (0..points.len() - 1).step_by(3);
-        Some(
-            starts
-                .map(|at| CubicBezier { control_points: [0, 1, 2, 3].map(|i| points[at + i]) })
-                .collect(),
-        )
+        let points: Vec<_> = numbers.chunks_exact(2).map(DVec2::from_slice).collect();
+        let cubics = points.windows(4).step_by(3);
+        Some(cubics.map(|p| CubicBezier { control_points: [p[0], p[1], p[2], p[3]] }).collect())
     }
 
     fn value(&self, field: Field) -> Option<&Value<'_>> {
-        self.values[field as usize].as_ref()
+        self.values.values[field as usize].as_ref()
+    }
+
+    /// Whether the key has a value.
+    fn is_given(&self, field: Field) -> bool {
+        self.value(field).is_some_and(|value| *value != Value::Null)
     }
 
     fn number(&mut self, field: Field, name: &str) -> Option<f64> {
-        let message = match self.value(field) {
-            None => format!("has no {name}: give one"),
-            Some(value) => match value.number() {
-                Some(number) if number.is_finite() => return Some(number),
-                _ => format!("{name} is {}: it must be a finite number", value.describe()),
-            },
-        };
-        self.error(message);
-        None
+        self.required(field, name, "a finite number", |number| number.is_finite().then_some(number))
     }
 
     /// As [`Self::number`]; `None` without an error if the key has no value.
-    fn given_number(&mut self, field: Field, name: &str) -> Option<f64> {
-        match self.value(field) {
-            None | Some(Value::Null) => None,
-            Some(_) => self.number(field, name),
-        }
+    fn optional_number(&mut self, field: Field, name: &str) -> Option<f64> {
+        if self.is_given(field) { self.number(field, name) } else { None }
     }
 
     fn id(&mut self, field: Field, name: &str) -> Option<u32> {
+        self.required(field, name, "a whole number from 0 to 4294967295", |number| {
+            let id = number as u32;
+            (f64::from(id) == number).then_some(id)
+        })
+    }
+
+    /// Converts a number; `None` with an error if it is missing or can't be converted.
+    fn required<T>(
+        &mut self,
+        field: Field,
+        name: &str,
+        expected: &str,
+        convert: impl FnOnce(f64) -> Option<T>,
+    ) -> Option<T> {
         let message = match self.value(field) {
             None => format!("has no {name}: give one"),
-            Some(value) => match value.number() {
-                Some(number)
-                    if number.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&number) =>
-                {
-                    return Some(number as u32);
-                }
-                _ => format!(
-                    "{name} is {}: it must be a whole number from 0 to {}",
-                    value.describe(),
-                    u32::MAX
-                ),
+            Some(value) => match value.number().and_then(convert) {
+                Some(converted) => return Some(converted),
+                None => format!("{name} is {}: it must be {expected}", value.describe()),
             },
         };
         self.error(message);
@@ -491,6 +472,6 @@ impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
     }
 
     fn error(&mut self, message: impl Into<String>) {
-        self.report.error(self.at, self.subject, message);
+        self.report.error(self.at(), self.subject, message);
     }
 }

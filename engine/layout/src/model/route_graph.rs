@@ -17,12 +17,12 @@ pub struct Node {
     pub position: DVec2,
     /// The heading in radians, in (-π, π].
     pub theta: f64,
-    /// Whether the file gives the heading; if it doesn't, or allows any, `theta` is that of an
+    /// Whether the file gives the heading. If it gives none or allows any, `theta` is that of an
     /// edge.
     pub has_heading: bool,
-    /// What robots do here.
+    /// The purpose of the node.
     pub role: Role,
-    /// The name and everything else that the file says; `None` if it says nothing.
+    /// The name and all other keys of the file; `None` if there are none.
     pub tags: Option<Box<Tags>>,
 }
 
@@ -46,7 +46,7 @@ pub struct Edge {
     pub orientation: Orientation,
     /// The way in which robots turn on the spot at the origin and at the destination.
     pub rotation: [Rotation; 2],
-    /// The name and everything else that the file says; `None` if it says nothing.
+    /// The name and all other keys of the file; `None` if there are none.
     pub tags: Option<Box<Tags>>,
 }
 
@@ -209,11 +209,7 @@ impl RouteGraph {
 
     /// Returns the node where a leg starts.
     pub fn leg_start(&self, leg: Leg) -> NodeIndex {
-        let edge = self.edge(leg.edge);
-        match leg.gear {
-            Gear::Forward => edge.origin,
-            Gear::Reverse => edge.destination,
-        }
+        leg_start(&self.edges, leg)
     }
 
     /// Returns the node where a leg ends.
@@ -239,18 +235,9 @@ impl RouteGraph {
 /// Sorts the legs by the node that they leave, by counting sort. Returns them with the start of
 /// each node's legs.
 fn departures_by_node(nodes: usize, edges: &[Edge]) -> (Vec<Leg>, Vec<u32>) {
-    let legs = || {
-        (0..).map(EdgeIndex).zip(edges).flat_map(|(index, edge)| {
-            let forward = (edge.origin, Leg { edge: index, gear: Gear::Forward });
-            let reverse = edge
-                .reverse_speed
-                .map(|_| (edge.destination, Leg { edge: index, gear: Gear::Reverse }));
-            std::iter::once(forward).chain(reverse)
-        })
-    };
     let mut start = vec![0u32; nodes + 1];
-    for (node, _) in legs() {
-        start[node.0 as usize + 1] += 1;
+    for leg in legs(edges) {
+        start[leg_start(edges, leg).0 as usize + 1] += 1;
     }
     for node in 0..nodes {
         start[node + 1] += start[node];
@@ -258,10 +245,26 @@ fn departures_by_node(nodes: usize, edges: &[Edge]) -> (Vec<Leg>, Vec<u32>) {
     let placeholder = Leg { edge: EdgeIndex(0), gear: Gear::Forward };
     let mut departures = vec![placeholder; start[nodes] as usize];
     let mut next = start.clone();
-    for (node, leg) in legs() {
-        let slot = &mut next[node.0 as usize];
+    for leg in legs(edges) {
+        let slot = &mut next[leg_start(edges, leg).0 as usize];
         departures[*slot as usize] = leg;
         *slot += 1;
     }
     (departures, start)
+}
+
+/// Returns all legs, in the order of the edges.
+pub(crate) fn legs(edges: &[Edge]) -> impl Iterator<Item = Leg> + '_ {
+    (0..).map(EdgeIndex).zip(edges).flat_map(|(index, edge)| {
+        let reverse = edge.reverse_speed.map(|_| Leg { edge: index, gear: Gear::Reverse });
+        std::iter::once(Leg { edge: index, gear: Gear::Forward }).chain(reverse)
+    })
+}
+
+fn leg_start(edges: &[Edge], leg: Leg) -> NodeIndex {
+    let edge = &edges[leg.edge.0 as usize];
+    match leg.gear {
+        Gear::Forward => edge.origin,
+        Gear::Reverse => edge.destination,
+    }
 }

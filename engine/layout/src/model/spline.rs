@@ -1,12 +1,19 @@
 //! Constructs the curve of an edge from its nodes and handle lengths (equations 3.1 to 3.7).
 
+use std::str::FromStr;
+
 use regatta_base::bezier::CubicBezier;
+use regatta_base::name::{self, UnknownName};
+use strum::VariantArray;
 
 use super::angle::unit;
 use super::route_graph::Node;
 
 /// The convention that assigns the handle lengths to the ends of a `Spline` edge.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(
+    Clone, Copy, Debug, Default, PartialEq, Eq, Hash, strum::IntoStaticStr, strum::VariantArray,
+)]
+#[strum(serialize_all = "snake_case")]
 pub enum Handles {
     /// `ParamB` at the origin, `ParamF` at the destination: equations 3.2 to 3.5. The default.
     #[default]
@@ -25,6 +32,9 @@ pub struct HandleLengths {
 }
 
 impl Handles {
+    /// Both conventions.
+    pub const ALL: &[Self] = Self::VARIANTS;
+
     /// Returns the other convention.
     #[must_use]
     pub fn other(self) -> Self {
@@ -36,28 +46,16 @@ impl Handles {
 
     /// Returns the name used in files and on the command line.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::BAtOrigin => "b_at_origin",
-            Self::FAtOrigin => "f_at_origin",
-        }
+        self.into()
     }
 }
 
-/// The error of parsing [`Handles`].
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{}` is neither b_at_origin nor f_at_origin", .0.escape_debug())]
-pub struct ParseHandlesError(String);
-
-impl std::str::FromStr for Handles {
-    type Err = ParseHandlesError;
+impl FromStr for Handles {
+    type Err = UnknownName;
 
     /// Parses `b_at_origin` or `f_at_origin`, ignoring case.
-    fn from_str(text: &str) -> Result<Self, ParseHandlesError> {
-        let is = |handles: &Self| handles.name().eq_ignore_ascii_case(text.trim());
-        [Self::BAtOrigin, Self::FAtOrigin]
-            .into_iter()
-            .find(is)
-            .ok_or_else(|| ParseHandlesError(text.trim().to_owned()))
+    fn from_str(text: &str) -> Result<Self, UnknownName> {
+        name::parse(text, "a handle convention")
     }
 }
 

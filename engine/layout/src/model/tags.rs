@@ -1,18 +1,27 @@
-//! What a file says about nodes and edges besides their geometry.
+//! The properties of nodes, edges and stations besides their geometry.
 
 use std::collections::BTreeMap;
+use std::f64::consts::PI;
+use std::str::FromStr;
+
+use glam::DVec2;
+use regatta_base::graph::NodeIndex;
+use regatta_base::name::{self, UnknownName};
+use strum::VariantArray;
+
+use super::angle::normalize_angle;
 
 /// Names, places and free properties of a node or an edge. Most graphs have none, so they are kept
 /// aside.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Tags {
-    /// The name: the file's own id if that isn't a number, or a name besides it.
+    /// The name: the file's own id if that isn't a number, or a separate name.
     pub name: Option<Box<str>>,
     /// The level (floor) of a building.
     pub level: Option<Box<str>>,
-    /// The zone, block or mutex group: what the file groups nodes and edges by.
+    /// The group of nodes and edges in the file: a zone, a block or a mutex group.
     pub zone: Option<Box<str>>,
-    /// Everything else that the file says, as text.
+    /// All other keys of the file, as text.
     pub properties: BTreeMap<Box<str>, Box<str>>,
 }
 
@@ -35,8 +44,21 @@ impl Tags {
     }
 }
 
-/// What robots do at a node or a station.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+/// The purpose of a node or a station.
+#[derive(
+    Clone,
+    Copy,
+    Debug,
+    Default,
+    PartialEq,
+    Eq,
+    PartialOrd,
+    Ord,
+    Hash,
+    strum::IntoStaticStr,
+    strum::VariantArray,
+)]
+#[strum(serialize_all = "lowercase")]
 #[repr(u8)]
 pub enum Role {
     /// Nothing in particular.
@@ -54,32 +76,20 @@ pub enum Role {
 
 impl Role {
     /// All roles, by number.
-    pub const ALL: [Self; 5] = [Self::None, Self::Pick, Self::Drop, Self::Park, Self::Charge];
+    pub const ALL: &[Self] = Self::VARIANTS;
 
     /// Returns the name used in files.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::None => "none",
-            Self::Pick => "pick",
-            Self::Drop => "drop",
-            Self::Park => "park",
-            Self::Charge => "charge",
-        }
+        self.into()
     }
 }
 
-/// The error of parsing a [`Role`].
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{}` is not a role: use none, pick, drop, park or charge", .0.escape_debug())]
-pub struct ParseRoleError(String);
-
-impl std::str::FromStr for Role {
-    type Err = ParseRoleError;
+impl FromStr for Role {
+    type Err = UnknownName;
 
     /// Parses a name, ignoring case.
-    fn from_str(text: &str) -> Result<Self, ParseRoleError> {
-        let is = |role: &Self| role.name().eq_ignore_ascii_case(text.trim());
-        Self::ALL.into_iter().find(is).ok_or_else(|| ParseRoleError(text.trim().to_owned()))
+    fn from_str(text: &str) -> Result<Self, UnknownName> {
+        name::parse(text, "a role")
     }
 }
 
@@ -102,23 +112,51 @@ impl Orientation {
     pub fn heading(self, tangent: f64) -> f64 {
         match self {
             Self::Tangential => tangent,
-            Self::Offset(offset) => super::angle::normalize_angle(tangent + offset),
+            Self::Offset(offset) => normalize_angle(tangent + offset),
             Self::Fixed(heading) => heading,
+        }
+    }
+
+    /// Returns the orientation of the reversed edge at which robots keep their heading.
+    #[must_use]
+    pub fn reversed(self) -> Self {
+        match self {
+            Self::Tangential => Self::Offset(PI),
+            Self::Offset(angle) => Self::Offset(normalize_angle(angle + PI)),
+            Self::Fixed(heading) => Self::Fixed(heading),
+        }
+    }
+
+    /// Returns the orientation with its angle, if it has one, changed by a function.
+    #[must_use]
+    pub(crate) fn map(self, change: impl FnOnce(f64) -> f64) -> Self {
+        match self {
+            Self::Tangential => Self::Tangential,
+            Self::Offset(angle) => Self::Offset(change(angle)),
+            Self::Fixed(heading) => Self::Fixed(change(heading)),
+        }
+    }
+
+    /// Returns the offset or the heading in radians; `None` for [`Orientation::Tangential`].
+    pub(crate) fn angle(self) -> Option<f64> {
+        match self {
+            Self::Tangential => None,
+            Self::Offset(angle) | Self::Fixed(angle) => Some(angle),
         }
     }
 }
 
-/// A place where robots do something, from nodes beside it.
+/// A place that robots serve from nodes beside it.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Station {
     /// The name, unique among stations.
     pub name: String,
-    /// What robots do there.
+    /// The purpose of the station.
     pub role: Role,
-    /// The nodes from which they do it.
-    pub nodes: Vec<regatta_base::graph::NodeIndex>,
-    /// Metres, if the file says where it is itself.
-    pub position: Option<glam::DVec2>,
-    /// Everything else that the file says, as text.
+    /// The nodes from which robots serve the station.
+    pub nodes: Vec<NodeIndex>,
+    /// Metres; `None` if the file gives no position.
+    pub position: Option<DVec2>,
+    /// All other keys of the file, as text.
     pub properties: BTreeMap<Box<str>, Box<str>>,
 }

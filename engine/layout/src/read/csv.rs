@@ -14,7 +14,7 @@ use regatta_base::bezier::CubicBezier;
 
 use self::columns::Columns;
 use self::rows::{EdgeRow, Row};
-use crate::model::finding::{Report, Subject};
+use crate::model::finding::Report;
 use crate::model::options::ReadOptions;
 use crate::model::value::shorten;
 use crate::read::file::{Ignored, MAX_ENTRIES, MAX_NAME, Source, SyntaxError, read_file};
@@ -114,7 +114,8 @@ impl Reader<'_, '_> {
                 {
                     let name = shorten(&column.name);
                     let message = format!(
-                        "the name of the column `{name}` is longer than {MAX_NAME} bytes: shorten it"
+                        "the name of the column `{name}` is longer than {MAX_NAME} bytes: shorten \
+                         it"
                     );
                     return Err(self.syntax(place.line, &message));
                 }
@@ -122,7 +123,8 @@ impl Reader<'_, '_> {
                 continue;
             }
             let Some(columns) = &columns else {
-                let message = "the first row isn't a header: name the columns of nodes `id,x,y` or of edges `from,to`";
+                let message = "the first row isn't a header: name the columns of nodes `id,x,y` \
+                               or of edges `from,to`";
                 return Err(self.syntax(place.line, message));
             };
             self.row(Row { columns, cells: &record, place, has_decimal_comma: separator != b',' });
@@ -160,8 +162,7 @@ impl Reader<'_, '_> {
         let file = sibling_files(source, words, others).into_iter().find(|file| file.is_file());
         let Some(file) = file else {
             let message = format!(
-                "there is no table of {missing}: add it below an empty line, or name the two files like \
-                 `map-nodes.csv` and `map-edges.csv` in one folder"
+                "there is no table of {missing}: add it below an empty line, or name the two files like `map-nodes.csv` and `map-edges.csv` in one folder"
             );
             return Err(self.syntax(1, &message));
         };
@@ -223,12 +224,12 @@ impl Reader<'_, '_> {
         let first = self.syntax(place.line, message);
         self.first_error.get_or_insert((first, 0)).1 += 1;
         let (at, message) = self.located(place, message);
-        self.report.error(at, Subject::File, message);
+        self.report.file_error(at, message);
     }
 
     fn warning(&mut self, place: Place, message: &str) {
         let (at, message) = self.located(place, message);
-        self.report.warning(at, Subject::File, message);
+        self.report.file_warning(at, message);
     }
 
     /// Messages about the second file name it, since findings have places in the first.
@@ -245,8 +246,8 @@ impl Reader<'_, '_> {
 
     fn syntax(&self, line: u64, message: &str) -> SyntaxError {
         match &self.other {
-            Some(name) => SyntaxError { line: 1, message: format!("{name}:{line}: {message}") },
-            None => SyntaxError { line: line as usize, message: message.to_owned() },
+            Some(name) => SyntaxError::new(1, format!("{name}:{line}: {message}")),
+            None => SyntaxError::new(line as usize, message),
         }
     }
 }
@@ -257,9 +258,11 @@ fn separator(text: &str) -> u8 {
         .lines()
         .find(|line| !line.trim().is_empty() && !line.starts_with('#'))
         .unwrap_or_default();
-    let count = |separator: &u8| first.bytes().filter(|byte| byte == separator).count();
     // The last of several is chosen.
-    [b'\t', b';', b','].into_iter().max_by_key(count).unwrap_or(b',')
+    [b'\t', b';', b',']
+        .into_iter()
+        .max_by_key(|separator| first.bytes().filter(|byte| byte == separator).count())
+        .unwrap_or(b',')
 }
 
 /// Returns the file with the other table of a file that has only one.
@@ -316,9 +319,7 @@ fn edges(
 ) -> impl Iterator<Item = LayoutEdge> + use<> {
     let ends = positions.get(row.from.as_str()).zip(positions.get(row.to.as_str()));
     let cubic = ends.and_then(|(from, to)| cubic(*from, &row.control_points, *to));
-    let shape = |cubic: Option<CubicBezier>| {
-        cubic.map_or(Shape::Straight, |cubic| Shape::Cubics(vec![cubic]))
-    };
+    let shape = cubic.map_or(Shape::Straight, |cubic| Shape::Cubics(vec![cubic]));
     let back = row.is_bidirectional.then(|| {
         let id = free.map_or_else(|| format!("{} back", row.edge.id), |free| free.to_string());
         *free = free.and_then(|free| free.checked_add(1));
@@ -327,15 +328,14 @@ fn edges(
             id,
             origin: row.to.clone(),
             destination: row.from.clone(),
-            shape: shape(cubic.map(|cubic| cubic.reversed())),
+            shape: shape.reversed(),
             speed: row.edge.speed,
             reverse_speed: row.edge.reverse_speed,
             tags: row.edge.tags.clone(),
             ..LayoutEdge::default()
         }
     });
-    let edge =
-        LayoutEdge { origin: row.from, destination: row.to, shape: shape(cubic), ..row.edge };
+    let edge = LayoutEdge { origin: row.from, destination: row.to, shape, ..row.edge };
     std::iter::once(edge).chain(back)
 }
 

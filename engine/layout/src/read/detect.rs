@@ -60,25 +60,24 @@ fn is_dxf(start: &str) -> bool {
 
 /// Returns the format of YAML by its keys at the outermost level.
 fn yaml(head: &str) -> Option<Format> {
-    let has = |key: &str| {
-        head.lines().any(|line| line.strip_prefix(key).is_some_and(|rest| rest.starts_with(':')))
-    };
-    let has_inner = |key: &str| {
-        head.lines().any(|line| {
-            line.trim_start().strip_prefix(key).is_some_and(|rest| rest.starts_with(':'))
-        })
-    };
-    if has("image") && has("resolution") && has("origin") {
+    if ["image", "resolution", "origin"]
+        .iter()
+        .all(|key| head.lines().any(|line| is_key(line, key)))
+    {
         return Some(Format::RosMap);
     }
-    if !has("levels") {
+    if !head.lines().any(|line| is_key(line, "levels")) {
         return None;
     }
-    let is_building = has("coordinate_system")
-        || has_inner("measurements")
-        || has_inner("walls")
-        || has("reference_level_name");
+    let is_building = head.lines().any(|line| {
+        ["coordinate_system", "reference_level_name"].iter().any(|key| is_key(line, key))
+            || ["measurements", "walls"].iter().any(|key| is_key(line.trim_start(), key))
+    });
     Some(if is_building { Format::OpenRmfBuilding } else { Format::OpenRmf })
+}
+
+fn is_key(line: &str, key: &str) -> bool {
+    line.strip_prefix(key).is_some_and(|rest| rest.starts_with(':'))
 }
 
 /// Tables start with a line of column names.
@@ -91,12 +90,13 @@ fn is_csv(start: &str) -> bool {
     let Some(separator) = separator.filter(|separator| header.contains(*separator)) else {
         return false;
     };
-    let is_name = |cell: &str| {
-        let cell = cell.trim().trim_matches('"');
-        !cell.is_empty()
-            && cell.chars().all(|letter| letter.is_alphanumeric() || " _-()[]/.".contains(letter))
-    };
     header.split(separator).all(is_name)
+}
+
+fn is_name(cell: &str) -> bool {
+    let cell = cell.trim().trim_matches('"');
+    !cell.is_empty()
+        && cell.chars().all(|letter| letter.is_alphanumeric() || " _-()[]/.".contains(letter))
 }
 
 #[cfg(test)]

@@ -46,15 +46,12 @@ pub(crate) fn read<'text>(
     report: &mut Report<'text>,
 ) -> Result<Layout, SyntaxError> {
     if source.text.starts_with("AutoCAD Binary DXF") || source.text.starts_with("AutoCAD DXB") {
-        let message = "this is a binary drawing: save it as DXF in ASCII".to_owned();
-        return Err(SyntaxError { line: 1, message });
+        return Err(SyntaxError::new(1, "this is a binary drawing: save it as DXF in ASCII"));
     }
     let mut ignored = Ignored::default();
     let scan = scan::scan(source.text, &mut ignored, report)?;
-    let drawing = Drawing::load(&mut scan.text.as_bytes()).map_err(|error| SyntaxError {
-        line: 1,
-        message: format!("the drawing can't be read: {error}"),
-    })?;
+    let drawing = Drawing::load(&mut scan.text.as_bytes())
+        .map_err(|error| SyntaxError::new(1, format!("the drawing can't be read: {error}")))?;
     reject_lost(&scan, &drawing, report);
     let unit = unit(options, &scan, report);
     let curves = curves(&drawing, &scan, unit, &mut ignored, report);
@@ -81,7 +78,7 @@ fn reject_lost(scan: &Scan, drawing: &Drawing, report: &mut Report<'_>) {
             "only {} of {expected} entities can be read",
             read + blocks.iter().sum::<usize>()
         );
-        report.error(at, Subject::File, message);
+        report.file_error(at, message);
     }
 }
 
@@ -93,7 +90,7 @@ fn unit(options: &ReadOptions, scan: &Scan, report: &mut Report<'_>) -> f64 {
     let index = scan.units.and_then(|units| usize::try_from(units).ok()?.checked_sub(1));
     index.and_then(|index| UNITS.get(index).copied()).unwrap_or_else(|| {
         let message = "the drawing doesn't say its unit of length: metres are assumed; `--units mm` says another";
-        report.warning(0, Subject::File, message);
+        report.file_warning(0, message);
         1.0
     })
 }
@@ -111,14 +108,15 @@ fn curves(
         expander.add(entity, at, unit);
     }
     if expander.is_full() {
-        let message = "the drawing has too many entities when its blocks are expanded: remove what isn't a route";
-        report.error(0, Subject::File, message);
+        let message = "the drawing has too many entities when its blocks are expanded: remove \
+                       what isn't a route";
+        report.file_error(0, message);
         return Vec::new();
     }
     expander.curves
 }
 
-/// Which layers are edges. Names are in upper case: they are the same in any case.
+/// The layers that are edges. Names are in upper case: they are the same in any case.
 struct Layers {
     edges: BTreeSet<String>,
     background: BTreeSet<String>,
@@ -128,22 +126,25 @@ impl Layers {
     fn new(curves: &[Curve], scan: &Scan, options: &ReadOptions, report: &mut Report<'_>) -> Self {
         let names: BTreeMap<String, &str> =
             curves.iter().map(|curve| (curve.layer.to_uppercase(), curve.layer.as_str())).collect();
-        let is_visible = |name: &&String| !scan.hidden_layers.contains(*name) && *name != DEFPOINTS;
-        let visible: BTreeSet<String> = names.keys().filter(is_visible).cloned().collect();
-        let of = |(upper, name): (&String, &&str)| {
-            let hidden = if visible.contains(upper) { "" } else { " (hidden)" };
-            format!("`{}`{hidden}", shorten(name))
-        };
-        let list = names.iter().map(of).collect::<Vec<_>>().join(", ");
+        let (mut visible, mut list) = (BTreeSet::new(), Vec::new());
+        for (upper, name) in &names {
+            let is_hidden = scan.hidden_layers.contains(upper) || upper == DEFPOINTS;
+            list.push(format!("`{}`{}", shorten(name), if is_hidden { " (hidden)" } else { "" }));
+            if !is_hidden {
+                visible.insert(upper.clone());
+            }
+        }
+        let list = list.join(", ");
         if curves.is_empty() {
-            report.error(0, Subject::File, "the drawing has no lines or curves that can be routes");
+            report.file_error(0, "the drawing has no lines or curves that can be routes");
         }
         if options.layers.is_empty() {
             if visible.len() > 1 {
                 let message = format!(
-                    "all lines of the visible layers become edges; layers with lines are {list}: choose with `--layer NAME`"
+                    "all lines of the visible layers become edges; layers with lines are {list}: \
+                     choose with `--layer NAME`"
                 );
-                report.warning(0, Subject::File, message);
+                report.file_warning(0, message);
             }
             return Self { edges: visible, background: BTreeSet::new() };
         }
@@ -157,7 +158,7 @@ impl Layers {
             };
             let message =
                 format!("layer `{}` {exists}: layers with lines are {list}", shorten(layer));
-            report.error(0, Subject::File, message);
+            report.file_error(0, message);
         }
         let edges: BTreeSet<String> =
             options.layers.iter().map(|layer| layer.to_uppercase()).collect();
@@ -194,33 +195,34 @@ fn report_network(network: &Network, report: &mut Report<'_>, ignored: &mut Igno
         let (DVec2 { x, y }, at) = network.nodes[node];
         let millimetres = distance * 1000.0;
         let message = format!(
-            "the line that ends at ({x:.3}, {y:.3}) m misses another by {millimetres:.0} mm: join them, if they should be \
-             connected"
+            "the line that ends at ({x:.3}, {y:.3}) m misses another by {millimetres:.0} mm: join \
+             them, if they should be connected"
         );
         report.warning(at, Subject::Node(u32::try_from(node + 1).ok()), message);
     }
     if network.is_partial {
-        let message = "too many lines are close together: not all ends that touch another line are connected with it";
-        report.warning(0, Subject::File, message);
+        let message = "too many lines are close together: not all ends that touch another line \
+                       are connected with it";
+        report.file_warning(0, message);
     }
     if network.near_misses.len() > MAX_NEAR_MISSES {
         let message = format!(
             "{} further ends of lines miss another",
             network.near_misses.len() - MAX_NEAR_MISSES
         );
-        report.warning(0, Subject::File, message);
+        report.file_warning(0, message);
     }
 }
 
 /// Makes two edges of each line: a drawing has no direction.
 fn layout(network: Network, background: &[Curve]) -> Layout {
-    let node = |(index, &(position, at)): (usize, &(DVec2, u32))| LayoutNode {
+    let nodes = (1..).zip(&network.nodes).map(|(id, &(position, at)): (usize, _)| LayoutNode {
         at,
-        id: (index + 1).to_string(),
+        id: id.to_string(),
         position,
         ..LayoutNode::default()
-    };
-    let nodes = network.nodes.iter().enumerate().map(node).collect();
+    });
+    let nodes = nodes.collect();
     let links = network.links.into_iter().enumerate();
     let edges = links.flat_map(|(index, link)| {
         let back = reversed(&link);

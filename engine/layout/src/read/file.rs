@@ -5,14 +5,14 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
-use crate::model::finding::{Findings, Report, Subject};
+use regatta_base::yaml;
+pub(crate) use regatta_base::yaml::MAX_ENTRIES;
+
+use crate::model::finding::{Findings, Report};
+use crate::model::value::shorten;
 
 /// The size of the largest file that is read, in bytes.
 pub const MAX_FILE_BYTES: u64 = 256 << 20;
-
-/// The largest number of keys and items, those repeated by aliases included. It protects against
-/// alias bombs.
-pub(crate) const MAX_ENTRIES: usize = 3_000_000;
 
 /// The largest number of bytes of a name that many nodes and edges share, or that is part of their
 /// ids: of a level, a block, a column. A small file with a longer one could take all memory.
@@ -31,12 +31,36 @@ pub(crate) struct Source<'text> {
     pub stem: &'text str,
 }
 
+/// Returns the byte offset of a part of a text; `None` for another text.
+pub(crate) fn offset_of(text: &str, part: &str) -> Option<usize> {
+    let offset = part.as_ptr().addr().checked_sub(text.as_ptr().addr())?;
+    (offset < text.len()).then_some(offset)
+}
+
 /// The error of reading a text that isn't of its format at all.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct SyntaxError {
     /// The line, from 1.
     pub line: usize,
     pub message: String,
+}
+
+impl SyntaxError {
+    pub fn new(line: usize, message: impl Into<String>) -> Self {
+        Self { line, message: message.into() }
+    }
+}
+
+impl From<serde_json::Error> for SyntaxError {
+    fn from(error: serde_json::Error) -> Self {
+        Self::new(error.line().max(1), error.to_string())
+    }
+}
+
+impl From<yaml::Error> for SyntaxError {
+    fn from(error: yaml::Error) -> Self {
+        Self::new(error.line, error.reason)
+    }
 }
 
 /// The error of reading a route graph. It is displayed as one line; [`GraphError::findings`] has
@@ -59,7 +83,8 @@ pub enum GraphError {
     },
     /// The file has more than [`MAX_FILE_BYTES`], or more lists and maps than any graph needs.
     #[error(
-        "{file}: too large: at most {limit} can be read; split the graph or remove what isn't needed"
+        "{file}: too large: at most {limit} can be read; split the graph or remove what isn't \
+         needed"
     )]
     TooLarge {
         /// The file's name.
@@ -184,11 +209,16 @@ impl Ignored {
         }
     }
 
+    /// Counts a key of an owner, such as "a node".
+    pub fn add_key(&mut self, at: u32, key: &str, owner: &str) {
+        self.add(at, format!("key `{}` of {owner}", shorten(key)));
+    }
+
     /// Reports a warning for each kind.
     pub fn report(self, report: &mut Report<'_>) {
         for (kind, (at, count)) in self.kinds {
             let times = if count == 1 { String::new() } else { format!(" ({count} times)") };
-            report.warning(at, Subject::File, format!("{kind}: not used{times}"));
+            report.file_warning(at, format!("{kind}: not used{times}"));
         }
     }
 }

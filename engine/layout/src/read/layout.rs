@@ -10,7 +10,7 @@ use glam::DVec2;
 use regatta_base::bezier::CubicBezier;
 use regatta_base::graph::Rotation;
 
-use crate::model::finding::{Report, Subject};
+use crate::model::finding::Report;
 use crate::model::path::Path;
 use crate::model::raw::{RawCurve, RawEdge, RawGraph, RawNode, RawStation};
 use crate::model::tags::{Orientation, Role, Tags};
@@ -115,13 +115,13 @@ impl Layout {
             .map(|(index, (node, &heading))| raw_node(node, heading, node_ids.number(index)))
             .collect();
         let edges = self.edges.into_iter().zip(ends).enumerate();
-        let mut raw = |(index, (edge, ends))| {
+        let edges = edges.map(|(index, (edge, ends))| {
             if is_complete {
                 report_unknown_ends(&edge, ends, report);
             }
             raw_edge(edge, edge_ids.number(index), ends, &node_ids)
-        };
-        let edges = edges.map(&mut raw).collect();
+        });
+        let edges = edges.collect();
         let stations = self.stations.into_iter().zip(stations);
         let stations = stations.map(|(station, nodes)| {
             if is_complete {
@@ -180,6 +180,16 @@ impl Layout {
 type Ends = [Option<usize>; 2];
 
 impl Shape {
+    /// Returns the shape in the opposite direction.
+    pub fn reversed(&self) -> Self {
+        match self {
+            Self::Straight => Self::Straight,
+            Self::Cubics(cubics) => {
+                Self::Cubics(cubics.iter().rev().map(CubicBezier::reversed).collect())
+            }
+        }
+    }
+
     /// Returns the tangents at origin and destination, whose positions are given; `None` for a
     /// curve without cubics.
     fn tangents(&self, [origin, destination]: [DVec2; 2]) -> Option<[DVec2; 2]> {
@@ -215,7 +225,7 @@ impl Numbering {
             for (id, _, at) in repeated {
                 let message =
                     format!("{kind} `{}` is given twice: give each a unique id", shorten(id));
-                report.error(at, Subject::File, message);
+                report.file_error(at, message);
             }
         }
         Self { numbers }
@@ -311,7 +321,7 @@ fn report_unknown_ends(edge: &LayoutEdge, ends: Ends, report: &mut Report<'_>) {
             let message = format!(
                 "edge `{name}` {which} node `{node}`, which doesn't exist: add it or correct the id"
             );
-            report.error(edge.at, Subject::File, message);
+            report.file_error(edge.at, message);
         }
     }
 }
@@ -345,7 +355,7 @@ fn report_unknown_nodes(
     for (id, _) in station.nodes.iter().zip(indices).filter(|(_, index)| index.is_none()) {
         let (name, node) = (shorten(&station.name), shorten(id));
         let message = format!("station `{name}` names node `{node}`, which doesn't exist: ignored");
-        report.warning(station.at, Subject::File, message);
+        report.file_warning(station.at, message);
     }
 }
 
@@ -371,5 +381,5 @@ fn warn_of_unknown_speeds(edges: &[LayoutEdge], report: &mut Report<'_>) {
     };
     let message =
         format!("{who} no speed limit: {DEFAULT_SPEED} m/s is used; robot types limit it further");
-    report.warning(first.at, Subject::File, message);
+    report.file_warning(first.at, message);
 }

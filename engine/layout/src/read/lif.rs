@@ -20,10 +20,11 @@ use serde_json::value::RawValue;
 use crate::model::finding::Report;
 use crate::model::options::ReadOptions;
 use crate::model::tags::Role;
+use crate::model::value::shorten;
 use crate::read::file::{MAX_NAME, Source, SyntaxError};
 use crate::read::layout::Layout;
 use ids::Ids;
-use object::{Context, Object, Raw, shown};
+use object::{Context, Object, Raw};
 use vehicle::Vehicles;
 
 /// The number of names that a message lists.
@@ -48,7 +49,7 @@ struct Sheet<'text> {
     level: Option<Box<str>>,
 }
 
-/// What the nodes, edges and stations of a sheet need to know about the file.
+/// The reader of the nodes, edges and stations of all sheets.
 struct Reader<'a, 'r, 'text> {
     context: Context<'r, 'text>,
     vehicles: Vehicles<'a>,
@@ -66,18 +67,18 @@ pub(crate) fn read<'text>(
     options: &ReadOptions,
     report: &mut Report<'text>,
 ) -> Result<Layout, SyntaxError> {
-    let mut fields: BTreeMap<String, &'text RawValue> = serde_json::from_str(source.text)
-        .map_err(|error| SyntaxError { line: error.line().max(1), message: error.to_string() })?;
-    let no_layouts = "no list `layouts`: a LIF file has `metaInformation` and `layouts`";
-    let no_layouts = || SyntaxError { line: 1, message: no_layouts.to_owned() };
-    let layouts = fields.remove("layouts").ok_or_else(no_layouts)?;
-    let layouts: Vec<&RawValue> = serde_json::from_str(layouts.get()).map_err(|_| no_layouts())?;
+    let mut fields: BTreeMap<String, &'text RawValue> = serde_json::from_str(source.text)?;
+    let layouts = fields.remove("layouts").map(RawValue::get).unwrap_or_default();
+    let Ok(layouts) = serde_json::from_str::<Vec<&RawValue>>(layouts) else {
+        let message = "no list `layouts`: a LIF file has `metaInformation` and `layouts`";
+        return Err(SyntaxError::new(1, message));
+    };
     let mut context = Context::new(source.text, report);
     if let Some(meta) = fields.remove("metaInformation") {
         check_version(meta, &mut context);
     }
     for (key, raw) in fields {
-        context.ignored.add(context.at(raw), format!("key `{}` of the file", shown(&key)));
+        context.ignored.add_key(context.at(raw), &key, "the file");
     }
     let mut sheets: Vec<Sheet<'text>> =
         layouts.into_iter().filter_map(|raw| Sheet::parse(raw, &mut context)).collect();
@@ -86,7 +87,7 @@ pub(crate) fn read<'text>(
     Ok(read_sheets(&sheets, options, context))
 }
 
-/// Who wrote a file, and when.
+/// The author and the time of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Header<'a> {
     /// The name of the project.
@@ -110,7 +111,7 @@ fn check_version<'text>(meta: Raw<'text>, context: &mut Context<'_, 'text>) {
     if let Some(version) =
         version.filter(|version| !version.starts_with("0.") && !version.starts_with("1."))
     {
-        let message = format!("the file is of LIF {}: it is read as LIF 1.0", shown(&version));
+        let message = format!("the file is of LIF {}: it is read as LIF 1.0", shorten(&version));
         context.warning(meta.at, message);
     }
     let own = Header::default();
@@ -156,7 +157,7 @@ impl<'text> Sheet<'text> {
 /// Chooses the layouts to read, and names levels that have no name.
 fn select(sheets: &mut [Sheet<'_>], wanted: Option<&str>, context: &mut Context<'_, '_>) {
     let known: Vec<String> =
-        sheets.iter().filter_map(Sheet::name).take(MAX_NAMES).map(shown).collect();
+        sheets.iter().filter_map(Sheet::name).take(MAX_NAMES).map(shorten).collect();
     let known = known.join("`, `");
     if sheets.is_empty() {
         context.error(0, "`layouts` is empty: add a layout with nodes and edges");
@@ -168,7 +169,7 @@ fn select(sheets: &mut [Sheet<'_>], wanted: Option<&str>, context: &mut Context<
         if !sheets.is_empty() && !sheets.iter().any(|sheet| sheet.is_read) {
             context.error(
                 0,
-                format!("no layout is named `{}`: the file has `{known}`", shown(wanted)),
+                format!("no layout is named `{}`: the file has `{known}`", shorten(wanted)),
             );
         }
     } else if let [_, second, ..] = sheets {
@@ -254,9 +255,9 @@ impl Reader<'_, '_, '_> {
             if let Some((id, count)) = ids.shared() {
                 let at = sheets.get(1).map_or(0, |sheet| sheet.at);
                 let message = format!(
-                    "{count} ids of {kind}s, such as `{}`, occur in several layouts: those are different {kind}s, named \
-                     LAYOUT/ID",
-                    shown(id)
+                    "{count} ids of {kind}s, such as `{}`, occur in several layouts: those are \
+                     different {kind}s, named LAYOUT/ID",
+                    shorten(id)
                 );
                 self.context.warning(at, message);
             }

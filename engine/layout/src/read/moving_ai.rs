@@ -10,7 +10,7 @@ mod tests;
 
 use glam::DVec2;
 
-use crate::model::finding::{Report, Subject};
+use crate::model::finding::Report;
 use crate::model::options::{Millimetres, ReadOptions};
 use crate::read::file::{Ignored, Source, SyntaxError};
 use crate::read::layout::{Layout, LayoutEdge, LayoutNode};
@@ -50,18 +50,15 @@ pub(crate) fn read<'text>(
     report: &mut Report<'text>,
 ) -> Result<Layout, SyntaxError> {
     if source.text.trim_start().starts_with("version") {
-        let message = "this is a scenario of the MovingAI benchmarks: give the map that it names (.map); `regatta run` takes the scenario, too".to_owned();
-        return Err(SyntaxError { line: 1, message });
+        let message = "this is a scenario of the MovingAI benchmarks: give the map that it names \
+                       (.map); `regatta run` takes the scenario, too";
+        return Err(SyntaxError::new(1, message));
     }
     let header = Header::read(source.text)?;
     let grid = Grid::read(header, source.text, report)?;
     let cell = f64::from(options.cell_size.unwrap_or(DEFAULT_CELL).0) / 1000.0;
     if grid.free.is_empty() {
-        report.error(
-            0,
-            Subject::File,
-            "the map has no free cell: free cells are written `.`, `G` or `S`",
-        );
+        report.file_error(0, "the map has no free cell: free cells are written `.`, `G` or `S`");
     }
     Ok(Layout { nodes: nodes(&grid, cell), edges: edges(&grid), ..Layout::default() })
 }
@@ -89,34 +86,29 @@ impl Header {
                 "width" => width = Some(side(line, key, value)?),
                 "height" => height = Some(side(line, key, value)?),
                 "map" => {
-                    let missing = || SyntaxError {
-                        line,
-                        message: "`height` and `width` must precede `map`".to_owned(),
+                    let Some((width, height)) = width.zip(height) else {
+                        let message = "`height` and `width` must precede `map`";
+                        return Err(SyntaxError::new(line, message));
                     };
-                    let (width, height) = width.zip(height).ok_or_else(missing)?;
                     return Ok(Self { width, height, cells_at: at, line: line + 1 });
                 }
                 "type" | "" => {}
                 _ => {
-                    let message = "not a map of the MovingAI benchmarks: `type octile`, `height`, `width` and `map` \
-                                   precede the cells";
-                    return Err(SyntaxError { line, message: message.to_owned() });
+                    let message = "not a map of the MovingAI benchmarks: `type octile`, `height`, \
+                                   `width` and `map` precede the cells";
+                    return Err(SyntaxError::new(line, message));
                 }
             }
         }
-        Err(SyntaxError {
-            line: 1,
-            message: "the line `map`, after which the cells follow, is missing".to_owned(),
-        })
+        Err(SyntaxError::new(1, "the line `map`, after which the cells follow, is missing"))
     }
 }
 
 fn side(line: usize, key: &str, value: Option<&str>) -> Result<usize, SyntaxError> {
     let side =
         value.and_then(|value| value.parse().ok()).filter(|side| (1..=MAX_SIDE).contains(side));
-    side.ok_or_else(|| SyntaxError {
-        line,
-        message: format!("`{key}` must be a whole number from 1 to {MAX_SIDE}"),
+    side.ok_or_else(|| {
+        SyntaxError::new(line, format!("`{key}` must be a whole number from 1 to {MAX_SIDE}"))
     })
 }
 
@@ -149,18 +141,17 @@ impl Grid {
             rows += 1;
             if grid.free.len() > MAX_FREE {
                 let message = format!("the map has more than {MAX_FREE} free cells: split it");
-                return Err(SyntaxError { line: header.line + rows, message });
+                return Err(SyntaxError::new(header.line + rows, message));
             }
         }
         if rows < height {
             let message =
                 format!("the map has {rows} rows of {height}: the others count as blocked");
-            report.warning(at as u32, Subject::File, message);
+            report.file_warning(at as u32, message);
         }
         if rest.any(|content| !content.trim().is_empty()) {
-            report.warning(
+            report.file_warning(
                 at as u32,
-                Subject::File,
                 format!("text after the {height} rows of the map: not used"),
             );
         }

@@ -13,14 +13,13 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec2;
 use regatta_base::bezier::CubicBezier;
-use regatta_base::graph::Rotation;
 use serde_json::value::RawValue;
 
 use crate::check::validate::MIN_LENGTH;
-use crate::model::finding::{Report, Subject};
+use crate::model::finding::Report;
 use crate::model::options::ReadOptions;
 use crate::model::value::shorten;
-use crate::read::file::{Ignored, Source, SyntaxError};
+use crate::read::file::{Ignored, Source, SyntaxError, offset_of};
 use crate::read::layout::{Layout, LayoutEdge, LayoutNode, Shape};
 use feature::{Feature, Geometry};
 
@@ -36,10 +35,7 @@ pub(crate) fn read<'text>(
     options: &ReadOptions,
     report: &mut Report<'text>,
 ) -> Result<Layout, SyntaxError> {
-    let syntax =
-        |error: &serde_json::Error| SyntaxError { line: error.line(), message: error.to_string() };
-    let root: BTreeMap<String, &RawValue> =
-        serde_json::from_str(source.text).map_err(|error| syntax(&error))?;
+    let root: BTreeMap<String, &RawValue> = serde_json::from_str(source.text)?;
     let mut reader = Reader {
         text: source.text,
         report,
@@ -48,13 +44,12 @@ pub(crate) fn read<'text>(
     };
     reader.check_root(&root);
     let Some(features) = root.get("features") else {
-        let message =
-            "it has no `features`: a graph of Nav2 is a FeatureCollection of points and lines"
-                .to_owned();
-        return Err(SyntaxError { line: 1, message });
+        return Err(SyntaxError::new(
+            1,
+            "it has no `features`: a graph of Nav2 is a FeatureCollection of points and lines",
+        ));
     };
-    let features: Vec<&RawValue> =
-        serde_json::from_str(features.get()).map_err(|error| syntax(&error))?;
+    let features: Vec<&RawValue> = serde_json::from_str(features.get())?;
     let features: Vec<Feature> =
         features.into_iter().filter_map(|feature| reader.feature(feature)).collect();
     let mut layout = Layout { nodes: reader.nodes(&features), ..Layout::default() };
@@ -67,18 +62,17 @@ pub(crate) fn read<'text>(
 /// Drops what is on other levels than the wanted one, by the level that our writer gives.
 fn keep_level(layout: &mut Layout, options: &ReadOptions, report: &mut Report<'_>) {
     let Some(wanted) = &options.level else { return };
-    let is_wanted = |level: &Option<Box<str>>| level.as_deref() == Some(wanted.as_str());
-    layout.nodes.retain(|node| is_wanted(&node.tags.level));
+    layout.nodes.retain(|node| node.tags.level.as_deref() == Some(wanted.as_str()));
     if layout.nodes.is_empty() {
         let message =
             format!("there is no level `{}`: graphs of Nav2 have no levels", shorten(wanted));
-        report.error(0, Subject::File, message);
+        report.file_error(0, message);
     }
     let kept: BTreeSet<&str> = layout.nodes.iter().map(|node| node.id.as_str()).collect();
     layout.edges.retain(|edge| kept.contains(&*edge.origin) && kept.contains(&*edge.destination));
 }
 
-/// What is reported once: the first place, and the number of times.
+/// The findings that are reported once, with the number of times.
 #[derive(Debug, Default)]
 struct Counts {
     relative_speeds: Count,
@@ -108,7 +102,7 @@ impl Count {
             1 => String::new(),
             count => format!(" and {} more", count - 1),
         };
-        report.warning(at, Subject::File, format!("edge `{}`{others}: {what}", shorten(&id)));
+        report.file_warning(at, format!("edge `{}`{others}: {what}", shorten(&id)));
     }
 }
 
@@ -122,24 +116,23 @@ struct Reader<'a, 'text> {
 impl<'text> Reader<'_, 'text> {
     fn check_root(&mut self, root: &BTreeMap<String, &'text RawValue>) {
         const KNOWN: [&str; 3] = ["type", "crs", "features"];
-        // Our writer gives all files this name.
-        let is_known = |key: &str, value: &RawValue| {
-            KNOWN.contains(&key) || key == "name" && value.get() == "\"graph\""
-        };
-        for (key, value) in root.iter().filter(|(key, value)| !is_known(key, value)) {
-            self.ignored.add(self.offset(value), format!("key `{}` of the file", shorten(key)));
+        for (key, value) in root.iter().filter(|(key, _)| !KNOWN.contains(&key.as_str())) {
+            // Our writer gives all files this name.
+            if key != "name" || value.get() != "\"graph\"" {
+                self.ignored.add_key(self.offset(value), key, "the file");
+            }
         }
         let Some(crs) = root.get("crs") else { return };
         if ["CRS84", "4326"].iter().any(|degrees| crs.get().contains(degrees)) {
-            let message = "its coordinate system is in degrees, but a graph of Nav2 is in metres: they are read as metres";
-            self.report.warning(self.offset(crs), Subject::File, message);
+            let message = "its coordinate system is in degrees, but a graph of Nav2 is in metres: \
+                           they are read as metres";
+            self.report.file_warning(self.offset(crs), message);
         }
     }
 
     /// Returns the byte offset of a part of the text.
     fn offset(&self, value: &RawValue) -> u32 {
-        let offset = value.get().as_ptr().addr().wrapping_sub(self.text.as_ptr().addr());
-        if offset < self.text.len() { offset as u32 } else { 0 }
+        offset_of(self.text, value.get()).unwrap_or_default() as u32
     }
 
     fn feature(&mut self, raw: &'text RawValue) -> Option<Feature> {
@@ -147,7 +140,7 @@ impl<'text> Reader<'_, 'text> {
         match Feature::parse(raw.get(), at, &mut self.ignored) {
             Ok(feature) => feature,
             Err(error) => {
-                self.report.error(at, Subject::File, format!("a feature can't be read: {error}"));
+                self.report.file_error(at, format!("a feature can't be read: {error}"));
                 None
             }
         }
@@ -160,11 +153,7 @@ impl<'text> Reader<'_, 'text> {
     fn node(&mut self, feature: &Feature) -> Option<LayoutNode> {
         let Geometry::Point(position) = feature.geometry else { return None };
         let Some(id) = feature.id("id") else {
-            self.report.error(
-                feature.at,
-                Subject::File,
-                "a point has no `id`: give it a whole number",
-            );
+            self.report.file_error(feature.at, "a point has no `id`: give it a whole number");
             return None;
         };
         let frame = feature
@@ -226,7 +215,7 @@ impl<'text> Reader<'_, 'text> {
         let (Some(origin), Some(destination)) = (feature.id("startid"), feature.id("endid")) else {
             let message =
                 format!("edge `{id}` lacks `startid` or `endid`: give the ids of two points");
-            self.report.error(feature.at, Subject::File, message);
+            self.report.file_error(feature.at, message);
             return None;
         };
         if origin == destination {
@@ -250,10 +239,9 @@ impl<'text> Reader<'_, 'text> {
             destination,
             shape,
             speed: special.speed,
-            reverse_speed: None,
             orientation: special.orientation,
-            rotation: [Rotation::Shorter; 2],
             tags,
+            ..LayoutEdge::default()
         };
         Some((edge, special.reverse_of))
     }
@@ -295,16 +283,19 @@ impl<'text> Reader<'_, 'text> {
         let Self { report, ignored, counts, .. } = self;
         ignored.report(report);
         counts.relative_speeds.report(
-            "`speed_limit` is a share of the robot's own maximum: kept as a property; `abs_speed_limit` gives metres per second",
+            "`speed_limit` is a share of the robot's own maximum: kept as a property; \
+             `abs_speed_limit` gives metres per second",
             report,
         );
         counts.polylines.report(
             "its line has inner points and is read as a polyline; Nav2 itself drives straight",
             report,
         );
-        counts
-            .gaps
-            .report("its line doesn't begin and end at its nodes: moved there, as `startid` and `endid` say", report);
+        counts.gaps.report(
+            "its line doesn't begin and end at its nodes: moved there, as `startid` and `endid` \
+             say",
+            report,
+        );
         counts.flipped.report("its line is drawn from its end to its start: turned round", report);
         counts.loops.report("it starts and ends at the same node: not used", report);
         counts.repeated.report("its id is missing or given twice: it gets another one", report);
@@ -314,7 +305,7 @@ impl<'text> Reader<'_, 'text> {
                 "its points are in the frames {}: all are read as if in one",
                 frames.join(", ")
             );
-            report.warning(0, Subject::File, message);
+            report.file_warning(0, message);
         }
     }
 }

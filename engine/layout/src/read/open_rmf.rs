@@ -16,7 +16,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec2;
 
-use crate::model::finding::{Report, Subject};
+use crate::model::finding::Report;
 use crate::model::options::ReadOptions;
 use crate::model::value::shorten;
 use crate::read::file::{Ignored, MAX_NAME, Source, SyntaxError};
@@ -58,7 +58,7 @@ pub(crate) fn read<'text>(
 /// Whether a file is a building map: its vertices have a third coordinate. Without
 /// `coordinate_system`, as in old files, only that tells them apart.
 fn is_building(root: &Tree<'_>) -> bool {
-    let levels = root.get("levels").map(Tree::entries).unwrap_or_default();
+    let levels = root.entries_of("levels");
     let first = levels.iter().find_map(|(_, level)| level.get("vertices")?.items().first());
     first.and_then(|vertex| vertex.items().get(2)).is_some_and(|third| third.number().is_some())
 }
@@ -70,10 +70,10 @@ fn levels<'a, 'text>(
 ) -> Result<Vec<(&'a str, &'a Tree<'text>)>, SyntaxError> {
     let levels = root.get("levels").filter(|levels| !levels.entries().is_empty());
     let Some(levels) = levels else {
-        let message =
-            "it has no `levels`: a map of Open-RMF has a map of levels, with vertices and lanes"
-                .to_owned();
-        return Err(SyntaxError { line: 1, message });
+        return Err(SyntaxError::new(
+            1,
+            "it has no `levels`: a map of Open-RMF has a map of levels, with vertices and lanes",
+        ));
     };
     let (short, long): (Vec<_>, Vec<_>) =
         levels.entries().iter().partition(|(name, _)| name.len() <= MAX_NAME);
@@ -82,7 +82,7 @@ fn levels<'a, 'text>(
             "the name of the level `{}` is too long: at most {MAX_NAME} bytes",
             shorten(name)
         );
-        report.error(level.at, Subject::File, message);
+        report.file_error(level.at, message);
     }
     Ok(short.into_iter().map(|(name, level)| (name.as_str(), level)).collect())
 }
@@ -92,7 +92,7 @@ fn ignore_unknown(map: &Tree<'_>, known: &[&str], owner: &str, ignored: &mut Ign
     let is_unknown =
         |(key, value): &&(String, Tree<'_>)| !known.contains(&key.as_str()) && !value.is_empty();
     for (key, value) in map.entries().iter().filter(is_unknown) {
-        ignored.add(value.key_at, format!("key `{}` of {owner}", shorten(key)));
+        ignored.add_key(value.key_at, key, owner);
     }
 }
 
@@ -103,10 +103,10 @@ fn add_doors(
     levels: &mut [Level],
     ignored: &mut Ignored,
 ) {
-    for (_, door) in root.get("doors").map(Tree::entries).unwrap_or_default() {
-        let map = door.get("map").and_then(Tree::text);
+    for (_, door) in root.entries_of("doors") {
+        let map = door.text_of("map");
         let level = map.and_then(|map| by_name.get(&map)).and_then(|index| levels.get_mut(*index));
-        let endpoints = door.get("endpoints").map(Tree::items).unwrap_or_default();
+        let endpoints = door.items_of("endpoints");
         let line: Option<Vec<DVec2>> =
             endpoints.iter().map(|point| self::point(point.items())).collect();
         if let (Some(level), Some(line)) = (level, line.filter(|line| line.len() > 1)) {
@@ -119,7 +119,7 @@ fn add_doors(
 
 /// The outlines of lifts, on each level that they serve.
 fn add_lifts(root: &Tree<'_>, levels: &mut [Level]) {
-    let lifts = root.get("lifts").map(Tree::entries).unwrap_or_default();
+    let lifts = root.entries_of("lifts");
     let outlines: BTreeMap<&str, Vec<DVec2>> =
         lifts.iter().filter_map(|(name, lift)| Some((name.as_str(), outline(lift)?))).collect();
     for level in levels {
@@ -159,9 +159,9 @@ struct Reader<'a, 'text> {
 impl Reader<'_, '_> {
     fn level(&mut self, name: &str, tree: &Tree<'_>) -> Level {
         let mut level = Level { at: tree.at, name: name.to_owned(), ..Level::default() };
-        let items = |key: &str| tree.get(key).map(Tree::items).unwrap_or_default();
-        level.vertices = items("vertices").iter().map(|vertex| self.vertex(vertex)).collect();
-        for (index, lane) in items("lanes").iter().enumerate() {
+        level.vertices =
+            tree.items_of("vertices").iter().map(|vertex| self.vertex(vertex)).collect();
+        for (index, lane) in tree.items_of("lanes").iter().enumerate() {
             level.lanes.extend(self.lane(index, lane, level.vertices.len()).into_iter().flatten());
         }
         ignore_unknown(tree, &["vertices", "lanes"], "a level", self.ignored);
@@ -173,10 +173,9 @@ impl Reader<'_, '_> {
         let position = point(items);
         if position.is_none() {
             let message = format!("a vertex is {}: expected [x, y, {{name: …}}]", tree.describe());
-            self.report.error(tree.at, Subject::File, message);
+            self.report.file_error(tree.at, message);
         }
-        let mut properties =
-            items.get(2).map(|map| self.properties(map, "a vertex")).unwrap_or_default();
+        let mut properties = self.properties(items.get(2), "a vertex");
         let name = properties.remove("name").unwrap_or_default();
         Vertex {
             at: tree.at,
@@ -190,16 +189,11 @@ impl Reader<'_, '_> {
     /// Returns one lane, or two if it has both directions.
     fn lane(&mut self, index: usize, tree: &Tree<'_>, vertices: usize) -> Option<Vec<Lane>> {
         let ends = self.ends(tree, vertices, "lane")?;
-        let mut properties =
-            tree.items().get(2).map(|map| self.properties(map, "a lane")).unwrap_or_default();
+        let mut properties = self.properties(tree.items().get(2), "a lane");
         let is_bidirectional =
             properties.remove("is_bidirectional").is_some_and(|value| value == "true");
         let lane = Lane { at: tree.at, index, is_reverse: false, ends, properties };
-        Some(if is_bidirectional {
-            [lane.reversed(), lane].into_iter().rev().collect()
-        } else {
-            vec![lane]
-        })
+        Some(lane.directions(is_bidirectional))
     }
 
     /// Returns the two vertices of a lane, wall, door or measurement.
@@ -214,15 +208,15 @@ impl Reader<'_, '_> {
                     "a {what} is {}: expected two indices of vertices and a map",
                     tree.describe()
                 );
-                self.report.error(tree.at, Subject::File, message);
+                self.report.file_error(tree.at, message);
                 None
             }
             Some((start, end)) if start >= vertices || end >= vertices => {
                 let message = format!(
-                    "a {what} joins the vertices {start} and {end}, but its level has only {vertices}: correct the indices, \
-                     which count from 0"
+                    "a {what} joins the vertices {start} and {end}, but its level has only \
+                     {vertices}: correct the indices, which count from 0"
                 );
-                self.report.error(tree.at, Subject::File, message);
+                self.report.file_error(tree.at, message);
                 None
             }
             Some((start, end)) => Some([start, end]),
@@ -230,13 +224,13 @@ impl Reader<'_, '_> {
     }
 
     /// Returns the plain values of a map, or of `[type, value]` in it.
-    fn properties(&mut self, map: &Tree<'_>, owner: &str) -> BTreeMap<String, String> {
+    fn properties(&mut self, map: Option<&Tree<'_>>, owner: &str) -> BTreeMap<String, String> {
         let mut properties = BTreeMap::new();
-        for (key, value) in map.entries() {
+        for (key, value) in map.map(Tree::entries).unwrap_or_default() {
             match plain(value) {
                 Some(text) => drop(properties.insert(key.clone(), text)),
                 None if value.is_null() => {}
-                None => self.ignored.add(value.at, format!("key `{}` of {owner}", shorten(key))),
+                None => self.ignored.add_key(value.at, key, owner),
             }
         }
         properties
@@ -254,16 +248,24 @@ fn plain(value: &Tree<'_>) -> Option<String> {
     }
 }
 
+/// Exchanges the values of two properties.
+fn exchange(properties: &mut BTreeMap<String, String>, one: &str, other: &str) {
+    let (first, second) = (properties.remove(one), properties.remove(other));
+    properties.extend(first.map(|value| (other.to_owned(), value)));
+    properties.extend(second.map(|value| (one.to_owned(), value)));
+}
+
 impl Lane {
+    /// Returns the lane, and the one in the opposite direction if it is bidirectional.
+    fn directions(self, is_bidirectional: bool) -> Vec<Self> {
+        let back = is_bidirectional.then(|| self.reversed());
+        std::iter::once(self).chain(back).collect()
+    }
+
     /// Returns the lane in the opposite direction.
     fn reversed(&self) -> Self {
         let [start, end] = self.ends;
         let mut properties = self.properties.clone();
-        let exchange = |properties: &mut BTreeMap<String, String>, one: &str, other: &str| {
-            let (first, second) = (properties.remove(one), properties.remove(other));
-            properties.extend(first.map(|value| (other.to_owned(), value)));
-            properties.extend(second.map(|value| (one.to_owned(), value)));
-        };
         exchange(&mut properties, "dock_name", "undock_name");
         if let Some(orientation) = properties.get_mut("orientation_constraint") {
             match orientation.as_str() {

@@ -13,11 +13,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::f64::consts::PI;
 
 use glam::DVec2;
-use regatta_base::bezier::CubicBezier;
 
 use self::drawing::Drawing;
 use self::element::Element;
-use crate::model::finding::{Report, Subject};
+use crate::model::finding::Report;
 use crate::model::options::ReadOptions;
 use crate::model::path::Path;
 use crate::model::tags::{Orientation, Role, Tags};
@@ -46,19 +45,14 @@ pub(crate) fn read<'text>(
     let mut ignored = Ignored::default();
     let mut model = element::parse(source.text, &mut ignored)?;
     let line = report.line(model.at) as usize;
-    let error = |message: &str| SyntaxError { line, message: message.to_owned() };
     if model.name != "model" {
-        return Err(error(&format!(
-            "the outermost element is `{}`, not `model`",
-            shorten(model.name)
-        )));
+        return Err(SyntaxError::new(
+            line,
+            format!("the outermost element is `{}`, not `model`", shorten(model.name)),
+        ));
     }
     if options.level.is_some() {
-        report.warning(
-            0,
-            Subject::File,
-            "plant models of openTCS have no levels: all of it is read",
-        );
+        report.file_warning(0, "plant models of openTCS have no levels: all of it is read");
     }
     let mut reader = Reader { ignored, report, drawing: Drawing::default(), inherited: 0 };
     reader.version(&mut model);
@@ -66,9 +60,14 @@ pub(crate) fn read<'text>(
     let layout = reader.layout(&mut model);
     reader.ignored.report(report);
     match (layout.nodes.is_empty(), layout.edges.is_empty()) {
-        (true, _) => Err(error("the plant model has no points: draw some with paths between them")),
-        (_, true) => Err(error(
-            "the plant model has no path that can be driven: add paths, unlock them or raise maxVelocity",
+        (true, _) => Err(SyntaxError::new(
+            line,
+            "the plant model has no points: draw some with paths between them",
+        )),
+        (_, true) => Err(SyntaxError::new(
+            line,
+            "the plant model has no path that can be driven: add paths, unlock them or raise \
+             maxVelocity",
         )),
         _ => Ok(layout),
     }
@@ -97,10 +96,11 @@ impl Reader<'_, '_> {
             .any(|known| version.starts_with(known));
         if !is_known {
             let message = format!(
-                "plant model version `{}` isn't one of 0.0.2 to 0.0.5, 6 and 7: it is read like version 7",
+                "plant model version `{}` isn't one of 0.0.2 to 0.0.5, 6 and 7: it is read like \
+                 version 7",
                 shorten(&version)
             );
-            self.report.warning(model.at, Subject::File, message);
+            self.report.file_warning(model.at, message);
         }
     }
 
@@ -119,21 +119,18 @@ impl Reader<'_, '_> {
         let mut stations = self.stations(model, &blocks);
         self.vehicles(model);
         for property in model.take_children("property") {
-            let name = property
-                .attributes
-                .iter()
-                .find(|(key, _)| *key == "name")
-                .map_or("", |(_, name)| name);
+            let name = property.get("name").unwrap_or_default();
             self.ignored.add(property.at, format!("property `{}` of the model", shorten(name)));
         }
         model.ignore_rest("the model", &mut self.ignored);
         if let Some(ids) = own_ids(&node_owns) {
             let by_name: BTreeMap<_, _> =
                 nodes.iter().map(|node| node.id.clone()).zip(ids.iter().cloned()).collect();
-            let rename = |name: &mut String| *name = by_name.get(name).unwrap_or(name).clone();
             let ends = edges.iter_mut().flat_map(|edge| [&mut edge.origin, &mut edge.destination]);
             let linked = stations.iter_mut().flat_map(|station| &mut station.nodes);
-            ends.chain(linked).for_each(rename);
+            for name in ends.chain(linked) {
+                *name = by_name.get(name).unwrap_or(name).clone();
+            }
             for ((node, id), own) in nodes.iter_mut().zip(ids).zip(node_owns) {
                 (node.id, node.tags.name) = (id, own.name);
             }
@@ -176,24 +173,21 @@ impl Reader<'_, '_> {
 
     /// Returns the position in metres; positions are in millimetres.
     fn position(&mut self, element: &mut Element<'_>, what: &str) -> DVec2 {
-        let [x, y] = [["positionX", "xPosition"], ["positionY", "yPosition"]]
-            .map(|names| element.take_number(&names));
+        let position = element.take_position();
         // Graphs are flat.
-        if element
-            .attributes
-            .iter()
-            .any(|(name, value)| ["positionZ", "zPosition"].contains(name) && **value == *"0")
-        {
-            element.take(&["positionZ", "zPosition"]);
+        for name in ["positionZ", "zPosition"] {
+            if element.get(name) == Some("0") {
+                element.take(&[name]);
+            }
         }
-        let (Some(x), Some(y)) = (x, y) else {
+        let Some(position) = position else {
             let message = format!(
                 "{what} has no positionX and positionY that are numbers: give them in millimetres"
             );
-            self.report.error(element.at, Subject::File, message);
+            self.report.file_error(element.at, message);
             return DVec2::ZERO;
         };
-        DVec2::new(x, y) / 1000.0
+        position
     }
 
     /// Returns the edge of a path, unless it is locked or can't be driven in either direction.
@@ -219,11 +213,7 @@ impl Reader<'_, '_> {
             _ => None,
         };
         if let Some(reason) = reason {
-            self.report.warning(
-                at,
-                Subject::File,
-                format!("path `{}` {reason}: left out", shorten(&id)),
-            );
+            self.report.file_warning(at, format!("path `{}` {reason}: left out", shorten(&id)));
             return None;
         }
         let ends = [&origin, &destination].map(|end| (end.as_str(), positions.get(end).copied()));
@@ -291,7 +281,7 @@ impl Reader<'_, '_> {
                     "block `{}` has a name or a type of more than {MAX_NAME} bytes: shorten it",
                     shorten(&name)
                 );
-                self.report.error(element.at, Subject::File, message);
+                self.report.file_error(element.at, message);
                 continue;
             }
             for mut member in element.take_children("member") {
@@ -364,10 +354,10 @@ fn drop_length(element: &mut Element<'_>, shape: &Shape, [from, to]: [Option<DVe
         Shape::Straight => from.zip(to).map(|(from, to)| from.distance(to)),
         Shape::Cubics(cubics) => Path::from_cubics(cubics).map(|path| path.length()),
     };
-    let given = element.attributes.iter().find(|(name, _)| *name == "length");
-    let given = given.and_then(|(_, length)| length.trim().parse::<f64>().ok());
-    let is_same = |(given, metres): (f64, f64)| (given - millimetres_of(metres)).abs() <= 1.0;
-    if given.zip(metres).is_some_and(is_same) {
+    let given = element.get("length").and_then(|length| length.trim().parse::<f64>().ok());
+    if let (Some(given), Some(metres)) = (given, metres)
+        && (given - millimetres_of(metres)).abs() <= 1.0
+    {
         element.take(&["length"]);
     }
     // Layouts of other formats may have a property `length` in another unit.
@@ -384,21 +374,14 @@ pub(crate) fn millimetres_of(metres: f64) -> f64 {
 /// Turns an edge that may be driven in reverse only: robots drive it from its destination to its
 /// origin, tail first.
 fn forward(edge: LayoutEdge) -> LayoutEdge {
-    let allowed = |speed: Option<f64>| speed.filter(|speed| *speed > 0.0);
-    let reverse_speed = allowed(edge.reverse_speed);
+    let reverse_speed = edge.reverse_speed.filter(|speed| *speed > 0.0);
     if edge.speed.is_none_or(|speed| speed > 0.0) {
         return LayoutEdge { reverse_speed, ..edge };
     }
-    let shape = match edge.shape {
-        Shape::Straight => Shape::Straight,
-        Shape::Cubics(cubics) => {
-            Shape::Cubics(cubics.iter().rev().map(CubicBezier::reversed).collect())
-        }
-    };
     LayoutEdge {
         origin: edge.destination,
         destination: edge.origin,
-        shape,
+        shape: edge.shape.reversed(),
         speed: reverse_speed,
         reverse_speed: None,
         orientation: Orientation::Offset(PI),

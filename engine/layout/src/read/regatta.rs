@@ -1,8 +1,5 @@
 //! Reads the YAML of a route graph file, in both spellings of the format. Only the structure is
 //! checked here; `validate` checks the numbers.
-//!
-//! The YAML library returns plain keys as slices of the text, so the address of a key gives its
-//! line, in block style and in flow style.
 
 mod reader;
 mod sections;
@@ -13,7 +10,7 @@ use rayon::prelude::*;
 
 use self::reader::Reader;
 pub(crate) use self::sections::Part;
-use crate::model::finding::{Report, Subject};
+use crate::model::finding::Report;
 use crate::model::raw::RawGraph;
 use crate::model::value::shorten;
 use crate::read::file::SyntaxError;
@@ -35,10 +32,10 @@ pub(crate) fn read<'text>(
     report: &mut Report<'text>,
 ) -> Result<RawGraph, SyntaxError> {
     let mut content = match parts {
-        None => Content::read(text, report, Part::Entry(text))?,
+        None => Content::read(report, Part::whole(text))?,
         Some(parts) => {
             let parts: Vec<_> =
-                parts.into_par_iter().map(|part| Content::read(text, report, part)).collect();
+                parts.into_par_iter().map(|part| Content::read(report, part)).collect();
             let mut content = Content::new(report);
             for part in parts {
                 content.append(part?);
@@ -57,7 +54,7 @@ pub(crate) fn parts_of_large(text: &str) -> Option<Vec<Part<'_>>> {
     (text.len() >= LARGE).then(|| sections::parts(text)).flatten()
 }
 
-/// What a text, or a part of it, says.
+/// The content of a text, or of a part of it.
 struct Content<'text> {
     graph: RawGraph,
     unknown: BTreeMap<(Scope, String), UnknownKey>,
@@ -84,15 +81,11 @@ impl<'text> Content<'text> {
     }
 
     /// Reads a part of a file's text.
-    fn read(
-        text: &'text str,
-        report: &Report<'text>,
-        part: Part<'text>,
-    ) -> Result<Self, SyntaxError> {
-        Reader::new(text, Self::new(report)).read(part)
+    fn read(report: &Report<'text>, part: Part<'text>) -> Result<Self, SyntaxError> {
+        Reader::new(Self::new(report)).read(part)
     }
 
-    /// Adds what a later part says. Each key of the root map is in one of them.
+    /// Adds the content of a later part. Each key of the root map is in one of them.
     fn append(&mut self, mut later: Self) {
         self.graph.nodes.append(&mut later.graph.nodes);
         self.graph.edges.append(&mut later.graph.edges);
@@ -126,7 +119,7 @@ impl<'text> Content<'text> {
             let message = format!(
                 "`{key}` is not a key of {owner}: ignored{times}; correct it if it is misspelt"
             );
-            self.report.warning(at, Subject::File, message);
+            self.report.file_warning(at, message);
         }
     }
 }

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec2;
 
-use crate::model::finding::{Report, Subject};
+use crate::model::finding::Report;
 use crate::model::format::Format;
 use crate::model::options::ReadOptions;
 use crate::read::file::{BackgroundError, Ignored, Source, SyntaxError};
@@ -40,29 +40,27 @@ pub(crate) fn read<'text>(
     let map = MapFile::read(source.text, &mut ignored)?;
     ignored.report(report);
     let Some(width) = options.skeleton else {
-        let message = "a map of ROS has no graph: `--skeleton WIDTH` makes one in the middle of the free space for a robot of \
-                       this width in metres, and `--background FILE` draws the map behind another layout";
-        report.error(0, Subject::File, message);
+        let message = "a map of ROS has no graph: `--skeleton WIDTH` makes one in the middle of \
+                       the free space for a robot of this width in metres, and `--background \
+                       FILE` draws the map behind another layout";
+        report.file_error(0, message);
         return Ok(Layout::default());
     };
     let grid = match Grid::read(&map, source.folder) {
         Ok(grid) => grid,
         Err(message) => {
-            report.error(0, Subject::File, message);
+            report.file_error(0, message);
             return Ok(Layout::default());
         }
     };
     if grid.has_few_free_cells() {
-        report.warning(
-            0,
-            Subject::File,
-            "less than 1 % of the map is free: check `negate` and the thresholds",
-        );
+        report
+            .file_warning(0, "less than 1 % of the map is free: check `negate` and the thresholds");
     }
     let roadmap = Roadmap::new(&grid, f64::from(width.0) / 1000.0);
     report_roadmap(&roadmap, width.0, report);
     let background = outlines(&grid).unwrap_or_else(|message| {
-        report.warning(0, Subject::File, message);
+        report.file_warning(0, message);
         Vec::new()
     });
     Ok(layout(&roadmap, &grid, background))
@@ -104,28 +102,35 @@ pub(crate) fn picture(path: &Path) -> Option<PathBuf> {
 fn outlines(grid: &Grid) -> Result<Vec<Vec<DVec2>>, String> {
     let lines = outline::outlines(grid).ok_or_else(|| {
         let most = outline::MAX_POINTS;
-        format!("the outlines of the occupied space have more than {most} corners: they aren't drawn; clean the map up")
+        format!(
+            "the outlines of the occupied space have more than {most} corners: they aren't drawn; \
+             clean the map up"
+        )
     })?;
-    let to_metres = |line: Vec<[u32; 2]>| {
-        line.into_iter().map(|[x, y]| grid.metres(DVec2::new(x.into(), y.into())))
-    };
-    Ok(lines.into_iter().map(|line| to_metres(line).collect()).collect())
+    let mut outlines = Vec::new();
+    for line in lines {
+        let points = line.into_iter().map(|[x, y]| DVec2::new(x.into(), y.into()));
+        outlines.push(points.map(|point| grid.metres(point)).collect());
+    }
+    Ok(outlines)
 }
 
 fn report_roadmap(roadmap: &Roadmap, width: u32, report: &mut Report<'_>) {
     if roadmap.edges.is_empty() {
         let message = format!(
-            "a robot of {width} mm can't drive anywhere on this map: check `resolution` and the width"
+            "a robot of {width} mm can't drive anywhere on this map: check `resolution` and the \
+             width"
         );
-        report.error(0, Subject::File, message);
+        report.file_error(0, message);
     }
     if roadmap.dropped > 0 {
         let (dropped, length) = (roadmap.dropped, roadmap.dropped_length);
         let message = format!(
-            "{dropped} parts of the free space, with {length:.1} m of roads in all, aren't connected to the rest and are \
-             left out: each is shorter than five times the robot's width"
+            "{dropped} parts of the free space, with {length:.1} m of roads in all, aren't \
+             connected to the rest and are left out: each is shorter than five times the robot's \
+             width"
         );
-        report.warning(0, Subject::File, message);
+        report.file_warning(0, message);
     }
 }
 
@@ -136,15 +141,12 @@ fn layout(roadmap: &Roadmap, grid: &Grid, background: Vec<Vec<DVec2>>) -> Layout
         position: grid.metres(position),
         ..LayoutNode::default()
     });
-    let edge = |id: usize, [from, to]: [usize; 2]| LayoutEdge {
+    let directions = roadmap.edges.iter().flat_map(|&[from, to]| [[from, to], [to, from]]);
+    let edges = (1..).zip(directions).map(|(id, [from, to]): (usize, _)| LayoutEdge {
         id: id.to_string(),
         origin: (from + 1).to_string(),
         destination: (to + 1).to_string(),
         ..LayoutEdge::default()
-    };
-    let roads = (0..).zip(&roadmap.edges);
-    let edges = roads.flat_map(|(index, &[from, to])| {
-        [edge(2 * index + 1, [from, to]), edge(2 * index + 2, [to, from])]
     });
     Layout { nodes: nodes.collect(), edges: edges.collect(), background, ..Layout::default() }
 }

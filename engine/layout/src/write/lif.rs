@@ -1,7 +1,6 @@
 //! Writes a graph as LIF 1.0.0, valid by the schema of the VDMA.
 
 mod edges;
-mod names;
 mod properties;
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -9,25 +8,17 @@ use std::collections::{BTreeMap, BTreeSet};
 use glam::DVec2;
 use serde_json::{Map, Value, json};
 
+use super::{Losses, is_straight};
 use crate::model::format::Written;
 use crate::model::route_graph::{Node, RouteGraph};
 use crate::model::tags::{Role, Station};
-use crate::read::lif::{Header, OWN_VERSION};
-use names::Names;
+use crate::read::lif::node::roles;
+use crate::read::lif::{Header, OWN_ID, OWN_VERSION};
+use edges::Names;
 use properties::{Kind, Properties};
 
 /// An object of the file.
 type Object = Map<String, Value>;
-
-/// What the file can't say: by message, which is preceded by the number of times.
-#[derive(Debug, Default)]
-struct Losses(BTreeMap<String, usize>);
-
-impl Losses {
-    fn add(&mut self, message: impl Into<String>) {
-        *self.0.entry(message.into()).or_default() += 1;
-    }
-}
 
 /// One layout of the file: a level.
 #[derive(Debug, Default)]
@@ -37,7 +28,7 @@ struct Sheet {
     stations: Vec<Object>,
 }
 
-/// What is needed to write nodes, edges and stations.
+/// The state of writing a graph.
 struct Writer<'a> {
     graph: &'a RouteGraph,
     names: Names,
@@ -64,9 +55,7 @@ pub fn write_with(graph: &RouteGraph, header: &Header<'_>) -> Written {
     }
     writer.count_surroundings();
     let text = text(&writer.sheets, header);
-    let losses =
-        writer.losses.0.into_iter().map(|(message, count)| format!("{count} {message}")).collect();
-    Written { text, losses }
+    Written { text, losses: writer.losses.into_lines() }
 }
 
 impl<'a> Writer<'a> {
@@ -104,7 +93,10 @@ impl<'a> Writer<'a> {
             .map(|node| graph.node(*node).role)
             .find(|role| *role != Role::None);
         if role.unwrap_or_default() != station.role {
-            self.losses.add("stations have another role than their nodes: LIF has only actions of nodes and edges");
+            self.losses.add(
+                "stations have another role than their nodes: LIF has only actions of nodes and \
+                 edges",
+            );
         }
         let mut properties = Properties::of(&station.properties);
         let ids = station.nodes.iter().map(|node| self.names.nodes.ids[node.0 as usize].as_str());
@@ -127,26 +119,24 @@ impl<'a> Writer<'a> {
 
     /// Counts what is lost of the graph as a whole.
     fn count_surroundings(&mut self) {
-        for _ in self.graph.background() {
-            self.losses.add("lines of the background: LIF has none");
+        let (nodes, edges) = (self.graph.nodes(), self.graph.edges());
+        let background = self.graph.background().len();
+        self.losses.add_many(background, "lines of the background: LIF has none");
+        if self.sheets.len() > 1 {
+            self.losses.add_many(
+                nodes.iter().filter(|node| level(node).is_none()).count(),
+                "nodes have no level, although others have one: they are a layout of their own",
+            );
         }
-        if self.sheets.len() > 1 && self.sheets.contains_key(&None) {
-            for _ in self.graph.nodes().iter().filter(|node| level(node).is_none()) {
-                self.losses.add(
-                    "nodes have no level, although others have one: they are a layout of their own",
-                );
-            }
-        }
-        let nodes: Vec<u32> = self.graph.nodes().iter().map(|node| node.id).collect();
-        let edges: Vec<u32> = self.graph.edges().iter().map(|edge| edge.id).collect();
-        for (list, numbers, kind) in
-            [(&self.names.nodes, nodes, "nodes"), (&self.names.edges, edges, "edges")]
+        if self.names.nodes.are_names
+            && !nodes.iter().map(|node| node.id).eq(1..=nodes.len() as u32)
         {
-            if list.are_names && !numbers.iter().copied().eq((1..).take(numbers.len())) {
-                self.losses
-                    .0
-                    .insert(format!("numbers of {kind}: their names are their ids"), numbers.len());
-            }
+            self.losses.add_many(nodes.len(), "numbers of nodes: their names are their ids");
+        }
+        if self.names.edges.are_names
+            && !edges.iter().map(|edge| edge.id).eq(1..=edges.len() as u32)
+        {
+            self.losses.add_many(edges.len(), "numbers of edges: their names are their ids");
         }
     }
 }
@@ -168,25 +158,24 @@ fn actions(role: Role, properties: &mut Properties<'_>) -> Option<Value> {
         Role::Park => Some("park"),
         Role::Charge => Some("startCharging"),
     };
-    let missing = |kept: &str| {
-        role != Role::None && crate::read::lif::node::roles(kept).first() != Some(&role)
-    };
-    let kept = if missing(properties.get("actions").unwrap_or_default()) {
-        None
-    } else {
-        properties.actions()
-    };
-    kept.or_else(|| Some(json!([{"actionType": action?, "blockingType": "HARD"}])))
+    let kept = properties.get("actions").unwrap_or_default();
+    if (role == Role::None || roles(kept).first() == Some(&role))
+        && let Some(actions) = properties.actions()
+    {
+        return Some(actions);
+    }
+    Some(json!([{"actionType": action?, "blockingType": "HARD"}]))
 }
 
 /// Repeats properties for each vehicle type.
 fn for_each_type(types: &[&str], shared: &Object) -> Value {
-    let object = |id: &&str| {
+    let mut list = Vec::with_capacity(types.len());
+    for &id in types {
         let mut object = shared.clone();
-        object.insert("vehicleTypeId".into(), (*id).into());
-        Value::Object(object)
-    };
-    types.iter().map(object).collect()
+        object.insert("vehicleTypeId".into(), id.into());
+        list.push(Value::Object(object));
+    }
+    list.into()
 }
 
 /// Returns the text of the file: a line for each node, edge and station.
@@ -204,7 +193,7 @@ fn text(sheets: &BTreeMap<Option<&str>, Sheet>, header: &Header<'_>) -> String {
 }
 
 fn layout(level: Option<&str>, sheet: &Sheet, levels: &BTreeSet<&str>) -> String {
-    let mut id = level.unwrap_or(crate::read::lif::OWN_ID).to_owned();
+    let mut id = level.unwrap_or(OWN_ID).to_owned();
     while level.is_none() && levels.contains(id.as_str()) {
         id.push('_');
     }

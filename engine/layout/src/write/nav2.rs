@@ -1,12 +1,11 @@
 //! Writes a graph for Nav2's Route Server.
 
-use std::f64::consts::PI;
-
 use glam::DVec2;
 use regatta_base::bezier::CubicBezier;
 use serde::Serialize;
 use serde_json::{Map, Value, json};
 
+use super::{Losses, segments};
 use crate::model::format::Written;
 use crate::model::path::Path;
 use crate::model::route_graph::{Edge, Node, RouteGraph};
@@ -16,9 +15,6 @@ use crate::read::nav2::REVERSE_OF;
 /// The largest distance in metres of a curve from the line that is written for it.
 const TOLERANCE: f64 = 0.01;
 
-/// The largest number of segments of the line for one cubic.
-const MAX_SEGMENTS: f64 = 64.0;
-
 #[derive(Serialize)]
 struct Feature {
     r#type: &'static str,
@@ -26,7 +22,7 @@ struct Feature {
     geometry: Geometry,
 }
 
-#[derive(Serialize)]
+#[derive(Default, Serialize)]
 struct Properties {
     id: u32,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -74,7 +70,7 @@ pub fn write(graph: &RouteGraph) -> Written {
     let head = r#""type": "FeatureCollection", "name": "graph","#;
     let crs = r#""crs": {"type": "name", "properties": {"name": "urn:ogc:def:crs:EPSG::3857"}},"#;
     let text = format!("{{\n{head}\n{crs}\n\"features\": [\n{}\n]\n}}\n", features.join(",\n"));
-    Written { text, losses: losses(graph) }
+    Written { text, losses: losses(graph).into_lines() }
 }
 
 fn node(graph: &RouteGraph, node: &Node) -> Feature {
@@ -102,7 +98,7 @@ fn edge(graph: &RouteGraph, edge: &Edge) -> Feature {
     set_drive(&mut properties.metadata, edge.speed, edge.orientation);
     let mut points = vec![(graph.origin() + edge.path.start()).into()];
     for cubic in edge.path.cubics() {
-        let segments = segments(cubic);
+        let segments = line_segments(cubic);
         points.extend((1..=segments).map(|index| -> [f64; 2] {
             (graph.origin() + cubic.position(f64::from(index) / f64::from(segments))).into()
         }));
@@ -122,16 +118,8 @@ fn reverse(graph: &RouteGraph, edge: &Edge, speed: f64, id: u32) -> Feature {
     std::mem::swap(&mut properties.startid, &mut properties.endid);
     properties.id = id;
     properties.metadata.insert(REVERSE_OF.to_owned(), json!(edge.id));
-    // The heading stays the same, and the tangent turns round.
-    let orientation = match edge.orientation {
-        Orientation::Tangential => Orientation::Offset(PI),
-        Orientation::Offset(offset) => {
-            Orientation::Offset(crate::model::angle::normalize_angle(offset + PI))
-        }
-        fixed @ Orientation::Fixed(_) => fixed,
-    };
     properties.metadata.remove("heading_offset");
-    set_drive(&mut properties.metadata, speed, orientation);
+    set_drive(&mut properties.metadata, speed, edge.orientation.reversed());
     match &mut feature.geometry {
         Geometry::LineString(points) | Geometry::MultiLineString([points]) => points.reverse(),
         Geometry::Point(_) => {}
@@ -152,16 +140,7 @@ fn set_drive(metadata: &mut Map<String, Value>, speed: f64, orientation: Orienta
 /// Returns the properties of a feature with its tags. Properties that Nav2 knows outside of the
 /// metadata go there.
 fn properties(id: u32, tags: Option<&Tags>) -> Properties {
-    let mut properties = Properties {
-        id,
-        frame: None,
-        startid: None,
-        endid: None,
-        cost: None,
-        overridable: None,
-        metadata: Map::new(),
-        operations: None,
-    };
+    let mut properties = Properties { id, ..Properties::default() };
     let Some(tags) = tags else { return properties };
     for (key, text) in &tags.properties {
         let value = value(text);
@@ -195,55 +174,51 @@ fn value(text: &str) -> Value {
 
 /// Whether a path is one straight segment.
 fn is_straight(path: &Path) -> bool {
-    path.single().is_some_and(|cubic| segments(cubic) == 1)
+    path.single().is_some_and(|cubic| line_segments(cubic) == 1)
 }
 
 /// Returns the number of segments that are as close to a cubic as the tolerance; 1 for a straight
 /// one.
-fn segments(cubic: &CubicBezier) -> u32 {
+fn line_segments(cubic: &CubicBezier) -> u32 {
     let [start, first, second, end] = cubic.control_points;
     let chord = end - start;
-    let is_on_chord = |point: DVec2| {
-        let along = (point - start).dot(chord);
-        let off = (point - start).perp_dot(chord).abs();
+    let is_on_chord = [first, second].into_iter().all(|handle| {
+        let along = (handle - start).dot(chord);
+        let off = (handle - start).perp_dot(chord).abs();
         (0.0..=chord.length_squared()).contains(&along) && off <= 1e-6 * chord.length()
-    };
-    if is_on_chord(first) && is_on_chord(second) {
-        return 1;
-    }
-    let bend = cubic.second_derivative(0.0).length().max(cubic.second_derivative(1.0).length());
-    (bend / (8.0 * TOLERANCE)).sqrt().ceil().clamp(2.0, MAX_SEGMENTS) as u32
+    });
+    if is_on_chord { 1 } else { segments(cubic, TOLERANCE).max(2) }
 }
 
-/// Lists what the Route Server doesn't know of the graph.
-fn losses(graph: &RouteGraph) -> Vec<String> {
-    let edges = |is: fn(&Edge) -> bool| graph.edges().iter().filter(|edge| is(edge)).count();
-    let all = [
-        (
-            edges(|edge| !is_straight(&edge.path)),
-            "edges are curved: Nav2 drives straight between their nodes; the true shape is the geometry, for display only",
-        ),
-        (
-            edges(|edge| edge.reverse_speed.is_some()),
-            "edges allow reverse gear: written as second edges, which Nav2 drives forwards unless its controller reverses",
-        ),
-        (
-            edges(|edge| edge.orientation != Orientation::Tangential),
+/// Counts the parts of the graph that the Route Server doesn't use.
+fn losses(graph: &RouteGraph) -> Losses {
+    let mut losses = Losses::default();
+    for edge in graph.edges() {
+        losses.add_if(
+            !is_straight(&edge.path),
+            "edges are curved: Nav2 drives straight between their nodes; the true shape is the \
+             geometry, for display only",
+        );
+        losses.add_if(
+            edge.reverse_speed.is_some(),
+            "edges allow reverse gear: written as second edges, which Nav2 drives forwards unless \
+             its controller reverses",
+        );
+        losses.add_if(
+            edge.orientation != Orientation::Tangential,
             "edges prescribe a heading: it is in the metadata, which Nav2 doesn't use",
-        ),
-        (
-            graph.nodes().iter().filter(|node| node.has_heading).count(),
-            "nodes have a heading: it is in the metadata, which Nav2 doesn't use",
-        ),
-        (graph.stations().len(), "stations: this format has none"),
-        (graph.background().len(), "lines of the background: this format has none"),
-        (
-            usize::from(graph.origin() != DVec2::ZERO),
-            "offset of the graph on the map: Nav2 stores positions in single precision, too coarse for coordinates as large",
-        ),
-    ];
-    all.into_iter()
-        .filter(|(count, _)| *count > 0)
-        .map(|(count, what)| format!("{count} {what}"))
-        .collect()
+        );
+    }
+    losses.add_many(
+        graph.nodes().iter().filter(|node| node.has_heading).count(),
+        "nodes have a heading: it is in the metadata, which Nav2 doesn't use",
+    );
+    losses.add_many(graph.stations().len(), "stations: this format has none");
+    losses.add_many(graph.background().len(), "lines of the background: this format has none");
+    losses.add_if(
+        graph.origin() != DVec2::ZERO,
+        "offset of the graph on the map: Nav2 stores positions in single precision, too coarse for \
+         coordinates as large",
+    );
+    losses
 }

@@ -14,6 +14,7 @@ use quick_xml::writer::Writer;
 use regatta_base::graph::NodeIndex;
 
 use self::curves::{Drawn, Scale};
+use super::Losses;
 use crate::model::format::Written;
 use crate::model::path::Path;
 use crate::model::route_graph::{Edge, RouteGraph};
@@ -27,13 +28,14 @@ type Xml = Writer<Vec<u8>>;
 
 /// Writes a plant model.
 ///
-/// Ids, names, levels, zones and roles that openTCS doesn't have are kept as properties whose names
-/// start with `regatta:`, which our reader understands.
+/// Ids, names, levels, zones and roles that openTCS doesn't have are written as properties whose
+/// names start with `regatta:`; our reader reads them back.
 pub fn write(graph: &RouteGraph) -> Written {
     let mut writer = ModelWriter::new(graph);
     let text = writer.model().expect("writing to a Vec never fails");
     let text = String::from_utf8(text).expect("all parts are UTF-8");
-    Written { text: text + "\n", losses: writer.losses() }
+    writer.losses.add_many(graph.background().len(), "background lines: this format has none");
+    Written { text: text + "\n", losses: writer.losses.into_lines() }
 }
 
 struct ModelWriter<'graph> {
@@ -46,8 +48,7 @@ struct ModelWriter<'graph> {
     locations: Vec<String>,
     blocks: BTreeMap<String, Block<'graph>>,
     scale: Scale,
-    /// The number of things that the format can't say, by what they are.
-    losses: BTreeMap<&'static str, usize>,
+    losses: Losses,
 }
 
 /// A block by the zone of its members.
@@ -60,19 +61,16 @@ impl<'graph> ModelWriter<'graph> {
     fn new(graph: &'graph RouteGraph) -> Self {
         // All objects of a model share one set of names.
         let mut taken = Taken::default();
-        let name =
-            |tags: Option<&Tags>| tags.and_then(|tags| tags.name.as_deref()).map(str::to_owned);
         let mut points = Vec::with_capacity(graph.nodes().len());
         for node in graph.nodes() {
-            let name =
-                name(node.tags.as_deref()).unwrap_or_else(|| format!("Point-{:04}", node.id));
-            points.push(taken.unique(name));
+            let default = || format!("Point-{:04}", node.id);
+            points.push(taken.unique(node.name().map_or_else(default, str::to_owned)));
         }
         let mut paths = Vec::with_capacity(graph.edges().len());
         for edge in graph.edges() {
             let [from, to] = [edge.origin, edge.destination].map(|node| &points[node.0 as usize]);
-            let name = name(edge.tags.as_deref()).unwrap_or_else(|| format!("{from} --- {to}"));
-            paths.push(taken.unique(name));
+            let default = || format!("{from} --- {to}");
+            paths.push(taken.unique(edge.name().map_or_else(default, str::to_owned)));
         }
         let mut locations = Vec::with_capacity(graph.stations().len());
         for station in graph.stations() {
@@ -80,7 +78,7 @@ impl<'graph> ModelWriter<'graph> {
         }
         let blocks = blocks(graph, &points, &paths, &mut taken);
         let scale = Scale::of(graph);
-        Self { graph, points, paths, locations, blocks, scale, losses: BTreeMap::new() }
+        Self { graph, points, paths, locations, blocks, scale, losses: Losses::default() }
     }
 
     fn model(&mut self) -> io::Result<Vec<u8>> {
@@ -109,13 +107,12 @@ impl<'graph> ModelWriter<'graph> {
         }
         for (index, node) in graph.nodes().iter().enumerate() {
             let position = millimetres(graph.origin() + node.position);
-            self.count("nodes are moved to whole millimetres", position.is_rounded);
+            self.losses.add_if(position.is_rounded, "nodes are moved to whole millimetres");
             let kind = if node.role == Role::Park { "PARK_POSITION" } else { "HALT_POSITION" };
             let mut properties = own_properties(node.id, node.tags.as_deref());
             if ![Role::None, Role::Park].contains(&node.role) {
-                self.count(
+                self.losses.add(
                     "nodes have a role other than park: it is kept as property `regatta:role`",
-                    true,
                 );
                 properties.push((format!("{OWN}role").into(), node.role.name().into()));
             }
@@ -157,26 +154,28 @@ impl<'graph> ModelWriter<'graph> {
             let [source, destination] = path_ends(edge);
             let is_turned = is_tail_first(edge.orientation);
             let is_tangential = edge.orientation == Orientation::Tangential;
-            self.count(
-                "edges have a heading other than along the edge",
+            self.losses.add_if(
                 !is_turned && !is_tangential,
+                "edges have a heading other than along the edge",
             );
             self.count_tags(edge.tags.as_deref());
             let (forward, reverse) = speeds(edge);
             for speed in [forward, reverse] {
-                self.count(
-                    "speeds are rounded to whole mm/s",
-                    (speed * 1000.0 - whole(speed)).abs() > 1e-6,
-                );
+                let is_rounded = (speed * 1000.0 - whole(speed)).abs() > 1e-6;
+                self.losses.add_if(is_rounded, "speeds are rounded to whole mm/s");
             }
             let path = if is_turned { edge.path.reversed() } else { edge.path.clone() };
             let drawn = Drawn::new(&path.map(|point| point + graph.origin()));
-            self.count(
-                "curves of several cubics are drawn as lines with corners",
+            self.losses.add_if(
                 drawn.is_approximate,
+                "curves of several cubics are drawn as lines with corners",
             );
             let (length, is_kept) = length(edge, &path);
-            self.count("paths have a property `opentcs:length` that isn't in whole millimetres: not written", !is_kept);
+            self.losses.add_if(
+                !is_kept,
+                "paths have a property `opentcs:length` that isn't in whole millimetres: not \
+                 written",
+            );
             let attributes = [
                 ("name", self.paths[index].as_str()),
                 ("sourcePoint", &self.points[source.0 as usize]),
@@ -200,10 +199,11 @@ impl<'graph> ModelWriter<'graph> {
             return empty(xml, "pathLayout", &attributes);
         }
         element(xml, "pathLayout", &attributes, |xml| {
-            drawn.points.iter().try_for_each(|&point| {
+            for &point in &drawn.points {
                 let [x, y] = self.scale.units(point);
-                empty(xml, "controlPoint", &[("x", &x), ("y", &y)])
-            })
+                empty(xml, "controlPoint", &[("x", &x), ("y", &y)])?;
+            }
+            Ok(())
         })
     }
 
@@ -229,7 +229,7 @@ impl<'graph> ModelWriter<'graph> {
         for (index, station) in self.graph.stations().iter().enumerate() {
             let at = self.station_position(station);
             let position = millimetres(self.graph.origin() + at);
-            self.count("stations are moved to whole millimetres", position.is_rounded);
+            self.losses.add_if(position.is_rounded, "stations are moved to whole millimetres");
             let attributes = [
                 ("name", self.locations[index].as_str()),
                 ("positionX", &position.x),
@@ -238,17 +238,16 @@ impl<'graph> ModelWriter<'graph> {
                 ("locked", "false"),
                 ("type", type_name(station)),
             ];
-            let derived = |key: &str| ["type", "operations", "locked"].contains(&key);
-            let given = station.properties.iter().filter(|(key, _)| !derived(key));
-            let mut properties: Vec<Property<'_>> =
-                given.map(|(key, value)| (key.as_ref().into(), value.as_ref().into())).collect();
+            let mut properties = given(&station.properties, &["type", "operations", "locked"]);
             if self.locations[index] != station.name {
                 properties.push((format!("{OWN}name").into(), station.name.as_str().into()));
             }
             let linked: BTreeSet<_> =
                 station.nodes.iter().map(|node| &self.points[node.0 as usize]).collect();
             element(xml, "location", &attributes, |xml| {
-                linked.iter().try_for_each(|point| empty(xml, "link", &[("point", point)]))?;
+                for point in linked {
+                    empty(xml, "link", &[("point", point)])?;
+                }
                 write_properties(xml, &properties)?;
                 let labels = [("labelOffsetX", "-10"), ("labelOffsetY", "-20")];
                 let symbol = [("locationRepresentation", "DEFAULT"), ("layerId", "0")];
@@ -261,24 +260,23 @@ impl<'graph> ModelWriter<'graph> {
     /// Returns the position in metres from the origin; that of the first node if the station has
     /// none.
     fn station_position(&mut self, station: &Station) -> DVec2 {
-        self.count(
-            "stations have no position: they are drawn at their first node",
-            station.position.is_none(),
-        );
-        let at_node = || station.nodes.first().map(|&node| self.graph.node(node).position);
-        station.position.or_else(at_node).unwrap_or_default()
+        if let Some(position) = station.position {
+            return position;
+        }
+        self.losses.add("stations have no position: they are drawn at their first node");
+        station.nodes.first().map(|&node| self.graph.node(node).position).unwrap_or_default()
     }
 
     fn write_blocks(&self, xml: &mut Xml) -> io::Result<()> {
-        self.blocks.iter().try_for_each(|(name, block)| {
+        for (name, block) in &self.blocks {
             element(xml, "block", &[("name", name), ("type", block.kind)], |xml| {
-                block
-                    .members
-                    .iter()
-                    .try_for_each(|member| empty(xml, "member", &[("name", member)]))?;
+                for member in &block.members {
+                    empty(xml, "member", &[("name", member)])?;
+                }
                 empty(xml, "blockLayout", &[("color", "#FF0000")])
-            })
-        })
+            })?;
+        }
+        Ok(())
     }
 
     fn write_layout(&self, xml: &mut Xml) -> io::Result<()> {
@@ -301,30 +299,18 @@ impl<'graph> ModelWriter<'graph> {
         })
     }
 
-    fn count(&mut self, loss: &'static str, is_lost: bool) {
-        if is_lost {
-            *self.losses.entry(loss).or_default() += 1;
-        }
-    }
-
     fn count_tags(&mut self, tags: Option<&Tags>) {
         let Some(tags) = tags else { return };
-        self.count("levels are kept as properties `regatta:level`", tags.level.is_some());
         let is_block = tags.properties.contains_key("blockType");
-        self.count("zones are kept as properties `regatta:zone`", tags.zone.is_some() && !is_block);
-    }
-
-    fn losses(&self) -> Vec<String> {
-        let background = self.graph.background().len();
-        let lines = (background > 0)
-            .then(|| format!("{background} background lines: this format has none"));
-        self.losses.iter().map(|(loss, count)| format!("{count} {loss}")).chain(lines).collect()
+        let has_zone = tags.zone.is_some() && !is_block;
+        self.losses.add_if(tags.level.is_some(), "levels are kept as properties `regatta:level`");
+        self.losses.add_if(has_zone, "zones are kept as properties `regatta:zone`");
     }
 }
 
 type Property<'text> = (Cow<'text, str>, Cow<'text, str>);
 
-/// Returns the properties that keep what openTCS doesn't have, then those of the tags.
+/// Returns the `regatta:` properties, then those of the tags.
 fn own_properties(id: u32, tags: Option<&Tags>) -> Vec<Property<'_>> {
     let mut properties: Vec<Property<'_>> =
         vec![(format!("{OWN}id").into(), id.to_string().into())];
@@ -335,20 +321,30 @@ fn own_properties(id: u32, tags: Option<&Tags>) -> Vec<Property<'_>> {
         );
     }
     // The others follow from the path and its blocks.
-    let derived = |key: &str| [LENGTH, "blockType", "blocks"].contains(&key);
-    let given = tags.properties.iter().filter(|(key, _)| !derived(key));
-    properties.extend(given.map(|(key, value)| (key.as_ref().into(), value.as_ref().into())));
+    properties.extend(given(&tags.properties, &[LENGTH, "blockType", "blocks"]));
     properties
+}
+
+/// Returns the properties without those that the writer derives from other parts of the model.
+fn given<'text>(
+    properties: &'text BTreeMap<Box<str>, Box<str>>,
+    derived: &[&str],
+) -> Vec<Property<'text>> {
+    properties
+        .iter()
+        .filter(|(key, _)| !derived.contains(&&***key))
+        .map(|(key, value)| (key.as_ref().into(), value.as_ref().into()))
+        .collect()
 }
 
 fn write_properties(xml: &mut Xml, properties: &[Property<'_>]) -> io::Result<()> {
-    properties
-        .iter()
-        .try_for_each(|(key, value)| empty(xml, "property", &[("name", key), ("value", value)]))
+    for (key, value) in properties {
+        empty(xml, "property", &[("name", key), ("value", value)])?;
+    }
+    Ok(())
 }
 
-/// Returns the blocks of the zones that have been blocks in openTCS: other zones may have several
-/// robots.
+/// Returns the blocks of the zones that were blocks in openTCS: other zones allow several robots.
 fn blocks<'graph>(
     graph: &'graph RouteGraph,
     points: &[String],
@@ -415,8 +411,8 @@ fn speeds(edge: &Edge) -> (f64, f64) {
     if is_tail_first(edge.orientation) { (speeds.1, speeds.0) } else { speeds }
 }
 
-/// Returns the length that the file of a path gave, if that is one in openTCS, else that of its
-/// curve; and whether nothing is lost.
+/// Returns the length of a path in whole millimetres, and whether that loses nothing: the length
+/// that its file gives, if that is valid in openTCS, else the length of its curve.
 fn length(edge: &Edge, path: &Path) -> (String, bool) {
     let given = edge.tags.as_ref().and_then(|tags| tags.properties.get(LENGTH));
     match given.map(|given| given.trim().parse::<u32>()) {
@@ -442,12 +438,11 @@ struct Position {
 fn millimetres(metres: DVec2) -> Position {
     let exact = metres * 1000.0;
     let whole = exact.round();
-    let text = |number: f64| (number as i64).to_string();
-    Position { x: text(whole.x), y: text(whole.y), is_rounded: exact.distance(whole) > 1e-3 }
+    let [x, y] = [whole.x, whole.y].map(|number| (number as i64).to_string());
+    Position { x, y, is_rounded: exact.distance(whole) > 1e-3 }
 }
 
-/// Returns the name of the location type: that of the model from which the station was read, or one
-/// by role.
+/// Returns the name of the location type: that of the file, else one by role.
 fn type_name(station: &Station) -> &str {
     station.properties.get("type").map_or(
         match station.role {
@@ -500,7 +495,6 @@ fn element(
 
 /// Replaces the characters that XML can't have.
 fn valid(text: &str) -> Cow<'_, str> {
-    let is_invalid = |letter: char| matches!(letter, '\0'..='\u{8}' | '\u{b}' | '\u{c}' | '\u{e}'..='\u{1f}' | '\u{fffe}' | '\u{ffff}');
     if text.contains(is_invalid) {
         text.replace(is_invalid, "\u{fffd}").into()
     } else {
@@ -508,7 +502,9 @@ fn valid(text: &str) -> Cow<'_, str> {
     }
 }
 
-/// Returns whether a path is the straight segment between its ends.
-fn is_straight(path: &Path) -> bool {
-    path.single().is_some_and(curves::is_straight)
+fn is_invalid(letter: char) -> bool {
+    matches!(
+        letter,
+        '\0'..='\u{8}' | '\u{b}' | '\u{c}' | '\u{e}'..='\u{1f}' | '\u{fffe}' | '\u{ffff}'
+    )
 }

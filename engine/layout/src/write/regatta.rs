@@ -7,41 +7,30 @@ use glam::DVec2;
 use regatta_base::bezier::CubicBezier;
 use regatta_base::graph::{NodeIndex, Rotation};
 
+use super::Losses;
 use crate::model::format::Written;
 use crate::model::path::Path;
 use crate::model::route_graph::{Edge, Node, RouteGraph};
 use crate::model::tags::{Orientation, Role, Station, Tags};
 
-/// The largest depth of brackets in a text that is written as it is: the reader counts brackets in
-/// texts too.
+/// The largest depth of brackets in a text that is written without escapes: the reader limits the
+/// depth of brackets and counts those in texts too.
 const MAX_PLAIN_DEPTH: usize = 20;
 
 /// Writes a graph. Reading the text gives the same graph: every number is read back as the same
-/// `f64`.
-///
-/// Only if the origin of the graph isn't (0, 0), control points may differ by the rounding error of
-/// coordinates in the file, which is below 1 µm for maps within 4000 km.
+/// `f64`. If the origin of the graph isn't (0, 0), control points may differ by the rounding error
+/// of coordinates in the file, which is below 1 µm for maps within 4000 km.
 pub fn write(graph: &RouteGraph) -> Written {
-    let mut writer = Writer { text: String::new(), graph, changed_texts: 0 };
+    let mut writer = Writer { text: String::new(), graph, losses: Losses::default() };
     writer.write().expect("writing to a String never fails");
-    let mut losses = Vec::new();
-    if !graph.background().is_empty() {
-        losses.push(format!("{} background lines: this format has none", graph.background().len()));
-    }
-    if writer.changed_texts > 0 {
-        losses.push(format!(
-            "{} texts begin or end with white space, which isn't kept",
-            writer.changed_texts
-        ));
-    }
-    Written { text: writer.text, losses }
+    writer.losses.add_many(graph.background().len(), "background lines: this format has none");
+    Written { text: writer.text, losses: writer.losses.into_lines() }
 }
 
 struct Writer<'graph> {
     text: String,
     graph: &'graph RouteGraph,
-    /// The number of texts that are read back without their outer white space.
-    changed_texts: usize,
+    losses: Losses,
 }
 
 impl Writer<'_> {
@@ -50,13 +39,20 @@ impl Writer<'_> {
         let (edges, nodes) = (graph.edges().len(), graph.nodes().len());
         writeln!(self.text, "# {edges} edges, {nodes} nodes; metres, radians, metres per second.")?;
         writeln!(self.text, "Edges:")?;
-        graph.edges().iter().try_for_each(|edge| self.edge(edge))?;
+        for edge in graph.edges() {
+            self.edge(edge)?;
+        }
         writeln!(self.text, "\nVertices:")?;
-        graph.nodes().iter().try_for_each(|node| self.node(node))?;
+        for node in graph.nodes() {
+            self.node(node)?;
+        }
         if !graph.stations().is_empty() {
             writeln!(self.text, "\nStations:")?;
         }
-        graph.stations().iter().try_for_each(|station| self.station(station))
+        for station in graph.stations() {
+            self.station(station)?;
+        }
+        Ok(())
     }
 
     fn edge(&mut self, edge: &Edge) -> fmt::Result {
@@ -151,7 +147,8 @@ impl Writer<'_> {
     }
 
     fn quoted(&mut self, text: &str) -> fmt::Result {
-        self.changed_texts += usize::from(text.trim() != text);
+        let is_changed = text.trim() != text;
+        self.losses.add_if(is_changed, "texts begin or end with white space, which isn't kept");
         write!(self.text, "{}", Quoted(text))
     }
 

@@ -9,12 +9,11 @@ macro_rules! kernel {
             use crate::atan2::{BELOW_PI, COEFFICIENTS, LEAST};
             use crate::block::{BlockLists, RowList};
             use crate::frame::{PoseColumns, WORDS_PER_LINE};
-            use crate::piece::Piece;
+            use crate::piece::{Piece, TimeStep};
             use crate::pieces::{PieceLookup, REVERSE};
             use crate::profile::LAST_STEP;
             use crate::rows::Rows;
             use crate::scalar::METRES_PER_UNIT;
-            use crate::time_step::TimeStep;
             use super::lanes::$name::*;
             use super::prefetch::{prefetch_next_block, prefetch_next_pages};
             use super::stream::{$stream, StoreMode};
@@ -72,10 +71,12 @@ macro_rules! kernel {
                 let rest = &limits.rest.as_chunks::<N>().0[..count];
                 let (units, unit) = (splat(0.5 * time_step.units), splat(METRES_PER_UNIT));
                 for i in 0..count {
-                    let (here, before, rest) = (bytemuck::cast(w[i]), load(&speed[i]), load(&rest[i]));
+                    let (here, before) = (bytemuck::cast(w[i]), load(&speed[i]));
+                    let rest = load(&rest[i]);
                     let a = load(&acceleration[i]);
                     let change = mul(a, splat(time_step.seconds));
-                    let wanted = max(min(add(before, change), load(&cruise[i])), sub(before, change));
+                    let faster = min(add(before, change), load(&cruise[i]));
+                    let wanted = max(faster, sub(before, change));
                     let most = round(mul(add(before, wanted), units));
                     let near = reaches(mul(to_float(add_int(here, most)), unit), rest, most);
                     let ahead = sub(mul(to_float(here), unit), rest);
@@ -157,7 +158,8 @@ macro_rules! kernel {
                 let speed = &rows.speed.as_chunks::<N>().0[..count];
                 let s_end = &rows.s_end.as_chunks::<N>().0[..count];
                 let edge = &rows.edge.as_chunks::<N>().0[..count];
-                let [gain, offset] = rules.map(|rule| &rule.as_chunks::<N>().0[..if ORIENTED { count } else { 0 }]);
+                let rule_count = if ORIENTED { count } else { 0 };
+                let [gain, offset] = rules.map(|rule| &rule.as_chunks::<N>().0[..rule_count]);
                 for i in 0..count {
                     if (i * N).is_multiple_of(WORDS_PER_LINE) {
                         prefetch_next_block(piece.signs(i).as_ptr());
@@ -171,8 +173,11 @@ macro_rules! kernel {
                     let metres = mul(to_float(bytemuck::cast(w[i])), splat(METRES_PER_UNIT));
                     x.put(i, place(cx, metres));
                     y.put(i, place(cy, metres));
-                    let tangent = atan2(flip(slope(cy, metres), sign), flip(slope(cx, metres), sign));
-                    theta.put(i, if ORIENTED { oriented(tangent, &gain[i], &offset[i]) } else { tangent });
+                    let (dy, dx) = (slope(cy, metres), slope(cx, metres));
+                    let tangent = atan2(flip(dy, sign), flip(dx, sign));
+                    let heading =
+                        if ORIENTED { oriented(tangent, &gain[i], &offset[i]) } else { tangent };
+                    theta.put(i, heading);
                     speed_out.put(i, add(flip(load(&speed[i]), sign), splat(0.0)));
                     s_out.put(i, add(load(&s_end[i]), flip(metres, sign)));
                     edge_out.put(i, bytemuck::cast(edge[i]));
@@ -212,6 +217,12 @@ macro_rules! kernel {
                 min(max(above, splat(-BELOW_PI)), splat(PI))
             }
 
+            #[inline]
+            $(#[$feature])*
+            fn linear(a: f32, b: f32, u: F) -> F {
+                add(splat(a), mul(splat(b), u))
+            }
+
             /// See [`atan2`](crate::atan2::atan2).
             #[inline]
             $(#[$feature])*
@@ -222,13 +233,13 @@ macro_rules! kernel {
                 let u = mul(u, u);
                 let v = mul(u, u);
                 let [c0, c1, c2, c3, c4, c5, c6] = COEFFICIENTS;
-                let pair = |a: f32, b: f32| add(splat(a), mul(splat(b), u));
-                let low = add(pair(c0, c1), mul(v, pair(c2, c3)));
-                let high = add(pair(c4, c5), mul(v, splat(c6)));
+                let low = add(linear(c0, c1, u), mul(v, linear(c2, c3, u)));
+                let high = add(linear(c4, c5, u), mul(v, splat(c6)));
                 let octant = mul(add(low, mul(mul(v, v), high)), t);
                 let quadrant = select(lt(ax, ay), sub(splat(FRAC_PI_2), octant), octant);
                 let half = select(lt(x, splat(0.0)), sub(splat(PI), quadrant), quadrant);
-                let whole = select(lt(y, splat(0.0)), flip(half, bytemuck::cast([REVERSE; N])), half);
+                let negative = flip(half, bytemuck::cast([REVERSE; N]));
+                let whole = select(lt(y, splat(0.0)), negative, half);
                 max(whole, splat(-BELOW_PI))
             }
         }

@@ -6,7 +6,7 @@ use regatta_layout::{NodeIndex, Role, RouteGraph};
 use regatta_plugin::command::{CommandKind, CommandRecord};
 use regatta_plugin::event::{BreakdownCause, EventKind};
 use regatta_plugin::frame::RobotState;
-use regatta_scenario::{Battery, Repeat, RobotType};
+use regatta_scenario::{Battery, ChargeRange, Repeat, RobotType};
 
 use super::support::*;
 use crate::fleet::{EventBuffer, Fleet, FleetConfig, Placement, RouteSource};
@@ -17,7 +17,7 @@ const BATTERY: Battery = Battery {
     drain_moving: 60.0,
     drain_standing: 12.0,
     charge_rate: 600.0,
-    charge: [100.0; 2],
+    charge: ChargeRange { min: 100.0, max: 100.0 },
 };
 
 fn with_battery(battery: Battery, acceleration: f32) -> RobotType {
@@ -92,7 +92,7 @@ fn robots_that_stand_elsewhere_take_energy_and_do_not_charge() {
 
 #[test]
 fn a_robot_on_a_charger_charges_only_while_it_is_idle() {
-    let battery = Battery { charge: [50.0; 2], ..BATTERY };
+    let battery = Battery { charge: ChargeRange { min: 50.0, max: 50.0 }, ..BATTERY };
     let mut fleet = fleet(&road_to_charger(20.0), config(vec![with_battery(battery, 0.8)]));
     fleet
         .spawn(Placement::Node(NodeIndex(1)), 0, RouteSource::None, 0, &mut events())
@@ -106,7 +106,8 @@ fn a_robot_on_a_charger_charges_only_while_it_is_idle() {
 
 #[test]
 fn a_flat_robot_is_broken_until_it_is_repaired() {
-    let mut fleet = driving(200.0, Battery { charge: [10.0; 2], ..BATTERY }, 0.8);
+    let mut fleet =
+        driving(200.0, Battery { charge: ChargeRange { min: 10.0, max: 10.0 }, ..BATTERY }, 0.8);
     let (tick, mut events) = (&mut 0, events());
     assert_eq!(pass(&mut fleet, tick, 20, &mut events), 0.0);
     assert_eq!(state(&fleet), RobotState::Broken);
@@ -132,7 +133,7 @@ fn a_flat_robot_is_broken_until_it_is_repaired() {
 
 #[test]
 fn a_flat_robot_goes_on_when_it_has_been_charged() {
-    let empty = Battery { charge: [0.0; 2], ..BATTERY };
+    let empty = Battery { charge: ChargeRange { min: 0.0, max: 0.0 }, ..BATTERY };
     let mut fleet = fleet(&road_to_charger(20.0), config(vec![with_battery(empty, 0.8)]));
     fleet
         .spawn(Placement::Node(NodeIndex(1)), 0, RouteSource::None, 0, &mut events())
@@ -152,7 +153,7 @@ fn a_flat_robot_goes_on_when_it_has_been_charged() {
 
 #[test]
 fn the_charge_at_the_start_is_in_its_range_and_new_robots_get_their_own() {
-    let battery = Battery { charge: [20.0, 60.0], ..BATTERY };
+    let battery = Battery { charge: ChargeRange { min: 20.0, max: 60.0 }, ..BATTERY };
     let types = vec![with_battery(battery, 0.8), robot_type(f32::INFINITY, 0.8)];
     let mut fleet = fleet(&road_to_charger(20.0), config(types));
     for robot in 0..200 {
@@ -177,7 +178,7 @@ fn the_charge_at_the_start_is_in_its_range_and_new_robots_get_their_own() {
 #[test]
 fn charges_are_the_same_on_any_number_of_threads() {
     let run = |threads| {
-        let battery = Battery { charge: [1.0, 60.0], ..BATTERY };
+        let battery = Battery { charge: ChargeRange { min: 1.0, max: 60.0 }, ..BATTERY };
         let types = vec![with_battery(battery, 0.8)];
         let mut fleet = fleet(&town(6, 12.0), FleetConfig { threads, ..config(types) });
         for robot in 0..3000 {

@@ -4,6 +4,7 @@
 use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
+use std::hash::{BuildHasher, RandomState};
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
@@ -400,11 +401,8 @@ impl ProducerPorts {
     }
 }
 
-/// A new run id: the time and the process id, mixed (splitmix64) so that runs that start together
-/// differ in every digit.
+/// A new run id: the time and the process id, hashed with random keys, so that runs that start
+/// together differ in every digit.
 fn new_run_id() -> u64 {
-    let mut z = wall_time_nanos() ^ (u64::from(std::process::id()) << 48);
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
+    RandomState::new().hash_one((wall_time_nanos(), std::process::id()))
 }

@@ -66,14 +66,14 @@ pub struct NodeRecord {
     pub level: u32,
     /// Offset of the name of its zone in the [`Texts`]; 0 for none.
     pub zone: u32,
-    /// A [`NodeRole`].
+    /// A [`Role`].
     pub role: u32,
 }
 
 numbered! {
     /// The purpose of a node.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
-    pub enum NodeRole: u32 {
+    pub enum Role: u32 {
         /// Nothing in particular.
         #[default]
         None = 0,
@@ -198,12 +198,12 @@ pub enum Shape {
 
 impl NodeRecord {
     /// The purpose of the node. An unknown number counts as nothing in particular.
-    pub fn role(&self) -> NodeRole {
-        NodeRole::from_number(self.role).unwrap_or_default()
+    pub fn role(&self) -> Role {
+        Role::from_number(self.role).unwrap_or_default()
     }
 }
 
-impl NodeRole {
+impl Role {
     /// The name, in lower case.
     pub fn name(self) -> &'static str {
         match self {
@@ -331,7 +331,7 @@ mod tests {
         let edge =
             EdgeRecord { orientation: 1, orientation_angle: f32::NAN, ..EdgeRecord::default() };
         assert_eq!(edge.orientation(), Orientation::Tangential);
-        for role in NodeRole::ALL {
+        for role in Role::ALL {
             assert_eq!(NodeRecord { role: role as u32, ..NodeRecord::default() }.role(), role);
         }
         assert_eq!(NodeRecord { role: 9, ..NodeRecord::default() }.role().name(), "none");

@@ -40,8 +40,15 @@ pub struct Problem<'call> {
     pub orders: &'call [OpenOrder],
     /// The robots.
     pub robots: &'call [Candidate],
-    /// Returns how long a robot drives to a node, in seconds; `None` if it can't.
+    /// Returns the driving time of a robot to a node, in seconds; `None` if it can't drive there.
     pub driving_secs: &'call dyn Fn(u32, u32) -> Option<f64>,
+}
+
+impl Problem<'_> {
+    /// Whether a robot is one of the problem.
+    fn has(&self, robot: u32) -> bool {
+        self.robots.binary_search_by_key(&robot, |candidate| candidate.robot).is_ok()
+    }
 }
 
 /// Decides which robot gets which order. A user's own is any type with this trait.
@@ -66,7 +73,7 @@ impl Default for Box<dyn Assigner> {
 pub struct Nearest {
     /// The largest number of orders and of robots that are solved exactly.
     pub exact_up_to: usize,
-    /// For how many robots per order the driving time is looked up in a large problem.
+    /// The number of robots per order whose driving time is looked up in a large problem.
     pub nearest_robots: usize,
     /// The lead, in seconds, with which another robot gets an order that has a robot.
     pub hysteresis_secs: f64,
@@ -87,9 +94,10 @@ pub struct InTurn;
 impl Assigner for InTurn {
     fn assign(&mut self, problem: &Problem) -> Vec<(OrderId, u32)> {
         let kept: Vec<_> =
-            problem.orders.iter().filter_map(|id| Some((id.id, id.robot?))).collect();
+            problem.orders.iter().filter_map(|order| Some((order.id, order.robot?))).collect();
         let busy: BTreeSet<_> = kept.iter().map(|(_, robot)| *robot).collect();
-        let waiting = problem.orders.iter().filter(|id| id.robot.is_none()).map(|id| id.id);
+        let waiting =
+            problem.orders.iter().filter(|order| order.robot.is_none()).map(|order| order.id);
         let free = problem
             .robots
             .iter()
@@ -144,74 +152,73 @@ fn most_urgent(orders: &[OpenOrder], count: usize) -> (Vec<OpenOrder>, Vec<(Orde
         a.robot.is_some().cmp(&b.robot.is_some()).then(urgency).then(a.id.cmp(&b.id))
     });
     let rest = orders.split_off(count);
-    (orders, rest.iter().filter_map(|id| Some((id.id, id.robot?))).collect())
+    (orders, rest.iter().filter_map(|order| Some((order.id, order.robot?))).collect())
 }
 
 impl Nearest {
     /// Returns the cost of a pair in milliseconds; `None` if the robot can't drive there.
-    fn cost(&self, problem: &Problem, id: &OpenOrder, robot: u32) -> Option<i64> {
-        let driving = (problem.driving_secs)(robot, id.node).filter(|secs| secs.is_finite())?;
-        let kept = if id.robot == Some(robot) { self.hysteresis_secs } else { 0.0 };
-        let millis = ((driving - id.urgency_secs - kept) * 1e3).round() as i64;
+    fn cost(&self, problem: &Problem, order: &OpenOrder, robot: u32) -> Option<i64> {
+        let driving = (problem.driving_secs)(robot, order.node).filter(|secs| secs.is_finite())?;
+        let kept = if order.robot == Some(robot) { self.hysteresis_secs } else { 0.0 };
+        let millis = ((driving - order.urgency_secs - kept) * 1e3).round() as i64;
         Some(millis.clamp(-IMPOSSIBLE_MILLIS / 64, IMPOSSIBLE_MILLIS / 64))
     }
 
     /// Returns the pairs of the smallest total cost, of as many pairs as possible.
     fn exact(&self, problem: &Problem, orders: &[OpenOrder]) -> Vec<(OrderId, u32)> {
-        let cost =
-            |id: usize, robot: usize| self.cost(problem, &orders[id], problem.robots[robot].robot);
-        let weight = |id, robot| cost(id, robot).map_or(-IMPOSSIBLE_MILLIS, |cost| -cost);
-        let (rows, columns) =
-            (orders.len().min(problem.robots.len()), orders.len().max(problem.robots.len()));
-        let has_more_robots = orders.len() < problem.robots.len();
-        let place = |row, column| if has_more_robots { (row, column) } else { (column, row) };
-        let weights = Matrix::from_fn(rows, columns, |(row, column)| {
-            let (id, robot) = place(row, column);
-            weight(id, robot)
+        let robots = problem.robots;
+        let weights = Matrix::from_fn(orders.len(), robots.len(), |(order, robot)| {
+            self.cost(problem, &orders[order], robots[robot].robot)
+                .map_or(-IMPOSSIBLE_MILLIS, |cost| -cost)
         });
+        // The algorithm needs at least as many columns as rows.
+        let is_transposed = orders.len() >= robots.len();
+        let weights = if is_transposed { weights.transposed() } else { weights };
         let (_, chosen) = kuhn_munkres(&weights);
-        let pairs = chosen.into_iter().enumerate();
-        let possible = pairs
-            .filter(|pair| *weights.get(*pair).unwrap_or(&-IMPOSSIBLE_MILLIS) > -IMPOSSIBLE_MILLIS);
-        let mut pairs: Vec<_> = possible.map(|(row, column)| place(row, column)).collect();
+        let mut pairs = Vec::with_capacity(chosen.len());
+        for pair @ (row, column) in chosen.into_iter().enumerate() {
+            if weights[pair] > -IMPOSSIBLE_MILLIS {
+                pairs.push(if is_transposed { (column, row) } else { (row, column) });
+            }
+        }
         pairs.sort_unstable();
-        pairs.into_iter().map(|(id, robot)| (orders[id].id, problem.robots[robot].robot)).collect()
+        pairs.into_iter().map(|(order, robot)| (orders[order].id, robots[robot].robot)).collect()
     }
 
     /// Returns pairs in ascending order of their costs, as long as both are free.
     fn greedy(&self, problem: &Problem, orders: &[OpenOrder]) -> Vec<(OrderId, u32)> {
         let mut pairs = Vec::new();
-        for id in orders {
-            for robot in self.near(problem, id) {
-                pairs.extend(self.cost(problem, id, robot).map(|cost| (cost, id.id, robot)));
+        for order in orders {
+            for robot in self.near(problem, order) {
+                pairs.extend(self.cost(problem, order, robot).map(|cost| (cost, order.id, robot)));
             }
         }
         pairs.sort_unstable();
         let (mut given, mut busy) = (BTreeSet::new(), BTreeSet::new());
-        let is_free = |(_, id, robot): &(i64, OrderId, u32)| {
-            let is_free = !given.contains(id) && !busy.contains(robot);
-            is_free && given.insert(*id) && busy.insert(*robot)
-        };
-        pairs.into_iter().filter(is_free).map(|(_, id, robot)| (id, robot)).collect()
+        let mut chosen = Vec::new();
+        for (_, id, robot) in pairs {
+            if !given.contains(&id) && busy.insert(robot) {
+                given.insert(id);
+                chosen.push((id, robot));
+            }
+        }
+        chosen
     }
 
     /// Returns the robots that are nearest as the crow flies, and the one that has the order.
-    fn near(&self, problem: &Problem, id: &OpenOrder) -> Vec<u32> {
-        let distance = |candidate: &Candidate| {
-            let [x, y] = [0, 1].map(|axis| candidate.position[axis] - id.position[axis]);
-            x * x + y * y
-        };
-        let mut robots: Vec<_> =
-            problem.robots.iter().map(|candidate| (distance(candidate), candidate.robot)).collect();
+    fn near(&self, problem: &Problem, order: &OpenOrder) -> Vec<u32> {
+        let mut robots = Vec::with_capacity(problem.robots.len());
+        for Candidate { robot, position } in problem.robots {
+            let [x, y] = [0, 1].map(|axis| position[axis] - order.position[axis]);
+            robots.push((x * x + y * y, *robot));
+        }
         let count = self.nearest_robots.min(robots.len());
         if count > 0 && count < robots.len() {
             robots
                 .select_nth_unstable_by(count - 1, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         }
-        let has_candidate =
-            |robot: &u32| problem.robots.binary_search_by_key(robot, |known| known.robot).is_ok();
         let mut near: Vec<_> = robots[..count].iter().map(|(_, robot)| *robot).collect();
-        near.extend(id.robot.filter(has_candidate));
+        near.extend(order.robot.filter(|robot| problem.has(*robot)));
         near.sort_unstable();
         near.dedup();
         near
@@ -222,8 +229,8 @@ impl Nearest {
 pub(super) fn allowed(problem: &Problem, pairs: Vec<(OrderId, u32)>) -> BTreeMap<OrderId, u32> {
     let (mut allowed, mut busy) = (BTreeMap::new(), BTreeSet::new());
     for (id, robot) in pairs {
-        let is_known = problem.orders.binary_search_by_key(&id, |open| open.id).is_ok()
-            && problem.robots.binary_search_by_key(&robot, |candidate| candidate.robot).is_ok();
+        let is_known =
+            problem.orders.binary_search_by_key(&id, |open| open.id).is_ok() && problem.has(robot);
         if is_known && !allowed.contains_key(&id) && busy.insert(robot) {
             allowed.insert(id, robot);
         }

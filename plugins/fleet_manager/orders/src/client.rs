@@ -13,9 +13,9 @@ const TIMEOUT: Duration = Duration::from_secs(30);
 #[derive(Debug, thiserror::Error)]
 pub enum ClientError {
     /// The address isn't of the form that this client knows.
-    #[error("`{}` is no address of a fleet manager; give one such as http://127.0.0.1:55200", .0.escape_debug())]
+    #[error("invalid address `{}` of a fleet manager; give one such as http://127.0.0.1:55200", .0.escape_debug())]
     Url(String),
-    /// Nobody is there.
+    /// No manager answers.
     #[error(
         "no fleet manager answers on {address} ({reason}); start one with a port, or give its address with --url"
     )]
@@ -25,8 +25,8 @@ pub enum ClientError {
         /// The reason.
         reason: std::io::Error,
     },
-    /// The answer is none of the web API.
-    #[error("what answers on {0} is no fleet manager")]
+    /// The answer is not one of the web API.
+    #[error("the server on {0} is no fleet manager")]
     Answer(String),
     /// The manager has refused the request.
     #[error("{reason}")]
@@ -56,15 +56,15 @@ impl Client {
     pub fn new(url: &str, token: Option<String>) -> Result<Self, ClientError> {
         let address = url.strip_prefix("http://").unwrap_or(url).trim_end_matches('/');
         let port = address.rsplit_once(':').and_then(|(_, port)| port.parse::<u16>().ok());
-        let is_plain = |c: char| c.is_ascii_alphanumeric() || ".:-[]".contains(c);
-        let is_token = |token: &String| token.bytes().all(|byte| byte.is_ascii_graphic());
-        match port.is_some() && address.chars().all(is_plain) && token.iter().all(is_token) {
-            true => Ok(Self { address: address.to_owned(), token }),
-            false => Err(ClientError::Url(url.to_owned())),
+        let is_plain = address.chars().all(|c| c.is_ascii_alphanumeric() || ".:-[]".contains(c));
+        let mut token_bytes = token.iter().flat_map(|token| token.bytes());
+        if port.is_none() || !is_plain || !token_bytes.all(|byte| byte.is_ascii_graphic()) {
+            return Err(ClientError::Url(url.to_owned()));
         }
+        Ok(Self { address: address.to_owned(), token })
     }
 
-    /// Gets what is at a path.
+    /// Gets the value at a path.
     ///
     /// # Errors
     /// [`ClientError`] if nobody answers, or the answer is an error.
@@ -85,15 +85,18 @@ impl Client {
         format!("/v1/transportOrders/{}", Self::escaped(name))
     }
 
-    /// A text as it stands in paths and queries.
+    /// A text, escaped for paths and queries.
     pub fn escaped(text: &str) -> String {
-        let escape = |byte: u8| match byte {
-            b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'_' | b'.' | b'~' => {
-                char::from(byte).to_string()
+        let mut escaped = String::with_capacity(text.len());
+        for byte in text.bytes() {
+            match byte {
+                b'a'..=b'z' | b'A'..=b'Z' | b'0'..=b'9' | b'-' | b'_' | b'.' | b'~' => {
+                    escaped.push(byte.into());
+                }
+                _ => escaped.push_str(&format!("%{byte:02X}")),
             }
-            _ => format!("%{byte:02X}"),
-        };
-        text.bytes().map(escape).collect()
+        }
+        escaped
     }
 
     fn request(&self, method: &str, path: &str, body: &str) -> Result<Value, ClientError> {
@@ -106,8 +109,9 @@ impl Client {
             body.len(),
             authorization.collect::<String>(),
         );
-        let reason = |reason| ClientError::Connect { address: self.address.clone(), reason };
-        let response = self.exchange(&request).map_err(reason)?;
+        let response = self
+            .exchange(&request)
+            .map_err(|reason| ClientError::Connect { address: self.address.clone(), reason })?;
         self.answer(&String::from_utf8_lossy(&response))
     }
 
@@ -117,7 +121,7 @@ impl Client {
         let mut stream = TcpStream::connect_timeout(&address, TIMEOUT)?;
         stream.set_read_timeout(Some(TIMEOUT))?;
         stream.set_write_timeout(Some(TIMEOUT))?;
-        // A server may refuse a request before it has read everything, and the answer says why.
+        // A server may refuse a request before it has read all of it: the answer has the reason.
         let sent = stream.write_all(request.as_bytes());
         let mut response = Vec::new();
         let received = stream.read_to_end(&mut response);
@@ -129,15 +133,18 @@ impl Client {
     }
 
     fn answer(&self, response: &str) -> Result<Value, ClientError> {
-        let none = || ClientError::Answer(self.address.clone());
-        let (head, body) = response.split_once("\r\n\r\n").ok_or_else(none)?;
-        let status: u16 =
-            head.split(' ').nth(1).and_then(|status| status.parse().ok()).ok_or_else(none)?;
-        let value: Value = serde_json::from_str(body).map_err(|_| none())?;
+        let (status, value) =
+            parse(response).ok_or_else(|| ClientError::Answer(self.address.clone()))?;
         match value.get("error").and_then(Value::as_str) {
             _ if (200..300).contains(&status) => Ok(value),
             Some(reason) => Err(ClientError::Refused { status, reason: reason.to_owned() }),
-            None => Err(none()),
+            None => Err(ClientError::Answer(self.address.clone())),
         }
     }
+}
+
+/// Returns the status and the body of a response.
+fn parse(response: &str) -> Option<(u16, Value)> {
+    let (head, body) = response.split_once("\r\n\r\n")?;
+    Some((head.split(' ').nth(1)?.parse().ok()?, serde_json::from_str(body).ok()?))
 }

@@ -1,4 +1,4 @@
-//! Orders as users write them, which may be wrong in every way, and their way to [`NewOrder`].
+//! Orders as users write them, unchecked, and their conversion to [`NewOrder`].
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -68,6 +68,13 @@ pub enum Label {
     Name(String),
 }
 
+impl Label {
+    fn robot(&self) -> Result<u32, DraftError> {
+        let text = self.to_string();
+        text.parse().map_err(|_| DraftError::Robot(text))
+    }
+}
+
 impl Default for Label {
     fn default() -> Self {
         Self::Name(String::new())
@@ -86,7 +93,7 @@ impl std::fmt::Display for Label {
 /// The error of checking an [`OrderDraft`].
 #[derive(Debug, PartialEq, thiserror::Error)]
 pub enum DraftError {
-    /// The name is no name.
+    /// The name is invalid.
     #[error(transparent)]
     Name(#[from] NameError),
     /// There is no such node.
@@ -122,10 +129,10 @@ pub enum DraftError {
 }
 
 impl OrderDraft {
-    /// Checks everything, and finds the nodes. An order without a name gets that of `generated`.
+    /// Checks the order, and finds the nodes. An order without a name gets that of `generated`.
     ///
     /// # Errors
-    /// [`DraftError`] for the first thing that is wrong.
+    /// [`DraftError`] for the first error.
     pub fn check(
         &self,
         places: &Places,
@@ -143,10 +150,7 @@ impl OrderDraft {
         let stops = stops.collect::<Result<_, _>>()?;
         let earliest_secs = secs("earliestStart", self.earliest_start.unwrap_or(0.0))?;
         let deadline_secs = self.deadline.map(|deadline| secs("deadline", deadline)).transpose()?;
-        let robot = |label: &Label| {
-            label.to_string().parse().map_err(|_| DraftError::Robot(label.to_string()))
-        };
-        let intended_robot = self.intended_vehicle.as_ref().map(robot).transpose()?;
+        let intended_robot = self.intended_vehicle.as_ref().map(Label::robot).transpose()?;
         match deadline_secs {
             Some(deadline) if deadline < earliest_secs => {
                 Err(DraftError::Deadline { deadline, earliest: earliest_secs })
@@ -172,7 +176,7 @@ impl StopDraft {
 }
 
 fn secs(field: &'static str, value: f64) -> Result<f64, DraftError> {
-    // Adding 0 makes 0 of -0.
+    // The sum with 0 turns -0 into 0.
     if (0.0..=MAX_SECS).contains(&value) {
         Ok(value + 0.0)
     } else {

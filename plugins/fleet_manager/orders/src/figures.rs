@@ -54,7 +54,7 @@ pub struct Figures {
     pub orders: ByState,
 }
 
-/// Counts what is over.
+/// Counts of closed orders and of their events.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Counts {
     service_secs: Vec<f32>,
@@ -143,17 +143,18 @@ impl Durations {
         sorted.sort_by(f32::total_cmp);
         let Some(longest) = sorted.last() else { return Self::default() };
         // The smallest value that so many hundredths of all values don't exceed.
-        let percentile = |hundredths: usize| {
+        let [p50_secs, p99_secs] = [50, 99].map(|hundredths| {
             f64::from(sorted[(sorted.len() * hundredths).div_ceil(100).max(1) - 1])
-        };
+        });
         let mean_secs =
             sorted.iter().map(|secs| f64::from(*secs)).sum::<f64>() / sorted.len() as f64;
-        Self {
-            mean_secs,
-            p50_secs: percentile(50),
-            p99_secs: percentile(99),
-            longest_secs: f64::from(*longest),
-        }
+        Self { mean_secs, p50_secs, p99_secs, longest_secs: f64::from(*longest) }
+    }
+
+    /// A row of a table in Markdown.
+    fn row(&self, name: &str) -> String {
+        let Self { mean_secs, p50_secs, p99_secs, longest_secs } = self;
+        format!("| {name} | {mean_secs:.1} | {p50_secs:.1} | {p99_secs:.1} | {longest_secs:.1} |\n")
     }
 }
 
@@ -165,12 +166,6 @@ impl Figures {
 
     /// The figures as a table in Markdown.
     pub fn markdown(&self) -> String {
-        let row = |name: &str, durations: &Durations| {
-            let Durations { mean_secs, p50_secs, p99_secs, longest_secs } = durations;
-            format!(
-                "| {name} | {mean_secs:.1} | {p50_secs:.1} | {p99_secs:.1} | {longest_secs:.1} |\n"
-            )
-        };
         let ByState { finished, failed, cancelled, unroutable, .. } = self.orders;
         format!(
             "| orders | |\n|---|---|\n| finished | {finished} ({:.0} an hour) |\n| late | {} |\n\
@@ -180,8 +175,8 @@ impl Figures {
             self.late,
             self.unserved,
             self.longest_unserved_secs,
-            row("waiting", &self.waiting),
-            row("service", &self.service),
+            self.waiting.row("waiting"),
+            self.service.row("service"),
         )
     }
 }

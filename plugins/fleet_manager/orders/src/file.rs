@@ -1,6 +1,6 @@
 //! Files of orders with times: YAML or CSV.
 //!
-//! YAML is a list (or a mapping with the list `orders`) of `{name: …, time: 12.5, priority: 3,
+//! YAML is a list (or a map with the list `orders`) of `{name: …, time: 12.5, priority: 3,
 //! earliest: 20, deadline: 600, stops: [{at: A1, action: pick, dwell: 5}, B2]}`, where only `stops`
 //! must be there, and a stop without action and dwell time may be a name alone.
 //!
@@ -9,11 +9,13 @@
 //! `place:action` or `place:action:dwell`, and names with spaces or colons are for YAML. All times
 //! are in seconds of simulated time.
 
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
+
+use regatta_base::yaml::{self, Node};
 
 use super::draft::{Label, OrderDraft, StopDraft};
 use super::order::{Action, UnknownAction};
-use super::yaml::{self, InputError, Value};
 
 /// An order of a file.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,13 +39,13 @@ pub enum FileError {
         /// The reason.
         reason: std::io::Error,
     },
-    /// Something in it is wrong.
+    /// It has an error.
     #[error("{}, {error}", path.display())]
     Invalid {
         /// The file.
         path: PathBuf,
         /// The line and the reason.
-        error: InputError,
+        error: yaml::Error,
     },
 }
 
@@ -56,7 +58,7 @@ pub(super) fn text_of(path: &Path) -> Result<String, FileError> {
 /// Reads a file of orders: CSV if its name ends in `.csv`, and YAML otherwise.
 ///
 /// # Errors
-/// [`FileError`] if it can't be read or something in it is wrong.
+/// [`FileError`] if it can't be read or has an error.
 pub fn read_orders(path: &Path) -> Result<Vec<TimedDraft>, FileError> {
     let text = text_of(path)?;
     let is_csv = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("csv"));
@@ -67,65 +69,70 @@ pub fn read_orders(path: &Path) -> Result<Vec<TimedDraft>, FileError> {
 /// Parses a YAML text of orders.
 ///
 /// # Errors
-/// [`InputError`] for the first thing that is wrong.
-pub fn parse_yaml(text: &str) -> Result<Vec<TimedDraft>, InputError> {
-    yaml::read(text, |document| {
-        let list = if document.is_mapping() {
-            document.fields(&["orders"])?.required("orders")?
-        } else {
-            document
-        };
-        list.list()?.into_iter().map(yaml_order).collect()
-    })
+/// [`yaml::Error`] for the first thing that is wrong.
+pub fn parse_yaml(text: &str) -> Result<Vec<TimedDraft>, yaml::Error> {
+    let document = yaml::parse(text)?;
+    let list = if document.is_map() {
+        document.fields(&["orders"])?.required("orders")?
+    } else {
+        &document
+    };
+    list.list()?.iter().map(yaml_order).collect()
 }
 
-fn yaml_order(order: Value) -> Result<TimedDraft, InputError> {
+fn yaml_order(order: &Node) -> Result<TimedDraft, yaml::Error> {
     let fields =
         order.fields(&["name", "time", "priority", "earliest", "deadline", "robot", "stops"])?;
     let stops = fields.required("stops")?.list()?;
     let draft = OrderDraft {
-        name: fields.optional("name", Value::text)?,
-        destinations: stops.into_iter().map(yaml_stop).collect::<Result<_, _>>()?,
+        name: fields.optional("name", Node::text)?.map(Cow::into_owned),
+        destinations: stops.iter().map(yaml_stop).collect::<Result<_, _>>()?,
         priority: fields.optional("priority", |value| value.integer(255))?.unwrap_or(0) as u8,
-        earliest_start: fields.optional("earliest", Value::positive)?,
-        deadline: fields.optional("deadline", Value::positive)?,
-        intended_vehicle: fields.optional("robot", Value::text)?.map(Label::Name),
+        earliest_start: fields.optional("earliest", Node::non_negative)?,
+        deadline: fields.optional("deadline", Node::non_negative)?,
+        intended_vehicle: fields
+            .optional("robot", Node::text)?
+            .map(|name| Label::Name(name.into_owned())),
     };
-    let secs = fields.optional("time", Value::positive)?.unwrap_or(0.0);
-    Ok(TimedDraft { line: order.error("").line, secs, draft })
+    let secs = fields.optional("time", Node::non_negative)?.unwrap_or(0.0);
+    Ok(TimedDraft { line: order.line, secs, draft })
 }
 
-fn yaml_stop(stop: Value) -> Result<StopDraft, InputError> {
-    if !stop.is_mapping() {
-        return Ok(StopDraft { location_name: Label::Name(stop.text()?), ..StopDraft::default() });
+fn yaml_stop(stop: &Node) -> Result<StopDraft, yaml::Error> {
+    if !stop.is_map() {
+        return Ok(StopDraft {
+            location_name: Label::Name(stop.text()?.into_owned()),
+            ..StopDraft::default()
+        });
     }
     let fields = stop.fields(&["at", "action", "dwell"])?;
-    let action = |value: Value| {
-        value.text()?.parse::<Action>().map_err(|error| value.error(error.to_string()))
-    };
     Ok(StopDraft {
-        location_name: Label::Name(fields.required("at")?.text()?),
-        operation: fields.optional("action", action)?.unwrap_or_default(),
-        dwell: fields.optional("dwell", Value::positive)?.unwrap_or(0.0),
+        location_name: Label::Name(fields.required("at")?.text()?.into_owned()),
+        operation: fields.optional("action", yaml_action)?.unwrap_or_default(),
+        dwell: fields.optional("dwell", Node::non_negative)?.unwrap_or(0.0),
     })
+}
+
+fn yaml_action(value: &Node) -> Result<Action, yaml::Error> {
+    value.text()?.parse().map_err(|error: UnknownAction| value.error(error.to_string()))
 }
 
 /// Parses a CSV text of orders.
 ///
 /// # Errors
-/// [`InputError`] for the first thing that is wrong.
-pub fn parse_csv(text: &str) -> Result<Vec<TimedDraft>, InputError> {
+/// [`yaml::Error`] for the first thing that is wrong.
+pub fn parse_csv(text: &str) -> Result<Vec<TimedDraft>, yaml::Error> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut reader = csv::ReaderBuilder::new()
         .trim(csv::Trim::All)
         .comment(Some(b'#'))
         .from_reader(text.as_bytes());
     let headers = reader.headers().map_err(csv_error)?.clone();
-    let columns = Columns::of(&headers).map_err(|reason| InputError { line: 1, reason })?;
+    let columns = Columns::of(&headers).map_err(|reason| yaml::Error { line: 1, reason })?;
     reader.records().map(|record| columns.order(&record.map_err(csv_error)?)).collect()
 }
 
-fn csv_error(error: csv::Error) -> InputError {
+fn csv_error(error: csv::Error) -> yaml::Error {
     let line = error.position().map_or(1, |position| position.line() as usize);
     let reason = match error.kind() {
         csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
@@ -133,7 +140,7 @@ fn csv_error(error: csv::Error) -> InputError {
         }
         _ => error.to_string(),
     };
-    InputError { line, reason }
+    yaml::Error { line, reason }
 }
 
 /// The headers of CSV files.
@@ -158,26 +165,42 @@ impl Columns {
         Ok(Self(columns))
     }
 
-    fn order(&self, record: &csv::StringRecord) -> Result<TimedDraft, InputError> {
+    fn order(&self, record: &csv::StringRecord) -> Result<TimedDraft, yaml::Error> {
         let line = record.position().map_or(1, |position| position.line() as usize);
-        let error = |reason| InputError { line, reason };
-        let cell = |column: usize| {
-            self.0[column].and_then(|index| record.get(index)).filter(|cell| !cell.is_empty())
+        let draft = self.draft(record).map_err(|reason| yaml::Error { line, reason })?;
+        let secs = self.secs(record, 1).map_err(|reason| yaml::Error { line, reason })?;
+        Ok(TimedDraft { line, secs: secs.unwrap_or(0.0), draft })
+    }
+
+    fn draft(&self, record: &csv::StringRecord) -> Result<OrderDraft, String> {
+        let stops = self.cell(record, 5).unwrap_or("").split_whitespace().map(csv_stop);
+        let destinations = stops.collect::<Result<_, _>>()?;
+        let priority = match self.cell(record, 2) {
+            Some(text) => {
+                text.parse().map_err(|_| format!("`{text}` is no priority from 0 to 255"))?
+            }
+            None => 0,
         };
-        let secs =
-            |column: usize| cell(column).map(|text| parse_secs(HEADERS[column], text)).transpose();
-        let priority = cell(2)
-            .map(|text| text.parse().map_err(|_| format!("`{text}` is no priority from 0 to 255")));
-        let stops = cell(5).unwrap_or("").split_whitespace().map(csv_stop);
-        let draft = OrderDraft {
-            name: cell(0).map(str::to_owned),
-            destinations: stops.collect::<Result<_, _>>().map_err(error)?,
-            priority: priority.transpose().map_err(error)?.unwrap_or(0),
-            earliest_start: secs(3).map_err(error)?,
-            deadline: secs(4).map_err(error)?,
-            intended_vehicle: cell(6).map(|text| Label::Name(text.to_owned())),
-        };
-        Ok(TimedDraft { line, secs: secs(1).map_err(error)?.unwrap_or(0.0), draft })
+        Ok(OrderDraft {
+            name: self.cell(record, 0).map(str::to_owned),
+            destinations,
+            priority,
+            earliest_start: self.secs(record, 3)?,
+            deadline: self.secs(record, 4)?,
+            intended_vehicle: self.cell(record, 6).map(|text| Label::Name(text.to_owned())),
+        })
+    }
+
+    fn cell<'record>(
+        &self,
+        record: &'record csv::StringRecord,
+        header: usize,
+    ) -> Option<&'record str> {
+        record.get(self.0[header]?).filter(|cell| !cell.is_empty())
+    }
+
+    fn secs(&self, record: &csv::StringRecord, header: usize) -> Result<Option<f64>, String> {
+        self.cell(record, header).map(|text| parse_secs(HEADERS[header], text)).transpose()
     }
 }
 

@@ -1,9 +1,9 @@
-//! Generators of orders. What they make depends on the seed and the time alone, not on how often
-//! they are asked.
+//! Generators of orders. Their orders depend on the seed and the time alone, not on the number of
+//! calls.
 
 use regatta_base::random::Random;
 
-use super::load::{Arrival, GeneratorSettings, Shift, Stops};
+use super::load::{Arrival, DwellSecs, GeneratorSettings, Shift, Stops};
 use super::order::{Action, NewOrder, OrderName, Stop};
 
 /// The draws of an order, by what they decide.
@@ -12,7 +12,7 @@ const FROM: u64 = 1;
 const TO: u64 = 2;
 const DWELL: u64 = 3;
 
-/// A generator and how far it has come.
+/// A generator and its progress.
 #[derive(Clone, Debug)]
 pub(super) struct Generator {
     settings: GeneratorSettings,
@@ -26,7 +26,7 @@ pub(super) struct Generator {
 }
 
 impl Generator {
-    /// `number` tells the generators of a load apart.
+    /// Makes a generator. `number` distinguishes the generators of a load.
     pub(super) fn new(settings: GeneratorSettings, seed: u64, number: u64, run: u64) -> Self {
         let random = Random::new(seed).part(number);
         let next_unit = random.part(1).exponential(ARRIVAL);
@@ -71,21 +71,18 @@ impl Generator {
     /// Returns an order by its number alone.
     fn order(&self, number: u64, secs: f64) -> NewOrder {
         let random = self.random.part(number);
-        let [min, max] = self.settings.dwell_secs;
-        let dwell = |draw| min + (max - min) * random.unit(draw);
-        let stop = |node, action, draw| Stop { node, action, dwell_secs: dwell(draw) };
-        let stops = match &self.settings.stops {
-            Stops::One(among) => {
-                vec![stop(among[random.below(FROM, among.len())], Action::None, DWELL)]
-            }
+        let nodes = match &self.settings.stops {
+            Stops::One(among) => vec![(among[random.below(FROM, among.len())], Action::None)],
             Stops::Two { from, to } => {
                 let first = from[random.below(FROM, from.len())];
-                vec![
-                    stop(first, Action::Pick, DWELL),
-                    stop(other(first, to, random), Action::Drop, DWELL + 1),
-                ]
+                vec![(first, Action::Pick), (other(first, to, random), Action::Drop)]
             }
         };
+        let DwellSecs { min, max } = self.settings.dwell_secs;
+        let mut stops = Vec::with_capacity(nodes.len());
+        for (draw, (node, action)) in (DWELL..).zip(nodes) {
+            stops.push(Stop { node, action, dwell_secs: min + (max - min) * random.unit(draw) });
+        }
         NewOrder {
             name: OrderName::generated(&self.settings.name, number, self.run),
             stops,
@@ -114,22 +111,25 @@ fn time_of(units: f64, shifts: &[Shift]) -> Option<f64> {
 }
 
 fn time_in_profile(units: f64, shifts: &[Shift]) -> Option<f64> {
-    let begins = std::iter::once(0.0).chain(shifts.iter().map(|shift| shift.until_secs));
-    let parts = || begins.clone().zip(shifts);
-    let amount =
-        |(begin, shift): (f64, &Shift)| (shift.until_secs - begin) * shift.per_hour / 3600.0;
-    let (cycle, length) = (parts().map(amount).sum::<f64>(), shifts.last()?.until_secs);
+    let length = shifts.last()?.until_secs;
+    let mut parts = Vec::with_capacity(shifts.len());
+    let mut begin = 0.0;
+    for shift in shifts {
+        let amount = (shift.until_secs - begin) * shift.per_hour / 3600.0;
+        parts.push((begin, amount, shift.per_hour));
+        begin = shift.until_secs;
+    }
+    let cycle: f64 = parts.iter().map(|(_, amount, _)| amount).sum();
     if cycle <= 0.0 {
         return None;
     }
     let cycles = (units / cycle).floor();
     let mut rest = units - cycles * cycle;
-    for (begin, shift) in parts() {
-        let here = amount((begin, shift));
-        if rest < here {
-            return Some(cycles * length + begin + rest * 3600.0 / shift.per_hour);
+    for (begin, amount, per_hour) in parts {
+        if rest < amount {
+            return Some(cycles * length + begin + rest * 3600.0 / per_hour);
         }
-        rest -= here;
+        rest -= amount;
     }
     // Rounding has left nothing for the last shift.
     Some((cycles + 1.0) * length)

@@ -48,7 +48,7 @@
 //!     orders.publish(now);
 //! }
 //! assert!(orders.figures(600.0).orders.finished > 50);
-//! # Ok::<(), regatta_orders::InputError>(())
+//! # Ok::<(), regatta_base::yaml::Error>(())
 //! ```
 
 pub mod assign;
@@ -62,12 +62,10 @@ mod open;
 pub mod order;
 pub mod places;
 pub mod pool;
-mod requests;
 pub mod store;
 mod threads;
 mod view;
 pub mod web;
-mod yaml;
 
 pub use assign::{Assigner, Candidate, InTurn, Nearest, OpenOrder, Problem};
 pub use client::{Client, ClientError};
@@ -82,7 +80,6 @@ pub use order::{
 };
 pub use places::{Place, Places};
 pub use pool::{Assignments, Next, OrderPool, Urgency};
-pub use requests::{Vehicle, WithdrawError};
 pub use store::StoreError;
+pub use threads::{Vehicle, WithdrawError};
 pub use web::WebError;
-pub use yaml::InputError;

@@ -1,4 +1,4 @@
-//! Descriptions of loads: which orders a scenario's plant gets, and how many.
+//! Descriptions of loads: generators of a plant's orders.
 //!
 //! ```yaml
 //! load:
@@ -28,11 +28,11 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use regatta_plugin::world::NodeRole;
+use regatta_base::yaml::{self, Fields, Node};
+use regatta_plugin::world::Role;
 
 use super::file::{FileError, text_of};
 use super::places::Places;
-use super::yaml::{self, Fields, InputError, Value};
 
 /// A valid description of a load.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -49,9 +49,15 @@ pub(super) struct GeneratorSettings {
     pub(super) arrival: Arrival,
     pub(super) stops: Stops,
     pub(super) priority: u8,
-    /// The shortest and the longest dwell time, in seconds.
-    pub(super) dwell_secs: [f64; 2],
+    pub(super) dwell_secs: DwellSecs,
     pub(super) deadline_secs: Option<f64>,
+}
+
+/// The shortest and the longest dwell time, in seconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(super) struct DwellSecs {
+    pub(super) min: f64,
+    pub(super) max: f64,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -89,7 +95,7 @@ impl Load {
     /// Reads the load of a file.
     ///
     /// # Errors
-    /// [`FileError`] if it can't be read or something in it is wrong.
+    /// [`FileError`] if it can't be read or has an error.
     pub fn read(path: &Path, places: &Places) -> Result<Self, FileError> {
         Self::parse(&text_of(path)?, places)
             .map_err(|error| FileError::Invalid { path: path.to_owned(), error })
@@ -98,17 +104,15 @@ impl Load {
     /// Parses the load of a text.
     ///
     /// # Errors
-    /// [`InputError`] for the first thing that is wrong.
-    pub fn parse(text: &str, places: &Places) -> Result<Self, InputError> {
-        yaml::read(text, |document| {
-            let pairs = document.pairs()?;
-            let inner = pairs.iter().find(|(key, _)| key == "load").map(|(_, value)| *value);
-            load(inner.unwrap_or(document), places)
-        })
+    /// [`yaml::Error`] for the first thing that is wrong.
+    pub fn parse(text: &str, places: &Places) -> Result<Self, yaml::Error> {
+        let document = yaml::parse(text)?;
+        let fields = document.all_fields()?;
+        load(fields.get("load").unwrap_or(&document), places)
     }
 }
 
-fn load(load: Value, places: &Places) -> Result<Load, InputError> {
+fn load(load: &Node, places: &Places) -> Result<Load, yaml::Error> {
     let all: Vec<_> = LOAD_FIELDS.into_iter().chain(GENERATOR_FIELDS).collect();
     let fields = load.fields(&all)?;
     let groups = Groups::read(fields.get("groups"), places)?;
@@ -118,7 +122,7 @@ fn load(load: Value, places: &Places) -> Result<Load, InputError> {
         Some(list) => {
             load.fields(&LOAD_FIELDS)?;
             let mut generators = Vec::new();
-            for (value, number) in list.list()?.into_iter().zip(1..) {
+            for (value, number) in list.list()?.iter().zip(1..) {
                 let fields = value.fields(&GENERATOR_FIELDS)?;
                 generators.push(generator(value, &fields, number, &groups)?);
             }
@@ -134,40 +138,36 @@ fn load(load: Value, places: &Places) -> Result<Load, InputError> {
 }
 
 fn generator(
-    value: Value,
-    fields: &Fields,
+    value: &Node,
+    fields: &Fields<'_, '_>,
     number: usize,
     groups: &Groups,
-) -> Result<GeneratorSettings, InputError> {
-    let name = fields
-        .optional("name", |value| generator_name(value))?
-        .unwrap_or_else(|| number.to_string());
+) -> Result<GeneratorSettings, yaml::Error> {
+    let name = fields.optional("name", generator_name)?.unwrap_or_else(|| number.to_string());
     let arrival = arrival(value, fields)?;
     let has_ends = fields.get("from").is_some() || fields.get("to").is_some();
     let stops = match arrival {
         Arrival::Endless(_) if !has_ends => {
-            Stops::One(groups.find(fields.get("among"), NodeRole::None)?)
+            Stops::One(groups.find(fields.get("among"), Role::None)?)
         }
         _ => transports(value, fields, groups)?,
     };
     let dwell_secs = fields.optional("dwell", dwell)?.unwrap_or_default();
     let priority = fields.optional("priority", |value| value.integer(255))?.unwrap_or(0) as u8;
-    let deadline_secs = fields.optional("deadline", Value::positive)?;
+    let deadline_secs = fields.optional("deadline", Node::non_negative)?;
     Ok(GeneratorSettings { name, arrival, stops, priority, dwell_secs, deadline_secs })
 }
 
-fn generator_name(value: Value) -> Result<String, InputError> {
+fn generator_name(value: &Node) -> Result<String, yaml::Error> {
     let name = value.text()?;
-    let is_plain = |c: char| c.is_alphanumeric() || "_-.".contains(c);
-    match name.chars().all(is_plain) && (1..=64).contains(&name.len()) {
-        true => Ok(name),
-        false => {
-            Err(value.error("the name of a generator has 1 to 64 letters, digits, `_`, `-`, `.`"))
-        }
+    let is_plain = name.chars().all(|c| c.is_alphanumeric() || "_-.".contains(c));
+    if is_plain && (1..=64).contains(&name.len()) {
+        return Ok(name.into_owned());
     }
+    Err(value.error("the name of a generator has 1 to 64 letters, digits, `_`, `-`, `.`"))
 }
 
-fn arrival(value: Value, fields: &Fields) -> Result<Arrival, InputError> {
+fn arrival(value: &Node, fields: &Fields<'_, '_>) -> Result<Arrival, yaml::Error> {
     match (fields.get("per_hour"), fields.get("shifts"), fields.get("endless")) {
         (Some(rate), None, None) => Ok(Arrival::Poisson(vec![Shift {
             until_secs: f64::INFINITY,
@@ -179,39 +179,43 @@ fn arrival(value: Value, fields: &Fields) -> Result<Arrival, InputError> {
     }
 }
 
-fn endless(orders: Value) -> Result<Option<usize>, InputError> {
-    match orders.text()?.as_str() {
+fn endless(orders: &Node) -> Result<Option<usize>, yaml::Error> {
+    match orders.text()?.as_ref() {
         "robots" => Ok(None),
         _ => Ok(Some(orders.integer(1_000_000)? as usize)),
     }
 }
 
-fn transports(value: Value, fields: &Fields, groups: &Groups) -> Result<Stops, InputError> {
+fn transports(
+    value: &Node,
+    fields: &Fields<'_, '_>,
+    groups: &Groups,
+) -> Result<Stops, yaml::Error> {
     if fields.get("among").is_some() {
         return Err(value.error(
             "`among` is for an endless load of orders with one stop, without `from` and `to`",
         ));
     }
-    let from = groups.find(fields.get("from"), NodeRole::Pick)?;
-    let to = groups.find(fields.get("to"), NodeRole::Drop)?;
+    let from = groups.find(fields.get("from"), Role::Pick)?;
+    let to = groups.find(fields.get("to"), Role::Drop)?;
     if from.len() == 1 && from == to {
         return Err(value.error("`from` and `to` are the same single node"));
     }
     Ok(Stops::Two { from, to })
 }
 
-fn per_hour(value: Value) -> Result<f64, InputError> {
-    match value.positive()? {
+fn per_hour(value: &Node) -> Result<f64, yaml::Error> {
+    match value.non_negative()? {
         rate if rate <= MAX_PER_HOUR => Ok(rate),
         rate => Err(value.error(format!("{rate} orders an hour are over {MAX_PER_HOUR}"))),
     }
 }
 
-fn profile(value: Value) -> Result<Vec<Shift>, InputError> {
+fn profile(value: &Node) -> Result<Vec<Shift>, yaml::Error> {
     let mut shifts: Vec<Shift> = Vec::new();
     for shift in value.list()? {
         let fields = shift.fields(&["until", "per_hour"])?;
-        let until_secs = fields.required("until")?.positive()?;
+        let until_secs = fields.required("until")?.non_negative()?;
         if until_secs <= shifts.last().map_or(0.0, |last| last.until_secs) {
             return Err(shift.error("`until` must be after that of the shift before"));
         }
@@ -220,13 +224,14 @@ fn profile(value: Value) -> Result<Vec<Shift>, InputError> {
     if shifts.is_empty() { Err(value.error("there are no shifts")) } else { Ok(shifts) }
 }
 
-fn dwell(value: Value) -> Result<[f64; 2], InputError> {
-    if !value.is_mapping() {
-        return value.positive().map(|secs| [secs; 2]);
+fn dwell(value: &Node) -> Result<DwellSecs, yaml::Error> {
+    if !value.is_map() {
+        return value.non_negative().map(|secs| DwellSecs { min: secs, max: secs });
     }
     let fields = value.fields(&["min", "max"])?;
-    let range = [fields.required("min")?.positive()?, fields.required("max")?.positive()?];
-    if range[0] <= range[1] { Ok(range) } else { Err(value.error("`min` is above `max`")) }
+    let min = fields.required("min")?.non_negative()?;
+    let max = fields.required("max")?.non_negative()?;
+    if min <= max { Ok(DwellSecs { min, max }) } else { Err(value.error("`min` is above `max`")) }
 }
 
 /// The named groups of nodes.
@@ -236,46 +241,45 @@ struct Groups<'places> {
 }
 
 impl<'places> Groups<'places> {
-    fn read(groups: Option<Value>, places: &'places Places) -> Result<Self, InputError> {
-        let pairs = groups.map(Value::pairs).transpose()?.unwrap_or_default();
+    fn read(groups: Option<&Node>, places: &'places Places) -> Result<Self, yaml::Error> {
+        let pairs = groups.map(Node::pairs).transpose()?.unwrap_or_default();
         let mut named = BTreeMap::new();
         for (name, value) in pairs {
-            named.insert(name, group(value, places)?);
+            named.insert(name.into_owned(), group(value, places)?);
         }
         Ok(Self { named, places })
     }
 
     /// Returns the nodes that a field names, or those of the role, or all if none has it; but no
     /// chargers.
-    fn find(&self, field: Option<Value>, role: NodeRole) -> Result<Vec<u32>, InputError> {
+    fn find(&self, field: Option<&Node>, role: Role) -> Result<Vec<u32>, yaml::Error> {
         let Some(field) = field else {
             let nodes = self.with_role(role);
-            let any = || self.places.nodes(|place| place.role != NodeRole::Charge);
-            return Ok(if nodes.is_empty() || role == NodeRole::None { any() } else { nodes });
+            if nodes.is_empty() || role == Role::None {
+                return Ok(self.places.nodes(|place| place.role != Role::Charge));
+            }
+            return Ok(nodes);
         };
         let name = field.text()?;
-        let role = NodeRole::ALL
-            .into_iter()
-            .find(|role| role.name() == name)
-            .map(|role| self.with_role(role));
-        match self.named.get(&name).cloned().or(role) {
+        let with_role = role_named(&name).map(|role| self.with_role(role));
+        match self.named.get(name.as_ref()).cloned().or(with_role) {
             Some(nodes) if !nodes.is_empty() => Ok(nodes),
             Some(_) => Err(field.error(format!("no node has the role `{name}`"))),
             None => Err(field.error(format!("`{name}` is neither a group nor a role"))),
         }
     }
 
-    fn with_role(&self, role: NodeRole) -> Vec<u32> {
+    fn with_role(&self, role: Role) -> Vec<u32> {
         self.places.nodes(|place| place.role == role)
     }
 }
 
-fn group(value: Value, places: &Places) -> Result<Vec<u32>, InputError> {
-    let nodes = if value.is_mapping() { matching(value, places)? } else { listed(value, places)? };
+fn group(value: &Node, places: &Places) -> Result<Vec<u32>, yaml::Error> {
+    let nodes = if value.is_map() { matching(value, places)? } else { listed(value, places)? };
     if nodes.is_empty() { Err(value.error("no node is in this group")) } else { Ok(nodes) }
 }
 
-fn listed(value: Value, places: &Places) -> Result<Vec<u32>, InputError> {
+fn listed(value: &Node, places: &Places) -> Result<Vec<u32>, yaml::Error> {
     let mut nodes = Vec::new();
     for item in value.list()? {
         let label = item.text()?;
@@ -286,18 +290,21 @@ fn listed(value: Value, places: &Places) -> Result<Vec<u32>, InputError> {
     Ok(nodes)
 }
 
-fn matching(value: Value, places: &Places) -> Result<Vec<u32>, InputError> {
+fn matching(value: &Node, places: &Places) -> Result<Vec<u32>, yaml::Error> {
     let fields = value.fields(&["role", "zone"])?;
-    let role = |value: Value| {
-        let name = value.text()?;
-        let role = NodeRole::ALL.into_iter().find(|role| role.name() == name);
-        role.ok_or_else(|| value.error(format!("unknown role `{name}`")))
-    };
-    let role = fields.optional("role", role)?;
-    let zone = fields.optional("zone", Value::text)?;
-    let fits = |place: &super::places::Place| {
+    let role = fields.optional("role", node_role)?;
+    let zone = fields.optional("zone", Node::text)?;
+    Ok(places.nodes(|place| {
         role.is_none_or(|role| place.role == role)
-            && zone.as_ref().is_none_or(|zone| place.zone == *zone)
-    };
-    Ok(places.nodes(fits))
+            && zone.as_ref().is_none_or(|zone| place.zone == zone.as_ref())
+    }))
+}
+
+fn role_named(name: &str) -> Option<Role> {
+    Role::ALL.into_iter().find(|role| role.name() == name)
+}
+
+fn node_role(value: &Node) -> Result<Role, yaml::Error> {
+    let name = value.text()?;
+    role_named(&name).ok_or_else(|| value.error(format!("unknown role `{name}`")))
 }

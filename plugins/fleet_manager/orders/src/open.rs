@@ -47,7 +47,7 @@ pub enum PoolError {
 }
 
 impl OrderSettings {
-    /// Checks what can be checked before there is a world: that the web API could be served.
+    /// Checks that the web API can be served: this needs no world.
     ///
     /// # Errors
     /// [`WebError`] if the address needs a token or can't be listened on, or the token can't be
@@ -82,8 +82,8 @@ impl OrderPool {
             None => (None, Known::default()),
         };
         if let Some(path) = &settings.orders {
-            let invalid = |error| FileError::Invalid { path: path.clone(), error };
-            pool.add_new_orders(&orders, &known).map_err(invalid)?;
+            pool.add_new_orders(&orders, &known)
+                .map_err(|error| FileError::Invalid { path: path.clone(), error })?;
         }
         let load = load.unwrap_or_default();
         pool.continue_load(&Load { seed: settings.seed.unwrap_or(load.seed), ..load }, &known);
@@ -106,8 +106,7 @@ impl OrderPool {
             );
         }
         self.restore(restored.orders, restored.next_id, now_secs);
-        let start = Writer::start(store);
-        let writer = start
+        let writer = Writer::start(store)
             .map_err(|error| StoreError::Io { path: path.to_owned(), reason: error.to_string() })?;
         Ok((Some(writer), restored.known))
     }

@@ -1,4 +1,4 @@
-//! Transport orders: what is to be done, and what has happened to it.
+//! Transport orders: their content, state and history.
 
 use serde::{Deserialize, Serialize};
 use strum::{EnumString, IntoStaticStr, VariantNames};
@@ -9,7 +9,7 @@ use strum::{EnumString, IntoStaticStr, VariantNames};
 pub struct OrderId(pub u64);
 
 /// The action of a robot at a stop. It is parsed from its name, in any case. Clients of openTCS may
-/// say `NOP` and `MOVE` for none, `Load cargo` and `Unload cargo`.
+/// write `NOP` and `MOVE` for none, `Load cargo` and `Unload cargo`.
 ///
 /// ```
 /// use regatta_orders::Action;
@@ -22,7 +22,7 @@ pub struct OrderId(pub u64);
 #[serde(rename_all = "lowercase")]
 #[strum(ascii_case_insensitive, parse_err_ty = UnknownAction, parse_err_fn = unknown_action)]
 pub enum Action {
-    /// Nothing but being there.
+    /// None: the robot only drives there.
     #[default]
     #[strum(serialize = "none", serialize = "nop", serialize = "move")]
     None,
@@ -53,7 +53,7 @@ impl<'de> Deserialize<'de> for Action {
     }
 }
 
-/// A place that a robot drives to, and what it does there.
+/// A place that a robot drives to, and its action there.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
     /// Index in the world's nodes.
@@ -76,7 +76,7 @@ pub enum NameError {
     /// Empty or too long.
     #[error("the name of an order has 1 to {max} bytes, and this one has {0}", max = OrderName::MAX_BYTES)]
     Length(usize),
-    /// It has a character that names don't have.
+    /// It has an invalid character.
     #[error("the name `{}` has a `/` or a control character", .0.escape_default())]
     Character(String),
     /// It begins with the prefix of generated orders.
@@ -137,7 +137,7 @@ impl OrderName {
         Self(format!("{}{robot}-{number}-{run_id:08x}", Self::REQUESTED))
     }
 
-    /// Whether a robot is sent somewhere by the order, on request.
+    /// Whether it is the name of an order by which a robot is sent somewhere on request.
     pub(super) fn is_of_request(&self) -> bool {
         self.0.starts_with(Self::REQUESTED)
     }
@@ -189,7 +189,7 @@ pub enum State {
     Finished(u32),
     /// A robot could not carry it out.
     Failed,
-    /// Somebody has withdrawn it.
+    /// A client has withdrawn it.
     Cancelled,
     /// No robot can reach its stops at present.
     Unroutable,
@@ -204,7 +204,7 @@ impl State {
         self.into()
     }
 
-    /// Whether nothing will happen to the order any more.
+    /// Whether the state is the order's last one.
     pub fn is_final(self) -> bool {
         matches!(self, Self::Finished(_) | Self::Failed | Self::Cancelled)
     }
@@ -218,7 +218,7 @@ impl State {
     }
 }
 
-/// Something that happened to an order.
+/// A change of an order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase", rename_all_fields = "camelCase", tag = "event")]
 #[expect(
@@ -243,7 +243,7 @@ pub enum Change {
     Finished { robot: u32 },
     /// It can't be carried out.
     Failed { robot: Option<u32>, reason: String },
-    /// Somebody has withdrawn it for good.
+    /// A client has withdrawn it for good.
     Cancelled { robot: Option<u32>, reason: String },
     /// No robot can reach its stops; it waits until it is [reopened](Self::Reopened).
     Unroutable { reason: String },
@@ -251,7 +251,7 @@ pub enum Change {
     Reopened,
 }
 
-/// Something that happened to an order, for the order log.
+/// A change of an order at a time, for the order log.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OrderEvent {
     /// Simulated time in seconds.

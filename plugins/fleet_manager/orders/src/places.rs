@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use regatta_plugin::World;
-use regatta_plugin::world::NodeRole;
+use regatta_plugin::world::Role;
 
 /// A node of the world.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -15,7 +15,7 @@ pub struct Place {
     /// Zone; empty for none.
     pub zone: String,
     /// The role of the node.
-    pub role: NodeRole,
+    pub role: Role,
     /// Metres east and north of the world's origin.
     pub position: [f32; 2],
 }
@@ -31,14 +31,14 @@ pub struct Places {
 impl Places {
     /// Makes the table of a world.
     pub fn of(world: &World) -> Self {
-        let place = |node: &regatta_plugin::world::NodeRecord| Place {
+        let places = world.nodes().iter().map(|node| Place {
             id: node.id,
             name: world.text(node.name).to_owned(),
             zone: world.text(node.zone).to_owned(),
             role: node.role(),
             position: [node.x, node.y],
-        };
-        Self::new(world.nodes().iter().map(place).collect())
+        });
+        Self::new(places.collect())
     }
 
     /// Makes a table of places, in the order of the world's nodes. Of places with the same name or

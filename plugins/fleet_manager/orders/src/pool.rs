@@ -10,8 +10,8 @@ use super::order::{
     Change, HistoryEntry, NewOrder, Order, OrderEvent, OrderId, OrderName, State, Stop,
 };
 use super::places::Places;
-use super::requests::{ABSENT, Reply, Request, Update, Vehicle, WithdrawError};
 use super::threads::Threads;
+use super::threads::{ABSENT, Reply, Request, Update, Vehicle, WithdrawError};
 
 mod assignment;
 mod requests;
@@ -28,10 +28,10 @@ pub enum Next {
     Done,
 }
 
-/// All open orders, and where new ones come from.
+/// All open orders, and the sources of new ones.
 ///
 /// It is deterministic: the same calls make the same orders, assignments and events, except for
-/// what comes over the web API.
+/// those of requests over the web API.
 #[derive(Default)]
 pub struct OrderPool {
     places: Arc<Places>,
@@ -218,7 +218,7 @@ impl OrderPool {
         self.counts.figures(self.open.values(), secs, now_secs)
     }
 
-    /// Notes what a robot does, for the web API. Its order is filled in.
+    /// Notes the state of a robot for the web API. Its order is filled in.
     pub fn show_vehicle(&mut self, mut vehicle: Vehicle) {
         let order = self.order_of(vehicle.robot).and_then(|id| self.order(id));
         vehicle.transport_order = order.map(|order| order.content.name.clone());
@@ -232,8 +232,7 @@ impl OrderPool {
         }
     }
 
-    /// Passes what has changed to the store and the web API, at the end of a tick. It waits for
-    /// neither.
+    /// Passes the changes of a tick to the store and the web API, without waiting for them.
     pub fn publish(&mut self, now_secs: f64) {
         let changed = std::mem::take(&mut self.changed);
         let closed = std::mem::take(&mut self.closed);
@@ -262,9 +261,8 @@ impl OrderPool {
         self.threads.as_ref()?.address()
     }
 
-    /// Whether everything that was published is in the store. A manager of real robots may wait for
-    /// it before a robot leaves a stop: what is lost with a killed process is the ticks that aren't
-    /// in the store.
+    /// Whether all published changes are in the store. A manager of real robots may wait for it
+    /// before a robot leaves a stop: a killed process loses the ticks that aren't in the store.
     pub fn is_saved(&self) -> bool {
         self.threads.as_ref().is_none_or(Threads::is_saved)
     }
@@ -283,7 +281,7 @@ impl OrderPool {
         self.events.push(OrderEvent { secs, id, change });
     }
 
-    /// Channels an order.
+    /// Closes an order.
     fn close(&mut self, id: OrderId, state: State, now_secs: f64, change: Change) {
         let Some(order) = self.open.get_mut(&id) else { return };
         if let Some(robot) = order.state.robot() {

@@ -11,10 +11,11 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use rusqlite::types::FromSql;
 use rusqlite::{Connection, ErrorCode, OptionalExtension as _, Row, params};
 use serde::{Deserialize, Serialize};
 
-use super::order::{Action, HistoryEntry, NewOrder, Order, OrderId, OrderName, State, Stop};
+use super::order::{Action, NewOrder, Order, OrderId, OrderName, State, Stop};
 use super::places::Places;
 
 pub(super) use archive::{Archive, Page};
@@ -23,7 +24,7 @@ pub(super) use writer::{InsertError, Job, Writer};
 mod archive;
 mod writer;
 
-/// `RGTA`: tells our files from those of other programs.
+/// `RGTA`: distinguishes stores from the databases of other programs.
 const APPLICATION_ID: i32 = 0x5247_5441;
 /// The version of the tables.
 const VERSION: i32 = 2;
@@ -54,7 +55,7 @@ pub enum StoreError {
     /// Another process has it.
     #[error("another process keeps its orders in {}; end it, or choose another file", .0.display())]
     InUse(PathBuf),
-    /// It is no store of orders.
+    /// It is not a store of orders.
     #[error("{} is not a store of orders, and is left as it is; choose another file", .0.display())]
     Foreign(PathBuf),
     /// It is a store of a later version of this program.
@@ -83,7 +84,7 @@ pub enum StoreError {
     },
 }
 
-/// The names that a store knows already, and in which of its runs we are.
+/// The names that a store knows already, and the number of the present run.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Known {
     pub(super) names: BTreeSet<String>,
@@ -116,18 +117,14 @@ impl OrderStore {
     pub(super) fn open(path: &Path, places: Arc<Places>) -> Result<Self, StoreError> {
         check_header(path)?;
         let lock = lock(path)?;
-        let sqlite = |error: rusqlite::Error| sqlite_error(path, &error);
-        let connection = Connection::open(path).map_err(sqlite)?;
+        let connection = Connection::open(path).map_err(|error| sqlite_error(path, &error))?;
         check_content(&connection, path)?;
-        connection
-            .execute_batch("PRAGMA journal_mode = WAL; PRAGMA synchronous = NORMAL; PRAGMA busy_timeout = 5000;")
-            .map_err(sqlite)?;
-        migrate(&connection).map_err(sqlite)?;
+        prepare(&connection).map_err(|error| sqlite_error(path, &error))?;
         Ok(Self { connection, path: path.to_owned(), places, _lock: lock })
     }
 
     /// Begins a run, or continues it if it is the last one of the store. Times and robots of other
-    /// runs mean nothing in this one: their open orders begin anew at `now_secs` of it.
+    /// runs are invalid in this one: their open orders begin anew at `now_secs` of it.
     pub(super) fn restore(&mut self, run_id: u64, now_secs: f64) -> Result<Restored, StoreError> {
         self.read(run_id, now_secs).map_err(|error| sqlite_error(&self.path, &error))
     }
@@ -145,7 +142,7 @@ impl OrderStore {
         if !is_same {
             transaction.execute("INSERT INTO run VALUES (?, ?)", params![run, run_text])?;
             transaction.execute("UPDATE transport_order SET id = NULL", [])?;
-            // Where somebody sent a robot of another run means nothing in this one.
+            // Robots of another run were sent to nodes of its world.
             transaction.execute(
                 "UPDATE transport_order SET state = 'cancelled', reason = 'its run has ended'
                  WHERE name LIKE ? AND state NOT IN ('finished', 'failed', 'cancelled')",
@@ -187,14 +184,15 @@ fn names(connection: &Connection) -> rusqlite::Result<BTreeSet<String>> {
 
 /// Refuses a file that has content, but not that of SQLite.
 fn check_header(path: &Path) -> Result<(), StoreError> {
-    let io =
-        |error: std::io::Error| StoreError::Io { path: path.to_owned(), reason: error.to_string() };
     let mut header = Vec::new();
-    match File::open(path) {
-        Ok(file) => file.take(16).read_to_end(&mut header).map_err(io)?,
+    let read = File::open(path).and_then(|file| file.take(16).read_to_end(&mut header));
+    match read {
+        Ok(_) => {}
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
-        Err(error) => return Err(io(error)),
-    };
+        Err(error) => {
+            return Err(StoreError::Io { path: path.to_owned(), reason: error.to_string() });
+        }
+    }
     match header.is_empty() || header == b"SQLite format 3\0" {
         true => Ok(()),
         false => Err(StoreError::Foreign(path.to_owned())),
@@ -220,25 +218,32 @@ fn lock(path: &Path) -> Result<File, StoreError> {
 
 /// Refuses a database of another program, of a later version, or that is damaged.
 fn check_content(connection: &Connection, path: &Path) -> Result<(), StoreError> {
-    let sqlite = |error: rusqlite::Error| sqlite_error(path, &error);
-    let pragma = |name: &str| {
-        connection.pragma_query_value(None, name, |row| row.get::<_, i32>(0)).map_err(sqlite)
-    };
-    let pages = pragma("page_count")?;
-    if pages > 0 && pragma("application_id")? != APPLICATION_ID {
+    let pages: i32 = pragma(connection, path, "page_count")?;
+    if pages > 0 && pragma::<i32>(connection, path, "application_id")? != APPLICATION_ID {
         return Err(StoreError::Foreign(path.to_owned()));
     }
-    let version = pragma("user_version")?;
+    let version = pragma(connection, path, "user_version")?;
     if version > VERSION {
         return Err(StoreError::Newer { path: path.to_owned(), version });
     }
-    let check: String =
-        connection.pragma_query_value(None, "quick_check", |row| row.get(0)).map_err(sqlite)?;
+    let check: String = pragma(connection, path, "quick_check")?;
     if check == "ok" {
         Ok(())
     } else {
         Err(StoreError::Corrupt { path: path.to_owned(), reason: check.replace('\n', "; ") })
     }
+}
+
+fn pragma<T: FromSql>(connection: &Connection, path: &Path, name: &str) -> Result<T, StoreError> {
+    let value = connection.pragma_query_value(None, name, |row| row.get(0));
+    value.map_err(|error| sqlite_error(path, &error))
+}
+
+fn prepare(connection: &Connection) -> rusqlite::Result<()> {
+    connection.execute_batch(
+        "PRAGMA journal_mode = WAL; PRAGMA synchronous = NORMAL; PRAGMA busy_timeout = 5000;",
+    )?;
+    migrate(connection)
 }
 
 fn migrate(connection: &Connection) -> rusqlite::Result<()> {
@@ -290,8 +295,7 @@ fn stop_rows(stops: &[Stop], places: &Places) -> String {
     serde_json::to_string(&rows).unwrap_or_default()
 }
 
-/// Returns a row as an order, or `None` if it names nodes that the world doesn't have, or is no
-/// order at all.
+/// Returns a row as an order; `None` if it names nodes that the world doesn't have, or is invalid.
 fn order_of(
     row: &Row,
     places: &Places,
@@ -299,11 +303,10 @@ fn order_of(
     now_secs: f64,
     next_id: u64,
 ) -> rusqlite::Result<Option<Order>> {
-    let text = |index: usize| row.get::<_, String>(index);
-    let rows: Vec<StopRow> = serde_json::from_str(&text(9)?).unwrap_or_default();
+    let rows: Vec<StopRow> = serde_json::from_str(row.get_ref(9)?.as_str()?).unwrap_or_default();
     let stops: Option<Vec<_>> = rows.iter().map(|row| row.stop(places)).collect();
     let (Some(stops), Ok(name)) =
-        (stops.filter(|stops| !stops.is_empty()), OrderName::stored(&text(0)?))
+        (stops.filter(|stops| !stops.is_empty()), OrderName::stored(row.get_ref(0)?.as_str()?))
     else {
         return Ok(None);
     };
@@ -320,10 +323,10 @@ fn order_of(
     let mut order = Order {
         id: OrderId(row.get::<_, Option<u64>>(1)?.unwrap_or(next_id)),
         created_secs,
-        state: state_of(&text(2)?, row.get(7)?),
+        state: state_of(row.get_ref(2)?.as_str()?, row.get(7)?),
         handled_stops: row.get::<_, usize>(8)?.min(content.stops.len() - 1),
         reason: String::new(),
-        history: serde_json::from_str::<Vec<HistoryEntry>>(&text(10)?).unwrap_or_default(),
+        history: serde_json::from_str(row.get_ref(10)?.as_str()?).unwrap_or_default(),
         content: content.clone(),
     };
     if !is_same_run {

@@ -1,11 +1,14 @@
-//! The threads beside the manager's tick: the store and the web API.
+//! The threads beside the manager's tick, the store and the web API, and the messages between them
+//! and the pool.
 
+use super::figures::Figures;
+use super::order::{NewOrder, Order, OrderName};
 use std::net::SocketAddr;
+use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 
 use tokio::sync::mpsc::UnboundedSender;
 
-use super::requests::{Request, Update};
 use super::store::Writer;
 use super::web::Web;
 
@@ -42,12 +45,12 @@ impl Threads {
         }
     }
 
-    /// Whether somebody reads the figures: they take time.
+    /// Whether the web API needs figures, which take time to compute.
     pub(super) fn wants_figures(&self) -> bool {
         self.updates.is_some()
     }
 
-    /// Whether everything that was published is kept.
+    /// Whether all published changes are in the store.
     pub(super) fn is_saved(&self) -> bool {
         self.store.as_ref().is_none_or(Writer::is_saved)
     }
@@ -56,4 +59,68 @@ impl Threads {
     pub(super) fn address(&self) -> Option<SocketAddr> {
         self.web.as_ref().map(Web::address)
     }
+}
+
+/// Called once with the result of a request, from any thread.
+pub(super) type Reply<T> = Box<dyn FnOnce(T) + Send>;
+
+/// A request that the pool takes at its next tick.
+pub(super) enum Request {
+    /// Valid orders, which are in the store already, and the simulated time in seconds at which
+    /// they came.
+    Post { orders: Vec<NewOrder>, created_secs: f64 },
+    /// The withdrawal of an order; `immediate` even if its robot has begun.
+    Withdraw { name: OrderName, immediate: bool, reply: Reply<Result<(), WithdrawError>> },
+}
+
+/// The error of withdrawing an order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum WithdrawError {
+    /// There is no such order, or it is closed and no longer in memory.
+    #[error("there is no open order with this name")]
+    Unknown,
+    /// It is finished, failed or cancelled.
+    #[error("the order is over")]
+    Over,
+    /// Its robot has handled its first stop.
+    #[error(
+        "its robot has handled the first stop already; withdraw it with `immediate=true` if its load may stay on the robot"
+    )]
+    Begun,
+}
+
+/// The state of a robot that has left the fleet.
+pub(super) const ABSENT: &str = "absent";
+
+/// A robot, as the web API shows it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Vehicle {
+    /// The robot's id.
+    pub robot: u32,
+    /// Its state in a word: idle, driving, held …; `absent` if it has left the fleet.
+    pub state: &'static str,
+    /// Its activity, as the column `activity` has it.
+    pub activity: &'static str,
+    /// The node that it reached last, as an index in the world's nodes.
+    pub node: Option<u32>,
+    /// The id of the edge that it is on.
+    pub edge: Option<u32>,
+    /// Metres east and north of the world's origin.
+    pub position: [f32; 2],
+    /// Its battery's charge in per cent, if it has one.
+    pub energy_level: Option<u8>,
+    /// The name of its order.
+    pub transport_order: Option<OrderName>,
+}
+
+/// The changes of a tick.
+#[derive(Default)]
+pub(super) struct Update {
+    pub(super) now_secs: f64,
+    pub(super) orders: Vec<Arc<Order>>,
+    pub(super) vehicles: Vec<Vehicle>,
+    /// From time to time.
+    pub(super) figures: Option<Figures>,
+    /// Called when the changes are kept.
+    pub(super) done: Vec<Reply<()>>,
 }

@@ -11,7 +11,7 @@ use utoipa::openapi::schema::{Object, ObjectBuilder, Type};
 
 use super::order::{Action, Order, State};
 use super::places::Places;
-use super::requests::{ABSENT, Vehicle};
+use super::threads::{ABSENT, Vehicle};
 
 #[derive(Debug, Serialize, ToSchema)]
 #[serde(rename_all = "camelCase")]

@@ -2,7 +2,7 @@
 //! document.
 //!
 //! It has a thread with a runtime of its own, and a board of its own with all orders and vehicles.
-//! The manager's tick sends it what has changed and never waits for it.
+//! The manager's tick sends it the changes and never waits for it.
 
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -14,8 +14,8 @@ use regatta_kit::server::{Limits, Server, WhenFull};
 use tokio::sync::Semaphore;
 use tokio::sync::mpsc::UnboundedReceiver;
 
-use super::requests::{Request, Update};
 use super::store::{Archive, Job, StoreError};
+use super::threads::{Request, Update};
 
 mod api;
 mod board;
@@ -63,7 +63,7 @@ pub enum WebError {
         /// The reason.
         reason: std::io::Error,
     },
-    /// Others may reach the address, and anybody could send orders.
+    /// Other machines can reach the address, and could send orders.
     #[error(
         "{0} can be reached from other machines: give a token with --token-file, or use 127.0.0.1"
     )]
@@ -127,15 +127,17 @@ impl Web {
 const MIN_TOKEN_BYTES: usize = 8;
 
 fn read_token(path: &Path) -> Result<String, WebError> {
-    let error = |reason: String| WebError::Token { path: path.to_owned(), reason };
-    let text = std::fs::read_to_string(path).map_err(|reason| error(reason.to_string()))?;
-    let token = text.trim();
-    match token.len() >= MIN_TOKEN_BYTES && token.bytes().all(|byte| byte.is_ascii_graphic()) {
-        true => Ok(token.to_owned()),
-        false => {
-            Err(error(format!("it must have at least {MIN_TOKEN_BYTES} visible ASCII characters")))
+    let reason = match std::fs::read_to_string(path) {
+        Ok(text) => {
+            let token = text.trim();
+            if token.len() >= MIN_TOKEN_BYTES && token.bytes().all(|byte| byte.is_ascii_graphic()) {
+                return Ok(token.to_owned());
+            }
+            format!("it must have at least {MIN_TOKEN_BYTES} visible ASCII characters")
         }
-    }
+        Err(error) => error.to_string(),
+    };
+    Err(WebError::Token { path: path.to_owned(), reason })
 }
 
 #[cfg(test)]

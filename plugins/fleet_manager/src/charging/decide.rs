@@ -1,6 +1,6 @@
 //! The decisions of a cycle.
 
-use super::{Charging, Decision, Phase, Situation};
+use super::{ChargeAction, Charging, Decision, Phase, Situation};
 use crate::roads::Roads;
 
 /// The nodes that are taken, by robots that are there or go there, in ascending order.
@@ -35,7 +35,7 @@ fn among(pairs: &[(u32, u32)], node: u32) -> impl Iterator<Item = u32> {
 }
 
 impl Charging {
-    /// Decides what robots do about their batteries, at a simulated time in seconds. `situations`
+    /// Decides which robots charge, at a simulated time in seconds. `situations`
     /// are in ascending order of robots; `secs` returns the driving time between two nodes, if
     /// there is a way.
     pub fn decide(
@@ -46,7 +46,9 @@ impl Charging {
         secs: &dyn Fn(u32, u32) -> Option<f64>,
     ) -> &[Decision] {
         self.decisions.clear();
-        situations.iter().for_each(|at| self.follow(at, now_secs));
+        for at in situations {
+            self.follow(at, now_secs);
+        }
         let taken = Taken::of(situations);
         let are_waiting = self.give_chargers(&taken, situations, secs);
         let ends: Vec<u32> = taken.ends.iter().map(|(node, _)| *node).collect();
@@ -64,7 +66,7 @@ impl Charging {
         &self.decisions
     }
 
-    /// Follows what a robot does.
+    /// Updates the phase of a robot.
     fn follow(&mut self, at: &Situation, now_secs: f64) {
         let to_charger = self.secs_to_charger(at.node) * self.settings.delay;
         let (settings, Some(robot)) = (self.settings, self.robots.get_mut(at.robot as usize))
@@ -80,7 +82,8 @@ impl Charging {
             if at.stop.is_some() { None } else { robot.idle_since.or(Some(now_secs)) };
         let is_flat = at.is_broken && robot.charge <= 0.0;
         let before = robot.phase;
-        let node = |charger: usize| self.chargers[charger].node;
+        let chargers = &self.chargers;
+        let has_left = |charger: usize| at.node.is_some_and(|end| end != chargers[charger].node);
         robot.phase = match before {
             Phase::Flat if at.is_broken => Phase::Flat,
             Phase::Flat => Phase::Free,
@@ -89,16 +92,13 @@ impl Charging {
             Phase::Going(_) if at.is_unreachable => Phase::Waiting,
             Phase::Going(charger) if at.has_arrived => Phase::Charging(charger),
             Phase::Charging(charger) if robot.charge >= settings.full => Phase::Resting(charger),
-            Phase::Resting(charger) if at.node.is_some_and(|end| end != node(charger)) => {
-                Phase::Free
-            }
+            Phase::Resting(charger) if has_left(charger) => Phase::Free,
             Phase::Leaving(..) if at.stop.is_some() || at.has_arrived || at.is_unreachable => {
                 Phase::Free
             }
             same => same,
         };
         let (after, robot) = (robot.phase, at.robot);
-        let has_left = |charger: usize| at.node.is_some_and(|end| end != node(charger));
         let is_away = matches!(before, Phase::Leaving(charger, _) if has_left(charger));
         if is_away
             || (before != after && matches!(after, Phase::Free | Phase::Waiting | Phase::Flat))
@@ -109,15 +109,19 @@ impl Charging {
             return;
         }
         match after {
-            Phase::Waiting => self.decisions.push(Decision::Wait { robot }),
-            Phase::Charging(_) => self.decisions.push(Decision::Stay { robot }),
-            Phase::Flat => self.decisions.push(Decision::Flat { robot }),
-            Phase::Resting(_) => self.decisions.push(Decision::Free { robot }),
+            Phase::Waiting => self.decide_on(robot, ChargeAction::Wait),
+            Phase::Charging(_) => self.decide_on(robot, ChargeAction::Stay),
+            Phase::Flat => self.decide_on(robot, ChargeAction::Flat),
+            Phase::Resting(_) => self.decide_on(robot, ChargeAction::Free),
             Phase::Free if at.stop.is_none() && matches!(before, Phase::Leaving(..)) => {
-                self.decisions.push(Decision::Free { robot });
+                self.decide_on(robot, ChargeAction::Free);
             }
             _ => {}
         }
+    }
+
+    fn decide_on(&mut self, robot: u32, action: ChargeAction) {
+        self.decisions.push(Decision { robot, action });
     }
 
     /// Promises free chargers to the robots that wait for one, those first whose batteries last for
@@ -147,7 +151,7 @@ impl Charging {
         served < waiting.len()
     }
 
-    /// Sends robots that have nothing to do to chargers that nobody needs.
+    /// Sends robots that have nothing to do to chargers that no other robot needs.
     fn top_up(
         &mut self,
         now_secs: f64,
@@ -202,7 +206,7 @@ impl Charging {
         }
         self.chargers[nearest].promised = Some(robot);
         self.robots[robot as usize].phase = Phase::Going(nearest);
-        self.decisions.push(Decision::Go { robot, node: self.chargers[nearest].node });
+        self.decide_on(robot, ChargeAction::Go(self.chargers[nearest].node));
         true
     }
 
@@ -216,7 +220,7 @@ impl Charging {
         }
         if let Some(refuge) = self.refuge(roads, self.chargers[charger].node, taken) {
             self.robots[robot as usize].phase = Phase::Leaving(charger, refuge);
-            self.decisions.push(Decision::Go { robot, node: refuge });
+            self.decide_on(robot, ChargeAction::Go(refuge));
         }
     }
 }

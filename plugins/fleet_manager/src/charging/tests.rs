@@ -5,6 +5,7 @@ use proptest::prelude::*;
 use regatta_plugin::world::{CurveRecord, EdgeRecord, NodeRecord, WorldData};
 
 use super::*;
+use crate::model::Random;
 use crate::roads::Roads;
 
 /// The nodes of a ring road of edges of 10 m, which are driven in 10 s.
@@ -29,7 +30,7 @@ fn ring(chargers: u32) -> WorldData {
     world.nodes = (0..RING).map(|id| node(id, id as f32, 64.0)).collect();
     let bays: Vec<u32> = (0..chargers).map(|charger| charger * RING / chargers).collect();
     let charger = |(id, at): (u32, &u32)| NodeRecord {
-        role: NodeRole::Charge as u32,
+        role: Role::Charge as u32,
         ..node(RING + id, *at as f32 + 0.5, 70.0)
     };
     world.nodes.extend((0..).zip(&bays).map(charger));
@@ -85,16 +86,6 @@ struct Body {
     order: Option<[u32; 2]>,
     stops_left: usize,
     charge: f32,
-}
-
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, count: u32) -> u32 {
-        self.0 =
-            self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        ((self.0 >> 33) % u64::from(count)) as u32
-    }
 }
 
 /// Lets robots arrive, and lets a second pass for their batteries.
@@ -162,8 +153,8 @@ fn run(robots: u32, chargers: u32, seed: u64, seconds: u32) -> (f32, u32) {
         };
         let situations: Vec<Situation> = (0..).zip(&bodies).map(situation).collect();
         for decision in charging.decide(now, &roads, &situations, &secs).to_vec() {
-            match decision {
-                Decision::Go { robot, node } => {
+            match (decision.robot, decision.action) {
+                (robot, ChargeAction::Go(node)) => {
                     let body = &mut bodies[robot as usize];
                     assert!(
                         body.order.is_none() || body.stops_left == 2,
@@ -173,9 +164,9 @@ fn run(robots: u32, chargers: u32, seed: u64, seconds: u32) -> (f32, u32) {
                     (body.order, body.node) = (None, from);
                     body.way = Some((node, now + distances[from as usize][node as usize] * 1.3));
                 }
-                Decision::Wait { robot } => bodies[robot as usize].order = None,
-                Decision::Stay { .. } | Decision::Free { .. } => {}
-                Decision::Flat { robot } => panic!("robot {robot} is flat after {second} s"),
+                (robot, ChargeAction::Wait) => bodies[robot as usize].order = None,
+                (_, ChargeAction::Stay | ChargeAction::Free) => {}
+                (robot, ChargeAction::Flat) => panic!("robot {robot} is flat after {second} s"),
             }
         }
         for (robot, body) in (0..).zip(&mut bodies) {

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use regatta_plugin::frame::RobotState;
 
-use super::{Errand, Manager};
-use crate::charging::{Charging, Decision, Situation};
+use super::{Manager, Progress};
+use crate::charging::{ChargeAction, Charging, Decision, Situation};
 
 /// The cost of an order after its first stop: the largest of all orders with that stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,14 +36,18 @@ impl Manager {
             return;
         }
         let roads = self.steering.roads().clone();
-        self.charging.chargers().for_each(|charger| self.times.prepare(&roads, charger));
+        for charger in self.charging.chargers() {
+            self.times.prepare(&roads, charger);
+        }
         let situations: Vec<Situation> =
             self.present.iter().map(|&robot| self.situation(robot, states)).collect();
         let times = &self.times;
         let secs = |node: u32, goal: u32| times.between(&roads, node, goal);
         self.charging.measure(&secs);
         let decisions = self.charging.decide(now_secs, &roads, &situations, &secs).to_vec();
-        decisions.into_iter().for_each(|decision| self.carry_out(decision, now_secs));
+        for decision in decisions {
+            self.carry_out(decision, now_secs);
+        }
     }
 
     fn situation(&self, robot: u32, states: &[u8]) -> Situation {
@@ -53,7 +57,7 @@ impl Manager {
             node: self.steering.base_end_node(robot),
             stop: self.orders.current_stop(robot).map(|stop| stop.node),
             is_bound: self.orders.is_bound(robot)
-                || matches!(self.errands[robot as usize], Errand::Handling(_)),
+                || matches!(self.progress[robot as usize], Progress::Handling(_)),
             has_arrived: goal.is_some_and(|node| self.steering.has_arrived(robot, node)),
             is_unreachable: goal.is_some() && self.steering.is_unreachable(robot),
             is_broken: states[robot as usize] == RobotState::Broken as u8,
@@ -61,15 +65,16 @@ impl Manager {
     }
 
     fn carry_out(&mut self, decision: Decision, now_secs: f64) {
-        match decision {
-            Decision::Go { robot, node } => {
+        let Decision { robot, action } = decision;
+        match action {
+            ChargeAction::Go(node) => {
                 self.take_order(robot, now_secs);
                 self.steering.send(robot, node);
             }
-            Decision::Wait { robot } => self.take_order(robot, now_secs),
-            Decision::Stay { robot } => self.steering.stay(robot),
-            Decision::Free { robot } => self.steering.halt(robot),
-            Decision::Flat { robot } => {
+            ChargeAction::Wait => self.take_order(robot, now_secs),
+            ChargeAction::Stay => self.steering.stay(robot),
+            ChargeAction::Free => self.steering.halt(robot),
+            ChargeAction::Flat => {
                 if self.orders.withdraw(robot, now_secs).is_err() {
                     self.orders.failed(robot, now_secs, "the robot's battery is flat");
                 }
@@ -85,8 +90,8 @@ impl Manager {
         self.halt(robot);
     }
 
-    /// Returns what orders cost after their first stops, by the node of that stop; nothing if it
-    /// doesn't matter.
+    /// Returns the cost of orders after their first stops, by the node of that stop; none if no
+    /// robot has a battery.
     pub(super) fn after_first_stops(&self) -> BTreeMap<u32, Rest> {
         let mut rests: BTreeMap<u32, Rest> = BTreeMap::new();
         if !self.charging.is_needed() {
@@ -96,22 +101,18 @@ impl Manager {
         for order in self.orders.open_orders().filter(|order| !order.is_bound()) {
             let stops = &order.content.stops;
             let (Some(first), Some(last)) = (stops.first(), stops.last()) else { continue };
-            let driving = |pair: &[regatta_orders::Stop]| {
-                self.times.between(roads, pair[0].node, pair[1].node)
-            };
+            let driving = stops
+                .windows(2)
+                .filter_map(|pair| self.times.between(roads, pair[0].node, pair[1].node));
             let rest = Rest {
-                driving_secs: stops.windows(2).filter_map(driving).sum(),
+                driving_secs: driving.sum(),
                 standing_secs: stops.iter().map(|stop| stop.dwell_secs).sum(),
                 last: last.node,
             };
-            rests
-                .entry(first.node)
-                .and_modify(|most| {
-                    if rest.secs() > most.secs() {
-                        *most = rest
-                    }
-                })
-                .or_insert(rest);
+            let most = rests.entry(first.node).or_insert(rest);
+            if rest.secs() > most.secs() {
+                *most = rest;
+            }
         }
         rests
     }

@@ -1,4 +1,4 @@
-//! Requests of others: to send a robot somewhere, and to call it back.
+//! Requests of other processes: to send a robot somewhere, and to call it back.
 
 use regatta_plugin::manager::{ManagerAnswer, ManagerRequest, ManagerRequestKind, ManagerResponse};
 
@@ -26,9 +26,11 @@ impl Manager {
         };
         let roads = self.steering.roads().clone();
         self.times.prepare(&roads, node);
-        let from = self.steering.base_end_node(robot);
-        let has_no_way = |from| self.times.between(&roads, from, node).is_none();
-        if from.is_some_and(has_no_way) || self.steering.is_out_of_reach(node) {
+        let has_no_way = match self.steering.base_end_node(robot) {
+            Some(from) => self.times.between(&roads, from, node).is_none(),
+            None => false,
+        };
+        if has_no_way || self.steering.is_out_of_reach(node) {
             return (ManagerAnswer::NoWay, 0);
         }
         let (id, is_free) = self.orders.send(robot, node, run_id, self.steering.now());

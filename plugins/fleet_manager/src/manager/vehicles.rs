@@ -1,14 +1,16 @@
-//! The state of robots, for the web API.
+//! The state of robots, for the web API, columns and figures.
 
+use crate::run_figures::Doing;
+use regatta_plugin::activity::Activity;
 use std::time::{Duration, Instant};
 
 use regatta_plugin::frame::{Columns, NO_EDGE, RobotState};
 
-use super::Manager;
-use regatta_orders::Vehicle;
+use super::{Manager, Progress};
+use regatta_orders::{Order, Vehicle};
 
-/// The number of cycles in which every robot is looked at once, so that a large fleet costs each
-/// cycle little.
+/// The number of cycles in which every robot is shown once, so that a large fleet costs each cycle
+/// little.
 const ROUND: usize = 10;
 /// The shortest wall-clock time between two of these cycles. The manager has ten a second in real
 /// time, and many more in lockstep.
@@ -17,9 +19,8 @@ const PERIOD: Duration = Duration::from_millis(90);
 const AT_END: f32 = 2e-3;
 
 impl Manager {
-    /// Shows a tenth of the robots to the web API, if there is one and it is time: those of the
-    /// next times are the others. The first time it is all of them, because a paused fleet has no
-    /// further cycle. What robots do doesn't depend on it.
+    /// Shows a tenth of the robots to the web API, if there is one and [`PERIOD`] has passed, in
+    /// turn. The first time it shows all of them, because a paused fleet has no further cycle.
     pub fn show_vehicles(&mut self, columns: &Columns<'_>, charges: &[f32]) {
         let is_soon = self.vehicles_shown.is_some_and(|shown| shown.elapsed() < PERIOD);
         if is_soon || !self.orders.is_served() {
@@ -61,5 +62,59 @@ impl Manager {
         let (leg, from) = claim.iter().find_map(|stretch| Some((stretch.leg?, stretch.from)))?;
         let is_at_end = from >= roads.edge(leg.edge()).length - AT_END;
         Some(if is_at_end { roads.end(leg) } else { roads.start(leg) })
+    }
+}
+
+impl Manager {
+    /// The activity of a robot.
+    pub fn activity(&self, robot: u32) -> Activity {
+        self.activity_with(robot, self.order_of(robot))
+    }
+
+    fn order_of(&self, robot: u32) -> Option<&Order> {
+        self.orders.order_of(robot).and_then(|id| self.orders.order(id))
+    }
+
+    fn activity_with(&self, robot: u32, order: Option<&Order>) -> Activity {
+        let Some(state) = self.steering.robot(robot) else { return Activity::Idle };
+        match self.progress.get(robot as usize) {
+            _ if self.steering.is_out_of_service(robot) => Activity::OutOfService,
+            Some(Progress::Handling(_)) => Activity::Handling,
+            _ if state.is_held => Activity::Parked,
+            _ if state.waiting_since.is_finite() => Activity::Waiting,
+            _ if self.charging.goal(robot).is_some() => Activity::Charging,
+            _ => match order {
+                Some(order) if order.handled_stops > 0 => Activity::Carrying,
+                Some(_) => Activity::ToPick,
+                None => Activity::Idle,
+            },
+        }
+    }
+
+    /// The activity of a robot, for figures.
+    pub(crate) fn doing(&self, robot: u32, speed: f32) -> Doing {
+        let order = self.order_of(robot);
+        let is_loaded = order.is_some_and(|order| order.handled_stops > 0);
+        Doing {
+            activity: self.activity_with(robot, order),
+            has_order: order.is_some(),
+            is_loaded,
+            speed,
+        }
+    }
+
+    /// The robot that a robot waits for.
+    pub fn waits_for(&self, robot: u32) -> Option<u32> {
+        self.steering
+            .robot(robot)
+            .filter(|state| state.waiting_since.is_finite())?
+            .blocker
+            .map(|blocker| blocker.robot)
+    }
+
+    /// The id of the node to which a robot was sent.
+    pub fn goal_id(&self, robot: u32) -> Option<u32> {
+        let goal = self.steering.robot(robot)?.goal()?;
+        Some(self.steering.roads().node_id(goal))
     }
 }

@@ -1,5 +1,6 @@
 //! A robot as the engine would move it.
 
+use glam::{Vec2, vec2};
 use regatta_plugin::World;
 use regatta_plugin::world::EdgeRecord;
 
@@ -14,8 +15,8 @@ const TURN: f32 = 0.1;
 /// The outline of robots everywhere.
 pub(super) struct Outlines {
     /// By edge: arc length, position and heading along it.
-    lines: Vec<Vec<(f32, [f32; 2], f32)>>,
-    half: [f32; 2],
+    lines: Vec<Vec<(f32, Vec2, f32)>>,
+    half: Vec2,
 }
 
 impl Outlines {
@@ -23,17 +24,17 @@ impl Outlines {
         let first = &world.robot_types()[0];
         Self {
             lines: world.edges().iter().map(|edge| line(world, edge)).collect(),
-            half: [0.5 * first.length, 0.5 * first.width],
+            half: 0.5 * vec2(first.length, first.width),
         }
     }
 
     /// The outline of a robot on a leg, at a distance from where it is entered.
     pub(super) fn at(&self, leg: Leg, place: f32) -> Rectangle {
         let (centre, heading) = self.pose(leg, place);
-        Rectangle { centre, heading: [heading.cos(), heading.sin()], half: self.half }
+        Rectangle { centre, heading: Vec2::from_angle(heading), half: self.half }
     }
 
-    fn pose(&self, leg: Leg, place: f32) -> ([f32; 2], f32) {
+    fn pose(&self, leg: Leg, place: f32) -> (Vec2, f32) {
         let line = &self.lines[leg.edge() as usize];
         let s = if leg.is_reverse() { line[line.len() - 1].0 - place } else { place };
         let index = line.partition_point(|point| point.0 < s).clamp(1, line.len() - 1);
@@ -41,32 +42,25 @@ impl Outlines {
         let share = if b.0 > a.0 { ((s - a.0) / (b.0 - a.0)).clamp(0.0, 1.0) } else { 0.0 };
         let turn =
             (b.2 - a.2 + 9.424_778).rem_euclid(core::f32::consts::TAU) - core::f32::consts::PI;
-        ([0, 1].map(|axis| a.1[axis] + share * (b.1[axis] - a.1[axis])), a.2 + share * turn)
+        (a.1 + share * (b.1 - a.1), a.2 + share * turn)
     }
 }
 
-fn line(world: &World<'_>, edge: &EdgeRecord) -> Vec<(f32, [f32; 2], f32)> {
-    let mut points: Vec<(f32, [f32; 2], f32)> = Vec::new();
+fn line(world: &World<'_>, edge: &EdgeRecord) -> Vec<(f32, Vec2, f32)> {
+    let mut points: Vec<(f32, Vec2, f32)> = Vec::new();
     for curve in world.curves(edge) {
-        let p = curve.control_points;
+        let p = curve.control_points.map(Vec2::from);
         for part in 0..=POINTS {
             let t = part as f32 / POINTS as f32;
             let u = 1.0 - t;
-            let at = [0, 1].map(|i| {
-                u * u * u * p[0][i]
-                    + 3.0 * u * u * t * p[1][i]
-                    + 3.0 * u * t * t * p[2][i]
-                    + t * t * t * p[3][i]
-            });
-            let along = [0, 1].map(|i| {
-                u * u * (p[1][i] - p[0][i])
-                    + 2.0 * u * t * (p[2][i] - p[1][i])
-                    + t * t * (p[3][i] - p[2][i])
-            });
-            let step =
-                points.last().map_or(0.0, |last| (last.1[0] - at[0]).hypot(last.1[1] - at[1]));
+            let at = u * u * u * p[0]
+                + 3.0 * u * u * t * p[1]
+                + 3.0 * u * t * t * p[2]
+                + t * t * t * p[3];
+            let along = u * u * (p[1] - p[0]) + 2.0 * u * t * (p[2] - p[1]) + t * t * (p[3] - p[2]);
+            let step = points.last().map_or(0.0, |last| last.1.distance(at));
             let s = points.last().map_or(0.0, |last| last.0) + step;
-            points.push((s, at, edge.orientation().heading(along[1].atan2(along[0]))));
+            points.push((s, at, edge.orientation().heading(along.y.atan2(along.x))));
         }
     }
     points
@@ -132,7 +126,7 @@ impl Body {
     }
 
     pub(super) fn outline(&self, outlines: &Outlines) -> Rectangle {
-        let heading = [self.heading.cos(), self.heading.sin()];
+        let heading = Vec2::from_angle(self.heading);
         Rectangle { heading, ..outlines.at(self.leg, self.place) }
     }
 

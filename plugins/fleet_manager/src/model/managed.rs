@@ -74,7 +74,7 @@ impl Managed {
         let seen: Vec<Seen> =
             self.bodies.iter().map(|body| body.seen(&self.outlines, &self.roads)).collect();
         let column = |value: fn(&Seen) -> f32| seen.iter().map(value).collect::<Vec<f32>>();
-        let (x, y) = (column(|seen| seen.position[0]), column(|seen| seen.position[1]));
+        let (x, y) = (column(|seen| seen.position.x), column(|seen| seen.position.y));
         let (s, moving) = (column(|seen| seen.s), column(|seen| seen.speed));
         let speed: Vec<f32> = moving
             .iter()

@@ -1,11 +1,10 @@
-//! The backstop: takes standstills apart, under any planner.
+//! The backstop: resolves standstills, under any planner.
 //!
 //! Robots that have stood for a minute because each waits for another one, and the stands round
-//! them, are a *region*. Nobody else is admitted to it; LaCAM finds hops that lead its robots to
-//! their goals or out of it, and they drive in that order. Who has come to its end is left to the
-//! planner again. While nothing stands, the planner's plans stay as they are.
+//! them, are a *region*. No other robot is admitted to it; LaCAM finds hops that lead its robots to
+//! their goals or out of it, and they drive in that order. A robot that has made its last hop is
+//! left to the planner again. While nothing stands, the planner's plans stay as they are.
 
-mod case;
 mod course;
 mod lacam;
 mod region;
@@ -14,9 +13,9 @@ mod standing;
 mod tests;
 mod ways;
 
+use self::ways::Stand;
 use std::collections::{BTreeMap, BTreeSet};
 
-use self::case::{Case, Phase, legs_outside};
 use self::course::Course;
 use self::lacam::{Outcome, Search, shorten};
 use self::region::{Region, Size};
@@ -34,9 +33,9 @@ pub struct BackstopSettings {
     /// The number of ways that a region reaches from robots that stand; doubled if there is no
     /// solution.
     pub ways: u32,
-    /// The most stands of a region.
+    /// The largest number of stands of a region.
     pub stands: usize,
-    /// The most robots of a region.
+    /// The largest number of robots of a region.
     pub members: usize,
     /// The number of choices that a search tries in one cycle.
     pub work_per_cycle: u64,
@@ -111,28 +110,28 @@ impl Backstop {
                     self.counts.regions += 1;
                     self.cases.push(case);
                 }
-                None => {
-                    seeds.into_iter().for_each(|robot| self.standing.excuse(robot, traffic.now))
-                }
+                None => self.standing.restart(&seeds, traffic.now),
             }
         }
     }
 
-    /// Begins to help robots that stand; `None` if they are in a region already, or nothing can be
-    /// done.
+    /// Begins to help robots that stand; `None` if they are in a region already, or can't be helped.
     fn case(&self, traffic: &Traffic<'_>, seeds: Vec<u32>, size: Size) -> Option<Case> {
         let region = (1..=size.ways)
             .rev()
             .find_map(|ways| Region::around(traffic, &seeds, Size { ways, ..size }))?;
         let mut kept = vec![false; traffic.roads.conflicts().tracks()];
         region.mark(traffic.roads, &mut kept);
-        let is_apart = |case: &Case| {
+        for case in &self.cases {
             let others = case.kept(traffic);
-            !kept.iter().zip(others).any(|(own, other)| *own && other)
-                && !case.robots().any(|robot| region.members.contains(&robot))
-        };
+            if kept.iter().zip(others).any(|(own, other)| *own && other)
+                || case.robots().any(|robot| region.members.contains(&robot))
+            {
+                return None;
+            }
+        }
         let targets = region.targets();
-        if targets == 0 || !self.cases.iter().all(is_apart) {
+        if targets == 0 {
             return None;
         }
         let search = Box::new(Search::new(region.problem(targets)));
@@ -237,7 +236,7 @@ impl Backstop {
             Some(larger) => *case = Case { is_enlarged: true, ..larger },
             None => {
                 self.counts.given_up += 1;
-                case.seeds.iter().for_each(|&robot| self.standing.excuse(robot, traffic.now));
+                self.standing.restart(&case.seeds, traffic.now);
                 case.phase = Phase::Over;
             }
         }
@@ -246,7 +245,9 @@ impl Backstop {
     /// Holds all others back at the borders of regions.
     fn keep_others_out(&mut self, traffic: &Traffic<'_>, plans: &mut Plans) {
         let mut kept = vec![false; traffic.roads.conflicts().tracks()];
-        self.cases.iter().for_each(|case| case.mark(traffic, &mut kept));
+        for case in &self.cases {
+            case.mark(traffic, &mut kept);
+        }
         let led: BTreeSet<u32> = self.cases.iter().flat_map(Case::robots).collect();
         let routes: BTreeMap<u32, Option<Vec<Leg>>> = plans.routes.iter().cloned().collect();
         for (robot, state) in traffic.robots().filter(|(robot, _)| !led.contains(robot)) {
@@ -260,18 +261,20 @@ impl Backstop {
                 Some(legs) => plans.permit(robot).max_legs_outside = legs,
             }
             if hold.is_none_or(|legs| legs == 0) {
-                self.standing.excuse(robot, traffic.now);
+                self.standing.restart(&[robot], traffic.now);
             }
         }
     }
 }
 
-/// Returns the robots of a large group round which something can be done: the ring at the end of
-/// the chain of those for whom the one waits that was sent the longest ago.
+/// Returns the robots of a large group that can be helped: the ring at the end of the chain of
+/// blockers that begins with the robot that was sent the longest ago.
 fn seeds(traffic: &Traffic<'_>, group: &[u32]) -> Vec<u32> {
-    let sent = |robot: &&u32| traffic.robot(**robot).map_or(f64::INFINITY, |state| state.sent);
-    let first = group.iter().min_by(|a, b| sent(a).total_cmp(&sent(b)));
-    let mut chain: Vec<u32> = first.into_iter().copied().collect();
+    let sent = group
+        .iter()
+        .map(|&robot| (traffic.robot(robot).map_or(f64::INFINITY, |state| state.sent), robot));
+    let first = sent.min_by(|a, b| a.0.total_cmp(&b.0));
+    let mut chain: Vec<u32> = first.map(|(_, robot)| robot).into_iter().collect();
     while let Some(next) =
         chain.last().and_then(|&robot| Some(traffic.robot(robot)?.blocker?.robot))
     {
@@ -307,4 +310,71 @@ impl Planner for Backstop {
         ];
         self.planner.counts().into_iter().chain(own).collect()
     }
+}
+
+/// A region that is helped.
+#[derive(Debug)]
+struct Case {
+    /// The robots that stood.
+    seeds: Vec<u32>,
+    size: Size,
+    is_enlarged: bool,
+    region: Region,
+    phase: Phase,
+}
+
+#[derive(Debug)]
+enum Phase {
+    /// A solution is searched, with the targets of so many members.
+    Search(Box<Search>, usize),
+    Drive(Course),
+    /// All are released.
+    Over,
+}
+
+impl Case {
+    /// The robots that are led.
+    fn robots(&self) -> Box<dyn Iterator<Item = u32> + '_> {
+        match &self.phase {
+            Phase::Search(..) => Box::new(self.region.members.iter().copied()),
+            Phase::Drive(course) => Box::new(course.robots()),
+            Phase::Over => Box::new(std::iter::empty()),
+        }
+    }
+
+    /// Marks the tracks on which others would be in the way.
+    fn mark(&self, traffic: &Traffic<'_>, kept: &mut [bool]) {
+        match &self.phase {
+            Phase::Search(..) => self.region.mark(traffic.roads, kept),
+            Phase::Drive(course) => course.mark(kept),
+            Phase::Over => {}
+        }
+    }
+
+    /// The tracks on which others would be in the way: by track.
+    fn kept(&self, traffic: &Traffic<'_>) -> Vec<bool> {
+        let mut kept = vec![false; traffic.roads.conflicts().tracks()];
+        self.mark(traffic, &mut kept);
+        kept
+    }
+}
+
+/// Returns the number of legs that a robot may drive without coming to kept tracks, up to the last
+/// stand before them; `Some(None)` if it must stay, `None` if it comes to no kept track.
+fn legs_outside(
+    traffic: &Traffic<'_>,
+    robot: u32,
+    legs: &[Leg],
+    kept: &[bool],
+) -> Option<Option<usize>> {
+    let roads = traffic.roads;
+    let stand = Stand::of(traffic, robot)?;
+    if kept[stand.leg.edge() as usize] && !stand.is_at_end(roads) {
+        return Some(None);
+    }
+    let first = legs.iter().position(|leg| {
+        kept[leg.edge() as usize] || kept[roads.disc(roads.start(*leg)) as usize]
+    })?;
+    let last = (1..=first).rev().find(|count| roads.is_place(legs[count - 1]));
+    Some(Some(last.unwrap_or(0)))
 }

@@ -1,27 +1,34 @@
-//! Driving times between nodes on empty roads, for whoever compares robots.
+//! Driving times between nodes on empty roads.
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 
-use crate::roads::{Leg, Roads};
+use crate::roads::{Leg, Roads, Rows};
 
-/// The most numbers that are kept: 64 MB. Times to further goals are estimated.
+/// The largest number of times that are kept: 64 MB. Times to further goals are estimated.
 const MOST_NUMBERS: usize = 16_000_000;
-/// The most numbers that are worked out between two calls of [`DrivingTimes::begin`], but for those
-/// of one goal.
+/// The number of times after which no further goal is prepared until the next call of
+/// [`DrivingTimes::begin`].
 const NUMBERS_AT_ONCE: usize = 60_000;
 
-/// Driving times to some goals, worked out when they are asked for.
-#[derive(Debug, Default)]
+/// Driving times to some goals, which are computed on demand.
+#[derive(Debug)]
 pub struct DrivingTimes {
-    /// Legs by the node that they lead to: `arrivals[starts[n]..starts[n + 1]]`. Of each, the node
-    /// that it leaves, and its driving time in milliseconds.
-    arrivals: Vec<(u32, u32)>,
-    starts: Vec<u32>,
+    /// By node: the legs that lead to it.
+    arrivals: Rows<Arrival>,
     /// By goal: milliseconds from each node; `u32::MAX` from where it can't be reached.
     trees: BTreeMap<u32, Vec<u32>>,
-    /// Numbers worked out since the last [`begin`](Self::begin).
+    /// The number of times computed since the last [`begin`](Self::begin).
     spent: usize,
+}
+
+/// A leg that leads to a node.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Arrival {
+    /// The node that it leaves.
+    start: u32,
+    /// Its driving time, in milliseconds.
+    millis: u32,
 }
 
 impl DrivingTimes {
@@ -32,23 +39,20 @@ impl DrivingTimes {
             .map(|&leg| (roads.end(leg), leg))
             .collect();
         legs.sort_unstable();
-        let starts = (0..=roads.nodes())
-            .map(|node| legs.partition_point(|(end, _)| *end < node) as u32)
-            .collect();
-        let arrival = |(_, leg): (u32, Leg)| {
-            let edge = roads.edge(leg.edge());
-            let secs = edge.length / edge.speeds[usize::from(leg.is_reverse())];
-            (roads.start(leg), (1000.0 * secs) as u32 + 1)
-        };
-        Self { arrivals: legs.into_iter().map(arrival).collect(), starts, ..Self::default() }
+        let arrivals = legs.into_iter().map(|(end, leg)| {
+            let secs = roads.edge(leg.edge()).length / roads.allowed_speed(leg);
+            (end, Arrival { start: roads.start(leg), millis: (1000.0 * secs) as u32 + 1 })
+        });
+        let arrivals = Rows::of_sorted(roads.nodes() as usize, arrivals);
+        Self { arrivals, trees: BTreeMap::new(), spent: 0 }
     }
 
-    /// Begins another cycle, in which some more driving times may be worked out.
+    /// Begins another cycle, in which some more driving times may be computed.
     pub fn begin(&mut self) {
         self.spent = 0;
     }
 
-    /// Works the driving times to a goal out, unless they are known, or it would take too much time
+    /// Computes the driving times to a goal, unless they are known, or it would take too much time
     /// or memory now.
     pub fn prepare(&mut self, roads: &Roads, goal: u32) {
         let is_late = self.spent > NUMBERS_AT_ONCE
@@ -65,33 +69,47 @@ impl DrivingTimes {
     /// Unless it was [prepared](Self::prepare), it is an estimate from the distance.
     pub fn between(&self, roads: &Roads, node: u32, goal: u32) -> Option<f64> {
         let Some(tree) = self.trees.get(&goal) else {
-            let ([x, y], [u, v]) = (roads.position(node), roads.position(goal));
+            let offset = roads.position(node) - roads.position(goal);
             // Streets are longer than the distance, and robots slower than 1 m/s on part of them.
-            return Some(1.5 * f64::from((x - u).hypot(y - v)));
+            return Some(1.5 * f64::from(offset.x.hypot(offset.y)));
         };
         let millis = tree[node as usize];
         (millis != u32::MAX).then(|| f64::from(millis) / 1000.0)
     }
 
-    /// Dijkstra's algorithm, against the direction of travel.
+    /// Returns the driving times from all nodes to a goal, in milliseconds.
     fn tree(&self, goal: u32) -> Vec<u32> {
-        let mut millis = vec![u32::MAX; self.starts.len() - 1];
-        let mut open = BinaryHeap::from([(Reverse(0), goal)]);
-        millis[goal as usize] = 0;
-        while let Some((Reverse(so_far), node)) = open.pop() {
-            if so_far > millis[node as usize] {
-                continue;
-            }
-            let arrivals =
-                self.starts[node as usize] as usize..self.starts[node as usize + 1] as usize;
-            for &(start, time) in &self.arrivals[arrivals] {
-                let total = so_far.saturating_add(time);
-                if total < millis[start as usize] {
-                    millis[start as usize] = total;
-                    open.push((Reverse(total), start));
-                }
+        let mut millis = vec![u32::MAX; self.arrivals.len()];
+        lower_costs(&mut millis, [(goal, 0)], |node, so_far| {
+            let arrivals = self.arrivals.row(node).iter();
+            arrivals.map(move |leg| (leg.start, so_far.saturating_add(leg.millis)))
+        });
+        millis
+    }
+}
+
+/// Lowers the costs of nodes to those of the cheapest ways from some starts with given costs, by
+/// Dijkstra's algorithm. `ways` returns for a node and the cost to it the nodes to which a way leads
+/// from there, each with the total cost.
+pub(super) fn lower_costs<C: Copy + Ord, W: Iterator<Item = (u32, C)>>(
+    costs: &mut [C],
+    starts: impl IntoIterator<Item = (u32, C)>,
+    ways: impl Fn(u32, C) -> W,
+) {
+    let mut open = BinaryHeap::new();
+    for (start, cost) in starts {
+        costs[start as usize] = cost;
+        open.push((Reverse(cost), start));
+    }
+    while let Some((Reverse(so_far), node)) = open.pop() {
+        if so_far > costs[node as usize] {
+            continue;
+        }
+        for (next, total) in ways(node, so_far) {
+            if total < costs[next as usize] {
+                costs[next as usize] = total;
+                open.push((Reverse(total), next));
             }
         }
-        millis
     }
 }

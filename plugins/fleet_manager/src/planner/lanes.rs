@@ -6,14 +6,13 @@
 
 mod congestion;
 mod detours;
-mod guide;
 
 use std::panic::resume_unwind;
 
-use self::congestion::Congestion;
 pub use self::congestion::CongestionSettings;
-use self::guide::Guide;
-use super::{Landmarks, Planner, Plans, Router, Search};
+use self::congestion::{Congestion, Guide};
+use super::route::Hints;
+use super::{Planner, Plans, Router, Search};
 use crate::roads::{Leg, Roads};
 use crate::traffic::Traffic;
 
@@ -38,19 +37,23 @@ impl Default for LanesSettings {
     }
 }
 
-/// The most routes that are searched side by side, without knowing of each other. It doesn't depend
-/// on the number of threads: neither do the routes.
+/// The largest number of routes that are searched in parallel, without knowing of each other. As it
+/// doesn't depend on the number of threads, routes don't, either.
 const BATCH: usize = 16;
-/// The first batch: how long searches are is not known yet.
+/// The number of routes in the first batch: the length of searches isn't known yet.
 const FIRST_BATCH: usize = 4;
-/// Searches on fewer edges take less time than it takes to start a thread.
+/// The number of edges from which on searches take longer than to start a thread.
 const FEWEST_EDGES: usize = 10_000;
-/// The trees of fastest ways that are worked out in a cycle; and in one that follows a cycle in
-/// which routes were put off, as when a whole fleet gets its first ones: then delays change fast.
-const TREES: [usize; 2] = [1, 4];
-/// By which share a route may take longer than the fastest one, on many edges; and while routes are
-/// put off. Expected delays are by far less exact than this.
-const SLACK: [f32; 2] = [0.1, 0.3];
+/// The number of trees of fastest ways that are computed in a cycle.
+const TREES: usize = 1;
+/// The same after a cycle in which routes were put off, as when a whole fleet gets its first ones:
+/// then delays change fast.
+const TREES_BEHIND: usize = 4;
+/// The share by which a route may take longer than the fastest one, on many edges. Expected delays
+/// are by far less exact.
+const SLACK: f32 = 0.1;
+/// The same while routes are put off.
+const SLACK_BEHIND: f32 = 0.3;
 /// The interval at which the robots on the way to each edge are counted, in seconds.
 const COUNT_SECS: f64 = 1.0;
 
@@ -104,7 +107,7 @@ impl Lanes {
         }
     }
 
-    /// Takes in who loses time where, and who wants to go where.
+    /// Updates the delays and the load of edges.
     fn observe(&mut self, traffic: &Traffic<'_>) {
         let passed = traffic.now - self.last;
         self.last = traffic.now;
@@ -119,7 +122,7 @@ impl Lanes {
             self.congestion.count(traffic.robots().flat_map(|(_, state)| &state.horizon));
         }
         if let Some(guide) = &mut self.guide {
-            let trees = TREES[usize::from(self.is_behind)];
+            let trees = if self.is_behind { TREES_BEHIND } else { TREES };
             guide.go_on(traffic.roads, &mut self.congestion, trees, self.routers.len());
         }
         self.congestion.settle();
@@ -161,8 +164,8 @@ impl Lanes {
         plans.route(due.robot, legs);
     }
 
-    /// The robots that need a route, in the order in which they get one: who has none comes before
-    /// who waits.
+    /// The robots that need a route, in the order in which they get one: those without a route come
+    /// before those that wait.
     fn due(&self, traffic: &Traffic<'_>) -> Vec<Due> {
         let reroute = traffic.now - self.settings.reroute_secs;
         let mut due: Vec<(bool, Due)> = Vec::new();
@@ -184,26 +187,18 @@ impl Lanes {
         let congestion = &self.congestion;
         let hints = Hints {
             landmarks: self.guide.as_ref().map(Guide::landmarks),
-            slack: SLACK[usize::from(self.is_behind)],
+            slack: if self.is_behind { SLACK_BEHIND } else { SLACK },
         };
         let share = batch.len().div_ceil(self.routers.len());
         if let [router] = self.routers.as_mut_slice() {
-            return batch
-                .iter()
-                .map(|due| route(router, (congestion, hints), traffic, due.robot))
-                .collect();
+            return search_all(router, congestion, hints, traffic, batch);
         }
         std::thread::scope(|scope| {
-            let parts = self.routers.iter_mut().zip(batch.chunks(share));
-            let threads: Vec<_> = parts
-                .map(|(router, part)| {
-                    scope.spawn(move || {
-                        part.iter()
-                            .map(|due| route(router, (congestion, hints), traffic, due.robot))
-                            .collect::<Vec<_>>()
-                    })
-                })
-                .collect();
+            let mut threads = Vec::new();
+            for (router, part) in self.routers.iter_mut().zip(batch.chunks(share)) {
+                let search = move || search_all(router, congestion, hints, traffic, part);
+                threads.push(scope.spawn(search));
+            }
             // A panic goes on: routes must not go to other robots than they were searched for.
             threads
                 .into_iter()
@@ -225,39 +220,21 @@ impl Planner for Lanes {
     }
 }
 
-/// Bounds that shorten a search.
-#[derive(Clone, Copy)]
-struct Hints<'a> {
-    landmarks: Option<&'a Landmarks>,
-    slack: f32,
-}
-
-/// Returns the route of a robot to its goal, from the end of its base, and the number of legs that
-/// were looked at.
-fn route(
+/// Searches the routes of some robots with one router, as [`Lanes::search`] does.
+fn search_all(
     router: &mut Router,
-    (congestion, Hints { landmarks, slack }): (&Congestion, Hints<'_>),
+    congestion: &Congestion,
+    hints: Hints<'_>,
     traffic: &Traffic<'_>,
-    robot: u32,
-) -> (Option<Vec<Leg>>, usize) {
-    let (Some(state), Some((last, start))) = (traffic.robot(robot), traffic.base_end(robot)) else {
-        return (None, 0);
-    };
-    let Some(goal) = state.goal() else { return (None, 0) };
-    if start == goal {
-        return (Some(Vec::new()), 0);
+    batch: &[Due],
+) -> Vec<(Option<Vec<Leg>>, usize)> {
+    let mut found = Vec::with_capacity(batch.len());
+    for due in batch {
+        found.push(router.route_of(traffic, due.robot, hints, |leg| {
+            (!traffic.is_closed(leg)).then(|| congestion.delay(leg.edge()))
+        }));
     }
-    let search = Search { last: Some(last), start, goal, reverse: false, landmarks, slack };
-    let delay = |leg: Leg| (!traffic.is_closed(leg)).then(|| congestion.delay(leg.edge()));
-    let found = router.route(traffic.roads, &state.class, search, delay);
-    let looked_at = router.looked_at();
-    if found.is_some() {
-        return (found, looked_at);
-    }
-    // Robots in reverse gear meet others head-on: only where nothing else leads to the goal.
-    let found =
-        router.route(traffic.roads, &state.class, Search { reverse: true, ..search }, delay);
-    (found, looked_at + router.looked_at())
+    found
 }
 
 #[cfg(test)]

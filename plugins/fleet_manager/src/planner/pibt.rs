@@ -5,26 +5,21 @@
 //! Iterative Multi-agent Path Finding, 2019 and 2022.
 //!
 //! Robots drive from place to place, one *hop* at a time: a place is the end of a leg where a
-//! standing robot is only in the way of edges that meet there. Whoever is near the end of its base
-//! chooses the next place by driving time; who has been under way the longest chooses first. A
-//! robot that stands where another one wants to go inherits its priority and has to choose at once,
-//! among the places that are left; if it finds none, the other one chooses again. A hop is
-//! commanded only when nobody's base ends at its place any more: nothing is decided before it has
-//! to be.
+//! standing robot is only in the way of edges that meet there. A robot near the end of its base
+//! chooses the next place by driving time; the one that has been under way the longest chooses
+//! first. A robot at the place that another one chooses inherits its priority and has to choose at
+//! once, among the places that are left; if it finds none, the other one chooses again. A hop is
+//! commanded only when no base ends at its place any more: decisions are made as late as possible.
 
-mod admission;
-mod hops;
 mod push;
 #[cfg(test)]
 mod tests;
 
 use std::collections::BTreeMap;
 
-use self::admission::Admission;
-use self::hops::{Hop, Hops};
 use self::push::Push;
 use super::{DrivingTimes, Planner, Plans};
-use crate::density::DensitySettings;
+use crate::density::{Density, DensitySettings};
 use crate::roads::{Leg, Roads};
 use crate::traffic::{Errand, Robot, Traffic};
 
@@ -53,7 +48,7 @@ impl Default for PibtSettings {
 
 /// The time that the robot of the highest priority may stand before it loses it, in seconds.
 const PATIENCE_SECS: f64 = 5.0;
-/// For how long, in seconds.
+/// The time for which it has the lowest priority then, in seconds.
 const DEMOTED_SECS: f64 = 20.0;
 
 /// The place that a robot takes next.
@@ -108,7 +103,7 @@ impl Pibt {
         }
     }
 
-    /// Finds where everybody is about to be.
+    /// Determines the next place of each robot.
     fn observe(&mut self, traffic: &Traffic<'_>) {
         self.taken.fill(None);
         self.stands.clear();
@@ -129,7 +124,7 @@ impl Pibt {
         bases.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.cmp(&b.1)).then(b.2.total_cmp(&a.2)));
         for (is_short, leg, _, robot) in bases {
             let Some(state) = traffic.robot(robot) else { continue };
-            let is_on_hop = is_short || !hops::is_place(traffic.roads, leg);
+            let is_on_hop = is_short || !traffic.roads.is_place(leg);
             let last = state.horizon.back().filter(|_| is_on_hop);
             let place = traffic.roads.end(*last.unwrap_or(&leg));
             let stand = match self.taken[place as usize] {
@@ -155,9 +150,9 @@ impl Pibt {
     /// Robots with goals: those first that were sent the longest ago.
     fn ranks(&self, traffic: &Traffic<'_>) -> Vec<u32> {
         let goals = traffic.robots().filter(|(_, state)| state.is_under_way());
-        let is_demoted = |robot: u32| self.demoted.contains_key(&robot);
-        let mut ranks: Vec<(bool, f64, u32)> =
-            goals.map(|(robot, state)| (is_demoted(robot), state.sent, robot)).collect();
+        let mut ranks: Vec<(bool, f64, u32)> = goals
+            .map(|(robot, state)| (self.demoted.contains_key(&robot), state.sent, robot))
+            .collect();
         ranks.sort_unstable_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)));
         ranks.into_iter().map(|(_, _, robot)| robot).collect()
     }
@@ -205,8 +200,7 @@ impl Pibt {
                     chosen.get(&robot).is_some_and(|hop| self.taken[hop.place as usize].is_none())
                 }
             };
-            // Whoever has left the place ahead has one to go on to, so that the way there becomes
-            // free.
+            // A robot that has left the place ahead has one to go on to: the way there becomes free.
             if has_place {
                 plans.permit(robot).follows = true;
             }
@@ -223,7 +217,8 @@ impl Pibt {
         }
     }
 
-    /// Whether nobody's base ends at a place; idle robots only leave if somebody waits for them.
+    /// Whether no base ends at a place, but that of an idle robot: it leaves only if another one
+    /// waits for it.
     fn may_go(&self, traffic: &Traffic<'_>, place: u32) -> bool {
         let Some(other) = self.taken[place as usize] else { return true };
         traffic.robot(other).is_some_and(|state| state.errand == Errand::None)
@@ -236,15 +231,20 @@ impl Planner for Pibt {
         let ranks = self.ranks(traffic);
         self.demote(traffic, ranks.first().copied());
         self.admission.admit(traffic, &ranks);
-        let goes = |robot: &u32| self.admission.is_admitted(*robot);
         let mut push = Push::new(traffic, &self.hops, &self.times, &self.taken, &self.stands);
-        let unreachable: Vec<u32> =
-            ranks.iter().copied().filter(goes).filter(|&robot| !push.start(robot)).collect();
+        let mut unreachable = Vec::new();
+        for &robot in &ranks {
+            if self.admission.is_admitted(robot) && !push.start(robot) {
+                unreachable.push(robot);
+            }
+        }
         self.pushes += push.pushes;
         self.backtracks += push.backtracks;
         let chosen = push.into_chosen();
         self.command(traffic, &ranks, &chosen, plans);
-        unreachable.into_iter().for_each(|robot| plans.unreachable(robot));
+        for robot in unreachable {
+            plans.unreachable(robot);
+        }
     }
 
     fn counts(&self) -> Vec<(&'static str, u64)> {
@@ -255,4 +255,125 @@ impl Planner for Pibt {
             ("demotions", self.demotions),
         ]
     }
+}
+
+/// The largest number of legs of a hop.
+const MOST_LEGS: usize = 6;
+/// The largest number of hops that leave a node.
+const MOST_HOPS: usize = 24;
+
+/// A way to a place.
+#[derive(Clone, Debug, PartialEq)]
+struct Hop {
+    /// From the place before.
+    pub legs: Vec<Leg>,
+    /// The node where it ends.
+    pub place: u32,
+    /// Driving time, in seconds.
+    pub secs: f64,
+}
+
+/// The hops of some roads.
+#[derive(Debug)]
+struct Hops {
+    /// By node.
+    from: Vec<Vec<Hop>>,
+}
+
+impl Hops {
+    fn new(roads: &Roads) -> Self {
+        Self { from: (0..roads.nodes()).map(|node| hops(roads, node)).collect() }
+    }
+
+    /// The hops that leave a node.
+    fn from(&self, node: u32) -> &[Hop] {
+        &self.from[node as usize]
+    }
+}
+
+/// Finds the hops that leave a node: those of fewer legs come first.
+fn hops(roads: &Roads, node: u32) -> Vec<Hop> {
+    let mut hops: Vec<Hop> = Vec::new();
+    let mut open = vec![Hop { legs: Vec::new(), place: node, secs: 0.0 }];
+    while let Some(way) = open.pop() {
+        for &leg in roads.exits(way.place).iter().filter(|leg| !leg.is_reverse()) {
+            let edge = roads.edge(leg.edge());
+            let mut legs = way.legs.clone();
+            legs.push(leg);
+            let secs = way.secs + f64::from(edge.length / edge.speeds[0].max(1e-3));
+            let hop = Hop { legs, place: roads.end(leg), secs };
+            if hop.place == node || hops.len() >= MOST_HOPS {
+                continue;
+            }
+            match roads.is_place(leg) {
+                true => hops.push(hop),
+                false if hop.legs.len() < MOST_LEGS => open.push(hop),
+                false => {}
+            }
+        }
+    }
+    hops.sort_by(|a, b| a.legs.len().cmp(&b.legs.len()).then(a.secs.total_cmp(&b.secs)));
+    // A place is reached by one of the ways only.
+    let mut places: Vec<u32> = Vec::new();
+    hops.retain(|hop| {
+        let is_new = !places.contains(&hop.place);
+        places.push(hop.place);
+        is_new
+    });
+    hops
+}
+
+/// The number of places for each robot that is always admitted.
+const PLACES_PER_ROBOT: f64 = 20.0;
+/// The number of robots that are always admitted if there are four places for each: so few resolve
+/// their jams themselves.
+const FEW: f64 = 20.0;
+
+/// The robots that are admitted: they drive to their goals.
+#[derive(Debug)]
+struct Admission {
+    density: Density,
+    /// By admitted robot: when it was sent to its goal, in simulated seconds. Another goal needs
+    /// another admission.
+    sent: BTreeMap<u32, f64>,
+    last: f64,
+}
+
+impl Admission {
+    fn new(roads: &Roads, settings: DensitySettings) -> Self {
+        let places = f64::from(roads.nodes());
+        let density =
+            Density::new(settings, (places / PLACES_PER_ROBOT).max(FEW.min(places / 4.0)));
+        Self { density, sent: BTreeMap::new(), last: 0.0 }
+    }
+
+    /// Admits robots, those first that come first in `ranks`.
+    fn admit(&mut self, traffic: &Traffic<'_>, ranks: &[u32]) {
+        self.sent.retain(|robot, since| sent(traffic, *robot) == Some(*since));
+        let admitted = self.sent.keys().filter_map(|robot| traffic.robot(*robot));
+        let waiting = admitted.filter(|state| state.waiting_since.is_finite()).count();
+        self.density.adapt(self.sent.len(), waiting, (traffic.now - self.last) as f32);
+        self.last = traffic.now;
+        for &robot in ranks {
+            if !self.density.is_open() {
+                return;
+            }
+            if !self.sent.contains_key(&robot)
+                && let Some(since) = sent(traffic, robot)
+            {
+                self.sent.insert(robot, since);
+                self.density.enter();
+            }
+        }
+    }
+
+    /// Whether a robot goes for its goal.
+    fn is_admitted(&self, robot: u32) -> bool {
+        self.sent.contains_key(&robot)
+    }
+}
+
+/// The time at which a robot with a goal was sent there, in simulated seconds.
+fn sent(traffic: &Traffic<'_>, robot: u32) -> Option<f64> {
+    traffic.robot(robot).filter(|state| state.goal().is_some()).map(|state| state.sent)
 }

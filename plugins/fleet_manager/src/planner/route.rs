@@ -8,12 +8,13 @@ use std::collections::BinaryHeap;
 
 use super::Landmarks;
 use crate::roads::{Leg, Roads, RobotClass};
+use crate::traffic::Traffic;
 
 /// Seconds that a change of gear costs, beside the time of driving.
 const GEAR_CHANGE_SECS: f32 = 2.0;
 /// Seconds that a turn on the spot costs.
 const TURN_SECS: f32 = 4.0;
-/// Seconds that a corner costs which the robot can't drive: its heading jumps there.
+/// Seconds that a corner costs at which the heading jumps because the robot can't turn.
 const JUMP_SECS: f32 = 60.0;
 
 /// The start and the goal of a search.
@@ -30,8 +31,8 @@ pub struct Search<'a> {
     /// Landmarks that bound the times in forward gear, delays included; without them, or with
     /// reverse gear, the estimate is made from the distance.
     pub landmarks: Option<&'a Landmarks>,
-    /// By which share of its time the route may take longer than the fastest one, at least 0, if
-    /// there are landmarks: that spares much of the search.
+    /// The share by which the route may take longer than the fastest one, at least 0, if there are
+    /// landmarks: that shortens the search.
     pub slack: f32,
 }
 
@@ -50,7 +51,7 @@ pub struct Router {
 /// The state of a leg in a search.
 #[derive(Clone, Copy, Debug)]
 struct Mark {
-    /// Twice the number of the search that this is about, and one more if the cost is final.
+    /// Twice the number of the search that reached it, and one more if the cost is final.
     stamp: u32,
     /// The cost of the best way to its end, in seconds.
     cost: f32,
@@ -87,9 +88,8 @@ impl Router {
         Self { marks: vec![mark; legs], fastest, ..Self::default() }
     }
 
-    /// Returns the legs of the route that takes the least time for a class of robots; `None` if
-    /// there is none. A leg that `cost` gives no number for is closed; otherwise that many seconds
-    /// are added to its driving time.
+    /// Returns the legs of the fastest route for a class of robots; `None` if there is none. `cost`
+    /// returns the seconds that are added to the driving time of a leg; `None` if it is closed.
     pub fn route(
         &mut self,
         roads: &Roads,
@@ -100,19 +100,9 @@ impl Router {
         self.search += 1;
         self.looked_at = 0;
         self.open.clear();
-        let goal = roads.position(search.goal);
-        let fastest = self.fastest.min(class.max_speed);
-        let landmarks = search.landmarks.filter(|_| !search.reverse);
-        let estimate = |node: u32| match landmarks {
-            Some(landmarks) => (1.0 + search.slack) * landmarks.least_secs(node, search.goal),
-            None => {
-                let [x, y] = roads.position(node);
-                (x - goal[0]).hypot(y - goal[1]) / fastest
-            }
-        };
-        let mut cost =
-            |leg: Leg| if leg.is_reverse() && !search.reverse { None } else { cost(leg) };
-        self.expand(roads, class, (search.last, NO_LEG, search.start, 0.0), &estimate, &mut cost);
+        let query = Query { roads, class, search, fastest: self.fastest.min(class.max_speed) };
+        let start = Reached { last: search.last, before: NO_LEG, node: search.start, so_far: 0.0 };
+        self.expand(&query, start, &mut cost);
         while let Some((_, index)) = self.open.pop() {
             let leg = Leg::from_index(index);
             let mark = &mut self.marks[leg.index()];
@@ -126,7 +116,8 @@ impl Router {
             if node == search.goal {
                 return Some(self.legs_to(leg));
             }
-            self.expand(roads, class, (Some(leg), index, node, so_far), &estimate, &mut cost);
+            let reached = Reached { last: Some(leg), before: index, node, so_far };
+            self.expand(&query, reached, &mut cost);
         }
         None
     }
@@ -138,13 +129,16 @@ impl Router {
 
     fn expand(
         &mut self,
-        roads: &Roads,
-        class: &RobotClass,
-        (last, before, node, so_far): (Option<Leg>, u32, u32, f32),
-        estimate: &impl Fn(u32) -> f32,
+        query: &Query<'_>,
+        from: Reached,
         cost: &mut impl FnMut(Leg) -> Option<f32>,
     ) {
+        let Query { roads, class, search, .. } = *query;
+        let Reached { last, before, node, so_far } = from;
         for &leg in roads.exits(node) {
+            if leg.is_reverse() && !search.reverse {
+                continue;
+            }
             let mark = self.marks[leg.index()];
             if mark.stamp == 2 * self.search + 1 {
                 continue;
@@ -154,33 +148,105 @@ impl Router {
             let total = so_far
                 + driving
                 + extra
-                + last.map_or(0.0, |last| join_secs(roads, class, last, leg));
+                + last.map_or(0.0, |last| join_secs(roads, class.turns, last, leg));
             if mark.stamp == 2 * self.search && mark.cost <= total {
                 continue;
             }
             self.marks[leg.index()] = Mark { stamp: 2 * self.search, cost: total, before };
-            self.open.push((Reverse(Cost(total + estimate(roads.end(leg)))), leg.index() as u32));
+            let estimate = total + query.least_secs(roads.end(leg));
+            self.open.push((Reverse(Cost(estimate)), leg.index() as u32));
         }
     }
 
     fn legs_to(&self, leg: Leg) -> Vec<Leg> {
-        let before = |leg: &Leg| {
-            Some(self.marks[leg.index()].before)
-                .filter(|before| *before != NO_LEG)
-                .map(Leg::from_index)
-        };
-        let mut legs: Vec<Leg> = std::iter::successors(Some(leg), before).collect();
+        let mut legs = vec![leg];
+        let mut before = self.marks[leg.index()].before;
+        while before != NO_LEG {
+            let leg = Leg::from_index(before);
+            legs.push(leg);
+            before = self.marks[leg.index()].before;
+        }
         legs.reverse();
         legs
     }
+
+    /// Returns the fastest route of a robot to its goal from the end of its base, as
+    /// [`route`](Self::route) does, and the number of legs that the search looked at.
+    pub(super) fn route_of(
+        &mut self,
+        traffic: &Traffic<'_>,
+        robot: u32,
+        hints: Hints<'_>,
+        cost: impl Fn(Leg) -> Option<f32>,
+    ) -> (Option<Vec<Leg>>, usize) {
+        let (Some(state), Some((last, start))) = (traffic.robot(robot), traffic.base_end(robot))
+        else {
+            return (None, 0);
+        };
+        let Some(goal) = state.goal() else { return (None, 0) };
+        if start == goal {
+            return (Some(Vec::new()), 0);
+        }
+        let Hints { landmarks, slack } = hints;
+        let search = Search { last: Some(last), start, goal, reverse: false, landmarks, slack };
+        let found = self.route(traffic.roads, &state.class, search, &cost);
+        let looked_at = self.looked_at;
+        if found.is_some() {
+            return (found, looked_at);
+        }
+        // Robots in reverse gear meet others head-on: only if no other way leads to the goal.
+        let search = Search { reverse: true, ..search };
+        let found = self.route(traffic.roads, &state.class, search, &cost);
+        (found, looked_at + self.looked_at)
+    }
 }
 
-/// Returns the time that it takes from the end of a leg to the start of the next, in seconds.
-fn join_secs(roads: &Roads, class: &RobotClass, from: Leg, to: Leg) -> f32 {
+/// Bounds that shorten a search.
+#[derive(Clone, Copy, Default)]
+pub(super) struct Hints<'a> {
+    pub landmarks: Option<&'a Landmarks>,
+    pub slack: f32,
+}
+
+/// The constants of a search.
+struct Query<'a> {
+    roads: &'a Roads,
+    class: &'a RobotClass,
+    search: Search<'a>,
+    /// The highest speed of a robot of the class, in metres per second.
+    fastest: f32,
+}
+
+impl Query<'_> {
+    /// The estimate of the time from a node to the goal, in seconds.
+    fn least_secs(&self, node: u32) -> f32 {
+        let Search { goal, slack, .. } = self.search;
+        match self.search.landmarks.filter(|_| !self.search.reverse) {
+            Some(landmarks) => (1.0 + slack) * landmarks.least_secs(node, goal),
+            None => {
+                let offset = self.roads.position(node) - self.roads.position(goal);
+                offset.x.hypot(offset.y) / self.fastest
+            }
+        }
+    }
+}
+
+/// A node that a search has reached.
+struct Reached {
+    last: Option<Leg>,
+    /// Index of the last leg, if the search has driven it; or else [`NO_LEG`].
+    before: u32,
+    node: u32,
+    so_far: f32,
+}
+
+/// Returns the time from the end of a leg to the start of the next one, in seconds, for robots that
+/// turn on the spot or don't.
+pub(super) fn join_secs(roads: &Roads, turns: bool, from: Leg, to: Leg) -> f32 {
     let gear = if from.is_reverse() == to.is_reverse() { 0.0 } else { GEAR_CHANGE_SECS };
     match roads.is_turn(from, to) {
         false => gear,
-        true if class.turns => gear + TURN_SECS,
+        true if turns => gear + TURN_SECS,
         true => gear + JUMP_SECS,
     }
 }

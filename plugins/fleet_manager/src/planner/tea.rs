@@ -9,16 +9,15 @@
 //! is, or waits. Robots are planned one after the other, in the order of their priorities, on nodes
 //! and layers that no stored path blocks. A robot that gets no path swaps its priority with the
 //! next higher one, and both are planned again. The supervision plans all paths again when robots
-//! aren't where they should be.
+//! have left their paths.
 //!
 //! Unlike in the publication, a robot that gets no path even so may come as near to others as the
 //! conflicts of the roads allow, and counts on those being sent on that have reached their goals
-//! (*relaxed*); failing that, it takes the fastest route, wherever others drive. Robots pass roads
+//! (*relaxed*); failing that, it takes the fastest route, whatever the others do. Robots pass roads
 //! in the planned order: a base isn't extended by a leg before all have passed that come earlier
 //! there.
 
 mod layers;
-mod order;
 mod round;
 mod search;
 mod space;
@@ -31,7 +30,8 @@ use self::layers::Layers;
 use self::round::Round;
 use self::search::Finder;
 use self::space::Space;
-use super::{Planner, Plans, Router, Search};
+use super::route::Hints;
+use super::{Planner, Plans, Router};
 use crate::roads::{Leg, Roads};
 use crate::traffic::Traffic;
 
@@ -43,9 +43,10 @@ pub struct TeaSettings {
     /// The number of times that a robot swaps its priority with the next higher one before it gets
     /// no path.
     pub most_swaps: u32,
-    /// By how many layers the steps of two robots may differ before all paths are planned again.
+    /// The number of layers by which the steps of two robots may differ before all paths are
+    /// planned again.
     pub most_steps_apart: u16,
-    /// The most states of node and layer that the search of one path looks at.
+    /// The largest number of states (of node and layer) that the search of one path looks at.
     pub states_per_path: u64,
     /// The number of states in a round after which robots only get relaxed paths.
     pub states_per_round: u64,
@@ -66,7 +67,7 @@ impl Default for TeaSettings {
 /// The time that a robot may stand still before all paths are planned again, in seconds.
 const PATIENCE_SECS: f64 = 2.0;
 
-/// A place on a path: where a robot is from a layer on.
+/// A place on a path, and the layer from which on the robot is there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Step {
     leg: Leg,
@@ -148,18 +149,18 @@ impl Tea {
             let waits = traffic.now - state.waiting_since.max(self.planned) >= PATIENCE_SECS;
             deviates |= !is_known || state.needs_route() || waits;
         }
-        let is_gone = |robot: &u32| traffic.robot(*robot).is_none();
+        let is_any_gone = self.paths.keys().any(|robot| traffic.robot(*robot).is_none());
         let is_late = self.is_incomplete && traffic.now - self.planned >= PATIENCE_SECS;
-        deviates || is_late || self.paths.keys().any(is_gone) || self.are_apart()
+        deviates || is_late || is_any_gone || self.are_apart()
     }
 
-    /// Whether the steps of two robots differ by too much: the one has come further than the other
-    /// has to wait at most.
+    /// Whether the steps of two robots differ by too many layers.
     fn are_apart(&self) -> bool {
-        let planned = || self.paths.values().filter(|path| path.is_planned);
-        let earliest = planned().filter_map(Path::until).min();
-        let latest = planned().map(Path::since).max();
-        matches!((earliest, latest), (Some(earliest), Some(latest)) if latest > earliest + self.settings.most_steps_apart)
+        let planned: Vec<&Path> = self.paths.values().filter(|path| path.is_planned).collect();
+        let earliest = planned.iter().filter_map(|path| path.until()).min();
+        let latest = planned.iter().map(|path| path.since()).max();
+        let (Some(earliest), Some(latest)) = (earliest, latest) else { return false };
+        latest > earliest + self.settings.most_steps_apart
     }
 
     /// Plans all paths.
@@ -188,28 +189,16 @@ impl Tea {
                 .back()
                 .is_some_and(|&leg| Some(traffic.roads.end(leg)) == state.goal());
             if state.needs_route() || !leads_to_goal {
-                match self.fastest(traffic, robot) {
+                let (route, _) = self.router.route_of(traffic, robot, Hints::default(), |leg| {
+                    (!traffic.is_closed(leg)).then_some(0.0)
+                });
+                match route {
                     Some(legs) => plans.route(robot, legs),
                     None => plans.unreachable(robot),
                 }
             }
         }
         (self.paths, self.ranks) = (paths, ranks);
-    }
-
-    /// The fastest route of a robot on empty roads.
-    fn fastest(&mut self, traffic: &Traffic<'_>, robot: u32) -> Option<Vec<Leg>> {
-        let (state, (last, start)) = (traffic.robot(robot)?, traffic.base_end(robot)?);
-        let goal = state.goal()?;
-        if start == goal {
-            return Some(Vec::new());
-        }
-        let search =
-            Search { last: Some(last), start, goal, reverse: false, landmarks: None, slack: 0.0 };
-        let is_open = |leg: Leg| (!traffic.is_closed(leg)).then_some(0.0);
-        let forward = self.router.route(traffic.roads, &state.class, search, is_open);
-        let search = Search { reverse: true, ..search };
-        forward.or_else(|| self.router.route(traffic.roads, &state.class, search, is_open))
     }
 }
 
@@ -218,7 +207,7 @@ impl Planner for Tea {
         if self.supervise(traffic) {
             self.plan_paths(traffic, plans);
         }
-        order::keep(traffic, &self.space, &self.paths, &self.ranks, plans);
+        keep_order(traffic, &self.space, &self.paths, &self.ranks, plans);
     }
 
     fn counts(&self) -> Vec<(&'static str, u64)> {
@@ -235,7 +224,7 @@ impl Planner for Tea {
 }
 
 impl Path {
-    /// Takes where the robot's base ends now; `false` if that isn't on the path.
+    /// Updates the step at which the robot's base ends; `false` if it isn't on the path.
     fn follow(&mut self, traffic: &Traffic<'_>, robot: u32) -> bool {
         let Some((leg, _)) = traffic.base_end(robot) else { return false };
         let ahead = self.steps[self.done..].iter().position(|step| step.leg == leg);
@@ -256,5 +245,46 @@ impl Path {
     /// The layer in which the robot leaves the place where its base ends; `None` if it stays there.
     fn until(&self) -> Option<u16> {
         self.steps.get(self.done + 1).map(|next| next.layer - 1)
+    }
+}
+
+/// The number of legs beyond a base that are checked.
+const MOST_LEGS: usize = 8;
+
+/// The time that a robot waits for another one in its way before no other robot is held back for it
+/// any more, in seconds.
+const STUCK_SECS: f64 = 4.0;
+
+/// The planned turn of a robot on a leg: the layer, and its rank among those of the same layer.
+type Turn = (u16, usize);
+
+/// Holds robots back that would be too early somewhere.
+fn keep_order(
+    traffic: &Traffic<'_>,
+    space: &Space,
+    paths: &BTreeMap<u32, Path>,
+    ranks: &[u32],
+    plans: &mut Plans,
+) {
+    let mut turns: Vec<Vec<(Turn, u32)>> = vec![Vec::new(); traffic.roads.edges().len()];
+    for (rank, robot) in ranks.iter().enumerate() {
+        let Some(state) = traffic.robot(*robot) else { continue };
+        if traffic.now - state.waiting_since >= STUCK_SECS {
+            continue;
+        }
+        for step in paths.get(robot).into_iter().flat_map(|path| &path.steps[path.done + 1..]) {
+            turns[step.leg.edge() as usize].push(((step.layer, rank), *robot));
+        }
+    }
+    for (rank, robot) in ranks.iter().enumerate() {
+        let Some(path) = paths.get(robot) else { continue };
+        let legs = path.steps[path.done + 1..].iter().take(MOST_LEGS).position(|step| {
+            let near = space.near(step.leg.edge());
+            let mut others = near.iter().flat_map(|&near| &turns[near as usize]);
+            others.any(|(other, holder)| holder != robot && *other < (step.layer, rank))
+        });
+        if let Some(legs) = legs {
+            plans.permit(*robot).max_legs = legs;
+        }
     }
 }

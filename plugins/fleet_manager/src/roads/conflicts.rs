@@ -7,7 +7,7 @@
 mod build;
 mod grid;
 
-use super::{Reader, Roads, Sweep, Writer};
+use super::{Reader, Roads, Rows, Span, Sweep, Writer};
 
 /// A conflict between robots on two tracks. Places are metres from the origins of the edges.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,9 +15,9 @@ pub enum Relation {
     /// A robot within `own` may touch one within `other`.
     Crossing {
         /// The stretch of this track.
-        own: [f32; 2],
+        own: Span,
         /// The stretch of the other.
-        other: [f32; 2],
+        other: Span,
     },
     /// This track leads into the other: a robot here may touch one there if they are less than this
     /// far apart, in metres from here to the end of this track and from the start of the other to
@@ -43,10 +43,10 @@ const KIND_SHIFT: u32 = 30;
 const PER_METRE: f32 = 32.0;
 
 impl Pair {
-    pub(super) fn new(other: u32, relation: Relation, lengths: [f32; 2]) -> Self {
+    pub(super) fn new(other: u32, relation: Relation, own_length: f32, other_length: f32) -> Self {
         let (kind, spans) = match relation {
             Relation::Crossing { own, other } => {
-                let ([a, b], [c, d]) = (outward(own, lengths[0]), outward(other, lengths[1]));
+                let ([a, b], [c, d]) = (outward(own, own_length), outward(other, other_length));
                 (0, [a, b, c, d])
             }
             Relation::Into(metres) => (1, [(metres * PER_METRE).ceil() as u8, 0, 0, 0]),
@@ -59,15 +59,15 @@ impl Pair {
         self.other_and_kind & ((1 << KIND_SHIFT) - 1)
     }
 
-    fn relation(self, lengths: [f32; 2]) -> Relation {
+    fn relation(self, own_length: f32, other_length: f32) -> Relation {
         let metres = f32::from(self.spans[0]) / PER_METRE;
-        let at = |part: u8, length: f32| f32::from(part) / 255.0 * length;
+        let [a, b, c, d] = self.spans.map(|part| f32::from(part) / 255.0);
         match self.other_and_kind >> KIND_SHIFT {
             1 => Relation::Into(metres),
             2 => Relation::From(metres),
             _ => Relation::Crossing {
-                own: [at(self.spans[0], lengths[0]), at(self.spans[1], lengths[0])],
-                other: [at(self.spans[2], lengths[1]), at(self.spans[3], lengths[1])],
+                own: Span::new(a * own_length, b * own_length),
+                other: Span::new(c * other_length, d * other_length),
             },
         }
     }
@@ -77,21 +77,20 @@ impl Pair {
 pub const RESOLUTION: f32 = 1.0 / PER_METRE;
 
 /// Returns a stretch in 1/255 of a length, rounded outwards.
-fn outward([from, to]: [f32; 2], length: f32) -> [u8; 2] {
+fn outward(span: Span, length: f32) -> [u8; 2] {
     if length <= 0.0 {
         return [0, 255];
     }
     // Rounded a little further: the division may round inwards.
-    let (low, high) = (from / length * 255.0 - 1e-3, to / length * 255.0 + 1e-3);
+    let (low, high) = (span.low / length * 255.0 - 1e-3, span.high / length * 255.0 + 1e-3);
     [low.floor().max(0.0) as u8, high.ceil().min(255.0) as u8]
 }
 
 /// The conflicts of robots with one footprint (on the track asked about) and robots with another.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct ConflictTable {
-    /// Pairs of each track: `pairs[starts[t]..starts[t + 1]]`.
-    starts: Vec<u32>,
-    pairs: Vec<Pair>,
+    /// By track.
+    pairs: Rows<Pair>,
     /// By track: how far apart two robots on it have to be, in metres.
     separations: Vec<f32>,
 }
@@ -115,7 +114,9 @@ impl Conflicts {
 
     /// Writes all tables.
     pub(super) fn write(&self, writer: &mut Writer) {
-        self.tables.iter().for_each(|table| table.write(writer));
+        for table in &self.tables {
+            table.write(writer);
+        }
     }
 
     /// Reads the tables of roads.
@@ -131,18 +132,36 @@ impl Conflicts {
         &self.tables[own * self.footprints + other]
     }
 
-    /// The tracks that get in the way of a track, and how.
+    /// The tracks that conflict with a track, with the relations.
     pub fn of(
         &self,
         own: usize,
         other: usize,
         track: u32,
     ) -> impl Iterator<Item = (u32, Relation)> + '_ {
-        let length = self.lengths[track as usize];
-        let pairs = self.table(own, other).pairs_of(track);
-        pairs.iter().map(move |pair| {
-            (pair.other(), pair.relation([length, self.lengths[pair.other() as usize]]))
-        })
+        let length = self.length(track);
+        let pairs = self.table(own, other).pairs.row(track);
+        pairs
+            .iter()
+            .map(move |pair| (pair.other(), pair.relation(length, self.length(pair.other()))))
+    }
+
+    /// The conflicts of a track for robots of any footprint: the other tracks and the relations.
+    pub fn of_any(&self, track: u32) -> impl Iterator<Item = (u32, Relation)> + '_ {
+        let pairs = (0..self.footprints)
+            .flat_map(|own| (0..self.footprints).map(move |other| (own, other)));
+        pairs.flat_map(move |(own, other)| self.of(own, other, track))
+    }
+
+    /// Some tracks and those that conflict with them, in ascending order, without repetitions.
+    pub fn near(&self, tracks: &[u32]) -> Vec<u32> {
+        let mut near = tracks.to_vec();
+        for &track in tracks {
+            near.extend(self.of_any(track).map(|(other, _)| other));
+        }
+        near.sort_unstable();
+        near.dedup();
+        near
     }
 
     /// Length of a track, in metres.
@@ -152,10 +171,10 @@ impl Conflicts {
 
     /// Number of pairs, each counted from both sides.
     pub fn len(&self) -> usize {
-        self.tables.iter().map(|table| table.pairs.len()).sum()
+        self.tables.iter().map(|table| table.pairs.values().len()).sum()
     }
 
-    /// Whether nothing gets in the way of anything.
+    /// Whether there are no conflicts.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
@@ -174,9 +193,10 @@ fn lengths(roads: &Roads) -> Vec<f32> {
 
 impl ConflictTable {
     fn write(&self, writer: &mut Writer) {
-        writer.list(self.starts.iter().copied());
-        writer.list(self.pairs.iter().map(|pair| pair.other_and_kind));
-        writer.list(self.pairs.iter().map(|pair| u32::from_le_bytes(pair.spans)));
+        let pairs = self.pairs.values();
+        writer.list(self.pairs.starts().iter().copied());
+        writer.list(pairs.iter().map(|pair| pair.other_and_kind));
+        writer.list(pairs.iter().map(|pair| u32::from_le_bytes(pair.spans)));
         writer.floats(self.separations.iter().copied());
     }
 
@@ -190,21 +210,13 @@ impl ConflictTable {
         let pairs: Vec<Pair> = pairs.collect();
         let separations = reader.floats(tracks)?;
         let is_possible = pairs.iter().all(|pair| (pair.other() as usize) < tracks);
-        is_possible.then_some(Self { starts, pairs, separations })
+        is_possible.then(|| Self { pairs: Rows::of_parts(starts, pairs), separations })
     }
 
     /// Sorts the pairs by track; each comes with the track that it is seen from.
     pub(super) fn new(mut found: Vec<(u32, Pair)>, separations: Vec<f32>) -> Self {
         found.sort_unstable_by_key(|(track, pair)| (*track, pair.other()));
-        let tracks = separations.len();
-        let mut starts = vec![0; tracks + 1];
-        found.iter().for_each(|(track, _)| starts[*track as usize + 1] += 1);
-        (1..=tracks).for_each(|track| starts[track] += starts[track - 1]);
-        Self { starts, pairs: found.into_iter().map(|(_, pair)| pair).collect(), separations }
-    }
-
-    fn pairs_of(&self, track: u32) -> &[Pair] {
-        &self.pairs[self.starts[track as usize] as usize..self.starts[track as usize + 1] as usize]
+        Self { pairs: Rows::of_sorted(separations.len(), found), separations }
     }
 
     /// The least distance between two robots on a track, in metres.

@@ -11,14 +11,26 @@ const FEWEST: usize = 256;
 /// If `work` does.
 pub(super) fn map<T: Send>(count: usize, work: impl Fn(usize) -> T + Sync) -> Vec<T> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
-    if cores == 1 || count < FEWEST {
+    map_on(if count < FEWEST { 1 } else { cores }, count, work)
+}
+
+/// As [`map`], on so many threads.
+pub(crate) fn map_on<T: Send>(
+    threads: usize,
+    count: usize,
+    work: impl Fn(usize) -> T + Sync,
+) -> Vec<T> {
+    if threads == 1 || count < 2 {
         return (0..count).map(work).collect();
     }
-    let chunk = count.div_ceil(cores);
+    let chunk = count.div_ceil(threads);
     let (work, chunks) = (&work, (0..count).step_by(chunk));
     std::thread::scope(|scope| {
-        let part = |first: usize| (first..(first + chunk).min(count)).map(work).collect::<Vec<T>>();
-        let threads: Vec<_> = chunks.map(|first| scope.spawn(move || part(first))).collect();
+        let mut threads = Vec::new();
+        for first in chunks {
+            let part = (first..(first + chunk).min(count)).map(work);
+            threads.push(scope.spawn(move || part.collect::<Vec<T>>()));
+        }
         threads
             .into_iter()
             .flat_map(|thread| thread.join().unwrap_or_else(|panic| resume_unwind(panic)))

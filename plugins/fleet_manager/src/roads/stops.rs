@@ -4,15 +4,13 @@
 //! itself and on those that lead straight into or out of it. A node is a *siding* if a robot that
 //! stands there is only in the way of edges that meet there.
 
-use super::{Leg, Reader, Relation, Roads, Writer, cores};
+use super::{Leg, Reader, Relation, Roads, Rows, Span, Writer, cores};
 
 /// The stopping places of robots with one footprint.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Stops {
-    /// Stretches of each edge that aren't open, in ascending order: `closed[starts[e]..starts[e +
-    /// 1]]`.
-    starts: Vec<u32>,
-    closed: Vec<[f32; 2]>,
+    /// By edge: the stretches that aren't open, in ascending order, in metres from its origin.
+    closed: Rows<Span>,
     /// By leg: whether its end is a siding.
     sidings: Vec<bool>,
 }
@@ -23,28 +21,25 @@ const BORDER: f32 = 0.01;
 
 impl Stops {
     pub(super) fn new(roads: &Roads, footprint: usize) -> Self {
-        let mut stops = Self { starts: vec![0], ..Self::default() };
+        let edges = roads.edges().len();
         let mut arrivals = vec![0; roads.nodes() as usize];
-        roads.edges().iter().for_each(|edge| arrivals[edge.destination as usize] += 1);
-        let places = cores::map(roads.edges().len(), |edge| {
-            let sidings = [false, true]
-                .map(|reverse| is_siding(roads, footprint, Leg::new(edge as u32, reverse)));
-            (closed(roads, footprint, edge as u32, &arrivals), sidings)
-        });
-        for (closed, sidings) in places {
-            stops.closed.extend(closed);
-            stops.starts.push(stops.closed.len() as u32);
-            stops.sidings.extend(sidings);
+        for edge in roads.edges() {
+            arrivals[edge.destination as usize] += 1;
         }
-        stops
+        let closed = cores::map(edges, |edge| closed(roads, footprint, edge as u32, &arrivals));
+        let closed = (0..)
+            .zip(closed)
+            .flat_map(|(edge, spans)| spans.into_iter().map(move |span| (edge, span)));
+        let sidings =
+            cores::map(2 * edges, |leg| is_siding(roads, footprint, Leg::from_index(leg as u32)));
+        Self { closed: Rows::of_sorted(edges, closed), sidings }
     }
 
     /// Writes them.
     pub(super) fn write(&self, writer: &mut Writer) {
-        writer.list(self.starts.iter().copied());
-        [0, 1]
-            .into_iter()
-            .for_each(|end| writer.floats(self.closed.iter().map(|closed| closed[end])));
+        writer.list(self.closed.starts().iter().copied());
+        writer.floats(self.closed.values().iter().map(|span| span.low));
+        writer.floats(self.closed.values().iter().map(|span| span.high));
         writer.list(self.sidings.iter().map(|is_siding| u32::from(*is_siding)));
     }
 
@@ -53,26 +48,20 @@ impl Stops {
         let starts = reader.starts(edges)?;
         let count = *starts.last()? as usize;
         let (low, high) = (reader.floats(count)?, reader.floats(count)?);
-        let closed = low.into_iter().zip(high).map(|(low, high)| [low, high]).collect();
+        let closed = low.into_iter().zip(high).map(|(low, high)| Span::new(low, high)).collect();
         let sidings =
             reader.list_of(2 * edges)?.into_iter().map(|is_siding| is_siding != 0).collect();
-        Some(Self { starts, closed, sidings })
+        Some(Self { closed: Rows::of_parts(starts, closed), sidings })
     }
 
     /// Returns the farthest open place of a leg in `from` to `to`, both in metres from where it is
     /// entered.
     pub fn last_open(&self, leg: Leg, length: f32, from: f32, to: f32) -> Option<f32> {
-        let closed = self.closed(leg.edge());
         let mut place = to;
-        let mut leave = |[low, high]: [f32; 2]| {
-            if place >= low && place <= high {
-                place = low - BORDER;
+        for span in self.driven(leg, length).rev() {
+            if span.contains(place) {
+                place = span.low - BORDER;
             }
-        };
-        if leg.is_reverse() {
-            closed.iter().for_each(|&[low, high]| leave([length - high, length - low]));
-        } else {
-            closed.iter().rev().for_each(|&stretch| leave(stretch));
         }
         (place >= from).then_some(place)
     }
@@ -81,27 +70,26 @@ impl Stops {
     /// entered.
     pub fn next_open(&self, leg: Leg, length: f32, from: f32) -> Option<f32> {
         let mut place = from;
-        let mut leave = |[low, high]: [f32; 2]| {
-            if place >= low && place <= high {
-                place = high + BORDER;
+        for span in self.driven(leg, length) {
+            if span.contains(place) {
+                place = span.high + BORDER;
             }
-        };
-        let closed = self.closed(leg.edge());
-        if leg.is_reverse() {
-            closed.iter().rev().for_each(|&[low, high]| leave([length - high, length - low]));
-        } else {
-            closed.iter().for_each(|&stretch| leave(stretch));
         }
         (place <= length).then_some(place)
     }
 
-    /// Metres of an edge that aren't open.
-    pub fn closed_length(&self, edge: u32) -> f32 {
-        self.closed(edge).iter().map(|[low, high]| high - low).sum()
+    /// The closed stretches of a leg in driving order, in metres from where it is entered.
+    fn driven(&self, leg: Leg, length: f32) -> impl DoubleEndedIterator<Item = Span> {
+        let closed = self.closed.row(leg.edge());
+        let (forward, reverse) =
+            if leg.is_reverse() { (&[][..], closed) } else { (closed, &[][..]) };
+        let reverse = reverse.iter().rev().map(move |span| span.reversed(length));
+        forward.iter().copied().chain(reverse)
     }
 
-    fn closed(&self, edge: u32) -> &[[f32; 2]] {
-        &self.closed[self.starts[edge as usize] as usize..self.starts[edge as usize + 1] as usize]
+    /// Metres of an edge that aren't open.
+    pub fn closed_length(&self, edge: u32) -> f32 {
+        self.closed.row(edge).iter().map(|span| span.high - span.low).sum()
     }
 
     /// Whether the end of a leg is a siding.
@@ -112,26 +100,26 @@ impl Stops {
 
 /// Returns the stretches of an edge where a robot blocks others, in ascending order, merged.
 /// `arrivals` is the number of edges that lead to each node.
-fn closed(roads: &Roads, footprint: usize, edge: u32, arrivals: &[u32]) -> Vec<[f32; 2]> {
+fn closed(roads: &Roads, footprint: usize, edge: u32, arrivals: &[u32]) -> Vec<Span> {
     let length = roads.edge(edge).length;
-    let mut spans: Vec<[f32; 2]> = (0..roads.footprints().len())
+    let mut spans: Vec<Span> = (0..roads.footprints().len())
         .flat_map(|other| roads.conflicts().of(footprint, other, edge))
         .filter_map(|(track, relation)| match relation {
             Relation::Crossing { own, .. } => Some(own),
             // A robot just before a node where roads meet keeps those out that come from
             // elsewhere.
             Relation::Into(apart) if arrivals[roads.edge(track).origin as usize] > 1 => {
-                Some([length - apart, length])
+                Some(Span::new(length - apart, length))
             }
             Relation::Into(_) | Relation::From(_) => None,
         })
         .collect();
-    spans.sort_unstable_by(|a, b| a[0].total_cmp(&b[0]));
-    let mut merged: Vec<[f32; 2]> = Vec::new();
-    for [low, high] in spans {
+    spans.sort_unstable_by(|a, b| a.low.total_cmp(&b.low));
+    let mut merged: Vec<Span> = Vec::new();
+    for span in spans {
         match merged.last_mut() {
-            Some(last) if low <= last[1] => last[1] = last[1].max(high),
-            _ => merged.push([low, high]),
+            Some(last) if span.low <= last.high => last.high = last.high.max(span.high),
+            _ => merged.push(span),
         }
     }
     merged
@@ -140,14 +128,18 @@ fn closed(roads: &Roads, footprint: usize, edge: u32, arrivals: &[u32]) -> Vec<[
 fn is_siding(roads: &Roads, footprint: usize, leg: Leg) -> bool {
     let node = roads.end(leg);
     let place = if leg.is_reverse() { 0.0 } else { roads.edge(leg.edge()).length };
-    let meets = |track: u32| match roads.edges().get(track as usize) {
-        Some(edge) => edge.origin == node || edge.destination == node,
-        None => track == roads.disc(node),
-    };
     (0..roads.footprints().len()).all(|other| {
         roads.conflicts().of(footprint, other, leg.edge()).all(|(track, relation)| match relation {
-            Relation::Crossing { own, .. } => place < own[0] || place > own[1] || meets(track),
+            Relation::Crossing { own, .. } => !own.contains(place) || meets(roads, track, node),
             Relation::Into(_) | Relation::From(_) => true,
         })
     })
+}
+
+/// Whether a track meets a node.
+fn meets(roads: &Roads, track: u32, node: u32) -> bool {
+    match roads.edges().get(track as usize) {
+        Some(edge) => edge.origin == node || edge.destination == node,
+        None => track == roads.disc(node),
+    }
 }

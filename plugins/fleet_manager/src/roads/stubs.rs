@@ -2,8 +2,8 @@
 //!
 //! A *stub* is a chain of edges that ends at a node from which only the way back leads on, and that
 //! begins at the first node with another way. Only chains of two sections or more count: in one
-//! section there is room for one robot anyway. Who drives into a stub behind another robot keeps
-//! that one from coming out.
+//! section there is room for one robot anyway. A robot that drives into a stub behind another one
+//! keeps that one from coming out.
 
 use std::collections::BTreeSet;
 
@@ -49,7 +49,9 @@ impl Stubs {
         });
         let edges: BTreeSet<u32> =
             inside.map(|leg| leg.edge()).chain(arrivals(roads, chain)).collect();
-        edges.iter().for_each(|&edge| self.numbers[edge as usize] = number);
+        for &edge in &edges {
+            self.numbers[edge as usize] = number;
+        }
         self.edges.push(edges.into_iter().collect());
     }
 

@@ -1,9 +1,10 @@
 //! The space that robots sweep along an edge, as a chain of short stretches.
 
+use glam::{DVec2, Vec2, vec2};
 use regatta_plugin::world::{CurveRecord, EdgeRecord, Orientation};
 
-use super::path::Cubic;
-use super::{Footprint, Rectangle};
+use super::geometry::Cubic;
+use super::{Footprint, Rectangle, Span};
 
 /// The longest stretch, in metres: the resolution at which claims are given back.
 const STEP: f64 = 0.1;
@@ -20,14 +21,14 @@ const MARGIN: f32 = 0.003;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SweptBox {
     /// Metres from the edge's origin to its ends.
-    pub s: [f32; 2],
+    pub s: Span,
     /// The middle, in metres.
-    centre: [f32; 2],
+    centre: Vec2,
     /// Unit vector along the heading of a robot in the middle.
-    heading: [f32; 2],
+    heading: Vec2,
     /// The largest distance of a robot's position from the middle along and across that heading, in
     /// metres.
-    offset: [f32; 2],
+    offset: Vec2,
     /// Sine of the largest difference of headings; 1 for any heading.
     turn: f32,
 }
@@ -35,27 +36,28 @@ pub struct SweptBox {
 impl SweptBox {
     /// Returns a rectangle that holds a footprint at every pose of the stretch.
     pub fn rectangle(&self, footprint: &Footprint) -> Rectangle {
-        let [length, width] = footprint.half;
+        let Vec2 { x: length, y: width } = footprint.half;
         let half = if self.turn >= 1.0 {
-            [length.hypot(width); 2]
+            Vec2::splat(length.hypot(width))
         } else {
-            [length + width * self.turn, width + length * self.turn]
+            vec2(length + width * self.turn, width + length * self.turn)
         };
-        let half = [0, 1].map(|axis| half[axis] + self.offset[axis] + MARGIN);
+        let half = half + self.offset + MARGIN;
         Rectangle { centre: self.centre, heading: self.heading, half }
     }
 
-    /// Whether its half length is what a straight line in that direction has.
+    /// Whether its half length is that of a straight line in a direction.
     fn is_along(&self, heading: f32) -> bool {
-        let half = 0.5 * (self.s[1] - self.s[0]);
-        let (sin, cos) = (heading.sin(), heading.cos());
-        let along = (cos * self.heading[0] + sin * self.heading[1]).abs() * half;
-        (self.offset[0] - along).abs() < 1e-4
+        let half = 0.5 * (self.s.high - self.s.low);
+        let direction = vec2(heading.cos(), heading.sin());
+        let along = direction.dot(self.heading).abs() * half;
+        (self.offset.x - along).abs() < 1e-4
     }
 
     /// The stretch of robots that turn on the spot at a node: a place of length zero, any heading.
-    pub fn disc(position: [f32; 2]) -> Self {
-        Self { s: [0.0; 2], centre: position, heading: [1.0, 0.0], offset: [0.0; 2], turn: 1.0 }
+    pub fn disc(position: Vec2) -> Self {
+        let s = Span::new(0.0, 0.0);
+        Self { s, centre: position, heading: Vec2::X, offset: Vec2::ZERO, turn: 1.0 }
     }
 }
 
@@ -75,20 +77,21 @@ impl Sweep {
         for cubic in &cubics {
             let parts = (cubic.length(0.0, 0.5) + cubic.length(0.5, 1.0)) / STEP;
             let parts = parts.ceil().clamp(1.0, 1e6) as u32;
-            let at = |part: u32| f64::from(part) / f64::from(parts);
-            (0..parts).for_each(|part| builder.add(cubic, at(part), at(part + 1)));
+            for part in 0..parts {
+                let [from, to] = [part, part + 1].map(|part| f64::from(part) / f64::from(parts));
+                builder.add(cubic, from, to);
+            }
         }
-        let angle = |[x, y]: [f64; 2]| y.atan2(x) as f32;
-        let ends = [
-            cubics.first().map_or(0.0, |first| angle(first.tangent(0.0))),
-            cubics.last().map_or(0.0, |last| angle(last.tangent(1.0))),
+        let headings = [
+            cubics.first().map_or(0.0, |first| angle_of(first.tangent(0.0)) as f32),
+            cubics.last().map_or(0.0, |last| angle_of(last.tangent(1.0)) as f32),
         ];
-        Self { boxes: builder.boxes, headings: ends }
+        Self { boxes: builder.boxes, headings }
     }
 
     /// Arc length, in metres.
     pub fn length(&self) -> f32 {
-        self.boxes.last().map_or(0.0, |last| last.s[1])
+        self.boxes.last().map_or(0.0, |last| last.s.high)
     }
 
     /// Tangents at the origin and at the destination, in radians in (-π, π].
@@ -99,23 +102,20 @@ impl Sweep {
     /// Whether its tangent and the heading of robots are the same everywhere.
     pub fn is_straight(&self) -> bool {
         let Some(first) = self.boxes.first() else { return true };
-        let same = |part: &SweptBox| {
+        self.boxes.iter().all(|part| {
             part.turn == 0.0 && part.heading == first.heading && part.is_along(self.headings[0])
-        };
-        self.boxes.iter().all(same)
-            && super::angle_between(self.headings[0], self.headings[1]) < 1e-4
+        }) && super::angle_between(self.headings[0], self.headings[1]) < 1e-4
     }
 
     /// Returns how far apart two robots have to be on a [straight](Self::is_straight) edge, in
     /// metres.
     pub fn straight_separation(&self, a: &Footprint, b: &Footprint) -> Option<f32> {
         let first = self.boxes.first()?;
-        let (sin, cos) = (self.headings[0].sin(), self.headings[0].cos());
-        let along = (cos * first.heading[0] + sin * first.heading[1]).abs();
-        let across = (cos * first.heading[1] - sin * first.heading[0]).abs();
-        let apart =
-            |axis: usize, part: f32| (a.half[axis] + b.half[axis] + 2.0 * MARGIN) / part.max(1e-6);
-        Some(apart(0, along).min(apart(1, across)))
+        let tangent = vec2(self.headings[0].cos(), self.headings[0].sin());
+        let along = tangent.dot(first.heading).abs();
+        let across = tangent.perp_dot(first.heading).abs();
+        let size = a.half + b.half + 2.0 * MARGIN;
+        Some((size.x / along.max(1e-6)).min(size.y / across.max(1e-6)))
     }
 
     /// The stretches.
@@ -153,8 +153,8 @@ impl Builder {
         self.s += length;
     }
 
-    fn swept_box(&self, centre: [f64; 2], tangent: [f64; 2], half: f64, turn: f64) -> SweptBox {
-        let angle = tangent[1].atan2(tangent[0]);
+    fn swept_box(&self, centre: DVec2, tangent: DVec2, half: f64, turn: f64) -> SweptBox {
+        let angle = angle_of(tangent);
         let (heading, turns) = match self.orientation {
             Orientation::Tangential => (angle, true),
             Orientation::Offset(offset) => (angle + f64::from(offset), true),
@@ -163,22 +163,28 @@ impl Builder {
         // The path stays within this of the line through the middle, along and across it.
         let (along, across) = (half, half * turn);
         let (sin, cos) = (heading - angle).sin_cos();
-        let offset =
-            [along * cos.abs() + across * sin.abs(), along * sin.abs() + across * cos.abs()];
+        let offset = DVec2::new(
+            along * cos.abs() + across * sin.abs(),
+            along * sin.abs() + across * cos.abs(),
+        );
         SweptBox {
-            s: [self.s as f32, (self.s + 2.0 * half) as f32],
-            centre: centre.map(|value| value as f32),
-            heading: [heading.cos() as f32, heading.sin() as f32],
-            offset: offset.map(|value| value as f32),
+            s: Span::new(self.s as f32, (self.s + 2.0 * half) as f32),
+            centre: centre.as_vec2(),
+            heading: DVec2::new(heading.cos(), heading.sin()).as_vec2(),
+            offset: offset.as_vec2(),
             turn: if turns { turn as f32 } else { 0.0 },
         }
     }
 }
 
+/// Returns the angle of a direction, in radians in [-π, π].
+fn angle_of(direction: DVec2) -> f64 {
+    direction.y.atan2(direction.x)
+}
+
 /// Returns the absolute angle between two directions, in radians.
-fn angle_from(a: [f64; 2], b: [f64; 2]) -> f64 {
-    let (dot, cross) = (a[0] * b[0] + a[1] * b[1], a[0] * b[1] - a[1] * b[0]);
-    let angle = cross.atan2(dot).abs();
+fn angle_from(a: DVec2, b: DVec2) -> f64 {
+    let angle = a.perp_dot(b).atan2(a.dot(b)).abs();
     // Straight lines have no bend but rounding.
     if angle < 1e-6 { 0.0 } else { angle }
 }

@@ -5,7 +5,7 @@ use regatta_plugin::world::{
     CurveRecord, EdgeRecord, NodeRecord, Orientation, RobotTypeRecord, WorldData,
 };
 
-use super::path::Cubic;
+use super::geometry::Cubic;
 use super::*;
 use crate::model::worlds;
 
@@ -39,11 +39,11 @@ impl Line {
         let (low, high) = (self.lengths[part - 1], self.lengths[part]);
         let share = if high > low { (s - low) / (high - low) } else { 0.0 };
         let t = (part as f64 - 1.0 + share) / Self::PARTS as f64;
-        let ([x, y], [dx, dy]) = (self.cubic.point(t), self.cubic.tangent(t));
-        let heading = orientation.heading(dy.atan2(dx) as f32);
+        let tangent = self.cubic.tangent(t);
+        let heading = orientation.heading(tangent.y.atan2(tangent.x) as f32);
         Rectangle {
-            centre: [x as f32, y as f32],
-            heading: [heading.cos(), heading.sin()],
+            centre: self.cubic.point(t).as_vec2(),
+            heading: Vec2::from_angle(heading),
             half: footprint.half,
         }
     }
@@ -54,10 +54,9 @@ fn is_conflict(roads: &Roads, footprints: [usize; 2], [(a, s), (b, t)]: [(u32, f
     if a == b {
         return (s - t).abs() < roads.conflicts().table(footprints[0], footprints[1]).separation(a);
     }
-    let within = |place: f32, [low, high]: [f32; 2]| place >= low && place <= high;
     roads.conflicts().of(footprints[0], footprints[1], a).filter(|(track, _)| *track == b).any(
         |(_, relation)| match relation {
-            Relation::Crossing { own, other } => within(s, own) && within(t, other),
+            Relation::Crossing { own, other } => own.contains(s) && other.contains(t),
             Relation::Into(apart) => roads.edge(a).length - s + t < apart,
             Relation::From(apart) => roads.edge(b).length - t + s < apart,
         },
@@ -176,11 +175,11 @@ fn robots_wait_before_a_crossing_and_not_in_it() {
     let relations: Vec<_> = roads.conflicts().of(0, 0, 0).collect();
     let [(1, Relation::Crossing { own, .. })] = relations[..] else { panic!("{relations:?}") };
     // Half of the one's length and half of the other's width, rounded outwards.
-    assert!((4.0..4.25).contains(&own[0]) && (5.75..6.0).contains(&own[1]), "{own:?}");
+    assert!((4.0..4.25).contains(&own.low) && (5.75..6.0).contains(&own.high), "{own:?}");
     let before = roads.stops(0).last_open(Leg::new(0, false), 10.0, 0.0, 5.0);
-    assert!(before.is_some_and(|place| place < own[0] && place > own[0] - 0.1), "{before:?}");
+    assert!(before.is_some_and(|place| place < own.low && place > own.low - 0.1), "{before:?}");
     let behind = roads.stops(0).next_open(Leg::new(0, true), 10.0, 5.0);
-    assert!(behind.is_some_and(|place| place > 10.0 - own[0]), "{behind:?}, in reverse gear");
+    assert!(behind.is_some_and(|place| place > 10.0 - own.low), "{behind:?}, in reverse gear");
 }
 
 /// An aisle of three edges between two streets of short edges, joined by corners.

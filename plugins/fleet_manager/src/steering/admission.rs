@@ -1,8 +1,8 @@
-//! Admission: how many robots may be on the roads at a time.
+//! Admission: a limit on the number of robots on the roads.
 //!
-//! Robots are held where they are in nobody's way, in reservoirs and where they got their goals,
-//! while too many of those on the roads wait for each other (see [`Density`]). Those are admitted
-//! first that others on the roads wait for.
+//! Robots are held in reservoirs, and at the places where they got their goals, while too many of
+//! the robots on the roads wait for each other (see [`Density`]). Robots for which others on the
+//! roads wait are admitted first.
 
 use super::Steering;
 use crate::density::{Density, DensitySettings};
@@ -20,7 +20,7 @@ pub struct AdmissionSettings {
 }
 
 impl AdmissionSettings {
-    /// Admits everybody at once.
+    /// Admits all robots at once.
     pub fn unlimited() -> Self {
         let density = DensitySettings { waiting_share: 1.0, ..DensitySettings::default() };
         Self { density, ..Self::default() }
@@ -63,7 +63,7 @@ impl Admission {
 }
 
 impl Steering {
-    /// Counts the robots on the roads, and who waits for whom.
+    /// Counts the robots on the roads, and the robots that wait for each.
     pub(super) fn count_admitted(&mut self, passed: f32) {
         let (mut out, mut waiting) = (0, 0);
         let mut pressure = std::mem::take(&mut self.admission.pressure);
@@ -119,7 +119,7 @@ impl Steering {
         planned - self.settings.admission.secs_per_waiting * f64::from(pressure)
     }
 
-    /// The robot that waits for admission, and that a robot waits for.
+    /// The robot that waits for admission at the end of the chain of blockers of a robot.
     fn held_ahead(&self, robot: u32) -> Option<u32> {
         let mut current = robot;
         for _ in 0..LONGEST_CHAIN {

@@ -1,5 +1,5 @@
-//! Robots that steering has not steered so far, or that were not where they should be: they are
-//! stopped, and taken over where they stand.
+//! Adoption: robots that are new to steering, or off their claims, are stopped and taken over where
+//! they stand.
 
 use regatta_plugin::frame::RobotState;
 
@@ -15,7 +15,7 @@ const REPEAT_SECS: f64 = 1.0;
 const AT_END: f32 = 1e-3;
 
 impl Steering {
-    /// Takes what a frame shows of a robot.
+    /// Takes the state of a robot in a frame.
     pub fn see(&mut self, robot: u32, seen: &Seen) {
         let count = self.robots.len().max(robot as usize + 1);
         self.robots.resize_with(count, || None);
@@ -65,12 +65,7 @@ impl Steering {
     /// Claims the whole edge that a robot is on: which way it drives may not be known.
     fn claim_edge(&mut self, robot: u32, edge: u32) {
         let Some(state) = &self.robots[robot as usize] else { return };
-        let whole = Stretch {
-            track: edge,
-            leg: Some(Leg::new(edge, false)),
-            from: 0.0,
-            to: self.roads.edge(edge).length,
-        };
+        let whole = Stretch::whole(&self.roads, Leg::new(edge, false));
         self.claims.seize(&self.roads, robot, state.class.footprint, whole);
     }
 
@@ -79,12 +74,12 @@ impl Steering {
         let Some((leg, place)) = self.locate(seen) else { return };
         let Some(state) = &mut self.robots[robot as usize] else { return };
         state.custody = Custody::Steered;
-        let stance = Stretch { track: leg.edge(), leg: Some(leg), from: place, to: place };
+        let stance = Stretch::at(leg, place);
         self.claims.seize(&self.roads, robot, state.class.footprint, stance);
     }
 
-    /// The leg that a robot stands on, and how far from its start. A robot on a node counts as one
-    /// at the end of an edge that leads there: its pose is the same.
+    /// The leg that a robot stands on, and the metres from its start. A robot on a node counts as
+    /// one at the end of an edge that leads there: its pose is the same.
     fn locate(&self, seen: &Seen) -> Option<(Leg, f32)> {
         if let Some(edge) = seen.edge {
             let length = self.roads.edge(edge).length;
@@ -93,16 +88,15 @@ impl Steering {
             let place = if seen.s > length - AT_END { length } else { seen.s.max(0.0) };
             return Some((Leg::new(edge, false), place));
         }
-        let distance = |node: u32| {
-            let [x, y] = self.roads.position(node);
-            (x - seen.position[0]).hypot(y - seen.position[1])
-        };
-        let node = (0..self.roads.nodes()).min_by(|&a, &b| distance(a).total_cmp(&distance(b)))?;
-        let into = self
-            .roads
-            .arrival(node)
-            .map(|edge| (Leg::new(edge, false), self.roads.edge(edge).length));
-        into.or_else(|| self.roads.exits(node).first().map(|&leg| (leg, 0.0)))
+        let nearest = (0..self.roads.nodes()).map(|node| {
+            let offset = self.roads.position(node) - seen.position;
+            (offset.x.hypot(offset.y), node)
+        });
+        let (_, node) = nearest.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        match self.roads.arrival(node) {
+            Some(edge) => Some((Leg::new(edge, false), self.roads.edge(edge).length)),
+            None => self.roads.exits(node).first().map(|&leg| (leg, 0.0)),
+        }
     }
 
     /// Whether every robot stands, or stays within what it claims: before that, none is sent
@@ -111,7 +105,7 @@ impl Steering {
         !self.robots.iter().flatten().any(|state| state.is_lost() && state.speed > 0.0)
     }
 
-    /// Commands the robots to stop that are to be taken over.
+    /// Commands the robots that are to be taken over to stop.
     pub(super) fn cancel_adopted(&mut self) {
         for (robot, state) in (0..).zip(&mut self.robots) {
             let Some(state) = state else { continue };

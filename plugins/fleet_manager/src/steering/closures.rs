@@ -1,31 +1,30 @@
-//! Closures: what robots that can't drive block, what is closed by a command, and where nobody
-//! would come out again.
+//! Closures: legs that robots out of service block, edges that a command closes, and nodes that
+//! robots could not leave again.
 
 use regatta_plugin::closure::ClosedEdge;
 
 use super::Steering;
 use crate::claims::Claims;
-use crate::roads::{Leg, Roads};
+use crate::roads::{Leg, Roads, Rows};
 
 /// The time that a robot is held or broken before the roads that it blocks are closed, in seconds.
 const CLOSE_AFTER_SECS: f64 = 10.0;
 
 impl Steering {
-    /// Whether a robot has been held or broken for so long that others are led round it.
+    /// Whether a robot has been held or broken for so long that others are routed round it.
     pub fn is_out_of_service(&self, robot: u32) -> bool {
         self.robot(robot).is_some_and(|state| self.now - state.stuck_since >= CLOSE_AFTER_SECS)
     }
 
-    /// Whether closures have cut a node off from where most robots are: who is there can't come
-    /// away.
+    /// Whether closures have cut a node off from the main component: robots there can't leave.
     pub fn is_cut_off(&self, node: u32) -> bool {
-        self.cut_off.get(node as usize).is_some_and(|cut_off| *cut_off)
+        self.closures.cut_off.get(node as usize).is_some_and(|cut_off| *cut_off)
     }
 
-    /// Whether closures keep robots from coming to a node from where most robots are; who is there
-    /// already may come away.
+    /// Whether closures keep robots from coming to a node from the main component; robots that are
+    /// there already may leave.
     pub fn is_out_of_reach(&self, node: u32) -> bool {
-        self.out_of_reach.get(node as usize).is_some_and(|out_of_reach| *out_of_reach)
+        self.closures.out_of_reach.get(node as usize).is_some_and(|out_of_reach| *out_of_reach)
     }
 
     /// Whether any roads are closed, or were until now: robots whose ways are open again have no
@@ -41,10 +40,12 @@ impl Steering {
             return;
         }
         self.closed_by_command = closed.to_vec();
-        let is_closed = |id: u32| closed.binary_search(&ClosedEdge { edge: id }).is_ok();
-        let edges = (0..self.roads.edges().len() as u32)
-            .filter(|edge| is_closed(self.roads.edge(*edge).id));
-        self.closed_edges = edges.collect();
+        self.closed_edges.clear();
+        for (index, edge) in (0..).zip(self.roads.edges()) {
+            if closed.binary_search(&ClosedEdge { edge: edge.id }).is_ok() {
+                self.closed_edges.push(index);
+            }
+        }
         self.next_check = self.now;
         self.is_closed_anew = true;
         for robot in 0..self.robots.len() as u32 {
@@ -54,8 +55,8 @@ impl Steering {
             }
         }
         for state in self.robots.iter_mut().flatten() {
-            // If no other way leads to its goal, it would keep this one: nobody who is broken
-            // stands there and stops it.
+            // If no other way leads to its goal, it would keep this one: no broken robot stands
+            // there and stops it.
             if state.horizon.iter().any(|leg| self.closed_edges.binary_search(&leg.edge()).is_ok())
             {
                 state.horizon.clear();
@@ -65,11 +66,11 @@ impl Steering {
     }
 
     /// The number of times that legs were closed or opened.
-    pub fn closures(&self) -> u64 {
-        self.closures
+    pub fn closure_changes(&self) -> u64 {
+        self.closure_changes
     }
 
-    /// Closes what robots block that are out of service, and opens what they don't block any more.
+    /// Closes the legs that robots out of service block, and opens those that they have left.
     pub(super) fn close_roads(&mut self) {
         let blockers: Vec<(u32, u64)> = (0..self.robots.len() as u32)
             .filter(|robot| self.is_out_of_service(*robot))
@@ -80,20 +81,19 @@ impl Steering {
         }
         let robots: Vec<u32> = blockers.iter().map(|(robot, _)| *robot).collect();
         self.blockers = blockers;
-        let Closures { legs, cut_off, out_of_reach } =
-            Closures::of(&self.roads, &self.claims, &robots, &self.closed_edges);
-        if legs != self.closed {
-            (self.closed, self.cut_off, self.out_of_reach) = (legs, cut_off, out_of_reach);
-            self.closures += 1;
+        let closures = Closures::of(&self.roads, &self.claims, &robots, &self.closed_edges);
+        if closures.legs != self.closures.legs {
+            self.closures = closures;
+            self.closure_changes += 1;
             self.route_anew();
         }
     }
 
-    /// Has routes planned for those whose routes lead along closed legs, and those whose goal
-    /// couldn't be reached.
+    /// Drops the routes that lead along closed legs, and those of robots whose goal couldn't be
+    /// reached.
     fn route_anew(&mut self) {
         for state in self.robots.iter_mut().flatten() {
-            let is_closed = state.horizon.iter().any(|leg| self.closed[leg.index()]);
+            let is_closed = state.horizon.iter().any(|leg| self.closures.legs[leg.index()]);
             if is_closed || state.is_unreachable() {
                 state.replan();
             }
@@ -101,23 +101,30 @@ impl Steering {
     }
 }
 
-/// The closures that some robots and commands cause.
-struct Closures {
-    /// By leg: whether it is closed by a command, a robot on it would touch one of them, or no way
-    /// leads back from it that had led back before.
-    legs: Vec<bool>,
-    /// By node: whether robots there can't come back.
+/// The closures that robots out of service and commands cause.
+#[derive(Debug)]
+pub(super) struct Closures {
+    /// By leg: whether a command closes it, a robot on it would touch one out of service, or all
+    /// ways back from it are closed.
+    pub legs: Vec<bool>,
+    /// By node: whether robots there can't come back; empty without closures.
     cut_off: Vec<bool>,
-    /// By node: whether robots can't come there.
+    /// By node: whether robots can't come there; empty without closures.
     out_of_reach: Vec<bool>,
 }
 
 impl Closures {
+    /// The closures of roads on which all legs are open.
+    pub fn none(roads: &Roads) -> Self {
+        let legs = vec![false; 2 * roads.edges().len()];
+        Self { legs, cut_off: Vec::new(), out_of_reach: Vec::new() }
+    }
+
     fn of(roads: &Roads, claims: &Claims, blockers: &[u32], edges: &[u32]) -> Self {
-        let mut legs = vec![false; 2 * roads.edges().len()];
         if blockers.is_empty() && edges.is_empty() {
-            return Self { legs, cut_off: Vec::new(), out_of_reach: Vec::new() };
+            return Self::none(roads);
         }
+        let mut legs = vec![false; 2 * roads.edges().len()];
         let open = Main::of(roads, &legs);
         for track in claims.tracks_near(roads, blockers) {
             for leg in [Leg::new(track, false), Leg::new(track, true)] {
@@ -128,19 +135,21 @@ impl Closures {
             legs[leg.index()] = true;
         }
         let main = Main::of(roads, &legs);
-        let lost = |before: &[bool], now: &[bool]| {
-            before.iter().zip(now).map(|(before, now)| *before && !now).collect()
-        };
-        // A robot ahead of a broken one still drives on, though nobody can follow: only nodes that
+        // A robot ahead of a broken one still drives on, though no other can follow: only nodes that
         // no robot can leave are closed.
-        let (cut_off, out_of_reach): (Vec<bool>, _) =
-            (lost(&open.behind, &main.behind), lost(&open.ahead, &main.ahead));
+        let cut_off = lost(&open.behind, &main.behind);
+        let out_of_reach = lost(&open.ahead, &main.ahead);
         for edge in 0..roads.edges().len() as u32 {
             let leg = Leg::new(edge, false);
             legs[leg.index()] |= cut_off[roads.end(leg) as usize];
         }
         Self { legs, cut_off, out_of_reach }
     }
+}
+
+/// Returns for each node whether it was in a set before and isn't now.
+fn lost(before: &[bool], now: &[bool]) -> Vec<bool> {
+    before.iter().zip(now).map(|(before, now)| *before && !now).collect()
 }
 
 /// The number of nodes that are tried as members of the main component.
@@ -150,9 +159,9 @@ const SEEDS: u32 = 8;
 /// gear.
 #[derive(Default)]
 struct Main {
-    /// By node: whether it can be reached from there.
+    /// By node: whether it can be reached from the component.
     ahead: Vec<bool>,
-    /// By node: whether it can be reached from the node.
+    /// By node: whether the component can be reached from it.
     behind: Vec<bool>,
 }
 
@@ -161,13 +170,14 @@ impl Main {
         let legs = (0..roads.edges().len() as u32)
             .map(|edge| Leg::new(edge, false))
             .filter(|leg| !closed[leg.index()]);
-        let ways: Vec<[u32; 2]> = legs.map(|leg| [roads.start(leg), roads.end(leg)]).collect();
-        let ahead = Neighbours::new(roads.nodes(), ways.iter().copied());
-        let behind = Neighbours::new(roads.nodes(), ways.iter().map(|[start, end]| [*end, *start]));
+        let ways: Vec<(u32, u32)> = legs.map(|leg| (roads.start(leg), roads.end(leg))).collect();
+        let back = ways.iter().map(|(start, end)| (*end, *start)).collect();
+        let (ahead, behind) =
+            (Rows::new(roads.nodes() as usize, ways), Rows::new(roads.nodes() as usize, back));
         let seeds = (0..SEEDS)
             .map(|part| (u64::from(part) * u64::from(roads.nodes()) / u64::from(SEEDS)) as u32);
-        let mains =
-            seeds.map(|seed| Self { ahead: ahead.reachable(seed), behind: behind.reachable(seed) });
+        let mains = seeds
+            .map(|seed| Self { ahead: reachable(&ahead, seed), behind: reachable(&behind, seed) });
         mains.max_by_key(Self::size).unwrap_or_default()
     }
 
@@ -176,41 +186,22 @@ impl Main {
     }
 }
 
-/// The nodes next to each node.
-struct Neighbours {
-    /// Of node n: `nodes[starts[n]..starts[n + 1]]`.
-    starts: Vec<u32>,
-    nodes: Vec<u32>,
-}
-
-impl Neighbours {
-    fn new(nodes: u32, ways: impl Iterator<Item = [u32; 2]>) -> Self {
-        let mut ways: Vec<[u32; 2]> = ways.collect();
-        ways.sort_unstable();
-        let starts =
-            (0..=nodes).map(|node| ways.partition_point(|[from, _]| *from < node) as u32).collect();
-        Self { starts, nodes: ways.into_iter().map(|[_, to]| to).collect() }
+/// Returns for each node whether it can be reached from one, given the neighbours of each.
+fn reachable(neighbours: &Rows<u32>, from: u32) -> Vec<bool> {
+    let mut is_reached = vec![false; neighbours.len()];
+    let mut open = Vec::new();
+    if let Some(reached) = is_reached.get_mut(from as usize) {
+        *reached = true;
+        open.push(from);
     }
-
-    /// Returns for each node whether it can be reached.
-    fn reachable(&self, from: u32) -> Vec<bool> {
-        let mut is_reached = vec![false; self.starts.len() - 1];
-        let mut open = Vec::new();
-        if let Some(reached) = is_reached.get_mut(from as usize) {
-            *reached = true;
-            open.push(from);
-        }
-        while let Some(node) = open.pop() {
-            for &next in &self.nodes
-                [self.starts[node as usize] as usize..self.starts[node as usize + 1] as usize]
-            {
-                if !std::mem::replace(&mut is_reached[next as usize], true) {
-                    open.push(next);
-                }
+    while let Some(node) = open.pop() {
+        for &next in neighbours.row(node) {
+            if !std::mem::replace(&mut is_reached[next as usize], true) {
+                open.push(next);
             }
         }
-        is_reached
     }
+    is_reached
 }
 
 #[cfg(test)]
@@ -225,10 +216,10 @@ mod tests {
 
     #[test]
     fn what_can_be_reached() {
-        let neighbours = Neighbours::new(4, [[0, 1], [1, 2], [3, 0]].into_iter());
-        assert_eq!(neighbours.reachable(0), [true, true, true, false]);
-        assert_eq!(neighbours.reachable(3), [true; 4]);
-        assert_eq!(neighbours.reachable(2), [false, false, true, false]);
+        let neighbours = Rows::new(4, vec![(0, 1), (1, 2), (3, 0)]);
+        assert_eq!(reachable(&neighbours, 0), [true, true, true, false]);
+        assert_eq!(reachable(&neighbours, 3), [true; 4]);
+        assert_eq!(reachable(&neighbours, 2), [false, false, true, false]);
     }
 
     /// A loop of three edges, with a spur of two edges from its first node and back.
@@ -260,7 +251,7 @@ mod tests {
         let mut claims = Claims::new(&roads, true);
         let stand = |edge: u32| {
             let middle = 0.5 * roads.edge(edge).length;
-            Stretch { track: edge, leg: Some(Leg::new(edge, false)), from: middle, to: middle }
+            Stretch::at(Leg::new(edge, false), middle)
         };
         claims.seize(&roads, 7, 0, stand(4));
         let closures = Closures::of(&roads, &claims, &[7], &[]);
@@ -292,8 +283,7 @@ mod tests {
         let closures = |edge: u32| {
             let mut claims = Claims::new(&roads, true);
             let middle = 0.5 * roads.edge(edge).length;
-            let stand =
-                Stretch { track: edge, leg: Some(Leg::new(edge, false)), from: middle, to: middle };
+            let stand = Stretch::at(Leg::new(edge, false), middle);
             claims.seize(&roads, 7, 0, stand);
             let Closures { legs, cut_off, out_of_reach } = Closures::of(&roads, &claims, &[7], &[]);
             let closed: Vec<u32> =

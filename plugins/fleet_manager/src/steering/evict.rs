@@ -1,16 +1,17 @@
-//! Idle robots that are in the way of others are sent to the next place where they are not.
+//! Eviction: idle robots that are in the way of others are sent to the next place where they are
+//! not.
 
 use std::collections::VecDeque;
 
 use super::Steering;
-use crate::roads::Leg;
+use crate::roads::{Leg, Span};
 use crate::traffic::Errand;
 
-/// The time that a robot waits for an idle one before that is sent away, in seconds.
+/// The time that a robot waits for an idle one before the idle one is sent away, in seconds.
 const PATIENCE_SECS: f64 = 1.0;
-/// The most legs that are looked at for a place to go.
+/// The largest number of legs that are searched for a refuge.
 const MOST_LEGS: usize = 400;
-/// The legs ahead of the one who waits in which an idle robot would be in its way again.
+/// The number of legs ahead of the waiting robot on which an idle robot would be in its way again.
 const LEGS_AHEAD: usize = 40;
 
 impl Steering {
@@ -53,8 +54,8 @@ impl Steering {
         }
     }
 
-    /// Finds the nearest node where an idle robot is not in the way of the one who waits for it,
-    /// nor of anybody who is there already.
+    /// Finds the nearest node where an idle robot is neither in the way of the robot that waits for
+    /// it, nor of one that is there already.
     fn refuge(&self, idle: u32, waiting: u32) -> Option<u32> {
         let (last, start) = self.traffic().base_end(idle)?;
         let state = self.robot(idle)?;
@@ -64,7 +65,7 @@ impl Steering {
         let mut seen: Vec<Leg> = vec![last];
         let mut open: VecDeque<Leg> = self.roads.exits(start).iter().copied().collect();
         while let Some(leg) = open.pop_front() {
-            let is_closed = self.closed[leg.index()];
+            let is_closed = self.closures.legs[leg.index()];
             if leg.is_reverse() || is_closed || seen.contains(&leg) || seen.len() > MOST_LEGS {
                 continue;
             }
@@ -76,7 +77,7 @@ impl Steering {
                 footprint,
                 leg.edge(),
                 Some(leg),
-                [length, length],
+                Span::new(length, length),
             );
             let is_good =
                 self.roads.stops(footprint).last_open(leg, length, length, length).is_some();

@@ -9,8 +9,8 @@ use crate::traffic::{Blocker, Extension, LEAST};
 const CHUNK: f32 = 0.5;
 
 impl Steering {
-    /// Extends the bases of robots that come near to their ends; by default, who was sent the
-    /// longest ago goes first.
+    /// Extends the bases of robots that come near to their ends; by default, the robot that was sent
+    /// the longest ago comes first.
     pub(super) fn extend_bases(&mut self, passed: f32) {
         self.count_admitted(passed);
         let mut due: Vec<(f64, u32)> = Vec::new();
@@ -70,7 +70,7 @@ impl Steering {
         self.remember_blocker(robot, &extension);
     }
 
-    /// Returns what is in a robot's way if that hasn't changed.
+    /// Returns the extension of a robot whose blocker hasn't moved: none.
     fn still_blocked(&self, robot: u32) -> Option<Extension> {
         let (blocker, version) = self.robot(robot)?.blocked_by?;
         let is_same = self.claims.version(blocker.robot) == version;
@@ -86,11 +86,11 @@ impl Steering {
         }
     }
 
-    /// Claims an extension and commands it, unless that would close a ring of waiters: returns for
-    /// whom the robot would wait then, and on which edge.
+    /// Claims an extension and commands it, unless that would close a ring of waiters: then it
+    /// returns the blocker that the robot would wait for.
     fn grant(&mut self, robot: u32, extension: &Extension) -> Option<Blocker> {
-        let before =
-            (self.claims.of(robot).len(), self.claims.end(robot).map_or(0.0, |end| end.to));
+        let claimed = self.claims.of(robot).len();
+        let claimed_to = self.claims.end(robot).map_or(0.0, |end| end.to);
         for stretch in &extension.stretches {
             self.claims.grant(&self.roads, robot, *stretch);
         }
@@ -104,7 +104,7 @@ impl Steering {
                     state.horizon.push_front(leg);
                 }
             }
-            self.claims.roll_back(&self.roads, robot, before.0, before.1);
+            self.claims.roll_back(&self.roads, robot, claimed, claimed_to);
             self.counts.guarded += 1;
             return Some(blocker);
         }
@@ -124,7 +124,7 @@ impl Steering {
         None
     }
 
-    /// Records what keeps a robot from driving on, and the time that it loses.
+    /// Records the blocker of a robot, and since when it waits.
     fn note(&mut self, robot: u32, extension: &Extension) {
         let now = self.now;
         let Some(state) = &mut self.robots[robot as usize] else { return };
@@ -149,5 +149,30 @@ impl Steering {
                 Stretch { leg: Some(next), from: length - only.to, to: length - only.to, ..only };
             self.claims.seize(&self.roads, robot, state.class.footprint, back);
         }
+    }
+}
+
+/// The length of the longest ring that is found, in robots.
+const LONGEST_RING: usize = 128;
+
+impl Steering {
+    /// Returns the blocker of a robot at the end of its base, if that one waits for another robot,
+    /// and so on, and the last of them for the first.
+    pub(super) fn closes_ring(&self, robot: u32) -> Option<Blocker> {
+        let (mut current, mut first) = (robot, None);
+        for _ in 0..LONGEST_RING {
+            let extension = self.traffic().extension_later(current, 0.1);
+            let blocker = extension.blocker.filter(|_| extension.stretches.is_empty())?;
+            let first = *first.get_or_insert(blocker);
+            if blocker.robot == robot {
+                return Some(first);
+            }
+            let goes_on = self.robot(blocker.robot).is_some_and(|state| !state.horizon.is_empty());
+            if !goes_on || blocker.robot == current {
+                return None;
+            }
+            current = blocker.robot;
+        }
+        None
     }
 }

@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 
 use super::{Blocker, Traffic};
 use crate::claims::Stretch;
-use crate::roads::Leg;
+use crate::roads::{Leg, Span};
 
 /// The distance along a route within which an open place is looked for, in metres. If there is
 /// none, robots may wait at nodes.
@@ -13,6 +13,7 @@ const OPEN_WITHIN: f32 = 12.0;
 const AT_END: f32 = 2e-3;
 /// The shortest extension that is worth a command, in metres.
 pub const LEAST: f32 = 0.05;
+
 /// A way to extend a base.
 #[derive(Clone, Debug, Default)]
 pub struct Extension {
@@ -20,7 +21,7 @@ pub struct Extension {
     pub stretches: Vec<Stretch>,
     /// Legs of the horizon that become part of the base.
     pub legs: usize,
-    /// The robot that is in the way of more.
+    /// The robot that is in the way of a longer one.
     pub blocker: Option<Blocker>,
     /// Whether it ends where the robot waits for admission to the roads.
     pub is_held: bool,
@@ -30,7 +31,7 @@ pub struct Extension {
 struct Ends<'a> {
     /// The leg after it.
     next: Option<&'a Leg>,
-    /// Whether it may end at a node where the robot is only in the way of edges that meet there.
+    /// Whether it may end at a siding.
     allows_sidings: bool,
     /// Whether it may end anywhere.
     anywhere: bool,
@@ -54,7 +55,8 @@ impl Traffic<'_> {
         self.extension_by(robot, legs, wanted, may_enter)
     }
 
-    /// As [`extension`](Self::extension), wherever the robot is kept out for the time being.
+    /// As [`extension`](Self::extension), for a robot that may enter the regions that it is kept out
+    /// of now.
     pub(crate) fn extension_later(&self, robot: u32, wanted: f32) -> Extension {
         let legs = self.robot(robot).map_or(0, |state| state.permit.max_legs);
         self.extension_by(robot, legs, wanted, true)
@@ -80,8 +82,7 @@ impl Traffic<'_> {
             return Extension::default();
         };
         let Some(first) = end.leg else { return Extension::default() };
-        let is_held = |leg: Leg| !may_enter && !self.roads.is_reservoir(leg.edge());
-        if is_held(first) {
+        if !may_enter && !self.roads.is_reservoir(first.edge()) {
             return Extension { is_held: true, ..Extension::default() };
         }
         let footprint = state.class.footprint;
@@ -97,10 +98,10 @@ impl Traffic<'_> {
                 footprint,
                 leg.edge(),
                 Some(leg),
-                [from, length],
+                Span::new(from, length),
             );
-            // A robot at the end of the leg is there already, whichever stands at the end of the
-            // opposite leg.
+            // A robot at the end of the leg is there already, even if another one stands at the end
+            // of the opposite leg.
             let is_there = number == 0 && from >= length;
             let to = if is_there { length } else { reach.metres };
             if to < from {
@@ -111,13 +112,14 @@ impl Traffic<'_> {
             if !is_there {
                 stretches.push(Stretch { track: leg.edge(), leg: Some(leg), from, to });
             }
-            let occupant = next.and_then(|&next| self.stub_occupant(robot, [leg, next]));
+            let occupant = next.and_then(|&next| self.stub_occupant(robot, leg, next));
             let ends = Ends {
                 next,
                 allows_sidings: allows_sidings && occupant.is_none(),
                 anywhere: state.permit.follows,
             };
-            if let Some(place) = self.place(footprint, leg, [from, to], wanted - so_far, &ends) {
+            let reachable = Span::new(from, to);
+            if let Some(place) = self.place(footprint, leg, reachable, wanted - so_far, &ends) {
                 best = Some(Place { stretches: stretches.len(), legs: number, to: place });
                 if so_far + place - from >= wanted {
                     break;
@@ -129,7 +131,7 @@ impl Traffic<'_> {
             }
             so_far += length - from;
             let Some(&next) = next else { break };
-            if is_held(next) {
+            if !may_enter && !self.roads.is_reservoir(next.edge()) {
                 ends_held = true;
                 break;
             }
@@ -137,7 +139,7 @@ impl Traffic<'_> {
                 blocker = Some(Blocker { robot: occupant, edge: next.edge() });
                 break;
             }
-            if let Err(by) = self.pass_node(robot, [leg, next], &mut stretches) {
+            if let Err(by) = self.pass_node(robot, leg, next, &mut stretches) {
                 blocker = by.map(|robot| Blocker { robot, edge: next.edge() });
                 break;
             }
@@ -151,11 +153,10 @@ impl Traffic<'_> {
         }
         // A few millimetres are no extension, unless they are the rest of an edge.
         let length = self.roads.conflicts().length(end.track);
-        let is_tiny = |only: &Stretch| {
-            only.leg == end.leg
-                && (only.to <= end.to || (only.to < end.to + LEAST && only.to < length))
-        };
-        if matches!(stretches.as_slice(), [only] if is_tiny(only)) {
+        if let [only] = stretches.as_slice()
+            && only.leg == end.leg
+            && (only.to <= end.to || (only.to < end.to + LEAST && only.to < length))
+        {
             stretches.clear();
         }
         Extension { stretches, legs, blocker, is_held: ends_held }
@@ -167,7 +168,7 @@ impl Traffic<'_> {
         &self,
         footprint: usize,
         leg: Leg,
-        [from, to]: [f32; 2],
+        Span { low: from, high: to }: Span,
         wanted: f32,
         ends: &Ends<'_>,
     ) -> Option<f32> {
@@ -179,14 +180,15 @@ impl Traffic<'_> {
         let least = if from > 0.0 { from } else { LEAST.min(length) };
         let cap = (from + wanted).max(least).min(to);
         let further = stops.next_open(leg, length, cap).filter(|place| *place <= to);
-        let before =
-            || if ends.anywhere { Some(cap) } else { stops.last_open(leg, length, from, cap) };
-        let place = further.or(at_end.then_some(length)).or_else(before);
-        // Not at the end, but so near that the producer takes it for the end: then the rest could
-        // not be released.
-        let place =
-            place.map(|place| if place < length { place.min(length - AT_END) } else { place });
-        place.filter(|place| *place >= least)
+        let place = match further.or(at_end.then_some(length)) {
+            Some(place) => place,
+            None if ends.anywhere => cap,
+            None => stops.last_open(leg, length, from, cap)?,
+        };
+        // A base that ends too near to the end counts as whole for the producer: then the rest
+        // could not be released.
+        let place = if place < length { place.min(length - AT_END) } else { place };
+        (place >= least).then_some(place)
     }
 
     /// Claims the place of a node where the robot turns on the spot. Fails, maybe because of a
@@ -194,25 +196,26 @@ impl Traffic<'_> {
     fn pass_node(
         &self,
         robot: u32,
-        [leg, next]: [Leg; 2],
+        leg: Leg,
+        next: Leg,
         stretches: &mut Vec<Stretch>,
     ) -> Result<(), Option<u32>> {
         let Some(state) = self.robot(robot) else { return Err(None) };
-        // An edge is claimed once: what is given back behind the robot must not be ahead of it,
-        // too.
+        // An edge is claimed once: a stretch that is given back behind the robot must not be ahead
+        // of it, too.
         if self.claims.holds(robot, next.edge())
             || stretches.iter().any(|stretch| stretch.track == next.edge())
         {
             return Err(None);
         }
         if state.class.turns && self.roads.is_turn(leg, next) {
-            let disc = self.roads.disc(self.roads.end(leg));
-            let reach =
-                self.claims.reach(self.roads, robot, state.class.footprint, disc, None, [0.0, 0.0]);
+            let disc = Stretch::disc(self.roads, self.roads.end(leg));
+            let (footprint, place) = (state.class.footprint, Span::new(0.0, 0.0));
+            let reach = self.claims.reach(self.roads, robot, footprint, disc.track, None, place);
             if reach.blocker.is_some() {
                 return Err(reach.blocker);
             }
-            stretches.push(Stretch { track: disc, leg: None, from: 0.0, to: 0.0 });
+            stretches.push(disc);
         }
         Ok(())
     }

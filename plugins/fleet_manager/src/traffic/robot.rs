@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use glam::Vec2;
 use regatta_plugin::frame::RobotState;
 
 use crate::roads::{Leg, RobotClass};
@@ -18,21 +19,21 @@ pub struct Seen {
     /// Metres per second, at least 0.
     pub speed: f32,
     /// Position, in metres.
-    pub position: [f32; 2],
+    pub position: Vec2,
     /// The state of its motion.
     pub state: RobotState,
 }
 
-/// The reason for which a robot stands or drives.
+/// The purpose for which a robot stands or drives.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Errand {
-    /// It has none: it may be sent out of others' way.
+    /// None: the robot may be sent out of the way of others.
     None,
-    /// It has something to do where it stands.
+    /// An action at the place where it stands.
     Pinned,
-    /// It was sent to a node.
+    /// A node that it was sent to.
     Sent(u32),
-    /// It is on its way out of others' way, to a node.
+    /// A node where it is out of the way of others.
     Evicted(u32),
 }
 
@@ -73,8 +74,8 @@ pub struct Permit {
     /// kept out of. Unlike one that `max_legs` holds, the robot waits for room: the ring guard
     /// knows where it will go on to.
     pub max_legs_outside: usize,
-    /// Whether its base may end anywhere, as far as those ahead let it, not only where it is in
-    /// nobody's way.
+    /// Whether its base may end anywhere that the robots ahead leave free, not only at places where
+    /// it blocks no one.
     pub follows: bool,
     /// Whether its base stays as it is.
     pub is_frozen: bool,
@@ -109,7 +110,7 @@ pub struct Blocker {
 pub struct Robot {
     /// Its footprint and its limits.
     pub class: RobotClass,
-    /// The reason for which it stands or drives.
+    /// The purpose for which it stands or drives.
     pub errand: Errand,
     /// The state of its route.
     pub route: RouteState,
@@ -202,7 +203,7 @@ impl Robot {
         self.route == RouteState::Unreachable
     }
 
-    /// Whether it has something to do where it stands.
+    /// Whether it has to stay where it stands.
     pub fn is_pinned(&self) -> bool {
         self.errand == Errand::Pinned
     }

@@ -2,7 +2,8 @@
 
 use regatta_plugin::history::FleetSample;
 
-/// The most samples: beyond, every second one is left out, and fewer are taken from then on.
+/// The largest number of samples: beyond it, every second one is dropped, and fewer are taken from
+/// then on.
 const MAX_SAMPLES: usize = 1_200;
 /// The least simulated time between two samples at first, in seconds.
 const FIRST_GAP: f64 = 0.5;
@@ -27,11 +28,10 @@ impl Series {
     /// back and forth.
     pub fn wants(&self, run: u64, secs: f64) -> bool {
         let next = self.number_at(secs);
-        let is_after = |before: &FleetSample| secs >= before.secs + self.gap;
-        let is_before = |after: &FleetSample| secs + self.gap <= after.secs;
+        let (before, after) = (self.samples[..next].last(), self.samples.get(next));
         self.run != run
-            || (self.samples[..next].last().is_none_or(is_after)
-                && self.samples.get(next).is_none_or(is_before))
+            || (before.is_none_or(|before| secs >= before.secs + self.gap)
+                && after.is_none_or(|after| secs + self.gap <= after.secs))
     }
 
     /// Adds a sample. Another run begins anew.

@@ -17,7 +17,7 @@ use cells::{CELL, Cells, Key, Moment, RECENT, USUAL};
 const REACH: f32 = 5.0;
 /// The distance to the outermost cell of a spot, in cells.
 const REACH_CELLS: i32 = (REACH / CELL) as i32 + 1;
-/// The most spots of a list.
+/// The largest number of spots of a list.
 const MAX_SPOTS: usize = 200;
 /// All cells of a list of spots are among so many of the worst, as no spot takes more than the
 /// cells around its worst one.
@@ -82,11 +82,11 @@ impl Spots {
         let near = reach.clone().flat_map(|dx| {
             reach.clone().map(move |dy| [x.saturating_add(dx), y.saturating_add(dy)])
         });
-        let within = |key: &Key| {
-            self.cells.get(*key).is_some_and(|cell| distance(cell.middle(), middle) <= REACH)
-                && !taken.contains(key)
-        };
-        near.filter(within).collect()
+        let within = near.filter(|key| {
+            let cell = self.cells.get(*key).filter(|_| !taken.contains(key));
+            cell.is_some_and(|cell| distance(cell.middle(), middle) <= REACH)
+        });
+        within.collect()
     }
 
     fn spot(&self, cells: &[Key]) -> HotSpot {
@@ -98,8 +98,9 @@ impl Spots {
             add(&mut places, cell.places);
             add(&mut fading, cell.fading_at(now));
             seen = [seen[0].min(cell.seen[0]), seen[1].max(cell.seen[1])];
-            let known = cell.edges.iter().filter(|(edge, _)| *edge != NO_EDGE);
-            known.for_each(|(edge, secs)| *edges.entry(*edge).or_default() += secs);
+            for (edge, secs) in cell.edges.iter().filter(|(edge, _)| *edge != NO_EDGE) {
+                *edges.entry(*edge).or_default() += secs;
+            }
         }
         let mut edges: Vec<_> = edges.into_iter().collect();
         edges.sort_by(|a, b| b.1.total_cmp(&a.1));
@@ -125,13 +126,17 @@ impl Spots {
 /// Compares the recent loss with the usual one, both as robots that lose time at a time. Little of
 /// `watched` seconds is usual at first.
 fn trend([recent, usual]: [f64; 2], watched: f64) -> Trend {
-    let rate = |sum: f64, span: f64| sum / (span * (1.0 - (-watched / span).exp())).max(1e-9);
-    match (rate(recent, RECENT), rate(usual, USUAL)) {
+    match (rate(recent, RECENT, watched), rate(usual, USUAL, watched)) {
         (recent, _) if recent < 0.05 => Trend::Over,
         (recent, usual) if recent > 1.3 * usual => Trend::Growing,
         (recent, usual) if recent < 0.8 * usual => Trend::Easing,
         _ => Trend::Steady,
     }
+}
+
+/// Returns the robots that lose time at a time, given a loss that fades with a time constant.
+fn rate(sum: f64, constant: f64, watched: f64) -> f64 {
+    sum / (constant * (1.0 - (-watched / constant).exp())).max(1e-9)
 }
 
 fn add(sum: &mut [f64; 2], other: [f64; 2]) {

@@ -10,7 +10,7 @@ use regatta_plugin::event::{EventHeader, EventRecord};
 use regatta_plugin::frame::{ColumnsMut, FrameHeader, Line, frame_lines, stride_lines};
 use regatta_plugin::order::{OrderHeader, OrderKind, OrderRecord, StopAction};
 use regatta_plugin::world::{
-    CurveRecord, EdgeRecord, NodeRecord, NodeRole, Orientation, RobotTypeRecord, WorldData,
+    CurveRecord, EdgeRecord, NodeRecord, Orientation, RobotTypeRecord, Role, WorldData,
 };
 use regatta_plugin::{ColumnValues, CommandLog, ContactEvents, Events, Frame, Orders};
 
@@ -211,7 +211,7 @@ fn world() -> WorldData {
             x: 1.0,
             name,
             level,
-            role: NodeRole::Charge as u32,
+            role: Role::Charge as u32,
             ..NodeRecord::default()
         },
         NodeRecord { id: 2, level, zone, ..NodeRecord::default() },

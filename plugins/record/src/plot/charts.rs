@@ -2,10 +2,11 @@
 //! states.
 
 use glam::DVec2;
+use regatta_base::svg::Svg;
 use regatta_plugin::frame::RobotState;
 
 use super::axis::{Scale, label, range};
-use super::svg::{Area, Svg};
+use super::svg::{Area, polyline};
 use super::{Sample, Track};
 
 /// The space between two charts, in pixels.
@@ -83,9 +84,11 @@ pub(super) fn draw(svg: &mut Svg, area: Area, track: &Track) {
     draw_states(svg, Area { top: area.bottom - BAND, ..area }, &times, track);
     let ticks = times.ticks(64.0);
     for tick in &ticks {
-        svg.text(DVec2::new(times.at(*tick), area.bottom + 18.0), "centre", &label(*tick, &ticks));
+        svg.text(DVec2::new(times.at(*tick), area.bottom + 18.0))
+            .class("centre")
+            .content(label(*tick, &ticks));
     }
-    svg.text(DVec2::new(area.right, area.bottom + 36.0), "name right", "time [s]");
+    svg.text(DVec2::new(area.right, area.bottom + 36.0)).class("name right").content("time [s]");
 }
 
 impl Chart {
@@ -96,22 +99,25 @@ impl Chart {
         let quarters = self.is_angle && high - low > 150.0;
         let ticks =
             if quarters { scale.multiples(quarter_turns(high - low)) } else { scale.ticks(26.0) };
-        svg.rect(area, "panel");
+        area.rect(svg).class("panel");
         for tick in times.ticks(64.0) {
             let x = times.at(tick);
-            svg.line(DVec2::new(x, area.top), DVec2::new(x, area.bottom), "grid");
+            svg.line(DVec2::new(x, area.top), DVec2::new(x, area.bottom)).class("grid");
         }
         for tick in &ticks {
             let y = scale.at(*tick);
-            svg.line(DVec2::new(area.left, y), DVec2::new(area.right, y), "grid");
-            svg.text(DVec2::new(area.left - 8.0, y + 4.0), "right", &label(*tick, &ticks));
+            svg.line(DVec2::new(area.left, y), DVec2::new(area.right, y)).class("grid");
+            svg.text(DVec2::new(area.left - 8.0, y + 4.0))
+                .class("right")
+                .content(label(*tick, &ticks));
         }
-        svg.rect(area, "frame");
-        svg.text(DVec2::new(area.left, area.top - 9.0), "name", self.name);
+        area.rect(svg).class("frame");
+        svg.text(DVec2::new(area.left, area.top - 9.0)).class("name").content(self.name);
         let style = format!("stroke: {}", self.colour);
         for line in &lines {
             let points = line.iter().map(|(time, value)| (times.at(*time), scale.at(*value)));
-            svg.polyline(&points.map(DVec2::from).collect::<Vec<_>>(), "line", &style);
+            let points: Vec<_> = points.map(DVec2::from).collect();
+            polyline(svg, &points, "line").set("style", &style);
         }
     }
 
@@ -150,17 +156,17 @@ fn draw_states(svg: &mut Svg, area: Area, times: &Scale, track: &Track) {
             if let Some((_, colour)) = state {
                 // At least two pixels wide, so that a short state is visible.
                 let right = right.max(left + 2.0).min(area.right);
-                svg.bar(Area { left, right, ..area }, colour);
+                Area { left, right, ..area }.rect(svg).fill(colour);
             }
         }
     }
-    svg.text(DVec2::new(area.left, area.top - 9.0), "name", "state");
+    svg.text(DVec2::new(area.left, area.top - 9.0)).class("name").content("state");
     let mut left = area.left + 48.0;
     for (state, colour) in STATES {
         if track.samples().any(|sample| sample.state == state as u8) {
             let (right, top, bottom) = (left + 10.0, area.top - 18.0, area.top - 8.0);
-            svg.bar(Area { left, right, top, bottom }, colour);
-            svg.text(DVec2::new(left + 15.0, area.top - 9.0), "about", state.name());
+            Area { left, right, top, bottom }.rect(svg).fill(colour);
+            svg.text(DVec2::new(left + 15.0, area.top - 9.0)).class("about").content(state.name());
             left += 28.0 + 7.5 * state.name().len() as f64;
         }
     }

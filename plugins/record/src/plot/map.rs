@@ -1,10 +1,11 @@
 //! Draws the driven path over the route graph.
 
-use glam::DVec2;
+use glam::{DVec2, Vec2};
+use regatta_base::svg::Svg;
 
 use super::Track;
 use super::axis::{Scale, label, range};
-use super::svg::{Area, Svg};
+use super::svg::{Area, arrow, polyline};
 
 /// The margin around the path, as a fraction of its extent.
 const MARGIN: f64 = 0.12;
@@ -13,26 +14,29 @@ const LEAST_EXTENT: f64 = 8.0;
 
 pub(super) fn draw(svg: &mut Svg, area: Area, track: &Track) {
     let view = View::new(area, track);
-    svg.text(DVec2::new(area.left, area.top - 9.0), "name", "driven path [m]");
-    svg.rect(area, "panel");
+    svg.text(DVec2::new(area.left, area.top - 9.0)).class("name").content("driven path [m]");
+    area.rect(svg).class("panel");
     view.grid(svg);
-    svg.clipped(area, |svg| {
-        for curve in &track.curves {
-            let curve = curve.control_points.map(|[x, y]| view.at(DVec2::new(x.into(), y.into())));
-            if view.may_show(&curve) {
-                svg.curve(curve, "edge");
-            }
+    svg.element("clipPath").set("id", "map").open();
+    area.rect(svg);
+    svg.close();
+    svg.element("g").set("clip-path", "url(#map)").open();
+    for record in &track.curves {
+        let points = record.control_points.map(|point| view.at(Vec2::from(point).as_dvec2()));
+        if view.may_show(&points) {
+            svg.element("path").curves([[points]]).class("edge");
         }
-        for segment in &track.segments {
-            let points: Vec<_> = segment.iter().map(|sample| view.at(sample.position)).collect();
-            svg.polyline(&points, "path", "");
-        }
-    });
-    svg.rect(area, "frame");
+    }
+    for segment in &track.segments {
+        let points: Vec<_> = segment.iter().map(|sample| view.at(sample.position)).collect();
+        polyline(svg, &points, "path");
+    }
+    svg.close();
+    area.rect(svg).class("frame");
     draw_times(svg, &view, track);
     if let (Some(first), Some(last)) = (track.samples().next(), track.samples().next_back()) {
-        svg.circle(view.at(first.position), 6.0, "start");
-        svg.arrow(view.at(last.position), last.theta, "end");
+        svg.circle(view.at(first.position), 6.0).class("start");
+        arrow(svg, view.at(last.position), last.theta, "end");
     }
     draw_legend(svg, area);
 }
@@ -81,13 +85,13 @@ impl View {
         let step = ticks.get(1).map_or(1.0, |second| second - ticks[0]);
         for tick in &ticks {
             let x = self.x.at(*tick);
-            svg.line(DVec2::new(x, top), DVec2::new(x, bottom), "grid");
-            svg.text(DVec2::new(x, bottom + 18.0), "centre", &label(*tick, &ticks));
+            svg.line(DVec2::new(x, top), DVec2::new(x, bottom)).class("grid");
+            svg.text(DVec2::new(x, bottom + 18.0)).class("centre").content(label(*tick, &ticks));
         }
         for tick in self.y.multiples(step) {
             let y = self.y.at(tick);
-            svg.line(DVec2::new(left, y), DVec2::new(right, y), "grid");
-            svg.text(DVec2::new(left - 8.0, y + 4.0), "right", &label(tick, &ticks));
+            svg.line(DVec2::new(left, y), DVec2::new(right, y)).class("grid");
+            svg.text(DVec2::new(left - 8.0, y + 4.0)).class("right").content(label(tick, &ticks));
         }
     }
 }
@@ -102,7 +106,7 @@ fn draw_times(svg: &mut Svg, view: &View, track: &Track) {
             continue;
         };
         let point = view.at(sample.position);
-        svg.circle(point, 3.5, "time");
+        svg.circle(point, 3.5).class("time");
         // The label goes to the right of the heading, or else to the left; it is left out if both
         // places are taken.
         let (sine, cosine) = sample.theta.sin_cos();
@@ -113,8 +117,8 @@ fn draw_times(svg: &mut Svg, view: &View, track: &Track) {
         };
         let time = format!("{} s", label(*tick, &ticks));
         // The halo is drawn first; it keeps the text readable over lines.
-        svg.text(place, "mark centre halo", &time);
-        svg.text(place, "mark centre", &time);
+        svg.text(place).class("mark centre halo").content(&time);
+        svg.text(place).class("mark centre").content(&time);
         labelled.push(place);
     }
 }
@@ -127,8 +131,8 @@ fn is_free(place: DVec2, labelled: &[DVec2]) -> bool {
 
 fn draw_legend(svg: &mut Svg, area: Area) {
     let y = area.top - 13.0;
-    svg.circle(DVec2::new(area.right - 120.0, y), 5.0, "start");
-    svg.text(DVec2::new(area.right - 110.0, y + 4.0), "about", "start");
-    svg.arrow(DVec2::new(area.right - 48.0, y), 0.0, "end");
-    svg.text(DVec2::new(area.right - 32.0, y + 4.0), "about", "end");
+    svg.circle(DVec2::new(area.right - 120.0, y), 5.0).class("start");
+    svg.text(DVec2::new(area.right - 110.0, y + 4.0)).class("about").content("start");
+    arrow(svg, DVec2::new(area.right - 48.0, y), 0.0, "end");
+    svg.text(DVec2::new(area.right - 32.0, y + 4.0)).class("about").content("end");
 }

@@ -1,9 +1,9 @@
-//! Writes the shapes of a plot as SVG, and draws SVG as pixels.
+//! The shapes of a plot as SVG, and SVG as pixels.
 
-use std::fmt::Write;
 use std::sync::Arc;
 
 use glam::DVec2;
+use regatta_base::svg::{Element, Svg};
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb};
 
@@ -24,15 +24,14 @@ impl Area {
     pub fn height(&self) -> f64 {
         self.bottom - self.top
     }
+
+    /// Begins a rectangle of this area.
+    pub fn rect<'s>(&self, svg: &'s mut Svg) -> Element<'s> {
+        svg.rect(DVec2::new(self.left, self.top), DVec2::new(self.width(), self.height()))
+    }
 }
 
-/// The writer of a picture. Points are in pixels from the top left corner; `class` arguments name
-/// classes of [`STYLE`].
-pub(super) struct Svg {
-    text: String,
-    clips: usize,
-}
-
+/// The classes of elements.
 const STYLE: &str = "
 text {
   font-family: 'Inter', 'Helvetica Neue', Helvetica, Arial, 'DejaVu Sans', sans-serif;
@@ -58,99 +57,28 @@ text {
 .start { fill: #009e73; stroke: #fff; stroke-width: 1.5; }
 ";
 
-impl Svg {
-    pub fn new(DVec2 { x: width, y: height }: DVec2) -> Self {
-        let text = format!(
-            "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{width}\" height=\"{height}\" \
-             viewBox=\"0 0 {width} {height}\">\n<style>{STYLE}</style>\n\
-             <rect width=\"{width}\" height=\"{height}\" fill=\"#fbfcfd\"/>\n"
-        );
-        Self { text, clips: 0 }
-    }
+/// Begins a plot of a size in pixels.
+pub(super) fn begin(size: DVec2) -> Svg {
+    let mut svg = Svg::new(0);
+    svg.document(size, "").open();
+    svg.decimals = 1;
+    svg.element("style").content(STYLE);
+    svg.background("#fbfcfd");
+    svg
+}
 
-    pub fn finish(mut self) -> String {
-        self.text.push_str("</svg>\n");
-        self.text
-    }
+/// Draws a line through the points. Leaves out points that make no visible difference.
+pub(super) fn polyline<'s>(svg: &'s mut Svg, points: &[DVec2], class: &str) -> Element<'s> {
+    svg.element("polyline").points(simplified(points, 0.15)).class(class)
+}
 
-    fn push(&mut self, arguments: std::fmt::Arguments<'_>) {
-        self.text.write_fmt(arguments).expect("writing to a String never fails");
-        self.text.push('\n');
-    }
-
-    pub fn text(&mut self, DVec2 { x, y }: DVec2, class: &str, text: &str) {
-        let text = regatta_kit::escape_xml(text);
-        self.push(format_args!("<text x=\"{x:.1}\" y=\"{y:.1}\" class=\"{class}\">{text}</text>"));
-    }
-
-    pub fn rect(&mut self, area: Area, class: &str) {
-        let Area { left, top, .. } = area;
-        let (width, height) = (area.width(), area.height());
-        self.push(format_args!(
-            "<rect x=\"{left:.1}\" y=\"{top:.1}\" width=\"{width:.1}\" height=\"{height:.1}\" \
-             class=\"{class}\"/>"
-        ));
-    }
-
-    /// Draws a rectangle that is filled with the given colour.
-    pub fn bar(&mut self, area: Area, colour: &str) {
-        let Area { left, top, .. } = area;
-        let (width, height) = (area.width(), area.height());
-        self.push(format_args!(
-            "<rect x=\"{left:.2}\" y=\"{top:.1}\" width=\"{width:.2}\" height=\"{height:.1}\" \
-             fill=\"{colour}\"/>"
-        ));
-    }
-
-    pub fn line(&mut self, from: DVec2, to: DVec2, class: &str) {
-        let ([x1, y1], [x2, y2]) = (from.to_array(), to.to_array());
-        self.push(format_args!(
-            "<line x1=\"{x1:.1}\" y1=\"{y1:.1}\" x2=\"{x2:.1}\" y2=\"{y2:.1}\" class=\"{class}\"/>"
-        ));
-    }
-
-    /// Draws a line through the points with an additional CSS style. Leaves out points that make no
-    /// visible difference.
-    pub fn polyline(&mut self, points: &[DVec2], class: &str, style: &str) {
-        let points = simplified(points, 0.15);
-        let points: Vec<_> = points.iter().map(|p| format!("{:.1},{:.1}", p.x, p.y)).collect();
-        let points = points.join(" ");
-        self.push(format_args!(
-            "<polyline points=\"{points}\" class=\"{class}\" style=\"{style}\"/>"
-        ));
-    }
-
-    /// Draws a cubic Bézier curve.
-    pub fn curve(&mut self, control_points: [DVec2; 4], class: &str) {
-        let [a, b, c, d] = control_points.map(|p| format!("{:.1} {:.1}", p.x, p.y));
-        self.push(format_args!("<path d=\"M{a}C{b} {c} {d}\" class=\"{class}\"/>"));
-    }
-
-    pub fn circle(&mut self, DVec2 { x, y }: DVec2, radius: f64, class: &str) {
-        self.push(format_args!(
-            "<circle cx=\"{x:.1}\" cy=\"{y:.1}\" r=\"{radius}\" class=\"{class}\"/>"
-        ));
-    }
-
-    /// Draws an arrow head that points to `theta`, in radians, counter-clockwise from east.
-    pub fn arrow(&mut self, DVec2 { x, y }: DVec2, theta: f64, class: &str) {
-        let turn = -theta.to_degrees();
-        self.push(format_args!(
-            "<path d=\"M11 0L-7 7L-3 0L-7 -7Z\" \
-             transform=\"translate({x:.1} {y:.1}) rotate({turn:.1})\" class=\"{class}\"/>"
-        ));
-    }
-
-    /// Calls `draw` and clips its shapes to an area.
-    pub fn clipped(&mut self, area: Area, draw: impl FnOnce(&mut Self)) {
-        self.clips += 1;
-        let id = self.clips;
-        self.push(format_args!("<clipPath id=\"c{id}\">"));
-        self.rect(area, "panel");
-        self.push(format_args!("</clipPath><g clip-path=\"url(#c{id})\">"));
-        draw(self);
-        self.push(format_args!("</g>"));
-    }
+/// Draws an arrow head that points to `theta`, in radians, counter-clockwise from east.
+pub(super) fn arrow(svg: &mut Svg, DVec2 { x, y }: DVec2, theta: f64, class: &str) {
+    let turn = -theta.to_degrees();
+    svg.element("path")
+        .set("d", "M11 0L-7 7L-3 0L-7 -7Z")
+        .set("transform", format_args!("translate({x:.1} {y:.1}) rotate({turn:.1})"))
+        .class(class);
 }
 
 /// Returns the points that approximate a line within `tolerance` (the algorithm of Ramer, Douglas
@@ -232,8 +160,8 @@ mod tests {
 
     #[test]
     fn text_is_escaped() {
-        let mut svg = Svg::new(DVec2::splat(10.0));
-        svg.text(DVec2::ZERO, "about", "a<b & c");
+        let mut svg = begin(DVec2::splat(10.0));
+        svg.text(DVec2::ZERO).class("about").content("a<b & c");
         assert!(svg.finish().contains("a&lt;b &amp; c"));
     }
 

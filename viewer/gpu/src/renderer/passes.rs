@@ -6,8 +6,9 @@ use wgpu::{BindGroup, CommandEncoder, RenderPass, TextureView};
 
 use super::{Picture, Renderer};
 use crate::attachments::Attachments;
-use crate::ground::Source;
+use crate::copy::Source;
 use crate::pick::Pick;
+use crate::pipeline::Output;
 
 impl Renderer {
     /// Records the commands that draw a picture into `target`.
@@ -22,7 +23,7 @@ impl Renderer {
         self.floor.prepare(&self.gpu, Vec2::new(view.origin.z, view.origin.w));
         self.drawn = Some((view, picture.scene.layers));
         self.fit_attachments(picture.within.map_or(picture.size, |(_, target)| target));
-        self.marked.update(&self.gpu, picture.scene.marked);
+        self.marks.select(&self.gpu, picture.scene.marked);
         self.robots.set_variant(self.variant(&view, picture.scene));
         let ground = self.ground_copy.source(&self.gpu, &view, picture.scene.layers, picture.size);
         self.sort(encoder, picture, ground);
@@ -47,44 +48,32 @@ impl Renderer {
         if ground == Source::Drawn {
             self.draw_ground(&mut pass, picture);
         }
-        self.draw_on_ground(&mut pass, picture.scene.layers);
+        let (records, layers) = (self.graph.records(), picture.scene.layers);
+        self.marks.draw_on_graph(&mut pass, records, layers);
         self.draw_robots(&mut pass, picture, &poses, robots);
-        self.plan_marks.draw(&mut pass, self.graph.records(), &poses, picture.scene.layers.waits);
+        self.marks.draw_over_robots(&mut pass, records, &poses, layers);
         drop(pass);
         if let Some(timer) = timer {
             timer.finish(encoder);
         }
     }
 
-    /// Sorts what is in the picture into draw lists, on the GPU. Of a ground that is kept, the
-    /// lists of the last picture hold.
+    /// Sorts the robots, edges and nodes in sight into draw lists, on the GPU. A kept ground keeps
+    /// the lists of the last picture.
     fn sort(&mut self, encoder: &mut CommandEncoder, picture: &Picture<'_>, ground: Source) {
-        let Scene { layers, trails, selected, heat, theme, .. } = picture.scene;
+        let Scene { layers, heat, theme, .. } = picture.scene;
+        let (view, size) = (&self.view_group, picture.size);
         let timer = self.timer.as_ref().filter(|timer| timer.is_free());
-        self.robots.sort(
-            &self.gpu,
-            encoder,
-            picture.size,
-            &self.view_group,
-            &mut self.columns,
-            timer,
-        );
-        self.highlights.update(
-            &self.gpu,
-            encoder,
-            &self.view_group,
-            &mut self.columns,
-            *trails,
-            selected,
-        );
+        self.robots.sort(&self.gpu, encoder, size, view, &mut self.columns, timer);
+        self.highlights.update(&self.gpu, encoder, view, &mut self.columns, picture.scene);
         if ground == Source::Kept {
             return;
         }
         if layers.edges || layers.arrows || layers.nodes {
-            self.graph.sort(encoder, &self.view_group);
+            self.graph.sort(encoder, view);
         }
         if let Some(records) = self.graph.records().filter(|_| heat.is_some()) {
-            self.heat.sort(&self.gpu, encoder, (&self.view_group, records), picture.size, *theme);
+            self.heat.sort(&self.gpu, encoder, (view, records), size, *theme);
         }
     }
 
@@ -97,20 +86,6 @@ impl Renderer {
             self.heat.draw(pass, records);
         }
         self.graph.draw(pass, Layers { edges: false, ..layers });
-    }
-
-    /// Draws what lies on the ground and may change from picture to picture.
-    fn draw_on_ground(&self, pass: &mut RenderPass<'_>, layers: Layers) {
-        if let Some(records) = self.graph.records().filter(|_| layers.edges) {
-            self.routes.draw(pass, records, layers.plans);
-            self.closed.draw(pass, records);
-        }
-        if layers.nodes {
-            self.stations.draw(pass);
-        }
-        if let Some(records) = self.graph.records() {
-            self.marked.draw(pass, records);
-        }
     }
 
     /// Draws the robots with their trails and halos, or their density.
@@ -133,24 +108,16 @@ impl Renderer {
         if layers.shadows && !picture.camera.is_plan() {
             self.robots.draw_shadows(pass);
         }
-        self.robots.draw(pass);
+        self.robots.draw(pass, Output::Colours);
     }
 
     /// Appends a point to each trail without drawing. [`draw`](Self::draw) appends points too.
     pub fn collect_trails(&mut self, picture: &Picture<'_>) {
         let view = self.view_uniform(picture);
         self.gpu.queue.write_buffer(&self.view, 0, bytemuck::bytes_of(&view));
-        let mut encoder =
-            self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let (trails, selected) = (picture.scene.trails, &picture.scene.selected);
-        self.highlights.update(
-            &self.gpu,
-            &mut encoder,
-            &self.view_group,
-            &mut self.columns,
-            trails,
-            selected,
-        );
+        let mut encoder = self.gpu.encoder();
+        let (group, columns) = (&self.view_group, &mut self.columns);
+        self.highlights.update(&self.gpu, &mut encoder, group, columns, picture.scene);
         self.gpu.queue.submit([encoder.finish()]);
     }
 
@@ -159,19 +126,18 @@ impl Renderer {
         self.drawn.map_or(Vec2::ONE, |(view, _)| Vec2::new(view.viewport.x, view.viewport.y))
     }
 
-    /// Returns what the last picture shows at a pixel, counted from its top left. Waits for the
+    /// Returns the item that the last picture shows at a pixel, counted from its top left. Waits for the
     /// GPU.
     pub fn pick(&self, pixel: Vec2) -> Option<Item> {
         let (mut view, layers) = self.drawn?;
         view.crop = Pick::crop(pixel, Vec2::new(view.viewport.x, view.viewport.y));
         self.gpu.queue.write_buffer(&self.pick_view, 0, bytemuck::bytes_of(&view));
-        let mut encoder =
-            self.gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let mut encoder = self.gpu.encoder();
         let mut pass = self.pick.begin_pass(&mut encoder);
         pass.set_bind_group(0, &self.pick_group, &[]);
         self.graph.draw_ids(&mut pass, layers);
         if layers.robots {
-            self.robots.draw_ids(&mut pass);
+            self.robots.draw(&mut pass, Output::Ids);
         }
         drop(pass);
         self.pick.read(&self.gpu, encoder)

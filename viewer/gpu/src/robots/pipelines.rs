@@ -42,46 +42,45 @@ impl Pipelines {
         mark_ids: &BindGroupLayout,
     ) -> Self {
         let module = shader(gpu, "robots");
-        let layout = |bytes, step_mode, attributes| VertexBufferLayout {
-            array_stride: bytes,
-            step_mode,
-            attributes,
-        };
         let body = [
-            layout(BODY_BYTES, VertexStepMode::Instance, &BODY[..]),
-            layout(size_of::<Vertex>() as u64, VertexStepMode::Vertex, &VERTEX[..]),
+            buffer_layout(BODY_BYTES, VertexStepMode::Instance, &BODY),
+            buffer_layout(size_of::<Vertex>() as u64, VertexStepMode::Vertex, &VERTEX),
         ];
-        let corner = [layout(CORNER_BYTES as u64, VertexStepMode::Vertex, &CORNER[..])];
-        let descriptor = |vertex, fragment, groups, buffers| PipelineDescriptor {
-            module: &module,
-            vertex,
-            fragment,
-            groups,
-            buffers,
-            topology: PrimitiveTopology::TriangleList,
-            depth: DepthMode::Tested,
-            blend: false,
-        };
-        let make = |target, vertex, fragment, groups, buffers| {
-            render_pipeline(gpu, target, &descriptor(vertex, fragment, groups, buffers))
-        };
+        let corner = [buffer_layout(CORNER_BYTES as u64, VertexStepMode::Vertex, &CORNER)];
+        let (bodies, marks) = ((&[view][..], &body[..]), (&[view, mark_ids][..], &corner[..]));
         let ids = TargetConfig::IDS;
-        Self {
-            body: make(target, "body", "shaded", &[view], &body),
-            block: make(target, "block", "plain", &[view], &body),
-            mark: make(target, "mark", "mark_plain", &[view, mark_ids], &corner),
-            round_mark: make(target, "round_mark", "mark_round", &[view, mark_ids], &corner),
-            body_id: make(ids, "body_id", "id_of", &[view], &body),
-            mark_id: make(ids, "mark_id", "id_of", &[view, mark_ids], &corner),
-            shadow: render_pipeline(
-                gpu,
-                target,
-                &PipelineDescriptor {
-                    depth: DepthMode::Ignored,
-                    blend: true,
-                    ..descriptor("shadow", "shadowed", &[view], &body[..1])
-                },
-            ),
-        }
+        let [body, block, body_id, mark, round_mark, mark_id] = [
+            (target, "body", "shaded", bodies),
+            (target, "block", "plain", bodies),
+            (ids, "body_id", "id_of", bodies),
+            (target, "mark", "mark_plain", marks),
+            (target, "round_mark", "mark_round", marks),
+            (ids, "mark_id", "id_of", marks),
+        ]
+        .map(|(target, vertex, fragment, (groups, buffers))| {
+            let descriptor = PipelineDescriptor {
+                buffers,
+                topology: PrimitiveTopology::TriangleList,
+                depth: DepthMode::Tested,
+                blend: None,
+                ..PipelineDescriptor::new(&module, vertex, fragment, groups)
+            };
+            render_pipeline(gpu, target, &descriptor)
+        });
+        let shadow = PipelineDescriptor {
+            buffers: &bodies.1[..1],
+            topology: PrimitiveTopology::TriangleList,
+            ..PipelineDescriptor::new(&module, "shadow", "shadowed", bodies.0)
+        };
+        let shadow = render_pipeline(gpu, target, &shadow);
+        Self { body, block, shadow, mark, round_mark, body_id, mark_id }
     }
+}
+
+fn buffer_layout(
+    array_stride: u64,
+    step_mode: VertexStepMode,
+    attributes: &[VertexAttribute],
+) -> VertexBufferLayout<'_> {
+    VertexBufferLayout { array_stride, step_mode, attributes }
 }

@@ -9,7 +9,7 @@ use crate::device::Gpu;
 use crate::pipeline::compute_pipeline;
 use crate::shaders::shader;
 
-/// Which robots are drawn as their density.
+/// The robots that are drawn as their density.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Dense {
     /// None.
@@ -21,14 +21,14 @@ pub enum Dense {
     All,
 }
 
-/// What is decided for all robots of a picture at once.
+/// The decisions for all robots of a picture at once.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Variant {
     /// Whether marks are splatted.
     pub splats: bool,
-    /// Which robots are drawn as their density.
+    /// The robots that are drawn as their density.
     pub dense: Dense,
-    /// What robots are coloured by, as in the view.
+    /// The source of the robots' colours, as in the view.
     pub source: u32,
     /// Whether robots are dimmed and hidden, as in the view.
     pub filtered: u32,

@@ -153,10 +153,10 @@ fn count_draws(@builtin(local_invocation_index) step: u32) {
 
 // --- Drawing.
 
-@group(2) @binding(6) var<uniform> ramp: array<vec4f, 16>;
+@group(2) @binding(1) var<uniform> ramp: array<vec4f, 16>;
 // Numbers of ribbons in sight, at the places of their steps of heat.
-@group(2) @binding(7) var<storage, read> shown: array<u32>;
-@group(2) @binding(8) var<storage, read> splatted: array<u32>;
+@group(2) @binding(2) var<storage, read> shown: array<u32>;
+@group(2) @binding(3) var<storage, read> splatted: array<u32>;
 
 struct Ribbon {
     @builtin(position) clip: vec4f,
@@ -197,17 +197,9 @@ fn fill(in: Ribbon) -> @location(0) vec4f {
     return vec4f(in.colour, clamp(in.half_width + 0.5 - abs(in.across), 0.0, 1.0));
 }
 
-struct Place {
-    @builtin(position) clip: vec4f,
-    // In pixels from the top left.
-    @location(0) at: vec2f,
-}
-
-// A triangle over the whole picture.
 @vertex
 fn place(@builtin(vertex_index) corner: u32) -> Place {
-    let at = vec2f(f32(corner & 1u), f32(corner >> 1u)) * 4.0 - 1.0;
-    return Place(vec4f(at, 0.0, 1.0), (at * vec2f(0.5, -0.5) + 0.5) * view.viewport.xy);
+    return triangle_corner(corner, view.viewport.xy);
 }
 
 @fragment

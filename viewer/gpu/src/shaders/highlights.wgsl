@@ -1,7 +1,7 @@
 // Trails behind robots, and halos around the selected ones.
 
 // The ring buffer of trail points: in each slot a point per robot.
-@group(2) @binding(0) var<storage, read_write> written: array<vec2f>;
+@group(2) @binding(1) var<storage, read_write> written: array<vec2f>;
 
 // The point of a robot that is absent.
 const NOWHERE = vec2f(1e30);
@@ -26,9 +26,9 @@ struct RingBuffer {
     selected: u32,
 }
 
-@group(2) @binding(1) var<uniform> ring: RingBuffer;
-@group(2) @binding(2) var<storage, read> points: array<vec2f>;
-@group(2) @binding(3) var<storage, read> selected: array<u32>;
+@group(2) @binding(0) var<uniform> ring: RingBuffer;
+@group(2) @binding(1) var<storage, read> points: array<vec2f>;
+@group(2) @binding(2) var<storage, read> selected: array<u32>;
 
 struct Trail {
     @builtin(position) clip: vec4f,

@@ -58,7 +58,7 @@ fn a_robot_is_found_by_its_id_and_flown_to() {
     harness.event(egui::Event::Text("321".into()));
     settle(&mut harness);
     press(&mut harness, Key::Enter);
-    assert_eq!(harness.state().interface.selected, Some(Item::Robot(321)));
+    assert_eq!(harness.state().interface.selection.item, Some(Item::Robot(321)));
     harness.run_steps(120);
     is_between_the_panels(&harness, Vec2::new(321.0, -321.0));
     harness.get_by_label("Robot 321");
@@ -91,7 +91,7 @@ fn a_second_search_replaces_the_first() {
         harness.event(egui::Event::Text(robot.to_string()));
         settle(&mut harness);
         press(&mut harness, Key::Enter);
-        assert_eq!(harness.state().interface.selected, Some(Item::Robot(robot)));
+        assert_eq!(harness.state().interface.selection.item, Some(Item::Robot(robot)));
     }
 }
 
@@ -106,7 +106,7 @@ fn the_list_of_a_million_robots_shows_the_rows_in_sight() {
     settle(&mut harness);
     harness.get_by_label("robot 999999").click();
     settle(&mut harness);
-    assert_eq!(harness.state().interface.selected, Some(Item::Robot(999_999)));
+    assert_eq!(harness.state().interface.selection.item, Some(Item::Robot(999_999)));
     for _ in 0..3 {
         press(&mut harness, Key::PageDown);
     }
@@ -140,14 +140,14 @@ fn a_click_on_a_collision_flies_to_it() {
     harness.get_by_label("1");
     harness.get_by_label("robots 3 and 9 touching").click();
     settle(&mut harness);
-    assert_eq!(harness.state().interface.selected, Some(Item::Robot(3)));
+    assert_eq!(harness.state().interface.selection.item, Some(Item::Robot(3)));
     assert_eq!(harness.state().interface.robots(), [3, 9]);
     harness.run_steps(120);
     is_between_the_panels(&harness, Vec2::new(30.0, -12.0));
     harness.get_by_label("robot 9").click();
     settle(&mut harness);
     assert_eq!(
-        harness.state().interface.selected,
+        harness.state().interface.selection.item,
         Some(Item::Robot(9)),
         "the other robot of the pair"
     );
@@ -276,10 +276,10 @@ fn the_panel_tells_a_robots_work() {
     }
     harness.get_by_label("robot 3").click();
     settle(&mut harness);
-    assert_eq!(harness.state().interface.selected, Some(Item::Robot(3)));
+    assert_eq!(harness.state().interface.selection.item, Some(Item::Robot(3)));
     harness.get_by_label("dock 1").click();
     settle(&mut harness);
-    assert_eq!(harness.state().interface.selected, Some(Item::Node(0)));
+    assert_eq!(harness.state().interface.selection.item, Some(Item::Node(0)));
 }
 
 #[test]

@@ -13,7 +13,7 @@ fn an_edge_and_its_nodes_link_to_each_other() {
     harness.get_by_label("Node 7");
     harness.get_by_label("edge 34").click();
     settle(&mut harness);
-    assert_eq!(harness.state().interface.selected, Some(Item::Edge(0)));
+    assert_eq!(harness.state().interface.selection.item, Some(Item::Edge(0)));
 }
 
 #[test]
@@ -87,7 +87,7 @@ fn an_edge_tells_its_robots_and_its_traffic() {
     assert_eq!(harness.query_all_by_label("56.5").count(), 3);
     harness.get_by_label("robot 4").click();
     settle(&mut harness);
-    assert_eq!(harness.state().interface.selected, Some(Item::Robot(4)));
+    assert_eq!(harness.state().interface.selection.item, Some(Item::Robot(4)));
 }
 
 /// The place of a point of the ground in the window.
@@ -193,7 +193,7 @@ fn a_hot_spot_is_flown_to_and_the_list_is_exported() {
     harness.get_by_label("hot spot 1").click();
     harness.run_steps(120);
     is_between_the_panels(&harness, Vec2::new(40.0, 3.0));
-    assert_eq!(harness.state().interface.selected, Some(Item::Edge(0)));
+    assert_eq!(harness.state().interface.selection.item, Some(Item::Edge(0)));
     harness.get_by_label("export").click();
     settle(&mut harness);
     let written = harness.state().actions.iter().find_map(|action| match action {

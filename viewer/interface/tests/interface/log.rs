@@ -50,10 +50,10 @@ fn alarms_are_acknowledged_and_entries_filtered_and_jumped_to() {
     harness.get_by_label("no alarms");
     harness.get_by_label_contains("robot 9 stalls").click();
     settle(&mut harness);
-    assert_eq!(harness.state().interface.selected, Some(Item::Robot(9)));
+    assert_eq!(harness.state().interface.selection.item, Some(Item::Robot(9)));
     harness.get_by_label_contains("edge 34 closed").click();
     settle(&mut harness);
-    assert_eq!(harness.state().interface.selected, Some(Item::Edge(0)));
+    assert_eq!(harness.state().interface.selection.item, Some(Item::Edge(0)));
     harness.get_by_label("text of entries").click();
     settle(&mut harness);
     harness.event(egui::Event::Text("#7".into()));
@@ -78,7 +78,7 @@ fn the_log_of_a_recording_jumps_to_its_marks() {
     let sought =
         harness.state().requests().into_iter().find(|(kind, ..)| *kind == ControlKind::Seek);
     assert_eq!(sought.map(|(_, time, _)| time), Some(6_000_000_000));
-    assert_eq!(harness.state().interface.selected, Some(Item::Robot(3)));
+    assert_eq!(harness.state().interface.selection.item, Some(Item::Robot(3)));
 }
 
 /// Nobody can do anything about them: they are those of the shown time.
@@ -143,7 +143,10 @@ fn alarms_that_hold_come_first_and_are_not_displaced_by_those_that_are_over() {
         Some(&AlarmKey::Robot(2)),
         "the oldest one that was over has made room"
     );
-    assert_eq!((keys(log).len(), log.losses()), (MAX_ALARMS, [0, 1]));
+    assert_eq!(
+        (keys(log).len(), log.losses()),
+        (MAX_ALARMS, LogLosses { forgotten: 0, left_out: 1 })
+    );
 }
 
 /// The fleet manager's, for example: the fleet has no event of it.
@@ -169,8 +172,8 @@ fn refused_requests_are_told_and_stay_in_the_log() {
     harness.get_by_label(text);
     harness.get_by_label(&format!("00:05.00 {text}")).click();
     settle(&mut harness);
-    assert_eq!(harness.state().interface.selected, Some(Item::Robot(7)));
+    assert_eq!(harness.state().interface.selection.item, Some(Item::Robot(7)));
     harness.get_by_label("00:06.00 can't close edge 34").click();
     settle(&mut harness);
-    assert_eq!(harness.state().interface.selected, Some(Item::Edge(0)));
+    assert_eq!(harness.state().interface.selection.item, Some(Item::Edge(0)));
 }

@@ -20,14 +20,16 @@ use regatta_interface::commands::UserCommand;
 use regatta_interface::jams::{EdgeFacts, JamFacts, Known, Presence, Spot, Trend};
 use regatta_interface::labels::Labels;
 use regatta_interface::log::{
-    AlarmChange, AlarmKey, Entry, FleetLog, Kind, LogReport, MAX_ALARMS, Place, Severity,
+    AlarmChange, AlarmKey, Entry, FleetLog, Kind, LogLosses, LogReport, MAX_ALARMS, Place, Severity,
 };
 use regatta_interface::orders::{RobotOrder, Stop};
 use regatta_interface::robot_filter::{Filter, MatchCounts, Matches, RobotSet};
 use regatta_interface::rows::{Rows, SortBy};
 use regatta_interface::settings::{LeftPanel, RightPanel, Settings};
 use regatta_interface::timing::Timing;
-use regatta_interface::view_model::{Action, Counts, EngineState, Item, Live, Timeline, ViewModel};
+use regatta_interface::view_model::{
+    Action, Counts, EngineState, Item, Live, RunningUdp, Timeline, ViewModel,
+};
 use regatta_plugin::contact::{ContactHeader, ContactRecord};
 use regatta_plugin::control::{ControlKind, ControlResponse};
 use regatta_plugin::frame::{
@@ -66,7 +68,7 @@ struct Fixture {
     timing: Timing,
     legend: Legend,
     actions: Vec<Action>,
-    /// Where the picture is, in points.
+    /// The place of the picture, in points.
     picture: egui::Rect,
     /// The marks of a recording of ten seconds, and its time, in seconds.
     recording: Option<(Vec<RecordingMark>, f64)>,
@@ -187,7 +189,7 @@ impl Fixture {
             counts: Counts { read: 1234, skipped: 5 },
             lag: Some(0.001),
             trail_points: 0,
-            udp: [false, false],
+            udp: RunningUdp::default(),
             timeline: match &self.recording {
                 Some((marks, now)) => Some(timeline(marks, *now)),
                 None => Some(past(&self.header, self.is_past)),
@@ -223,7 +225,7 @@ fn timeline(marks: &[RecordingMark], now: f64) -> Timeline<'_> {
     }
 }
 
-/// What is kept of a live run: ten seconds.
+/// The kept part of a live run: ten seconds.
 fn past(header: &FrameHeader, is_past: bool) -> Timeline<'static> {
     let now = header.sim_time_nanos;
     let live = Some(Live { bytes: 12 << 20, is_past });

@@ -102,7 +102,7 @@ fn one_key_cycles_through_the_ways_of_following() {
     }
     assert_eq!(modes, [Some((0, Follow::Behind)), Some((0, Follow::Above)), None]);
     press(&mut harness, Key::Escape);
-    assert_eq!(harness.state().interface.selected, None);
+    assert_eq!(harness.state().interface.selection.item, None);
 }
 
 #[test]

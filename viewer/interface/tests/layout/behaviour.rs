@@ -1,4 +1,4 @@
-//! What the interface does in a window of a usual size.
+//! The behaviour of the interface in a window of a usual size.
 
 use egui::Key;
 use egui_kittest::kittest::Queryable;
@@ -37,7 +37,7 @@ fn keys_right_after_the_search_shortcut_are_for_the_search() {
         harness.input_mut().events.push(event);
     }
     harness.run_steps(8);
-    assert_eq!(harness.state().interface.selected, Some(Item::Robot(17)));
+    assert_eq!(harness.state().interface.selection.item, Some(Item::Robot(17)));
     assert_eq!(
         harness.state().interface.settings.left,
         Some(LeftPanel::Fleet),
@@ -57,7 +57,7 @@ fn an_edge_lists_its_robots_and_a_column_of_categories_its_word() {
     harness.get_by_label("and 2\u{a0}more");
     harness.get_by_label("robot 4").click();
     harness.run_steps(4);
-    assert_eq!(harness.state().interface.selected, Some(Item::Robot(4)));
+    assert_eq!(harness.state().interface.selection.item, Some(Item::Robot(4)));
     assert_eq!(harness.query_all_by_label("touching").count(), 2, "in the panel and in the legend");
     assert!(harness.query_by_label("2.000").is_none());
     harness.state_mut().interface.select(Some(Item::Node(0)));

@@ -14,12 +14,12 @@ use regatta_scene::camera::{Bounds, Camera, Window};
 use crate::fixture::{Fixture, USUAL, harness, harness_of, windows};
 use crate::states::{log_of, past};
 
-/// Where the picture is, and its camera.
+/// The place of the picture, and its camera.
 fn view(harness: &Harness<'_, Fixture>) -> (Rect, Camera) {
     (harness.state().picture, harness.state().interface.camera_controller.camera())
 }
 
-/// Where a point of the world is seen, in points of the window.
+/// The place of a point of the world in the picture, in points of the window.
 pub fn seen_at(harness: &Harness<'_, Fixture>, point: Vec3) -> Vec2 {
     let (picture, camera) = view(harness);
     let size = Vec2::new(picture.width(), picture.height());

@@ -1,5 +1,5 @@
-//! What holds in each window: no control, text or element over the picture lies over another one,
-//! and none is cut.
+//! Checks of each window: no control, text or element over the picture lies over another one, and
+//! none is cut.
 
 use egui::epaint::{ClippedShape, TextShape};
 use egui::{Id, Rect, Shape};
@@ -8,7 +8,7 @@ use egui_kittest::kittest::NodeT;
 
 use crate::fixture::{Fixture, window_in_points};
 
-/// What the names of rows of lists contain.
+/// Parts of the names of rows of lists.
 const ROWS: [&str; 3] = ["'robot ", "'acknowledge ", " broke down "];
 
 /// Checks the controls in panels, of which the ones below the window's end are scrolled to: none is
@@ -94,7 +94,7 @@ pub fn check_placed(harness: &Harness<'_, Fixture>, what: &str) {
             let common = place.intersect(*other);
             common.width() > 0.6 && common.height() > 0.6
         };
-        // What is drawn has the size of its place.
+        // The drawing has the size of its place.
         let area = harness.ctx.memory(|memory| memory.area_rect(Id::unique(*name)));
         assert!(
             area.is_none_or(|area| place.expand(1.0).contains_rect(area)),

@@ -9,7 +9,7 @@ use regatta_interface::jams::JamFacts;
 use regatta_interface::labels::Labels;
 use regatta_interface::settings::Settings;
 use regatta_interface::timing::Timing;
-use regatta_interface::view_model::{Action, Counts, EngineState, Timeline, ViewModel};
+use regatta_interface::view_model::{Action, Counts, EngineState, RunningUdp, Timeline, ViewModel};
 use regatta_plugin::Contacts;
 use regatta_plugin::contact::{ContactHeader, ContactRecord};
 use regatta_plugin::control::ControlResponse;
@@ -48,7 +48,7 @@ pub struct Fixture {
     pub picture: Rect,
     pub actions: Vec<Action>,
     pub engine: EngineState,
-    /// What a collision checker says.
+    /// The figures of a collision checker.
     pub contacts: Option<ContactHeader>,
     pub pairs: Vec<ContactRecord>,
     /// The file that is replayed, or the past of a live run; neither is known as long as it is
@@ -113,7 +113,7 @@ impl Fixture {
         }
     }
 
-    /// Where a bar or a panel is, if it is open.
+    /// The place of a bar or a panel, if it is open.
     pub fn panel(&self, name: &str) -> Option<Rect> {
         let settings = &self.interface.settings;
         // Those that were open are remembered.
@@ -159,7 +159,7 @@ impl Fixture {
             counts: Counts::default(),
             lag: None,
             trail_points: 0,
-            udp: [false, false],
+            udp: RunningUdp::default(),
         };
         let (picture, actions) = self.interface.show(ui, &model);
         self.picture = picture;

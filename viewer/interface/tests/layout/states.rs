@@ -19,8 +19,8 @@ use regatta_scene::palette::{Colouring, Theme};
 use crate::checks::{check, check_panels, check_placed, check_texts};
 use crate::fixture::{Fixture, USUAL, harness_of, windows};
 
-/// What is prepared before the first picture, the keys that are pressed then, and what lies over
-/// the picture if there is room.
+/// The state before the first picture, the keys that are pressed then, and the elements over the
+/// picture if there is room.
 struct State {
     name: &'static str,
     prepare: fn(&mut Fixture),

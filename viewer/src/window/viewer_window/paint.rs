@@ -40,10 +40,7 @@ impl ViewerWindow {
             Ok(canvas) => {
                 let scale = output.pixels_per_point;
                 let triangles = self.context.tessellate(std::mem::take(&mut output.shapes), scale);
-                let mut encoder = self
-                    .gpu
-                    .device
-                    .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+                let mut encoder = self.gpu.encoder();
                 self.draw_fleet(&mut encoder, &canvas, picture, scale, now);
                 let drawing = Drawing { triangles, pixels_per_point: scale, size: canvas.size };
                 self.painter.draw(&self.gpu, &mut encoder, &canvas.interface, &drawing);

@@ -33,8 +33,7 @@ impl ViewerWindow {
     pub(super) fn engine_state(&self, now: Instant) -> EngineState {
         let Some(frame) = self.stage.feed.frame() else { return EngineState::Awaited };
         let header = frame.header();
-        let gone = header.clock == ClockState::Stopped as u32 || !self.stage.feed.has_producer();
-        if gone {
+        if header.clock == ClockState::Stopped as u32 || !self.stage.feed.has_producer() {
             return EngineState::Gone;
         }
         if header.clock == ClockState::Paused as u32 {
@@ -71,7 +70,7 @@ impl ViewerWindow {
             columns: &self.fleet_state.columns,
             values: &self.fleet_state.values,
             order: self.fleet_state.order,
-            route: match self.interface.selected {
+            route: match self.interface.selection.item {
                 Some(Item::Robot(id)) => self.stage.remaining(id),
                 _ => None,
             },
@@ -89,7 +88,7 @@ impl ViewerWindow {
             counts: self.stage.feed.counts(),
             lag: self.fleet_state.lag,
             trail_points: self.stage.renderer.trail_points(),
-            udp: self.udp.is_running(),
+            udp: self.udp.running(),
             timeline: self.stage.timeline(),
         };
         let input = self.input.take_egui_input(&self.window);
@@ -157,13 +156,14 @@ impl ViewerWindow {
                 }
                 Action::Quit => self.is_closing = true,
                 udp => {
-                    let message = self.udp.carry_out(&udp, &self.fleet);
-                    message.into_iter().for_each(|text| self.interface.notify(text));
+                    if let Some(text) = self.udp.carry_out(&udp, &self.fleet) {
+                        self.interface.notify(text);
+                    }
                 }
             }
             self.frame_pacing.schedule(Instant::now());
         }
-        let selected = self.interface.selected;
+        let selected = self.interface.selection.item;
         if self.fleet_state.values_of != selected {
             self.fleet_state.values_of = selected;
             self.fleet_state.values.clear();
@@ -199,7 +199,7 @@ impl ViewerWindow {
         });
     }
 
-    /// Takes what is at a point of the picture as an end of what is measured.
+    /// Takes the robot or the place at a point of the picture as an end of the measured distance.
     fn measure(&mut self, at: Vec2, pixels_per_point: f32) {
         let end = match self.stage.renderer.pick(at * pixels_per_point) {
             Some(Item::Robot(id)) => Some(End::Robot(id)),
@@ -208,7 +208,9 @@ impl ViewerWindow {
                 self.interface.camera_controller.camera().unproject(at, size).map(End::Place)
             }
         };
-        end.into_iter().for_each(|end| self.interface.measure_to(end));
+        if let Some(end) = end {
+            self.interface.measure_to(end);
+        }
     }
 
     /// Schedules the next picture: when the interface asks for it, or at once while robots move

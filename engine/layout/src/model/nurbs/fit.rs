@@ -94,9 +94,9 @@ impl RationalBezier {
     /// Returns the unit tangent at the start; zero if all control points coincide.
     fn start_tangent(&self) -> DVec2 {
         let start = project(self.0[0]);
-        let offsets = || self.0.iter().map(|point| project(*point) - start);
-        let extent = offsets().map(DVec2::length).fold(0.0, f64::max);
-        offsets()
+        let mut offsets = self.0.iter().map(|point| project(*point) - start);
+        let extent = offsets.clone().map(DVec2::length).fold(0.0, f64::max);
+        offsets
             .find(|offset| offset.length() > SAME_POINT * extent)
             .map_or(DVec2::ZERO, DVec2::normalize)
     }
@@ -173,15 +173,14 @@ fn heading_error(curve: &RationalBezier, cubic: &CubicBezier, samples: &[DVec2])
     for _ in 0..ROUNDS {
         correct(&mut parameters, cubic, samples);
     }
-    let angle = |(index, &at): (usize, &f64)| {
+    let mut largest: f64 = 0.0;
+    for (index, &at) in parameters.iter().enumerate() {
         let direction = curve.direction(fraction(index));
-        if direction == DVec2::ZERO {
-            0.0
-        } else {
-            direction.angle_to(cubic.tangent(at, Side::After)).abs()
+        if direction != DVec2::ZERO {
+            largest = largest.max(direction.angle_to(cubic.tangent(at, Side::After)).abs());
         }
-    };
-    parameters.iter().enumerate().map(angle).fold(0.0, f64::max)
+    }
+    largest
 }
 
 /// Returns the cubic with the points and derivatives of the curve at its ends.
@@ -219,7 +218,7 @@ fn least_squares(curve: &RationalBezier, samples: &[DVec2]) -> Option<(CubicBezi
     best
 }
 
-/// What is minimized.
+/// The measure that is minimized.
 #[derive(Clone, Copy, Debug)]
 enum Measure {
     /// The distance of each sample from the point at its parameter.

@@ -78,7 +78,7 @@ const NAMES: [(Field, &[&str]); 17] = [
     (Field::Y2, &["y2"]),
 ];
 
-/// What may follow the names of the ends of an edge.
+/// The endings of the names of the ends of an edge.
 const END_SUFFIXES: [&str; 6] = ["nodeid", "vertexid", "pointid", "node", "vertex", "id"];
 
 /// A column.
@@ -101,12 +101,14 @@ pub(super) struct Columns {
 impl Columns {
     /// Returns the columns if a row is the header of a table.
     pub fn of_header<'row>(cells: impl Iterator<Item = &'row str>) -> Option<Self> {
-        let list: Vec<_> = cells.map(Column::new).collect();
-        let has = |fields: &[Field]| {
-            fields.iter().all(|field| list.iter().any(|column| column.field == *field))
-        };
-        let is_edges = has(&[Field::From, Field::To]);
-        (is_edges || has(&[Field::Id, Field::X, Field::Y])).then_some(Self { list, is_edges })
+        let mut columns = Self { list: cells.map(Column::new).collect(), is_edges: false };
+        columns.is_edges = columns.have(&[Field::From, Field::To]);
+        let is_header = columns.is_edges || columns.have(&[Field::Id, Field::X, Field::Y]);
+        is_header.then_some(columns)
+    }
+
+    fn have(&self, fields: &[Field]) -> bool {
+        fields.iter().all(|field| self.list.iter().any(|column| column.field == *field))
     }
 }
 
@@ -115,14 +117,13 @@ impl Column {
         let (plain, unit) = split_unit(name.trim());
         let letters = plain.chars().filter(|letter| !" _-".contains(*letter));
         let key: String = letters.flat_map(char::to_lowercase).collect();
-        let is = |names: &[&str]| {
-            let start =
-                END_SUFFIXES.into_iter().find_map(|suffix| key.strip_suffix(suffix)).unwrap_or("");
+        let start =
+            END_SUFFIXES.into_iter().find_map(|suffix| key.strip_suffix(suffix)).unwrap_or("");
+        let found = NAMES.iter().find(|(field, names)| {
             names.contains(&key.as_str())
-                || (names.contains(&start) && ["from", "to"].contains(&names[0]))
-        };
-        let field =
-            NAMES.iter().find(|(_, names)| is(names)).map_or(Field::Other, |(field, _)| *field);
+                || (matches!(field, Field::From | Field::To) && names.contains(&start))
+        });
+        let field = found.map_or(Field::Other, |(field, _)| *field);
         Self { field, name: name.trim().to_owned(), unit }
     }
 }

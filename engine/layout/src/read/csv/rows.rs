@@ -47,7 +47,7 @@ impl<'a> Row<'a> {
             self.number(Field::Theta, reader).map(|(number, unit)| number * unit.unwrap_or(1.0));
         let mut tags = self.tags();
         let role = self.text(Field::Role).map_or(Role::None, |text| {
-            text.parse().unwrap_or_else(|error: crate::model::tags::ParseRoleError| {
+            text.parse().unwrap_or_else(|error: regatta_base::name::UnknownName| {
                 reader.warning(self.place, &format!("{error}: it is kept as a property"));
                 tags.set("role", text);
                 Role::None
@@ -121,25 +121,18 @@ impl<'a> Row<'a> {
     }
 
     fn tags(self) -> Tags {
-        let text = |field| self.text(field).map(Box::from);
-        let mut tags = Tags {
-            name: text(Field::Name),
-            level: text(Field::Level),
-            zone: text(Field::Zone),
-            ..Tags::default()
-        };
-        let is_property = |field: Field| match field {
-            Field::Other => true,
-            // Nodes have no ends and no speeds, and edges no positions and no roles.
-            Field::X | Field::Y | Field::Role => self.columns.is_edges,
-            Field::From | Field::To | Field::Speed | Field::ReverseSpeed | Field::Bidirectional => {
-                !self.columns.is_edges
-            }
-            Field::X1 | Field::Y1 | Field::X2 | Field::Y2 => !self.columns.is_edges,
-            Field::Id | Field::Theta | Field::Name | Field::Level | Field::Zone => false,
-        };
+        let [name, level, zone] =
+            [Field::Name, Field::Level, Field::Zone].map(|field| self.text(field).map(Box::from));
+        let mut tags = Tags { name, level, zone, ..Tags::default() };
         for (column, cell) in self.columns.list.iter().zip(self.cells) {
-            if is_property(column.field) {
+            let is_property = match column.field {
+                Field::Other => true,
+                Field::Id | Field::Theta | Field::Name | Field::Level | Field::Zone => false,
+                // Edges have no positions and no roles, and nodes nothing of the rest.
+                Field::X | Field::Y | Field::Role => self.columns.is_edges,
+                _ => !self.columns.is_edges,
+            };
+            if is_property {
                 tags.set(&column.name, cell);
             }
         }
@@ -156,9 +149,11 @@ impl<'a> Row<'a> {
     fn number(self, field: Field, reader: &mut Reader<'_, '_>) -> Option<(f64, Option<f64>)> {
         let text = self.text(field)?;
         let column = self.columns.list.iter().find(|column| column.field == field)?;
-        let parse = |text: &str| text.parse().ok().filter(|number: &f64| number.is_finite());
-        let with_comma = || parse(&text.replacen(',', ".", 1)).filter(|_| self.has_decimal_comma);
-        let number = parse(text).or_else(with_comma);
+        let mut number: Option<f64> = text.parse().ok();
+        if number.is_none() && self.has_decimal_comma {
+            number = text.replacen(',', ".", 1).parse().ok();
+        }
+        let number = number.filter(|number| number.is_finite());
         if number.is_none() {
             reader.error(
                 self.place,

@@ -24,7 +24,7 @@ fn messages(findings: &Findings) -> String {
     findings.as_slice().iter().map(|finding| format!("{finding}\n")).collect()
 }
 
-/// What the examples of the documentation are.
+/// The examples of the documentation.
 const BOTH: &str = "\
 # A comment.
 ID,X,Y,Theta,Name,Level,Zone,Role,Colour

@@ -40,7 +40,7 @@ pub struct Expander<'a> {
     steps: usize,
 }
 
-/// Where an entity is.
+/// The place of an entity.
 #[derive(Clone, Copy)]
 struct Place<'a> {
     at: u32,
@@ -193,7 +193,8 @@ impl<'a> Expander<'a> {
                 "entity SPLINE with fit points only".to_owned()
             } else {
                 format!(
-                    "entity SPLINE of degree {degree}, or with knots, points or weights that make no curve"
+                    "entity SPLINE of degree {degree}, or with knots, points or weights that make \
+                     no curve"
                 )
             };
             self.ignored.add(place.at, kind);

@@ -232,18 +232,8 @@ struct NodeIndex {
 
 impl NodeIndex {
     fn new(nodes: &[(DVec2, u32)]) -> Self {
-        // Without the outermost, so that what lies far from the rest doesn't make the cells large.
-        let extent = |coordinates: &mut Vec<f64>| {
-            coordinates.sort_unstable_by(f64::total_cmp);
-            let outermost = coordinates.len() / 50;
-            let last = coordinates.len().saturating_sub(1 + outermost);
-            coordinates
-                .get(last)
-                .zip(coordinates.get(outermost))
-                .map_or(0.0, |(last, first)| last - first)
-        };
         let extents =
-            [0, 1].map(|axis| extent(&mut nodes.iter().map(|(point, _)| point[axis]).collect()));
+            [0, 1].map(|axis| extent(nodes.iter().map(|(point, _)| point[axis]).collect()));
         let size = (extents[0].max(extents[1]) / (nodes.len() as f64).sqrt()).max(4.0 * TOLERANCE);
         let mut index = Self { size, nodes: BTreeMap::new(), comparisons: 0 };
         for (number, (point, _)) in nodes.iter().enumerate() {
@@ -301,6 +291,15 @@ impl NodeIndex {
             .copied()
             .collect()
     }
+}
+
+/// Returns the extent of coordinates without the outermost, so that those far from the rest don't
+/// make the cells large.
+fn extent(mut coordinates: Vec<f64>) -> f64 {
+    coordinates.sort_unstable_by(f64::total_cmp);
+    let outermost = coordinates.len() / 50;
+    let last = coordinates.len().saturating_sub(1 + outermost);
+    coordinates.get(last).zip(coordinates.get(outermost)).map_or(0.0, |(last, first)| last - first)
 }
 
 /// Returns the number of equal intervals of a cubic whose chords have at most about a length, and

@@ -8,7 +8,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 
-use crate::model::finding::{Report, Subject};
+use crate::model::finding::Report;
 use crate::read::file::{Ignored, SyntaxError};
 
 /// The largest number of entities, vertices of old polylines included: each takes about a kilobyte.
@@ -18,7 +18,7 @@ const MAX_ENTITIES: usize = 500_000;
 /// copy of it.
 const MAX_NAME: usize = 255;
 
-/// What the scanner finds in a file.
+/// The content of a file that the reader uses.
 #[derive(Debug, Default)]
 pub struct Scan {
     /// A DXF file of the blocks and entities that are used.
@@ -59,23 +59,23 @@ pub fn scan(
     while let Some(code) = lines.next() {
         let value_at = at + code.len() + 1;
         let Some(value) = lines.next() else { break };
-        let number = code.trim().parse().map_err(|_| SyntaxError {
-            line,
-            message: format!(
+        let Ok(number) = code.trim().parse() else {
+            let message = format!(
                 "`{}` isn't a group code: DXF alternates codes and values",
                 super::shorten(code)
-            ),
-        })?;
+            );
+            return Err(SyntaxError::new(line, message));
+        };
         let pair = Pair { code: number, value: value.trim(), at: value_at as u32 };
         if pair.code == 0 && pair.value == "EOF" {
             break;
         }
         scanner.pair(pair);
         if scanner.entities > MAX_ENTITIES {
-            return Err(SyntaxError {
+            return Err(SyntaxError::new(
                 line,
-                message: format!("more than {MAX_ENTITIES} entities: split the drawing"),
-            });
+                format!("more than {MAX_ENTITIES} entities: split the drawing"),
+            ));
         }
         at = value_at + value.len() + 1;
         line += 2;
@@ -252,17 +252,17 @@ impl<'a, 'text> Scanner<'a, 'text> {
         let (value, kind) = (super::shorten(pair.value), self.kind);
         let message =
             format!("`{value}` isn't {expected}: group {} of an entity {kind}", pair.code);
-        self.report.error(pair.at, Subject::File, message);
+        self.report.file_error(pair.at, message);
     }
 
     fn layer_value(&mut self, pair: Pair<'_>) {
         let Some((name, hidden)) = &mut self.layer else { return };
-        let number = || pair.value.parse::<i32>().unwrap_or_default();
+        let number = pair.value.parse::<i32>().unwrap_or_default();
         match pair.code {
             2 => pair.value.clone_into(name),
             // A negative colour: switched off. The lowest bit of the flags: frozen.
-            62 => *hidden |= number() < 0,
-            70 => *hidden |= number() & 1 != 0,
+            62 => *hidden |= number < 0,
+            70 => *hidden |= number & 1 != 0,
             _ => {}
         }
     }

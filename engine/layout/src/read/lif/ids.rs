@@ -86,14 +86,14 @@ fn id(raw: Raw<'_>, key: &str) -> Option<String> {
 
 /// Returns the id of each layout, with its number if that is missing or not unique.
 fn prefixes(sheets: &[Sheet<'_>]) -> Vec<String> {
-    let id = |sheet: &Sheet<'_>| sheet.names[0].clone().unwrap_or_else(|| "layout".to_owned());
-    let mut counts: BTreeMap<String, usize> = BTreeMap::new();
-    for sheet in sheets {
-        *counts.entry(id(sheet)).or_default() += 1;
+    let ids: Vec<&str> =
+        sheets.iter().map(|sheet| sheet.names[0].as_deref().unwrap_or("layout")).collect();
+    let mut counts: BTreeMap<&str, usize> = BTreeMap::new();
+    for &id in &ids {
+        *counts.entry(id).or_default() += 1;
     }
-    let name = |(index, sheet): (usize, &Sheet<'_>)| match counts.get(&id(sheet)) {
-        Some(1) => id(sheet),
-        _ => format!("{}#{}", id(sheet), index + 1),
-    };
-    sheets.iter().enumerate().map(name).collect()
+    let numbered = (1..).zip(ids);
+    numbered
+        .map(|(number, id)| if counts[id] == 1 { id.to_owned() } else { format!("{id}#{number}") })
+        .collect()
 }

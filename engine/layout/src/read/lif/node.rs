@@ -7,10 +7,11 @@ use glam::DVec2;
 use serde_json::Value;
 
 use super::ids::Target;
-use super::object::{Context, Object, Raw, plain, shown};
+use super::object::{Context, Object, Raw, plain};
 use super::vehicle::Choice;
 use super::{Reader, Sheet};
 use crate::model::tags::{Role, Tags};
+use crate::model::value::shorten;
 use crate::read::layout::{LayoutNode, LayoutStation};
 
 impl<'text> Reader<'_, '_, 'text> {
@@ -34,7 +35,7 @@ impl<'text> Reader<'_, '_, 'text> {
                 at,
                 format!(
                     "node `{}` has no `nodePosition` with `x` and `y`: give it one",
-                    shown(&id)
+                    shorten(&id)
                 ),
             );
             return None;
@@ -101,7 +102,7 @@ impl<'text> Reader<'_, '_, 'text> {
         if station.nodes.is_empty() {
             context.warning(
                 object.at,
-                format!("station `{}` has no `interactionNodeIds`", shown(&id)),
+                format!("station `{}` has no `interactionNodeIds`", shorten(&id)),
             );
         }
         let role =
@@ -131,7 +132,8 @@ fn point<'text>(mut object: Object<'text>, context: &mut Context<'_, 'text>) -> 
 /// Returns an angle, and notes one that is probably in degrees.
 pub(super) fn checked_angle(at: u32, angle: f64, context: &mut Context<'_, '_>) -> f64 {
     if angle.abs() > 2.0 * PI + 0.01 {
-        let message = "an angle is more than a full turn: LIF has radians; if these are degrees, `regatta graph check --fix` converts them";
+        let message = "an angle is more than a full turn: LIF has radians; if these are degrees, \
+                       `regatta graph check --fix` converts them";
         context.note(at, message);
     }
     angle
@@ -152,7 +154,8 @@ pub(super) fn take_actions(
     if roles.iter().any(|role| *role != first) {
         context.note(
             object.at,
-            "a node or edge has actions of several roles, such as pick and drop: the first is its role",
+            "a node or edge has actions of several roles, such as pick and drop: the first is its \
+             role",
         );
     }
     first

@@ -7,10 +7,10 @@ use std::collections::BTreeMap;
 use serde_json::Value;
 use serde_json::value::RawValue;
 
-use crate::model::finding::{Report, Subject};
-use crate::read::file::Ignored;
+use crate::model::finding::Report;
+use crate::read::file::{Ignored, offset_of};
 
-/// What is shared by all steps of reading a file.
+/// The state that all steps of reading a file share.
 pub(super) struct Context<'r, 'text> {
     pub text: &'text str,
     pub report: &'r mut Report<'text>,
@@ -29,16 +29,15 @@ impl<'r, 'text> Context<'r, 'text> {
 
     /// Returns the byte offset of a part of the text.
     pub fn at(&self, raw: Raw<'text>) -> u32 {
-        let offset = (raw.get().as_ptr() as usize).saturating_sub(self.text.as_ptr() as usize);
-        u32::try_from(offset).unwrap_or(0)
+        offset_of(self.text, raw.get()).unwrap_or_default() as u32
     }
 
     pub fn error(&mut self, at: u32, message: impl Into<String>) {
-        self.report.error(at, Subject::File, message);
+        self.report.file_error(at, message);
     }
 
     pub fn warning(&mut self, at: u32, message: impl Into<String>) {
-        self.report.warning(at, Subject::File, message);
+        self.report.file_warning(at, message);
     }
 
     /// Adds a warning that is given once, with the number of times.
@@ -50,7 +49,7 @@ impl<'r, 'text> Context<'r, 'text> {
     pub fn finish(self) {
         for (message, (at, count)) in self.notes {
             let times = if count == 1 { String::new() } else { format!(" ({count} times)") };
-            self.report.warning(at, Subject::File, format!("{message}{times}"));
+            self.report.file_warning(at, format!("{message}{times}"));
         }
         self.ignored.report(self.report);
     }
@@ -143,9 +142,7 @@ impl<'text> Object<'text> {
                 Some(text) if text.is_empty() => {}
                 Some(text) => drop(properties.insert(key.into(), text.into())),
                 None if raw.get() == "null" => {}
-                None => context
-                    .ignored
-                    .add(context.at(raw), format!("key `{}` of {}", shown(&key), self.kind)),
+                None => context.ignored.add_key(context.at(raw), &key, self.kind),
             }
         }
     }
@@ -159,9 +156,10 @@ impl<'text> Object<'text> {
 
     /// Counts all other keys as ignored, unless there is nothing in their values.
     pub fn ignore_rest(self, context: &mut Context<'_, 'text>) {
-        let is_empty = |raw: &Raw<'text>| ["null", "\"\"", "[]", "{}"].contains(&raw.get());
-        for (key, raw) in self.fields.into_iter().filter(|(_, raw)| !is_empty(raw)) {
-            context.ignored.add(context.at(raw), format!("key `{}` of {}", shown(&key), self.kind));
+        for (key, raw) in self.fields {
+            if !["null", "\"\"", "[]", "{}"].contains(&raw.get()) {
+                context.ignored.add_key(context.at(raw), &key, self.kind);
+            }
         }
     }
 
@@ -194,9 +192,4 @@ pub(super) fn plain(raw: Raw<'_>) -> Option<String> {
         Value::Number(_) | Value::Bool(_) => Some(raw.get().to_owned()),
         _ => None,
     }
-}
-
-/// Returns a text of the file for a message: without control characters, and not too long.
-pub(super) fn shown(text: &str) -> String {
-    crate::model::value::shorten(text)
 }

@@ -2,8 +2,9 @@
 
 use glam::DVec2;
 
-use super::object::{Context, Object, number, shown};
+use super::object::{Context, Object, number};
 use crate::model::nurbs::{Cubics, Nurbs};
+use crate::model::value::shorten;
 use crate::read::layout::Shape;
 
 /// The distance in metres between a curve and its cubics that is reported.
@@ -23,7 +24,7 @@ pub(super) fn read<'text>(
             if error > MAX_ERROR {
                 let message = format!(
                     "edge `{}`: its trajectory is followed within {error:.3} m only",
-                    shown(edge)
+                    shorten(edge)
                 );
                 context.warning(at, message);
             }
@@ -32,7 +33,7 @@ pub(super) fn read<'text>(
         Err(reason) => {
             let message = format!(
                 "edge `{}`: its trajectory is no NURBS curve: {reason}: read as straight",
-                shown(edge)
+                shorten(edge)
             );
             context.warning(at, message);
             Shape::Straight

@@ -5,7 +5,8 @@ use std::collections::BTreeSet;
 use serde_json::Value;
 
 use super::MAX_NAMES;
-use super::object::{Context, Object, Raw, shown};
+use super::object::{Context, Object, Raw};
+use crate::model::value::shorten;
 
 /// The vehicle type whose properties are used.
 pub(super) struct Vehicles<'a> {
@@ -45,7 +46,9 @@ impl<'a> Vehicles<'a> {
             list.iter().filter_map(|raw| Object::parse(raw, kind, context)).collect();
         let types: Vec<Option<String>> =
             objects.iter_mut().map(|object| object.take_text("vehicleTypeId", context)).collect();
-        types.iter().flatten().for_each(|name| self.add(name));
+        for name in types.iter().flatten() {
+            self.add(name);
+        }
         let wanted = self.wanted.or(self.first.as_deref());
         let index = types.iter().position(|name| name.is_some() && name.as_deref() == wanted);
         if let (None, [first, _, ..]) = (self.wanted, list) {
@@ -63,10 +66,10 @@ impl<'a> Vehicles<'a> {
     /// Reports a vehicle type that the file doesn't have.
     pub fn report(&self, context: &mut Context<'_, '_>) {
         let Some(wanted) = self.wanted.filter(|_| !self.is_wanted_known) else { return };
-        let known = self.known.iter().map(|name| shown(name)).collect::<Vec<_>>().join("`, `");
+        let known = self.known.iter().map(|name| shorten(name)).collect::<Vec<_>>().join("`, `");
         context.error(
             0,
-            format!("no vehicle type is named `{}`: the file has `{known}`", shown(wanted)),
+            format!("no vehicle type is named `{}`: the file has `{known}`", shorten(wanted)),
         );
     }
 
@@ -86,10 +89,10 @@ impl<'a> Vehicles<'a> {
         });
         let first = others.next();
         if others.any(|other| Some(other) != first) {
-            let used = shown(self.first.as_deref().unwrap_or_default());
+            let used = shorten(self.first.as_deref().unwrap_or_default());
             let message = format!(
-                "vehicle types differ in their properties here: those of `{used}` are used if there are any; choose a type \
-                 with --vehicle-type"
+                "vehicle types differ in their properties here: those of `{used}` are used if \
+                 there are any; choose a type with --vehicle-type"
             );
             context.note(at, message);
         }

@@ -69,29 +69,29 @@ fn entry(line: usize, text: &str) -> Result<ScenEntry, ScenError> {
     } else {
         text.split_whitespace().collect()
     };
-    let wrong = || ScenError {
+    parse_columns(&columns).ok_or_else(|| ScenError {
         line,
-        message:
-            "expected bucket, map, width, height, start column and row, goal column and row, length"
-                .to_owned(),
-    };
-    let number = |column: &str| column.parse::<u32>().map_err(|_| wrong());
-    let pair = |x: &str, y: &str| Ok([number(x)?, number(y)?]);
+        message: "expected bucket, map, width, height, start column and row, goal column and row, \
+                  length"
+            .to_owned(),
+    })
+}
+
+fn parse_columns(columns: &[&str]) -> Option<ScenEntry> {
     let (map, size, [x, y, goal_x, goal_y, length]) = match *columns {
         [_, map, width, height, x, y, goal_x, goal_y, length] => {
             (map, Some(pair(width, height)?), [x, y, goal_x, goal_y, length])
         }
         [_, map, x, y, goal_x, goal_y, length] => (map, None, [x, y, goal_x, goal_y, length]),
-        _ => return Err(wrong()),
+        _ => return None,
     };
-    let length = length.parse().ok().filter(|length: &f64| length.is_finite()).ok_or_else(wrong)?;
-    Ok(ScenEntry {
-        map: map.to_owned(),
-        size,
-        start: pair(x, y)?,
-        goal: pair(goal_x, goal_y)?,
-        length,
-    })
+    let length = length.parse().ok().filter(|length: &f64| length.is_finite())?;
+    let (start, goal) = (pair(x, y)?, pair(goal_x, goal_y)?);
+    Some(ScenEntry { map: map.to_owned(), size, start, goal, length })
+}
+
+fn pair(x: &str, y: &str) -> Option<[u32; 2]> {
+    Some([x.parse().ok()?, y.parse().ok()?])
 }
 
 /// Makes a scenario of the first `robots` entries: each robot drives a path with the fewest edges
@@ -129,18 +129,13 @@ fn route(
     width: u32,
     search: &mut Search<'_>,
 ) -> Result<String, String> {
-    let node = |[column, row]: [u32; 2], which: &str| {
-        let id = row
-            .checked_mul(width)
-            .and_then(|start| start.checked_add(column))
-            .filter(|_| column < width);
-        let node = id.and_then(|id| graph.node_by_id(id));
-        node.ok_or_else(|| format!("its {which}, column {column} of row {row}, isn't a free cell"))
-    };
     if let Some(size) = entry.size.filter(|size| size[0] != width) {
         return Err(format!("it is for a map of {} columns, this one has {width}", size[0]));
     }
-    let (start, goal) = (node(entry.start, "start")?, node(entry.goal, "goal")?);
+    let start = node(graph, width, entry.start)
+        .ok_or_else(|| format!("its start, {}", not_free(entry.start)))?;
+    let goal = node(graph, width, entry.goal)
+        .ok_or_else(|| format!("its goal, {}", not_free(entry.goal)))?;
     if start == goal {
         return Ok(format!("- node: {}\n", graph.node(start).id));
     }
@@ -152,6 +147,16 @@ fn route(
     }
     text.push_str("]\n  repeat: once\n");
     Ok(text)
+}
+
+/// Returns the node of a free cell.
+fn node(graph: &RouteGraph, width: u32, [column, row]: [u32; 2]) -> Option<NodeIndex> {
+    let id = row.checked_mul(width)?.checked_add(column)?;
+    graph.node_by_id(id).filter(|_| column < width)
+}
+
+fn not_free([column, row]: [u32; 2]) -> String {
+    format!("column {column} of row {row}, isn't a free cell")
 }
 
 /// Breadth-first search, with memory that is kept from one search to the next.

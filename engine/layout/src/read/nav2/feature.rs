@@ -92,7 +92,7 @@ impl Feature {
 /// more than the geometry.
 fn ignore(rest: &BTreeMap<String, Value>, owner: &str, at: u32, ignored: &mut Ignored) {
     for (key, _) in rest.iter().filter(|(key, value)| *key != "type" && !value.is_null()) {
-        ignored.add(at, format!("key `{}` of {owner}", shorten(key)));
+        ignored.add_key(at, key, owner);
     }
 }
 

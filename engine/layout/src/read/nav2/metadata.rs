@@ -107,9 +107,8 @@ fn angle(value: &Value) -> Option<f64> {
     if let Some(angle) = value.as_f64() {
         return (angle.abs() <= 2.0 * PI).then_some(angle);
     }
-    let part = |name: &str| value.get(name).and_then(Value::as_f64);
-    let (z, w) = (part("z")?, part("w")?);
-    let (x, y) = (part("x").unwrap_or(0.0), part("y").unwrap_or(0.0));
+    let [x, y, z, w] = ["x", "y", "z", "w"].map(|name| value.get(name).and_then(Value::as_f64));
+    let (x, y, z, w) = (x.unwrap_or(0.0), y.unwrap_or(0.0), z?, w?);
     let yaw = (2.0 * (w * z + x * y)).atan2(1.0 - 2.0 * (y * y + z * z));
     yaw.is_finite().then_some(yaw)
 }

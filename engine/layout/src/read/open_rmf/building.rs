@@ -15,8 +15,8 @@ use glam::DVec2;
 
 use super::model::{Building, Lane, Level, Vertex};
 use super::tree::Tree;
-use super::{Ignored, MAX_NAME, Reader, Source, SyntaxError, ignore_unknown, levels, plain};
-use crate::model::finding::{Report, Subject};
+use super::{Ignored, MAX_NAME, Reader, Source, SyntaxError, ignore_unknown, levels, plain, point};
+use crate::model::finding::Report;
 use crate::model::options::ReadOptions;
 use crate::model::value::shorten;
 use crate::read::layout::Layout;
@@ -66,21 +66,13 @@ struct Points<'a, 'text> {
 }
 
 impl<'a, 'text> Points<'a, 'text> {
-    fn items(&self, key: &str) -> &'a [Tree<'text>] {
-        self.tree.get(key).map(Tree::items).unwrap_or_default()
-    }
-
     fn level(&self, name: &str, reader: &mut Reader<'_, 'text>) -> Level {
         let mut level = Level { at: self.tree.at, name: name.to_owned(), ..Level::default() };
         level.vertices =
-            self.items("vertices").iter().map(|tree| self.vertex(tree, reader)).collect();
-        for (index, tree) in self.items("lanes").iter().enumerate() {
+            self.tree.items_of("vertices").iter().map(|tree| self.vertex(tree, reader)).collect();
+        for (index, tree) in self.tree.items_of("lanes").iter().enumerate() {
             if let Some(ends) = reader.ends(tree, level.vertices.len(), "lane") {
-                let properties = tree
-                    .items()
-                    .get(2)
-                    .map(|map| reader.properties(map, "a lane"))
-                    .unwrap_or_default();
+                let properties = reader.properties(tree.items().get(2), "a lane");
                 let lane = Lane { at: tree.at, index, is_reverse: false, ends, properties };
                 level.lanes.extend(with_docks(lane, &level.vertices, reader.ignored));
             }
@@ -90,27 +82,24 @@ impl<'a, 'text> Points<'a, 'text> {
 
     fn vertex(&self, tree: &Tree<'_>, reader: &mut Reader<'_, 'text>) -> Vertex {
         let items = tree.items();
-        let point = super::point(items).map(|point| self.transforms.apply(self.index, point));
+        let point = point(items).map(|point| self.transforms.apply(self.index, point));
         if point.is_none() {
             let message =
                 format!("a vertex is {}: expected [x, y, z, name, {{…}}]", tree.describe());
-            reader.report.error(tree.at, Subject::File, message);
+            reader.report.file_error(tree.at, message);
         }
         Vertex {
             at: tree.at,
             position: point.unwrap_or_default(),
             name: items.get(3).and_then(Tree::text).unwrap_or_default(),
-            properties: items
-                .get(4)
-                .map(|map| reader.properties(map, "a vertex"))
-                .unwrap_or_default(),
+            properties: reader.properties(items.get(4), "a vertex"),
             is_kept: false,
         }
     }
 
     /// Returns the positions of models, by name.
     fn places(&self) -> impl Iterator<Item = (String, DVec2)> {
-        self.items("models").iter().filter_map(|model| {
+        self.tree.items_of("models").iter().filter_map(|model| {
             let point = DVec2::new(model.number_of("x")?, model.number_of("y")?);
             let place = self.transforms.apply(self.index, point);
             Some((model.get("name")?.text()?, place)).filter(|_| place.is_finite())
@@ -132,11 +121,7 @@ fn with_docks(mut lane: Lane, vertices: &[Vertex], ignored: &mut Ignored) -> Vec
             dock => lane.properties.extend(dock.map(|dock| (key.to_owned(), dock.clone()))),
         }
     }
-    if is_bidirectional {
-        vec![lane.reversed(), lane].into_iter().rev().collect()
-    } else {
-        vec![lane]
-    }
+    lane.directions(is_bidirectional)
 }
 
 fn is_true(text: &str) -> bool {
@@ -151,10 +136,11 @@ fn parameter(root: &Tree<'_>, name: &str) -> Option<String> {
 /// Warns if the lanes belong to several graphs, which are those of different fleets.
 fn warn_of_graphs(levels: &[Level], report: &mut Report<'_>) {
     let mut graphs: BTreeMap<&str, usize> = BTreeMap::new();
-    let lanes = || levels.iter().flat_map(|level| &level.lanes);
-    for lane in lanes() {
-        *graphs.entry(lane.properties.get("graph_idx").map_or("0", String::as_str)).or_default() +=
-            1;
+    let mut first = None;
+    for lane in levels.iter().flat_map(|level| &level.lanes) {
+        first.get_or_insert(lane.at);
+        let graph = lane.properties.get("graph_idx").map_or("0", String::as_str);
+        *graphs.entry(graph).or_default() += 1;
     }
     if graphs.len() < 2 {
         return;
@@ -165,9 +151,10 @@ fn warn_of_graphs(levels: &[Level], report: &mut Report<'_>) {
         .map(|(graph, lanes)| format!("{} ({lanes} lanes)", shorten(graph)))
         .collect();
     let message = format!(
-        "its lanes belong to {} graphs of different fleets: {}; all are read, with the property `graph_idx`",
+        "its lanes belong to {} graphs of different fleets: {}; all are read, with the property \
+         `graph_idx`",
         graphs.len(),
         graphs.join(", ")
     );
-    report.warning(lanes().next().map_or(0, |lane| lane.at), Subject::File, message);
+    report.file_warning(first.unwrap_or_default(), message);
 }

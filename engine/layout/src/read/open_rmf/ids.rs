@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::MAX_NAME;
-use super::model::Level;
+use super::model::{Level, Vertex};
 
 /// Returns the ids of the vertices of each level: the name, `LEVEL/NAME` if other levels have it
 /// too, else `LEVEL/INDEX`, as where the name is long.
@@ -14,34 +14,26 @@ pub(super) fn of_vertices(levels: &[Level]) -> Vec<Vec<String>> {
     let on_levels = count(levels.iter().flat_map(|level| {
         level.vertices.iter().map(|vertex| format!("{}/{}", level.name, vertex.name))
     }));
-    let is_single = |counts: &BTreeMap<String, usize>, name: &str| counts.get(name) == Some(&1);
-    // Each lane has a copy of the ids of its ends.
-    let is_short = |name: &str| !name.is_empty() && name.len() <= MAX_NAME;
-    let id = |level: &Level, index: usize, name: &str| {
-        let on_level = format!("{}/{name}", level.name);
-        // A name may look like the id of another vertex.
-        if is_single(&names, name)
-            && !looks_like_index(name)
-            && !on_levels.contains_key(name)
-            && is_short(name)
-        {
-            name.to_owned()
-        } else if is_single(&on_levels, &on_level) && !looks_like_index(&on_level) && is_short(name)
-        {
-            on_level
-        } else {
-            format!("{}/{index}", level.name)
+    let mut ids = Vec::new();
+    for level in levels {
+        let mut ids_of_level = Vec::new();
+        for (index, Vertex { name, .. }) in level.vertices.iter().enumerate() {
+            let on_level = format!("{}/{name}", level.name);
+            // Each lane has a copy of the ids of its ends.
+            let is_short = !name.is_empty() && name.len() <= MAX_NAME;
+            // A name may look like the id of another vertex.
+            let is_id = names[name] == 1 && !on_levels.contains_key(name);
+            ids_of_level.push(if is_short && is_id && !looks_like_index(name) {
+                name.clone()
+            } else if is_short && on_levels[&on_level] == 1 && !looks_like_index(&on_level) {
+                on_level
+            } else {
+                format!("{}/{index}", level.name)
+            });
         }
-    };
-    let ids = |level: &Level| {
-        level
-            .vertices
-            .iter()
-            .enumerate()
-            .map(|(index, vertex)| id(level, index, &vertex.name))
-            .collect()
-    };
-    levels.iter().map(ids).collect()
+        ids.push(ids_of_level);
+    }
+    ids
 }
 
 fn count(names: impl Iterator<Item = String>) -> BTreeMap<String, usize> {

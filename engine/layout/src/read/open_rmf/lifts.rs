@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::model::{Level, Vertex};
 use crate::check::validate::MIN_LENGTH;
-use crate::model::finding::{Report, Subject};
+use crate::model::finding::Report;
 use crate::model::tags::Tags;
 use crate::model::value::shorten;
 use crate::read::layout::{Layout, LayoutEdge};
@@ -55,7 +55,6 @@ fn connect_stops(lift: &str, stops: &[Stop<'_>], layout: &mut Layout, report: &m
     for stop in stops {
         *counts.entry(&stop.level.name).or_default() += 1;
     }
-    let is_single = |stop: &Stop<'_>| counts.get(&*stop.level.name) == Some(&1);
     for pair in stops.windows(2) {
         let [from, to] = pair else { continue };
         if from.level.name == to.level.name {
@@ -63,7 +62,7 @@ fn connect_stops(lift: &str, stops: &[Stop<'_>], layout: &mut Layout, report: &m
         }
         let distance = from.vertex.position.distance(to.vertex.position);
         // Several vertices in one cabin don't say which of them belong together.
-        let reason = if !is_single(from) || !is_single(to) {
+        let reason = if [from, to].iter().any(|stop| counts[stop.level.name.as_str()] > 1) {
             "it has several vertices on a level"
         } else if distance.is_nan() || distance < MIN_LENGTH {
             "its vertices are at the same place"
@@ -77,7 +76,7 @@ fn connect_stops(lift: &str, stops: &[Stop<'_>], layout: &mut Layout, report: &m
             "lift `{}` doesn't join the levels {from_name} and {to_name}: {reason}",
             shorten(lift)
         );
-        report.warning(from.vertex.at, Subject::File, message);
+        report.file_warning(from.vertex.at, message);
     }
 }
 

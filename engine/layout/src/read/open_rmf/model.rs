@@ -1,18 +1,17 @@
-//! What navigation graphs and building maps have in common: levels of vertices and lanes, in
-//! metres.
+//! The model that navigation graphs and building maps have in common: levels of vertices and lanes,
+//! in metres.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use glam::DVec2;
-use regatta_base::graph::Rotation;
 
 use super::{ids, lifts};
-use crate::model::finding::{Report, Subject};
+use crate::model::finding::Report;
 use crate::model::options::ReadOptions;
 use crate::model::tags::{Orientation, Role, Tags};
 use crate::model::value::shorten;
-use crate::read::layout::{Layout, LayoutEdge, LayoutNode, LayoutStation, Shape};
+use crate::read::layout::{Layout, LayoutEdge, LayoutNode, LayoutStation};
 
 /// Keys of vertices that are `false` unless given, so that `false` says nothing.
 const FLAGS: [&str; 4] =
@@ -22,7 +21,7 @@ const FLAGS: [&str; 4] =
 #[derive(Debug, Default)]
 pub(super) struct Building {
     pub levels: Vec<Level>,
-    /// Where dispensers and ingestors stand, in metres.
+    /// The positions of dispensers and ingestors in metres, by name.
     pub places: BTreeMap<String, DVec2>,
 }
 
@@ -79,7 +78,7 @@ impl Building {
                     shorten(wanted),
                     names.join(", ")
                 );
-                report.error(0, Subject::File, message);
+                report.file_error(0, message);
             }
             kept.retain(|(level, _)| level.name == *wanted);
         }
@@ -119,12 +118,12 @@ fn warn_of_levels(levels: &[(Level, Vec<String>)], report: &mut Report<'_>) {
     let [(first, _), _, ..] = used.as_slice() else { return };
     let names: Vec<_> = used.iter().take(20).map(|(level, _)| shorten(&level.name)).collect();
     let message = format!(
-        "its {} levels ({}) are read into one plane, so that robots of different levels may seem to collide: `--level \
-         NAME` picks one",
+        "its {} levels ({}) are read into one plane, so that robots of different levels may seem \
+         to collide: `--level NAME` picks one",
         used.len(),
         names.join(", ")
     );
-    report.warning(first.at, Subject::File, message);
+    report.file_warning(first.at, message);
 }
 
 impl Level {
@@ -132,7 +131,9 @@ impl Level {
         let Self { name: level, vertices, lanes, lines, .. } = self;
         let mut has_lane: Vec<bool> = vertices.iter().map(|vertex| vertex.is_kept).collect();
         for lane in &lanes {
-            lane.ends.into_iter().for_each(|end| has_lane[end] = true);
+            for end in lane.ends {
+                has_lane[end] = true;
+            }
         }
         warn_of_unused(&vertices, &has_lane, report);
         for lane in lanes {
@@ -149,38 +150,39 @@ impl Level {
 /// Warns of vertices that mean something, but that no robot can reach. Most vertices without lanes
 /// are corners of walls.
 fn warn_of_unused(vertices: &[Vertex], has_lane: &[bool], report: &mut Report<'_>) {
-    let is_meant = |vertex: &Vertex| !vertex.name.is_empty() || vertex.role() != Role::None;
-    let mut unused = vertices
-        .iter()
-        .zip(has_lane)
-        .filter(|(vertex, has_lane)| !**has_lane && is_meant(vertex))
-        .map(|(vertex, _)| vertex);
-    let Some(first) = unused.next() else { return };
+    let is_unused = |(vertex, has_lane): &(&Vertex, &bool)| !**has_lane && vertex.has_meaning();
+    let mut unused = vertices.iter().zip(has_lane).filter(is_unused);
+    let Some((first, _)) = unused.next() else { return };
     let others = match unused.count() {
         0 => String::new(),
         count => format!(" (and {count} more)"),
     };
     let message = format!("vertex `{}` has no lane{others}: not used", shorten(&first.name));
-    report.warning(first.at, Subject::File, message);
+    report.file_warning(first.at, message);
 }
 
 impl Vertex {
     fn role(&self) -> Role {
-        let is = |key: &str| {
-            self.properties.get(key).is_some_and(|value| value.eq_ignore_ascii_case("true"))
-        };
-        let has = |key: &str| self.properties.get(key).is_some_and(|value| !value.is_empty());
-        if is("is_charger") {
+        if self.is("is_charger") {
             Role::Charge
-        } else if has("pickup_dispenser") {
+        } else if property(&self.properties, "pickup_dispenser").is_some() {
             Role::Pick
-        } else if has("dropoff_ingestor") {
+        } else if property(&self.properties, "dropoff_ingestor").is_some() {
             Role::Drop
-        } else if is("is_parking_spot") {
+        } else if self.is("is_parking_spot") {
             Role::Park
         } else {
             Role::None
         }
+    }
+
+    fn is(&self, key: &str) -> bool {
+        self.properties.get(key).is_some_and(|value| value.eq_ignore_ascii_case("true"))
+    }
+
+    /// Whether it is more than a corner of a wall.
+    fn has_meaning(&self) -> bool {
+        !self.name.is_empty() || self.role() != Role::None
     }
 
     /// Returns the name of the lift in which the vertex is.
@@ -192,7 +194,7 @@ impl Vertex {
     fn into_node(self, level: &str, id: String, report: &mut Report<'_>) -> LayoutNode {
         if !self.position.is_finite() {
             let message = format!("vertex `{id}` has no position: give finite numbers");
-            report.error(self.at, Subject::File, message);
+            report.file_error(self.at, message);
         }
         let role = self.role();
         let zone = zone(&self.properties, self.lift().map(|lift| format!("lift {lift}")));
@@ -200,14 +202,19 @@ impl Vertex {
         if !self.name.is_empty() && self.name != id {
             tags.name = Some(self.name.into());
         }
-        let says_nothing = |key: &str, value: &str| FLAGS.contains(&key) && value == "false";
-        for (key, value) in self.properties.iter().filter(|(key, value)| !says_nothing(key, value))
-        {
-            tags.set(key, value);
+        for (key, value) in &self.properties {
+            if !(FLAGS.contains(&key.as_str()) && value == "false") {
+                tags.set(key, value);
+            }
         }
         let position = if self.position.is_finite() { self.position } else { DVec2::ZERO };
         LayoutNode { at: self.at, id, position, heading: None, role, tags }
     }
+}
+
+/// Returns the value of a property unless it is empty.
+fn property<'a>(properties: &'a BTreeMap<String, String>, key: &str) -> Option<&'a str> {
+    properties.get(key).map(String::as_str).filter(|value| !value.is_empty())
 }
 
 /// Returns the mutex group, or a zone for what only one robot can use at a time.
@@ -224,43 +231,33 @@ impl Lane {
         let id = format!("{level}/{}{reverse}", self.index);
         let (origin, destination) = (origin?.clone(), destination?.clone());
         if origin == destination {
-            report.warning(
+            report.file_warning(
                 self.at,
-                Subject::File,
                 format!("lane `{id}` starts and ends at vertex `{origin}`: not used"),
             );
             return None;
         }
-        let door = self
-            .properties
-            .get("door_name")
-            .filter(|name| !name.is_empty())
-            .map(|name| format!("door {name}"));
-        let mut tags = Tags {
-            level: Some(level.into()),
-            zone: zone(&self.properties, door),
-            ..Tags::default()
-        };
+        let door = property(&self.properties, "door_name").map(|name| format!("door {name}"));
+        let zone = zone(&self.properties, door);
+        let mut tags = Tags { level: Some(level.into()), zone, ..Tags::default() };
         for (key, value) in self.properties.iter().filter(|(key, _)| *key != "speed_limit") {
             tags.set(key, value);
         }
         Some(LayoutEdge {
             speed: self.speed(report),
             orientation: self.orientation(&id, report),
-            rotation: [Rotation::Shorter; 2],
             at: self.at,
             id,
             origin,
             destination,
-            shape: Shape::Straight,
-            reverse_speed: None,
             tags,
+            ..LayoutEdge::default()
         })
     }
 
     /// Returns the speed limit; 0 means none.
     fn speed(&self, report: &mut Report<'_>) -> Option<f64> {
-        let text = self.properties.get("speed_limit").filter(|text| !text.is_empty())?;
+        let text = property(&self.properties, "speed_limit")?;
         match text.parse::<f64>() {
             Ok(speed) if speed >= 0.0 && speed.is_finite() => (speed > 0.0).then_some(speed),
             _ => {
@@ -268,7 +265,7 @@ impl Lane {
                     "`speed_limit` is `{}`: no limit is used; give metres per second",
                     shorten(text)
                 );
-                report.warning(self.at, Subject::File, message);
+                report.file_warning(self.at, message);
                 None
             }
         }
@@ -280,10 +277,11 @@ impl Lane {
             None | Some("" | "forward") => Orientation::Tangential,
             Some(other) => {
                 let message = format!(
-                    "lane `{id}` has the orientation `{}`: read as forward; use forward or backward",
+                    "lane `{id}` has the orientation `{}`: read as forward; use forward or \
+                     backward",
                     shorten(other)
                 );
-                report.warning(self.at, Subject::File, message);
+                report.file_warning(self.at, message);
                 Orientation::Tangential
             }
         }

@@ -312,6 +312,11 @@ fn broken_files_say_what_to_do() {
             "4: error: a vertex is",
         ),
         ("levels: [\n", "map.yaml:"),
+        (
+            "levels:\n  A:\n    vertices:\n    - [[1]]\n    - [0, 1]\n",
+            "4: error: a vertex is a list",
+        ),
+        ("levels: [[[1]]]\n", "it has no `levels`"),
     ];
     for (text, expected) in cases {
         assert!(errors_of(text).contains(expected), "{text}\n{}", errors_of(text));

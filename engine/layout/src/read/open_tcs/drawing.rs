@@ -6,7 +6,7 @@ use glam::DVec2;
 use regatta_base::bezier::CubicBezier;
 
 use super::element::Element;
-use crate::model::finding::{Report, Subject};
+use crate::model::finding::Report;
 use crate::model::value::shorten;
 use crate::read::file::Ignored;
 use crate::read::layout::Shape;
@@ -14,12 +14,12 @@ use crate::read::layout::Shape;
 /// The millimetres of a unit of drawings that give no scale.
 const DEFAULT_SCALE: f64 = 50.0;
 
-/// What the drawing says of points and paths.
+/// The places of points and the shapes of paths in the drawing.
 #[derive(Debug, Default)]
 pub(super) struct Drawing {
     /// Millimetres of a unit.
     scale: DVec2,
-    /// Where points are drawn, in metres. Version 7 draws them where they are.
+    /// The drawn places of points in metres. Version 7 draws them at their positions.
     places: BTreeMap<String, DVec2>,
     /// The connections by path, of the versions 0.0.2 and 0.0.3.
     connections: BTreeMap<String, Connection>,
@@ -78,10 +78,8 @@ impl Drawing {
 
     /// Reads where a point is drawn.
     pub fn place(&mut self, point: &str, mut layout: Element<'_>, ignored: &mut Ignored) {
-        let [x, y] = [["positionX", "xPosition"], ["positionY", "yPosition"]]
-            .map(|names| layout.take_number(&names));
-        if let (Some(x), Some(y)) = (x, y) {
-            self.places.insert(point.to_owned(), DVec2::new(x, y) / 1000.0);
+        if let Some(position) = layout.take_position() {
+            self.places.insert(point.to_owned(), position);
         }
         layout.ignore_rest("the layout of a point", ignored);
     }
@@ -102,8 +100,13 @@ impl Drawing {
             "BEZIER" | "BEZIER_3" => curve,
             "DIRECT" | "" => return Shape::Straight,
             kind @ ("ELBOW" | "SLANTED") => {
-                ignored
-                    .add(at, format!("corners of {kind} paths, which the file doesn't place (they are straight here)"));
+                ignored.add(
+                    at,
+                    format!(
+                        "corners of {kind} paths, which the file doesn't place (they are straight \
+                         here)"
+                    ),
+                );
                 return Shape::Straight;
             }
             other => {
@@ -124,7 +127,11 @@ impl Drawing {
             ignored.add(at, format!("control points after the first {used} of a BEZIER path"));
         }
         let Some(points) = self.on_map(at, ends, [from, to], points) else {
-            ignored.add(at, "shape of a path between points that are drawn at the same place (it is straight here)");
+            ignored.add(
+                at,
+                "shape of a path between points that are drawn at the same place (it is straight \
+                 here)",
+            );
             return Shape::Straight;
         };
         let points = points.get(..used).unwrap_or_default();
@@ -189,10 +196,10 @@ impl Drawing {
     pub fn report(&self, report: &mut Report<'_>) {
         let Some((at, count)) = self.transformed else { return };
         let message = format!(
-            "{count} curved paths are drawn between other places than those of their points: their shapes are moved, \
-             turned and scaled with the points"
+            "{count} curved paths are drawn between other places than those of their points: \
+             their shapes are moved, turned and scaled with the points"
         );
-        report.warning(at, Subject::File, message);
+        report.file_warning(at, message);
     }
 }
 

@@ -1,11 +1,12 @@
 //! The elements of an XML text, with their places.
 
+use glam::DVec2;
 use quick_xml::XmlVersion;
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::reader::Reader;
 
 use crate::model::value::shorten;
-use crate::read::file::{Ignored, MAX_ENTRIES, SyntaxError};
+use crate::read::file::{Ignored, MAX_ENTRIES, SyntaxError, line_at, offset_of};
 
 /// The largest depth of nested elements; plant models have 4.
 const MAX_DEPTH: usize = 32;
@@ -40,6 +41,18 @@ impl<'text> Element<'text> {
     /// Takes the value of an attribute; an empty text if it isn't given.
     pub fn take_text(&mut self, name: &str) -> String {
         self.take(&[name]).unwrap_or_default().into()
+    }
+
+    /// Takes a position in millimetres and returns it in metres.
+    pub fn take_position(&mut self) -> Option<DVec2> {
+        let [x, y] = [["positionX", "xPosition"], ["positionY", "yPosition"]]
+            .map(|names| self.take_number(&names));
+        Some(DVec2::new(x?, y?) / 1000.0)
+    }
+
+    /// Returns the value of an attribute, which stays.
+    pub fn get(&self, name: &str) -> Option<&str> {
+        self.attributes.iter().find(|(key, _)| *key == name).map(|(_, value)| &**value)
     }
 
     /// Takes the children with a name.
@@ -122,10 +135,9 @@ fn element<'text>(
     position: usize,
     start: &BytesStart<'_>,
 ) -> Result<Element<'text>, String> {
-    let slice = |part: &str| slice_of(text, part).unwrap_or("");
     let mut element = Element {
         at: position as u32,
-        name: slice(start.local_name().into_inner()),
+        name: slice_of(text, start.local_name().into_inner()),
         attributes: Vec::new(),
         children: Vec::new(),
     };
@@ -138,18 +150,16 @@ fn element<'text>(
         let value = attribute
             .normalized_value(XmlVersion::Implicit1_0)
             .map_err(|error| error.to_string())?;
-        element.attributes.push((slice(attribute.key.into_inner()), value.into()));
+        element.attributes.push((slice_of(text, attribute.key.into_inner()), value.into()));
     }
     Ok(element)
 }
 
 /// Returns a part of a text with the lifetime of the text.
-fn slice_of<'text>(text: &'text str, part: &str) -> Option<&'text str> {
-    let offset = part.as_ptr().addr().checked_sub(text.as_ptr().addr())?;
-    text.get(offset..offset + part.len())
+fn slice_of<'text>(text: &'text str, part: &str) -> &'text str {
+    offset_of(text, part).and_then(|at| text.get(at..at + part.len())).unwrap_or_default()
 }
 
 fn syntax_error(text: &str, at: usize, message: String) -> SyntaxError {
-    let before = text.as_bytes().get(..at).unwrap_or(text.as_bytes());
-    SyntaxError { line: 1 + before.iter().filter(|&&byte| byte == b'\n').count(), message }
+    SyntaxError::new(line_at(text.as_bytes(), at.min(text.len())), message)
 }

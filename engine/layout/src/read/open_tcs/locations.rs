@@ -29,7 +29,7 @@ struct LocationType {
     operations: Vec<String>,
     peripheral_operations: Vec<String>,
     properties: Properties,
-    /// What each location of the type takes.
+    /// The memory that each location of the type takes.
     bytes: usize,
 }
 
@@ -73,15 +73,14 @@ impl Reader<'_, '_> {
     ) -> LayoutStation {
         let at = element.at;
         let name = element.take_text("name");
-        let has_position =
-            element.attributes.iter().any(|(name, _)| ["positionX", "xPosition"].contains(name));
+        let has_position = element.get("positionX").or(element.get("xPosition")).is_some();
         let position =
             has_position.then(|| self.position(&mut element, &format!("location `{name}`")));
         let kind_name = element.take_text("type");
         let kind = types.get(&kind_name).filter(|kind| self.inherits(kind, at));
         let (nodes, linked) = self.links(&mut element, kind);
         let mut tags = self.tags(&mut element, "a location");
-        if element.attributes.iter().any(|(name, value)| *name == "locked" && **value == *"false") {
+        if element.get("locked") == Some("false") {
             element.take(&["locked"]);
         }
         self.rest(element, "a location", &mut tags);
@@ -150,12 +149,14 @@ fn operations(element: &mut Element<'_>, name: &str) -> Vec<String> {
 
 /// Returns the role for which there is an operation; of several, the first of [`WORDS`].
 pub(super) fn role(operations: &[String]) -> Role {
-    let has = |starts: &[&str]| {
-        operations.iter().any(|operation| {
+    for (role, starts) in WORDS {
+        for operation in operations {
             let lowercase = operation.to_lowercase();
             let mut words = lowercase.split(|letter: char| !letter.is_alphanumeric());
-            words.any(|word| starts.iter().any(|start| word.starts_with(start)))
-        })
-    };
-    WORDS.into_iter().find(|(_, words)| has(words)).map_or(Role::None, |(role, _)| role)
+            if words.any(|word| starts.iter().any(|start| word.starts_with(start))) {
+                return role;
+            }
+        }
+    }
+    Role::None
 }

@@ -2,6 +2,7 @@ use std::f64::consts::FRAC_PI_2;
 use std::path::Path as FilePath;
 
 use proptest::prelude::*;
+use regatta_base::bezier::CubicBezier;
 
 use super::locations::role;
 use super::*;

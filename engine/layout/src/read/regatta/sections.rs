@@ -9,11 +9,19 @@ const LINES: usize = 20_000;
 
 /// A part of a file that is YAML by itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Part<'text> {
-    /// A key of the root map with its value.
-    Entry(&'text str),
-    /// Items of the list of a key of the root map.
-    Items { key: &'text str, items: &'text str },
+pub(crate) struct Part<'text> {
+    /// The byte offset in the file.
+    pub start: usize,
+    /// The key of the root map that the text is items of; `None` for entries of the root map.
+    pub key: Option<&'text str>,
+    pub text: &'text str,
+}
+
+impl<'text> Part<'text> {
+    /// Returns the part that is a whole text.
+    pub fn whole(text: &'text str) -> Self {
+        Self { start: 0, key: None, text }
+    }
 }
 
 /// Cuts a text into parts; `None` if it has to be read as a whole.
@@ -24,7 +32,7 @@ pub(super) fn parts(text: &str) -> Option<Vec<Part<'_>>> {
     }
     let mut parts = Vec::new();
     let mut list: Option<List<'_>> = None;
-    let mut keys = Vec::new();
+    let mut keys: Vec<&str> = Vec::new();
     let mut at = 0;
     for line in text.split_inclusive('\n') {
         let start = at;
@@ -43,20 +51,17 @@ pub(super) fn parts(text: &str) -> Option<Vec<Part<'_>>> {
         }
         // A key of the root map, which ends the list before it.
         let (key, value) = content.split_once(':')?;
-        if !key.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_') {
-            return None;
-        }
-        // Whoever reads the whole says which keys are given twice.
-        if keys.iter().any(|other: &&str| other.eq_ignore_ascii_case(key)) {
+        let is_name = key.chars().all(|letter| letter.is_ascii_alphanumeric() || letter == '_');
+        // Keys that are given twice are reported by the reader of the whole.
+        if !is_name || keys.iter().any(|other| other.eq_ignore_ascii_case(key)) {
             return None;
         }
         keys.push(key);
         parts.extend(list.as_mut().and_then(|list| list.take(text)));
-        list = None;
-        if value.split('#').next().unwrap_or_default().trim().is_empty() {
-            list = Some(List { key, start: at, end: at, lines: 0 });
-        } else {
-            parts.push(Part::Entry(line));
+        let has_value = !value.split('#').next().unwrap_or_default().trim().is_empty();
+        list = (!has_value).then_some(List { key, start: at, end: at, lines: 0 });
+        if has_value {
+            parts.push(Part { start, key: None, text: line });
         }
     }
     parts.extend(list.as_mut().and_then(|list| list.take(text)));
@@ -90,7 +95,7 @@ struct List<'text> {
     lines: usize,
 }
 
-impl List<'_> {
+impl<'text> List<'text> {
     fn extend(&mut self, start: usize, end: usize) {
         if self.lines == 0 {
             self.start = start;
@@ -98,14 +103,11 @@ impl List<'_> {
         self.end = end;
         self.lines += 1;
     }
-}
 
-impl<'text> List<'text> {
     fn take(&mut self, text: &'text str) -> Option<Part<'text>> {
-        let items = (self.lines > 0)
-            .then(|| Part::Items { key: self.key, items: &text[self.start..self.end] });
-        self.lines = 0;
-        items
+        let is_empty = std::mem::take(&mut self.lines) == 0;
+        let items = &text[self.start..self.end];
+        (!is_empty).then_some(Part { start: self.start, key: Some(self.key), text: items })
     }
 }
 
@@ -117,25 +119,23 @@ mod tests {
     fn a_generated_file_is_cut_between_lines() {
         let lines: String = (0..LINES + 1).map(|id| format!("- {{Id: {id}}}\n")).collect();
         let text = format!(
-            "# a comment\nAngleUnit: deg\nEdges: # here\n{lines}\nVertices:\n- {{Id: 1, P: [1, [2]]}}\n"
+            "# a comment\nAngleUnit: deg\nEdges: # here\n{lines}\nVertices:\n- {{Id: 1, P: [1, \
+             [2]]}}\n"
         );
         let parts = parts(&text).expect("parts");
-        assert_eq!(parts[0], Part::Entry("AngleUnit: deg\n"));
-        let [
-            Part::Items { key: "Edges", items: first },
-            Part::Items { key: "Edges", items: second },
-        ] = parts[1..3]
-        else {
-            panic!("{parts:?}");
-        };
+        let unit = text.find("AngleUnit").expect("a unit");
+        assert_eq!(parts[0], Part { start: unit, key: None, text: "AngleUnit: deg\n" });
+        for part in &parts {
+            assert_eq!(&text[part.start..][..part.text.len()], part.text);
+        }
+        let keys: Vec<_> = parts[1..].iter().map(|part| part.key).collect();
+        assert_eq!(keys, [Some("Edges"), Some("Edges"), Some("Vertices")]);
         assert_eq!(
-            (first.lines().count(), second.trim_end()),
+            (parts[1].text.lines().count(), parts[2].text.trim_end()),
             (LINES, format!("- {{Id: {LINES}}}").as_str())
         );
-        assert_eq!(
-            parts[3..],
-            [Part::Items { key: "Vertices", items: "- {Id: 1, P: [1, [2]]}\n" }]
-        );
+        assert_eq!(parts[3].text, "- {Id: 1, P: [1, [2]]}\n");
+        assert_eq!(parts.len(), 4);
     }
 
     #[test]

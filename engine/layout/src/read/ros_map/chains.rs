@@ -29,7 +29,7 @@ pub fn trace(cells: &[u32], space: &Space) -> Vec<Vec<u32>> {
                 .filter_map(|next| tracer.follow(node, next, |cell| nodes.contains(&cell))),
         );
     }
-    // What is left are loops without a junction.
+    // Loops without a junction are left.
     let mut seen: BTreeSet<u32> = chains.iter().flatten().copied().collect();
     for &start in cells {
         let next = tracer.neighbours(start).next();
@@ -113,19 +113,10 @@ impl Chains<'_> {
     pub fn prune(&mut self, robot_cells: f64) {
         for _ in 0..MAX_ROUNDS {
             let degrees = self.degrees();
-            let is_spur = |chain: &[u32]| {
-                let [a, b] = ends(chain);
-                let junction = match (degrees[&a], degrees[&b]) {
-                    (1, 3..) => b,
-                    (3.., 1) => a,
-                    _ => return false,
-                };
-                self.length(chain) < robot_cells.max(self.space.distance(junction))
-            };
             let before = self.chains.len();
-            let kept: Vec<_> =
-                self.chains.iter().filter(|chain| !is_spur(chain)).cloned().collect();
-            self.chains = kept;
+            let mut chains = std::mem::take(&mut self.chains);
+            chains.retain(|chain| !self.is_spur(chain, &degrees, robot_cells));
+            self.chains = chains;
             self.join_through();
             if self.chains.len() == before {
                 return;
@@ -133,11 +124,23 @@ impl Chains<'_> {
         }
     }
 
+    fn is_spur(&self, chain: &[u32], degrees: &BTreeMap<u32, u32>, robot_cells: f64) -> bool {
+        let [a, b] = ends(chain);
+        let junction = match (degrees[&a], degrees[&b]) {
+            (1, 3..) => b,
+            (3.., 1) => a,
+            _ => return false,
+        };
+        self.length(chain) < robot_cells.max(self.space.distance(junction))
+    }
+
     /// Joins the two chains at each node that has no others.
     fn join_through(&mut self) {
         let mut at: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
         for (index, chain) in self.chains.iter().enumerate() {
-            ends(chain).into_iter().for_each(|end| at.entry(end).or_default().push(index));
+            for end in ends(chain) {
+                at.entry(end).or_default().push(index);
+            }
         }
         let nodes: Vec<u32> =
             at.iter().filter(|(_, chains)| chains.len() == 2).map(|(&node, _)| node).collect();
@@ -156,11 +159,11 @@ impl Chains<'_> {
             }
             joined.extend(&rest[1..]);
             let far = ends(&rest)[1];
-            at.entry(far)
-                .or_default()
-                .iter_mut()
-                .filter(|index| **index == second)
-                .for_each(|index| *index = first);
+            for index in at.entry(far).or_default() {
+                if *index == second {
+                    *index = first;
+                }
+            }
             self.chains[first] = joined;
         }
         self.chains.retain(|chain| !chain.is_empty());
@@ -169,12 +172,10 @@ impl Chains<'_> {
     /// Makes one of junctions beside each other.
     pub fn merge_junctions(&mut self) {
         let degrees = self.degrees();
-        let is_link = |chain: &[u32]| {
+        let (links, mut others): (Vec<_>, Vec<_>) = self.chains.drain(..).partition(|chain| {
             let [a, b] = ends(chain);
             chain.len() <= SAME_JUNCTION && a != b && degrees[&a] > 2 && degrees[&b] > 2
-        };
-        let (links, mut others): (Vec<_>, Vec<_>) =
-            self.chains.drain(..).partition(|chain| is_link(chain));
+        });
         // A junction moves once at most, and not to one that moves.
         let mut moved: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
         let mut targets = BTreeSet::new();

@@ -1,14 +1,12 @@
 //! The cells of a map.
 
-use std::collections::BTreeMap;
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use glam::DVec2;
 use image::{DynamicImage, ImageReader, Limits};
-use serde::Deserialize;
-use serde::de::IgnoredAny;
+use regatta_base::yaml::{self, Content, Node};
 
-use crate::model::value::shorten;
 use crate::read::file::{Ignored, SyntaxError};
 
 /// The largest number of rows and of columns.
@@ -18,18 +16,15 @@ const MAX_SIDE: u32 = 8192;
 const MAX_PICTURE_BYTES: u64 = 1 << 30;
 
 /// The YAML of a map.
-#[derive(Debug, Deserialize)]
+#[derive(Debug)]
 pub struct MapFile {
     image: PathBuf,
     /// Metres per cell.
     resolution: f64,
     /// x and y of the bottom left corner in metres, and the map's rotation in radians.
     origin: Vec<f64>,
-    #[serde(default)]
-    negate: Negate,
-    #[serde(default = "default_occupied")]
+    negate: bool,
     occupied_thresh: f64,
-    #[serde(default = "default_free")]
     free_thresh: f64,
     mode: Option<String>,
 }
@@ -37,28 +32,6 @@ pub struct MapFile {
 /// The keys of a map that are used.
 const KEYS: [&str; 7] =
     ["image", "resolution", "origin", "negate", "occupied_thresh", "free_thresh", "mode"];
-
-fn default_occupied() -> f64 {
-    0.65
-}
-
-fn default_free() -> f64 {
-    0.25
-}
-
-/// 0 or 1, or a truth value.
-#[derive(Clone, Copy, Debug, Deserialize)]
-#[serde(untagged)]
-enum Negate {
-    Number(f64),
-    Truth(bool),
-}
-
-impl Default for Negate {
-    fn default() -> Self {
-        Self::Truth(false)
-    }
-}
 
 impl MapFile {
     /// Returns the path of the picture of a map in a folder.
@@ -71,17 +44,30 @@ impl MapFile {
     /// # Errors
     /// If keys are missing or values out of range.
     pub fn read(text: &str, ignored: &mut Ignored) -> Result<Self, SyntaxError> {
-        let map: Self = serde_yaml::from_str(text).map_err(|error| SyntaxError {
-            line: error.location().map_or(1, |location| location.line()),
-            message: format!("not a map of ROS: {error}"),
+        let map = Self::parse(text, ignored).map_err(|error| {
+            SyntaxError::new(error.line, format!("not a map of ROS: {}", error.reason))
         })?;
-        // Values aren't read: aliases may repeat a long one many times.
-        let keys: BTreeMap<String, IgnoredAny> = serde_yaml::from_str(text).unwrap_or_default();
-        for key in keys.keys().filter(|key| !KEYS.contains(&key.as_str())) {
-            ignored.add(0, format!("key `{}` of the map", shorten(key)));
-        }
-        map.check().map_err(|message| SyntaxError { line: 1, message })?;
+        map.check().map_err(|message| SyntaxError::new(1, message))?;
         Ok(map)
+    }
+
+    fn parse(text: &str, ignored: &mut Ignored) -> Result<Self, yaml::Error> {
+        let root = yaml::parse(text)?;
+        let fields = root.all_fields()?;
+        for (key, value) in fields.pairs().iter().filter(|(key, _)| !KEYS.contains(&key.as_ref())) {
+            ignored.add_key(value.offset as u32, key, "the map");
+        }
+        let origin = fields.required("origin")?.list()?;
+        let mode = fields.optional("mode", Node::text)?;
+        Ok(Self {
+            image: fields.required("image")?.text()?.as_ref().into(),
+            resolution: fields.required("resolution")?.number()?,
+            origin: origin.iter().map(Node::number).collect::<Result<_, _>>()?,
+            negate: fields.optional("negate", truth)?.unwrap_or(false),
+            occupied_thresh: fields.optional("occupied_thresh", Node::number)?.unwrap_or(0.65),
+            free_thresh: fields.optional("free_thresh", Node::number)?.unwrap_or(0.25),
+            mode: mode.map(Cow::into_owned),
+        })
     }
 
     fn check(&self) -> Result<(), String> {
@@ -114,11 +100,7 @@ impl MapFile {
                 percentage => self.state(percentage),
             };
         }
-        let negate = match self.negate {
-            Negate::Number(number) => number != 0.0,
-            Negate::Truth(truth) => truth,
-        };
-        let darkness = if negate { brightness } else { 255 - brightness };
+        let darkness = if self.negate { brightness } else { 255 - brightness };
         self.state(f64::from(darkness) / 255.0)
     }
 
@@ -130,6 +112,14 @@ impl MapFile {
         } else {
             Cell::Unknown
         }
+    }
+}
+
+/// Reads 0 or 1, or a truth value.
+fn truth(node: &Node<'_>) -> Result<bool, yaml::Error> {
+    match node.content {
+        Content::Bool(truth) => Ok(truth),
+        _ => node.number().map(|number| number != 0.0),
     }
 }
 
@@ -217,12 +207,11 @@ fn read_picture(path: &Path) -> Result<DynamicImage, String> {
 fn brightness(picture: &DynamicImage) -> Vec<Option<u8>> {
     match picture {
         DynamicImage::ImageLuma8(grey) => grey.pixels().map(|pixel| Some(pixel.0[0])).collect(),
-        other => {
-            let mean = |[red, green, blue, alpha]: [u8; 4]| {
-                let sum = u16::from(red) + u16::from(green) + u16::from(blue);
-                (alpha != 0).then_some((sum / 3) as u8)
-            };
-            other.to_rgba8().pixels().map(|pixel| mean(pixel.0)).collect()
-        }
+        other => other.to_rgba8().pixels().map(|pixel| mean(pixel.0)).collect(),
     }
+}
+
+fn mean([red, green, blue, alpha]: [u8; 4]) -> Option<u8> {
+    let sum = u16::from(red) + u16::from(green) + u16::from(blue);
+    (alpha != 0).then_some((sum / 3) as u8)
 }

@@ -201,15 +201,21 @@ fn broken_maps_are_refused() {
     }
 }
 
-#[test]
-fn values_of_unknown_keys_are_not_read() {
-    let mut text =
-        "image: map.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n1: 2\na0: &a0 [x, x, x, x, x, x, x, x, x, x]\n"
-            .to_owned();
-    for level in 1..10 {
+/// A map with an unknown key `1`, and `levels` unknown lists `a0`, `a1` …, each of ten aliases of
+/// the one before.
+fn map_with_aliases(levels: usize) -> String {
+    let mut text = "image: map.pgm\nresolution: 0.05\norigin: [0, 0, 0]\n1: 2\n".to_owned();
+    text += "a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n";
+    for level in 1..levels {
         let aliases = vec![format!("*a{}", level - 1); 10].join(", ");
         text += &format!("a{level}: &a{level} [{aliases}]\n");
     }
+    text
+}
+
+#[test]
+fn unknown_keys_are_reported() {
+    let text = map_with_aliases(4);
     let mut ignored = Ignored::default();
     MapFile::read(&text, &mut ignored).expect("a map");
     let mut report = Report::new("map.yaml", &text);
@@ -217,9 +223,17 @@ fn values_of_unknown_keys_are_not_read() {
     let messages: String =
         report.into_findings().as_slice().iter().map(|finding| format!("{finding}\n")).collect();
     assert!(
-        messages.contains("key `1` of the map: not used") && messages.lines().count() == 11,
+        messages.contains("key `1` of the map: not used") && messages.lines().count() == 5,
         "{messages}"
     );
+}
+
+#[test]
+fn aliases_that_grow_too_large_are_refused() {
+    let error = MapFile::read(&map_with_aliases(10), &mut Ignored::default())
+        .err()
+        .expect("a text of billions of entries");
+    assert!(error.message.contains("aliases included"), "{}", error.message);
 }
 
 proptest! {

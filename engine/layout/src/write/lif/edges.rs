@@ -1,17 +1,15 @@
-//! Edges, and those that stand for their reverse gear.
+//! The edges of the file: one for each edge of the graph, and one for each reverse gear.
 
-use std::f64::consts::PI;
+use std::collections::BTreeSet;
 
 use glam::DVec2;
-use regatta_base::bezier::CubicBezier;
 use regatta_base::graph::{NodeIndex, Rotation};
 use serde_json::{Value, json};
 
 use super::properties::{Kind, Properties};
-use super::{Object, Writer, for_each_type, level, point};
-use crate::model::angle::normalize_angle;
+use super::{Object, Writer, for_each_type, is_straight, level, point};
 use crate::model::path::Path;
-use crate::model::route_graph::Edge;
+use crate::model::route_graph::{Edge, RouteGraph};
 use crate::model::tags::Orientation;
 
 /// The distance in metres within which control points are those of a straight segment.
@@ -53,11 +51,14 @@ impl<'a> Writer<'a> {
                 ends: [edge.destination, edge.origin],
                 path: &edge.path.reversed(),
                 speed,
-                orientation: reversed(edge.orientation),
+                orientation: edge.orientation.reversed(),
                 rotation: [edge.rotation[1], edge.rotation[0]],
             };
             self.edge(edge, &directed);
-            self.losses.add("edges can be driven in reverse gear: written as further edges, which are read as such");
+            self.losses.add(
+                "edges can be driven in reverse gear: written as further edges, which are read as \
+                 such",
+            );
         }
     }
 
@@ -84,8 +85,10 @@ impl<'a> Writer<'a> {
     fn count_level(&mut self, edge: &Edge) {
         let own = edge.tags.as_ref().and_then(|tags| tags.level.as_deref());
         if own.is_some() && own != level(self.graph.node(edge.origin)) {
-            self.losses
-                .add("edges are on another level than the node where they start: written on the level of that node");
+            self.losses.add(
+                "edges are on another level than the node where they start: written on the level \
+                 of that node",
+            );
         }
     }
 }
@@ -129,7 +132,7 @@ fn shared(directed: &Directed<'_>, origin: DVec2, properties: &mut Properties<'_
     object
 }
 
-/// Returns LIF's name for a way to turn; `None` if LIF's default says it.
+/// Returns LIF's name of a rotation; `None` for LIF's default.
 fn rotation_name(rotation: Rotation) -> Option<&'static str> {
     match rotation {
         Rotation::Shorter => None,
@@ -139,20 +142,10 @@ fn rotation_name(rotation: Rotation) -> Option<&'static str> {
     }
 }
 
-/// Returns the orientation at which a robot has the same heading, although the tangent is the
-/// opposite.
-fn reversed(orientation: Orientation) -> Orientation {
-    match orientation {
-        Orientation::Tangential => Orientation::Offset(PI),
-        Orientation::Offset(angle) => Orientation::Offset(normalize_angle(angle + PI)),
-        Orientation::Fixed(heading) => Orientation::Fixed(heading),
-    }
-}
-
 /// Returns a NURBS curve of degree 3 with an inner knot of multiplicity 3 at each joint; of degree
 /// 1 for a straight segment.
 fn trajectory(path: &Path, origin: DVec2) -> Value {
-    if path.single().is_some_and(is_straight) {
+    if path.single().is_some_and(|cubic| is_straight(cubic, STRAIGHT)) {
         let points = [path.start(), path.end()].map(|position| point(origin + position));
         return json!({"degree": 1, "knotVector": [0.0, 0.0, 1.0, 1.0], "controlPoints": points});
     }
@@ -165,8 +158,61 @@ fn trajectory(path: &Path, origin: DVec2) -> Value {
     json!({"degree": 3, "knotVector": knots, "controlPoints": points})
 }
 
-fn is_straight(cubic: &CubicBezier) -> bool {
-    let [start, .., end] = cubic.control_points;
-    let even = CubicBezier::straight(start, end).control_points;
-    cubic.control_points.iter().zip(even).all(|(point, even)| point.distance(even) <= STRAIGHT)
+/// The ids of a file.
+pub(super) struct Names {
+    pub nodes: List,
+    pub edges: List,
+    /// All ids of edges, those of reverse gear included.
+    used: BTreeSet<String>,
+    /// A number above the ids of all edges.
+    next: u64,
+}
+
+/// The ids of the nodes or of the edges.
+pub(super) struct List {
+    pub ids: Vec<String>,
+    /// Whether they are names; otherwise they are numbers.
+    pub are_names: bool,
+}
+
+impl Names {
+    /// Names nodes by their names if each has one of its own: those are the ids of the file that it
+    /// was read from.
+    pub fn new(graph: &RouteGraph) -> Self {
+        let nodes = List::new(graph.nodes().iter().map(|node| (node.id, node.name())));
+        let edges = List::new(graph.edges().iter().map(|edge| (edge.id, edge.name())));
+        let used = edges.ids.iter().cloned().collect();
+        let next = graph.edges().iter().map(|edge| u64::from(edge.id) + 1).max().unwrap_or(1);
+        Self { nodes, edges, used, next }
+    }
+
+    /// Returns an id for the reverse gear of an edge; a number, if all other ids are numbers.
+    pub fn reverse(&mut self, index: usize) -> String {
+        let id = if self.edges.are_names {
+            let mut id = format!("{}-reverse", self.edges.ids[index]);
+            while self.used.contains(&id) {
+                id.push('_');
+            }
+            id
+        } else {
+            self.next += 1;
+            (self.next - 1).to_string()
+        };
+        self.used.insert(id.clone());
+        id
+    }
+}
+
+impl List {
+    fn new<'n>(items: impl Iterator<Item = (u32, Option<&'n str>)> + Clone) -> Self {
+        let mut used = BTreeSet::new();
+        let are_names = items
+            .clone()
+            .all(|(_, name)| name.is_some_and(|name| !name.is_empty() && used.insert(name)));
+        let ids = items.map(|(number, name)| match name {
+            Some(name) if are_names => name.to_owned(),
+            _ => number.to_string(),
+        });
+        Self { ids: ids.collect(), are_names }
+    }
 }

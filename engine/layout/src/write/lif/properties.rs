@@ -1,5 +1,5 @@
-//! Properties that were read from a LIF file, or that are called as its keys, on their way into
-//! another.
+//! The properties of nodes, edges and stations that LIF has keys for, such as those of a LIF file
+//! that was read.
 
 use std::collections::BTreeMap;
 
@@ -9,7 +9,7 @@ use serde_json::{Value, json};
 use super::{Losses, Object};
 use crate::model::tags::Tags;
 
-/// The vehicle type of nodes and edges that say none.
+/// The vehicle type of nodes and edges without one.
 const VEHICLE_TYPE: &str = "robot";
 
 /// The largest number of vehicle types of a node or an edge: each gets a copy of the properties.
@@ -27,7 +27,7 @@ pub(super) enum Kind {
     LoadRestriction,
 }
 
-/// What hasn't been written yet.
+/// The properties that aren't written yet.
 pub(super) struct Properties<'a> {
     rest: BTreeMap<&'a str, &'a str>,
     zone: Option<&'a str>,
@@ -100,7 +100,7 @@ impl<'a> Properties<'a> {
             self.get("vehicleTypeId").into_iter().flat_map(|types| types.split(", ")).collect();
         types.sort_unstable();
         types.dedup();
-        // Else it counts as lost.
+        // Otherwise it counts as lost.
         if types.len() <= MAX_TYPES {
             self.rest.remove("vehicleTypeId");
         }
@@ -128,7 +128,7 @@ impl<'a> Properties<'a> {
         }
     }
 
-    /// Counts what is left; `kind` is a plural.
+    /// Counts the properties that aren't written as lost; `kind` is a plural.
     pub fn count_losses(self, kind: &str, losses: &mut Losses) {
         for key in self.rest.into_keys() {
             losses.add(format!("{kind} have a property `{key}` that isn't valid in LIF"));
@@ -140,11 +140,11 @@ impl<'a> Properties<'a> {
 }
 
 fn value(text: &str, kind: Kind) -> Option<Value> {
-    let number = || text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
+    let number = text.trim().parse::<f64>().ok().filter(|number| number.is_finite());
     match kind {
         Kind::Text => Some(text.into()),
-        Kind::Number => number().map(Value::from),
-        Kind::NotNegative => number().filter(|number| *number >= 0.0).map(Value::from),
+        Kind::Number => number.map(Value::from),
+        Kind::NotNegative => number.filter(|number| *number >= 0.0).map(Value::from),
         Kind::Boolean => text.trim().to_ascii_lowercase().parse::<bool>().ok().map(Value::from),
         Kind::Rotation => ["NONE", "CCW", "CW", "BOTH"].contains(&text).then(|| text.into()),
         Kind::LoadRestriction => Some(json!(serde_json::from_str::<LoadRestriction>(text).ok()?)),

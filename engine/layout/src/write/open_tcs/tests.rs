@@ -104,8 +104,8 @@ fn the_structure_is_that_of_the_schema() {
     assert_eq!(
         losses,
         [
-            "1 stations have no position: they are drawn at their first node",
-            "1 background lines: this format has none"
+            "1 background lines: this format has none",
+            "1 stations have no position: they are drawn at their first node"
         ]
     );
 }

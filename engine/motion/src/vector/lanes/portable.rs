@@ -1,7 +1,6 @@
 //! Four lanes in plain Rust, which the compiler vectorises: the baseline of machines with neither
 //! SSE2 nor NEON.
 
-use super::ops::ops;
 use crate::piece::Piece;
 
 /// Number of lanes: rows at a time.

@@ -2,7 +2,6 @@
 
 use std::arch::x86_64::*;
 
-use super::ops::ops;
 use crate::piece::Piece;
 
 /// Number of lanes: rows at a time.

@@ -1,10 +1,10 @@
 use super::*;
 use crate::load::Load;
 use crate::places::{Place, Places};
-use regatta_plugin::world::NodeRole;
+use regatta_plugin::world::Role;
 
 fn places() -> Places {
-    let roles = [NodeRole::Pick, NodeRole::Pick, NodeRole::Drop, NodeRole::None];
+    let roles = [Role::Pick, Role::Pick, Role::Drop, Role::None];
     let zone = |id| if id < 2 { "south" } else { "north" }.to_owned();
     let place =
         |(id, role)| Place { id, role, zone: zone(id), name: format!("N{id}"), ..Place::default() };

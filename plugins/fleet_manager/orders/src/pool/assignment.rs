@@ -3,7 +3,7 @@
 use super::{Candidate, Change, Order, OrderId, OrderPool, State};
 use crate::assign::{OpenOrder, Problem, allowed};
 
-/// The seconds of driving that priority, age and a near deadline are worth.
+/// The weights of priority, age and a near deadline, in seconds of driving.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Urgency {
     /// Of each step of priority.
@@ -34,7 +34,7 @@ pub struct Assignments {
 }
 
 impl OrderPool {
-    /// Sets what makes orders urgent.
+    /// Sets the weights of urgency.
     pub fn set_urgency(&mut self, urgency: Urgency) {
         self.urgency = urgency;
     }
@@ -73,20 +73,19 @@ impl OrderPool {
 
     /// Returns the robots without an order, and those that may get another one, by id.
     fn candidates(&self, available: &[Candidate], is_reassignment: bool) -> Vec<Candidate> {
-        let may_get = |candidate: &&Candidate| match self
-            .order_of(candidate.robot)
-            .and_then(|id| self.order(id))
-        {
-            None => true,
-            // An order for this robot alone stays with it.
-            Some(order) if order.content.intended_robot.is_some() => false,
-            Some(order) => {
-                is_reassignment
-                    && !order.is_bound()
-                    && order.state == State::Travelling(candidate.robot)
+        let mut robots = available.to_vec();
+        robots.retain(|candidate| {
+            match self.order_of(candidate.robot).and_then(|id| self.order(id)) {
+                None => true,
+                // An order for this robot alone stays with it.
+                Some(order) if order.content.intended_robot.is_some() => false,
+                Some(order) => {
+                    is_reassignment
+                        && !order.is_bound()
+                        && order.state == State::Travelling(candidate.robot)
+                }
             }
-        };
-        let mut robots: Vec<_> = available.iter().filter(may_get).copied().collect();
+        });
         robots.sort_by_key(|candidate| candidate.robot);
         robots.dedup_by_key(|candidate| candidate.robot);
         robots
@@ -98,18 +97,22 @@ impl OrderPool {
         let mut orders: Vec<_> = self.waiting.iter().copied().chain(theirs).collect();
         orders.sort_unstable();
         let orders = orders.iter().filter_map(|id| self.open.get(id));
-        let is_for_any = |order: &&Order| order.content.intended_robot.is_none();
-        orders.filter(is_for_any).map(|order| self.open_order(order, now_secs)).collect()
+        orders
+            .filter(|order| order.content.intended_robot.is_none())
+            .map(|order| self.open_order(order, now_secs))
+            .collect()
     }
 
     fn open_order(&self, order: &Order, now_secs: f64) -> OpenOrder {
         let node = order.content.stops[0].node;
         let urgency = &self.urgency;
-        let nearness =
-            |deadline: f64| (urgency.before_deadline_secs - (deadline - now_secs)).max(0.0);
+        let nearness = match order.content.deadline_secs {
+            Some(deadline) => (urgency.before_deadline_secs - (deadline - now_secs)).max(0.0),
+            None => 0.0,
+        };
         let urgency_secs = f64::from(order.content.priority) * urgency.priority_secs
             + (now_secs - order.ready_secs()).max(0.0) * urgency.age
-            + order.content.deadline_secs.map_or(0.0, nearness);
+            + nearness;
         let position = self.places.place(node).position;
         OpenOrder { id: order.id, node, position, urgency_secs, robot: order.state.robot() }
     }

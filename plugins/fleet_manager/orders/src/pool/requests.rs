@@ -4,8 +4,8 @@ use super::{Change, NewOrder, OrderId, OrderPool, Request, Stop, Threads, Withdr
 use crate::order::{Action, OrderName, State};
 
 impl OrderPool {
-    /// Takes what has come over the web API since the last call. Returns the robots whose orders
-    /// were withdrawn, and which are free now.
+    /// Takes the requests of the web API since the last call. Returns the robots whose orders were
+    /// withdrawn: they are free now.
     pub fn take_requests(&mut self, now_secs: f64) -> Vec<u32> {
         let mut free = Vec::new();
         for request in self.threads.as_mut().map(Threads::requests).unwrap_or_default() {
@@ -51,7 +51,7 @@ impl OrderPool {
         Ok(robot)
     }
 
-    /// Sends a robot to a node, in place of what it was sent for before. An order that it hasn't
+    /// Sends a robot to a node, in place of an earlier request. An order that it hasn't
     /// begun is taken from it; one that it has begun is finished first. `run_id` is that of the
     /// world. Returns the new order, and whether the robot is free for it now.
     pub fn send(&mut self, robot: u32, node: u32, run_id: u64, now_secs: f64) -> (OrderId, bool) {
@@ -72,16 +72,14 @@ impl OrderPool {
         (id, is_free)
     }
 
-    /// Takes back what a robot was sent for. Returns whether it was sent anywhere.
+    /// Cancels the orders by which a robot was sent somewhere. Returns whether there were any.
     pub fn recall(&mut self, robot: u32, now_secs: f64) -> bool {
-        let is_sent = |(other, id): &&(u32, OrderId)| {
-            *other == robot
-                && self.open.get(id).is_some_and(|order| order.content.name.is_of_request())
-        };
-        let sent: Vec<OrderId> = self.intended.iter().filter(is_sent).map(|(_, id)| *id).collect();
-        for id in &sent {
-            let holder = self.open.get(id).and_then(|order| order.state.robot());
-            let change = Change::Cancelled { robot: holder, reason: "recalled".to_owned() };
+        let theirs = self.intended.range((robot, OrderId(0))..=(robot, OrderId(u64::MAX)));
+        let orders = theirs.filter_map(|(_, id)| self.open.get(id));
+        let sent = orders.filter(|order| order.content.name.is_of_request());
+        let sent: Vec<_> = sent.map(|order| (order.id, order.state.robot())).collect();
+        for (id, robot) in &sent {
+            let change = Change::Cancelled { robot: *robot, reason: "recalled".to_owned() };
             self.close(*id, State::Cancelled, now_secs, change);
         }
         !sent.is_empty()

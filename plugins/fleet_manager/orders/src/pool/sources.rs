@@ -1,12 +1,13 @@
 //! The sources of orders: files, generators, and the store after a restart.
 
+use regatta_base::yaml;
+
 use super::{Change, Generator, HistoryEntry, NewOrder, Order, OrderId, OrderPool, State};
 use crate::draft::DraftError;
 use crate::file::TimedDraft;
 use crate::load::Load;
-use crate::order::{NameError, OrderName};
+use crate::order::OrderName;
 use crate::store::Known;
-use crate::yaml::InputError;
 
 /// The largest number of unroutable orders that an endless load replaces, for each robot.
 const MOST_LOST: usize = 10;
@@ -15,8 +16,8 @@ impl OrderPool {
     /// Adds the orders of a file. Those without a name get one of their line.
     ///
     /// # Errors
-    /// [`InputError`] if an order is wrong, or two have the same name.
-    pub fn add_orders(&mut self, orders: &[TimedDraft]) -> Result<(), InputError> {
+    /// [`yaml::Error`] if an order is wrong, or two have the same name.
+    pub fn add_orders(&mut self, orders: &[TimedDraft]) -> Result<(), yaml::Error> {
         self.add_new_orders(orders, &Known::default())
     }
 
@@ -25,14 +26,15 @@ impl OrderPool {
         &mut self,
         orders: &[TimedDraft],
         known: &Known,
-    ) -> Result<(), InputError> {
+    ) -> Result<(), yaml::Error> {
         let mut names = std::collections::BTreeSet::new();
         for TimedDraft { line, secs, draft } in orders {
-            let error = |reason: String| InputError { line: *line, reason };
-            let order =
-                self.file_order(*line, draft).map_err(|reason| error(reason.to_string()))?;
+            let order = self
+                .file_order(*line, draft)
+                .map_err(|error| yaml::Error { line: *line, reason: error.to_string() })?;
             if !names.insert(order.name.clone()) {
-                return Err(error(format!("there are two orders `{}`", order.name)));
+                let reason = format!("there are two orders `{}`", order.name);
+                return Err(yaml::Error { line: *line, reason });
             }
             if !known.names.contains(order.name.as_str()) {
                 self.timetable.push((*secs, order));
@@ -47,7 +49,7 @@ impl OrderPool {
     fn file_order(&self, line: usize, draft: &crate::OrderDraft) -> Result<NewOrder, DraftError> {
         let mut draft = draft.clone();
         let name = draft.name.take().unwrap_or_else(|| format!("line-{line}"));
-        let name = OrderName::parse(&name).map_err(|error: NameError| DraftError::Name(error))?;
+        let name = OrderName::parse(&name)?;
         draft.check(&self.places, || name)
     }
 
@@ -76,14 +78,14 @@ impl OrderPool {
             arrivals.extend(self.timetable.pop().map(|(secs, order)| (secs, None, order)));
         }
         for (index, generator) in self.generators.iter_mut().enumerate() {
-            // Orders that can't be carried out now don't keep robots busy; but they must not become
-            // ever more.
-            let is_lost = |id| {
-                self.open.get(id).is_some_and(|order: &Order| order.state == State::Unroutable)
-            };
-            let made = || self.made_by.iter().filter(|(_, maker)| **maker == index);
-            let lost = made().filter(|(id, _)| is_lost(*id)).count();
-            let mut open = made().count() - lost.min(MOST_LOST * robots);
+            // Unroutable orders don't keep robots busy, but their number is bounded.
+            let (mut open, mut lost) = (0, 0);
+            for (id, _) in self.made_by.iter().filter(|(_, maker)| **maker == index) {
+                open += 1;
+                let order = self.open.get(id);
+                lost += usize::from(order.is_some_and(|order| order.state == State::Unroutable));
+            }
+            open -= lost.min(MOST_LOST * robots);
             while let Some((secs, order)) = generator.next(now_secs, robots, open) {
                 arrivals.push((secs, Some(index), order));
                 open += 1;

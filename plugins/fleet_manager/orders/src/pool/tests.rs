@@ -1,5 +1,5 @@
 use proptest::prelude::*;
-use regatta_plugin::world::NodeRole;
+use regatta_plugin::world::Role;
 
 use super::*;
 use crate::file::parse_yaml;
@@ -7,7 +7,7 @@ use crate::load::Load;
 use crate::places::Place;
 
 fn places() -> Arc<Places> {
-    let role = |id| if id < 5 { NodeRole::Pick } else { NodeRole::Drop };
+    let role = |id| if id < 5 { Role::Pick } else { Role::Drop };
     let place = |id| Place { id, role: role(id), position: [id as f32, 0.0], ..Place::default() };
     Arc::new(Places::new((0..10).map(place).collect()))
 }

@@ -13,14 +13,14 @@ use rusqlite::{ErrorCode, Transaction, params};
 use super::{OrderStore, stop_rows};
 use crate::order::{NewOrder, Order, OrderName};
 use crate::places::Places;
-use crate::requests::Reply;
+use crate::threads::Reply;
 
 /// The largest number of jobs in a commit.
 const MAX_JOBS: usize = 4_096;
 /// The delay after a commit failed: the disk may have room again.
 const RETRY_DELAY: Duration = Duration::from_secs(1);
 
-/// Something to write.
+/// A job of the writer.
 pub(crate) enum Job {
     /// New orders: all, or none.
     Insert { orders: Vec<NewOrder>, created_secs: f64, done: Reply<Result<(), InsertError>> },
@@ -39,7 +39,7 @@ pub(crate) enum InsertError {
     Write(String),
 }
 
-/// The thread. Dropping it waits until everything is written that can be.
+/// The handle of the thread. Dropping it waits until all jobs are done or have failed.
 pub(crate) struct Writer {
     jobs: Option<Sender<Job>>,
     unsaved: Arc<AtomicUsize>,
@@ -178,7 +178,7 @@ impl Thread {
         let path = self.store.path.display();
         match error {
             Some(error) if !self.has_failed => tell!(
-                "fleet-manager: can't write to {path} ({}); what is acknowledged is kept, new orders are refused",
+                "fleet-manager: can't write to {path} ({}); acknowledged orders are kept, new ones are refused",
                 cause(error)
             ),
             None if self.has_failed => tell!("fleet-manager: writing to {path} works again"),
@@ -191,7 +191,9 @@ impl Thread {
 fn answer(insertions: Vec<Insertion>, result: rusqlite::Result<Vec<Result<(), InsertError>>>) {
     match result {
         Ok(results) => {
-            insertions.into_iter().zip(results).for_each(|((_, _, done), result)| done(result))
+            for ((_, _, done), result) in insertions.into_iter().zip(results) {
+                done(result);
+            }
         }
         Err(error) => {
             let error = InsertError::Write(cause(&error));

@@ -22,8 +22,8 @@ use utoipa::ToSchema;
 use super::board::{Board, Refusal};
 use crate::draft::{DraftError, OrderDraft};
 use crate::order::{NewOrder, OrderName};
-use crate::requests::{Reply, Request};
 use crate::store::{Archive, InsertError, Job, StoreError};
+use crate::threads::{Reply, Request};
 use crate::view::TransportOrder;
 
 /// The longest time for the body of a request.
@@ -42,7 +42,7 @@ pub(super) struct Api {
 }
 
 impl Api {
-    /// Does something that may take long, on a thread of its own.
+    /// Runs work that may take long on a thread of its own.
     pub(super) async fn blocking<T: Send + 'static>(
         &self,
         work: impl FnOnce(&Board, Option<&Archive>) -> Result<T, StoreError> + Send + 'static,
@@ -114,13 +114,12 @@ pub(super) async fn guard(
 
 fn has_token(headers: &HeaderMap, token: &str) -> bool {
     let value = headers.get(AUTHORIZATION).map_or(&[][..], |value| value.as_bytes());
-    // The time must not tell how much of it is right.
+    // The duration must not depend on the number of right bytes.
     value.strip_prefix(b"Bearer ").unwrap_or(b"").ct_eq(token.as_bytes()).into()
 }
 
 fn is_foreign(headers: &HeaderMap) -> bool {
-    let text = |name| headers.get(name).and_then(|value| value.to_str().ok());
-    let host = text(HOST).unwrap_or("localhost");
+    let host = headers.get(HOST).and_then(|value| value.to_str().ok()).unwrap_or("localhost");
     let name = host.rsplit_once(':').map_or(host, |(name, _)| name);
     let is_local =
         name == "localhost" || name.trim_matches(['[', ']']).parse::<std::net::IpAddr>().is_ok();
@@ -150,8 +149,10 @@ pub(super) fn unknown_order(name: &str) -> Failure {
 /// Reads a body whose route has this limit.
 pub(super) async fn read(request: HttpRequest, limit: usize) -> Result<Bytes, Failure> {
     let body = timeout(BODY_TIMEOUT, Bytes::from_request(request, &())).await;
-    let slow = |_| Failure(StatusCode::REQUEST_TIMEOUT, "the body took too long".to_owned());
-    body.map_err(slow)?.map_err(|rejection| match rejection.status() {
+    let Ok(body) = body else {
+        return Err(Failure(StatusCode::REQUEST_TIMEOUT, "the body took too long".to_owned()));
+    };
+    body.map_err(|rejection| match rejection.status() {
         status @ StatusCode::PAYLOAD_TOO_LARGE => {
             Failure(status, format!("the body has more than {limit} bytes"))
         }
@@ -181,7 +182,7 @@ pub(super) async fn keep(api: &Api, orders: Vec<NewOrder>) -> Result<Vec<Transpo
     let created_secs = shown.first().map_or(0.0, |order| order.created_secs);
     let (sender, receiver) = oneshot::channel();
     let (board, requests, new) = (api.board.clone(), api.requests.clone(), orders.clone());
-    // It runs even if the client has gone: what is kept must come to the pool.
+    // It runs even if the client has gone: stored orders must come to the pool.
     let done: Reply<Result<(), InsertError>> = Box::new(move |result| {
         match &result {
             Ok(()) => drop(requests.send(Request::Post { orders: new, created_secs })),

@@ -1,4 +1,4 @@
-//! All orders and vehicles, as the web API shows them. It follows what the pool publishes.
+//! The board: all orders and vehicles as the web API shows them. It follows the pool's updates.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::ops::Bound::{Excluded, Unbounded};
@@ -14,13 +14,13 @@ use tokio::sync::mpsc::UnboundedReceiver;
 use crate::figures::Figures;
 use crate::order::{NewOrder, Order, OrderId, OrderName, State};
 use crate::places::Places;
-use crate::requests::{ABSENT, Update, Vehicle};
 use crate::store::Page;
+use crate::threads::{ABSENT, Update, Vehicle};
 use crate::view::{TransportOrder, VehicleView};
 
 /// The largest number of orders that are over and still shown; older ones are in the store.
 const MAX_CLOSED: usize = 100_000;
-/// The largest number of open orders: there is an end to memory.
+/// The largest number of open orders, which bounds the memory.
 const MAX_OPEN: usize = 1_000_000;
 /// The largest number of events that a reader may be behind.
 const MAX_BEHIND: usize = 4_096;
@@ -138,7 +138,7 @@ impl Board {
         Ok(shown)
     }
 
-    /// Takes back what [`reserve`](Self::reserve) has shown.
+    /// Removes orders that [`reserve`](Self::reserve) has shown.
     pub(super) fn release(&self, orders: &[NewOrder]) {
         let mut content = self.content.lock();
         for order in orders {
@@ -152,16 +152,16 @@ impl Board {
     }
 
     pub(super) fn orders(&self, page: &Page) -> Vec<TransportOrder> {
-        let is_asked_for = |order: &&Arc<Order>| match page.state.as_deref() {
-            None => true,
-            Some("open") => !order.state.is_final(),
-            Some(state) => order.state.name() == state,
-        };
         let orders: Vec<_> = {
             let content = self.content.lock();
             let start = page.after.as_ref().map_or(Unbounded, Excluded);
             let orders = content.orders.range((start, Unbounded)).map(|(_, order)| order);
-            orders.filter(is_asked_for).take(page.limit).cloned().collect()
+            let requested = orders.filter(|order| match page.state.as_deref() {
+                None => true,
+                Some("open") => !order.state.is_final(),
+                Some(state) => order.state.name() == state,
+            });
+            requested.take(page.limit).cloned().collect()
         };
         orders.iter().map(|order| TransportOrder::new(order, &self.places)).collect()
     }
@@ -185,7 +185,7 @@ impl Board {
 }
 
 impl Content {
-    /// Shows vehicles. Returns those of which there is more to tell than that they have moved on.
+    /// Shows vehicles. Returns those of which more has changed than the position.
     fn show_vehicles(&mut self, vehicles: Vec<Vehicle>) -> Vec<Vehicle> {
         let mut changed = Vec::new();
         for vehicle in vehicles {
@@ -193,9 +193,8 @@ impl Content {
                 ABSENT => self.vehicles.remove(&vehicle.robot),
                 _ => self.vehicles.insert(vehicle.robot, vehicle.clone()),
             };
-            let has_moved_on =
-                |old: Vehicle| Vehicle { position: vehicle.position, ..old } == vehicle;
-            if !old.is_some_and(has_moved_on) {
+            let old = old.map(|old| Vehicle { position: vehicle.position, ..old });
+            if old.as_ref() != Some(&vehicle) {
                 changed.push(vehicle);
             }
         }

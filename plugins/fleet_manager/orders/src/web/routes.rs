@@ -30,8 +30,8 @@ use super::api::{
 };
 use crate::draft::OrderDraft;
 use crate::order::{OrderName, State as OrderState};
-use crate::requests::{Request, WithdrawError};
 use crate::store::Page;
+use crate::threads::{Request, WithdrawError};
 use crate::view::{TransportOrder, VehicleView};
 
 /// The largest body of one order, in bytes.
@@ -94,10 +94,15 @@ pub(super) fn router(api: Arc<Api>) -> Router {
             )
         })
         .layer(from_fn_with_state(api.clone(), guard));
-    let openapi = || async { Json(Document::openapi()) };
-    let page =
-        || async { ([(CONTENT_TYPE, "text/html; charset=utf-8")], include_str!("page.html")) };
     guarded.route("/openapi.json", get(openapi)).route("/", get(page)).with_state(api)
+}
+
+async fn openapi() -> Json<utoipa::openapi::OpenApi> {
+    Json(Document::openapi())
+}
+
+async fn page() -> impl IntoResponse {
+    ([(CONTENT_TYPE, "text/html; charset=utf-8")], include_str!("page.html"))
 }
 
 type PathName = Result<Path<String>, PathRejection>;
@@ -118,8 +123,10 @@ struct PageQuery {
 impl PageQuery {
     fn page(self) -> Result<Page, String> {
         let Self { state, limit, after } = self;
-        let is_known = |state: &&str| *state == "open" || OrderState::NAMES.contains(state);
-        if let Some(state) = state.as_deref().filter(|state| !is_known(state)) {
+        if let Some(state) = state.as_deref()
+            && state != "open"
+            && !OrderState::NAMES.contains(&state)
+        {
             return Err(format!(
                 "unknown state `{}`; there are open, {}",
                 state.escape_debug(),
@@ -149,7 +156,7 @@ async fn orders(
     let page = query.page().map_err(|reason| Failure(StatusCode::BAD_REQUEST, reason))?;
     // Answers may be large, and so they are made on another thread than the server's.
     let text = api.blocking(move |board, archive| {
-        // The store first: an order that is forgotten in between is in one of both.
+        // The store first: an order that the board drops in between is in one of both.
         let stored = archive
             .map_or(Ok(Vec::new()), |archive| archive.page(&page, |name| board.has(name)))?;
         let shown: BTreeMap<_, _> = stored
@@ -284,7 +291,7 @@ async fn withdraw(
     };
     match answer.map_err(|_| unavailable(ENDS))? {
         Ok(()) => Ok(Json(json!({"state": "cancelled"})).into_response()),
-        // The order is known, and so it is over and forgotten.
+        // The order is known, and so it is closed and no longer in memory.
         Err(WithdrawError::Unknown) => {
             Err(Failure(StatusCode::CONFLICT, WithdrawError::Over.to_string()))
         }

@@ -1,8 +1,8 @@
 //! Executes a solution: robots drive in its order, however long each takes.
 //!
 //! Of two moves that touch the same roads, the later one is commanded only when the earlier robot
-//! has been granted all of its own. So each waits only for robots that drive already, and nothing
-//! can come to a standstill.
+//! has been granted all of its own. So each waits only for robots that drive already, and no
+//! standstill can follow.
 
 use std::collections::BTreeMap;
 
@@ -50,13 +50,11 @@ pub struct Course {
 impl Course {
     /// Begins to execute hops of a region's members.
     pub fn new(traffic: &Traffic<'_>, region: &Region, hops: &[Hop]) -> Self {
-        let led = |&robot: &u32| Led {
-            robot,
-            moves: Vec::new(),
-            granted: 0,
-            extent: extent(traffic, robot),
-        };
-        let mut led: Vec<Led> = region.members.iter().map(led).collect();
+        let mut led = Vec::with_capacity(region.members.len());
+        for &robot in &region.members {
+            let extent = extent(traffic, robot);
+            led.push(Led { robot, moves: Vec::new(), granted: 0, extent });
+        }
         // By track: the moves that it is near to, and their agents.
         let mut near_moves: BTreeMap<u32, Vec<(u32, u16)>> = BTreeMap::new();
         let (mut moves, mut at) = (Vec::new(), region.starts.clone());
@@ -72,9 +70,10 @@ impl Course {
                 before.filter(|(_, agent)| *agent != hop.agent).map(|(other, _)| *other).collect();
             after.sort_unstable();
             after.dedup();
-            let near = near(traffic.roads, &tracks);
-            near.iter()
-                .for_each(|track| near_moves.entry(*track).or_default().push((number, hop.agent)));
+            let near = traffic.roads.conflicts().near(&tracks);
+            for track in &near {
+                near_moves.entry(*track).or_default().push((number, hop.agent));
+            }
             led[usize::from(hop.agent)].moves.push(number);
             moves.push(Move {
                 from,
@@ -88,7 +87,7 @@ impl Course {
         Self { moves, led, moved: traffic.now }
     }
 
-    /// Robots that are led, with what they are granted.
+    /// The robots that are led.
     pub fn robots(&self) -> impl Iterator<Item = u32> + '_ {
         self.led.iter().map(|led| led.robot)
     }
@@ -105,12 +104,15 @@ impl Course {
 
     /// Marks the tracks on which others would be in the way of moves to come.
     pub fn mark(&self, kept: &mut [bool]) {
-        let to_come = self.moves.iter().filter(|step| !step.is_granted);
-        to_come.flat_map(|step| &step.near).for_each(|&track| kept[track as usize] = true);
+        for step in self.moves.iter().filter(|step| !step.is_granted) {
+            for &track in &step.near {
+                kept[track as usize] = true;
+            }
+        }
     }
 
-    /// Takes in what robots were granted. Returns those that have come to their ends; `None` if one
-    /// isn't where it should be.
+    /// Updates the granted moves. Returns the robots that have come to their ends; `None` if one has
+    /// left its course.
     pub fn follow(&mut self, traffic: &Traffic<'_>) -> Option<Vec<u32>> {
         for led in &mut self.led {
             let stand = Stand::of(traffic, led.robot)?;
@@ -134,9 +136,8 @@ impl Course {
                 }
             }
         }
-        let is_done = |led: &Led| led.granted == led.moves.len();
-        let done = self.led.iter().filter(|led| is_done(led)).map(|led| led.robot).collect();
-        self.led.retain(|led| !is_done(led));
+        let done = self.led.iter().filter(|led| led.is_done()).map(|led| led.robot).collect();
+        self.led.retain(|led| !led.is_done());
         Some(done)
     }
 
@@ -176,6 +177,12 @@ impl Course {
 /// Robots that are led get their legs before others.
 const FIRST: f64 = -1e12;
 
+impl Led {
+    fn is_done(&self) -> bool {
+        self.granted == self.moves.len()
+    }
+}
+
 impl Move {
     /// The legs that are left where a base ends on some leg; `None` if that isn't on the way.
     fn rest(&self, leg: Leg) -> Option<&[Leg]> {
@@ -196,21 +203,6 @@ fn tracks(roads: &Roads, from: Stand, legs: &[Leg]) -> Vec<u32> {
     tracks
 }
 
-/// Returns the tracks on which others may be in the way on some tracks, in ascending order, and
-/// these.
-pub(super) fn near(roads: &Roads, tracks: &[u32]) -> Vec<u32> {
-    let mut near = tracks.to_vec();
-    let count = roads.footprints().len();
-    for (own, other) in (0..count).flat_map(|own| (0..count).map(move |other| (own, other))) {
-        for &track in tracks {
-            near.extend(roads.conflicts().of(own, other, track).map(|(track, _)| track));
-        }
-    }
-    near.sort_unstable();
-    near.dedup();
-    near
-}
-
 impl Region {
     /// Marks the tracks on which others would be in the way of anything that members may do.
     pub fn mark(&self, roads: &Roads, kept: &mut [bool]) {
@@ -221,6 +213,8 @@ impl Region {
         }
         all.sort_unstable();
         all.dedup();
-        near(roads, &all).into_iter().for_each(|track| kept[track as usize] = true);
+        for track in roads.conflicts().near(&all) {
+            kept[track as usize] = true;
+        }
     }
 }

@@ -1,10 +1,9 @@
-//! LaCAM: lazy constraints addition search, for the ways of a few robots that are in each other's
-//! way.
+//! LaCAM: lazy constraints addition search, for the ways of a few robots that block each other.
 //!
 //! K. Okumura: LaCAM: Search-Based Algorithm for Quick Multi-Agent Pathfinding, 2023; Improving
 //! LaCAM for Scalable Eventually Optimal Multi-Agent Pathfinding, 2023.
 //!
-//! A configuration says on which stand each robot is. The search goes from configuration to
+//! A configuration is the stand of each robot. The search goes from configuration to
 //! configuration, depth first. The next one comes from priority inheritance ([`step`]); each time
 //! that a configuration is visited again, another robot is bound to a choice of its own, until all
 //! that can follow has been tried. So a solution is found if there is one, given the time.
@@ -14,15 +13,13 @@
 //! allow either.
 
 mod problem;
-mod shorten;
 mod step;
 #[cfg(test)]
 mod tests;
 
 use std::collections::BTreeMap;
 
-pub use self::problem::{Hop, Problem, Way};
-pub use self::shorten::shorten;
+pub use self::problem::{Hop, Problem, Way, shorten};
 use self::step::{Choice, Step};
 
 /// The state of a search.
@@ -60,7 +57,7 @@ struct Node {
     /// By agent: configurations since it was at its target.
     away: Vec<u16>,
     bonds: Vec<Bond>,
-    /// Index of the next bond to try; nobody is bound by the first.
+    /// Index of the next bond to try; the first binds no robot.
     next: usize,
 }
 
@@ -110,7 +107,7 @@ impl Search {
         self.work
     }
 
-    /// Configurations that were worked out so far.
+    /// Configurations that were computed so far.
     pub fn steps(&self) -> u64 {
         self.steps
     }
@@ -139,7 +136,7 @@ impl Search {
     }
 
     fn to_go(&self, agent: usize, stand: u16) -> f32 {
-        self.secs[agent].get(usize::from(stand)).copied().unwrap_or(0.0)
+        step::to_go(&self.secs[agent], stand)
     }
 
     fn is_goal(&self, node: u32) -> bool {
@@ -161,7 +158,7 @@ impl Search {
         }
     }
 
-    /// Works the configuration out that follows a node under a bond.
+    /// Computes the configuration that follows a node under a bond.
     fn step(&mut self, top: u32, bond: Option<usize>) {
         self.steps += 1;
         let node = &self.nodes[top as usize];

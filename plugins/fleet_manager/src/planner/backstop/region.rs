@@ -1,16 +1,13 @@
 //! Regions: robots that stand, and the stands round them.
 
-mod alike;
-
 use std::collections::{BTreeMap, VecDeque};
 
-use self::alike::{alike, join};
 use super::lacam::{Problem, Way};
 use super::standing::is_movable;
 use super::ways::{Path, Stand, paths, stretches};
-use crate::claims::Claims;
+use crate::claims::{Claims, Stretch};
 use crate::planner::DrivingTimes;
-use crate::roads::Leg;
+use crate::roads::{Leg, Roads};
 use crate::traffic::Traffic;
 
 /// The limits on the size of a region.
@@ -52,7 +49,7 @@ struct Draft<'a> {
 }
 
 impl Region {
-    /// Makes the region round some robots; `None` if it would be larger, or nobody in it could be
+    /// Makes the region round some robots; `None` if it would be larger, or no robot in it could be
     /// led.
     pub fn around(traffic: &Traffic<'_>, robots: &[u32], size: Size) -> Option<Self> {
         let mut draft =
@@ -70,7 +67,9 @@ impl Region {
         let starts = problem.starts.iter().map(|&start| stands[usize::from(start)]).collect();
         let alike = alike(traffic.roads, &stands, &paths, &problem.ways);
         join(&mut problem, &alike);
-        ends.values_mut().for_each(|stand| *stand = alike[usize::from(*stand)]);
+        for stand in ends.values_mut() {
+            *stand = alike[usize::from(*stand)];
+        }
         let mut region = Self { stands, paths, members, starts, problem, targets: Vec::new() };
         region.find_targets(traffic, &ends);
         Some(region)
@@ -99,36 +98,39 @@ impl Region {
         })
     }
 
-    /// Finds where members shall go: to their goals, or the stands nearest to these. Of several
-    /// with the same target only the one has it that was sent the longest ago.
+    /// Finds the targets of members: their goals, or the stands nearest to these. Of several members
+    /// with the same target, only the one that was sent the longest ago has it.
     fn find_targets(&mut self, traffic: &Traffic<'_>, ends: &BTreeMap<Leg, u16>) {
         let roads = traffic.roads;
         let mut times = DrivingTimes::new(roads);
-        let sent = |member: &usize| {
-            traffic.robot(self.members[*member]).map_or(f64::INFINITY, |state| state.sent)
-        };
-        let mut ranked: Vec<usize> = (0..self.members.len()).collect();
-        ranked.sort_by(|a, b| sent(a).total_cmp(&sent(b)));
+        let mut ranked: Vec<(f64, usize)> = Vec::new();
+        for (member, robot) in self.members.iter().enumerate() {
+            ranked.push((traffic.robot(*robot).map_or(f64::INFINITY, |state| state.sent), member));
+        }
+        ranked.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut nodes: BTreeMap<u32, Vec<u16>> = BTreeMap::new();
-        ends.iter().for_each(|(leg, stand)| nodes.entry(roads.end(*leg)).or_default().push(*stand));
-        nodes.values_mut().for_each(|stands| {
+        for (leg, stand) in ends {
+            nodes.entry(roads.end(*leg)).or_default().push(*stand);
+        }
+        for stands in nodes.values_mut() {
             stands.sort_unstable();
             stands.dedup();
-        });
-        for member in ranked {
+        }
+        for (_, member) in ranked {
             let state = traffic.robot(self.members[member]).filter(|state| !state.is_unreachable());
             let Some(goal) = state.and_then(|state| state.goal()) else { continue };
             times.prepare(roads, goal);
             let start = usize::from(self.problem.starts[member]);
-            let secs = |node: &u32| times.between(roads, *node, goal).unwrap_or(f64::INFINITY);
             let nearest = if nodes.contains_key(&goal) {
                 Some(goal)
             } else {
-                nodes.keys().copied().min_by(|a, b| secs(a).total_cmp(&secs(b)))
+                let secs = nodes
+                    .keys()
+                    .map(|&node| (times.between(roads, node, goal).unwrap_or(f64::INFINITY), node));
+                secs.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, node)| node)
             };
-            let is_free = |stands: &[u16]| self.targets.iter().all(|(_, taken)| taken != stands);
             if let Some(stands) = nearest.and_then(|node| nodes.get(&node))
-                && is_free(stands)
+                && self.targets.iter().all(|(_, taken)| taken != stands)
                 && self.problem.secs_to(stands)[start].is_finite()
             {
                 self.targets.push((member, stands.clone()));
@@ -196,13 +198,14 @@ impl Draft<'_> {
         members
     }
 
-    /// The ways of the region: those on which nobody is in the way who can't be led, with the
-    /// stands that block each.
+    /// The ways of the region that no robot blocks that can't be led, with the stands that block
+    /// each.
     fn ways(&mut self, members: &[u32]) -> Vec<Vec<Way>> {
         let Self { traffic, stands, paths, ends } = self;
         let (roads, count) = (traffic.roads, stands.len());
-        let class = |robot: &u32| traffic.robot(*robot).map_or(0, |state| state.class.footprint);
-        let mut footprints: Vec<usize> = members.iter().map(class).collect();
+        let states = members.iter().map(|robot| traffic.robot(*robot));
+        let mut footprints: Vec<usize> =
+            states.map(|state| state.map_or(0, |state| state.class.footprint)).collect();
         footprints.sort_unstable();
         footprints.dedup();
         let field = field(traffic, stands, &footprints, members);
@@ -261,4 +264,66 @@ fn field(traffic: &Traffic<'_>, stands: &[Stand], footprints: &[usize], members:
         }
     }
     field
+}
+
+/// The properties that stands share that are alike.
+#[derive(PartialEq)]
+struct Kind {
+    node: u32,
+    /// The ways that leave the stand: their stretches and last legs.
+    leaving: Vec<(Vec<Stretch>, Leg)>,
+    /// The ways past the stand that a robot there blocks: the stands that they leave and their
+    /// indices.
+    past: Vec<(u16, u16)>,
+}
+
+/// Returns for each stand the first one that is like it.
+fn alike(roads: &Roads, stands: &[Stand], paths: &[Vec<Path>], ways: &[Vec<Way>]) -> Vec<u16> {
+    let node = |stand: u16| roads.end(stands[usize::from(stand)].leg);
+    let mut past: Vec<Vec<(u16, u16)>> = vec![Vec::new(); stands.len()];
+    for (from, ways) in (0..).zip(ways) {
+        for (index, way) in (0..).zip(ways) {
+            // A robot at an end of a way blocks it in any case.
+            let ends = [node(from), node(way.to)];
+            let others = way.blocked_by.iter().filter(|&&stand| !ends.contains(&node(stand)));
+            for &stand in others {
+                past[usize::from(stand)].push((from, index));
+            }
+        }
+    }
+    let mut kinds: Vec<(Kind, u16)> = Vec::new();
+    let mut alike = Vec::new();
+    for (number, past) in (0..).zip(past) {
+        let (stand, paths) = (stands[usize::from(number)], &paths[usize::from(number)]);
+        let leaving =
+            paths.iter().map(|path| (stretches(roads, stand, &path.legs), path.to)).collect();
+        let kind = Kind { node: node(number), leaving, past };
+        let known = kinds
+            .iter()
+            .find(|(known, _)| stand.is_at_end(roads) && *known == kind)
+            .map(|(_, first)| *first);
+        alike.push(known.unwrap_or(number));
+        if known.is_none() && stand.is_at_end(roads) {
+            kinds.push((kind, number));
+        }
+    }
+    alike
+}
+
+/// Replaces stands by the first ones that are like them.
+fn join(problem: &mut Problem, alike: &[u16]) {
+    for (number, ways) in problem.ways.iter_mut().enumerate() {
+        for way in ways {
+            way.to = alike[usize::from(way.to)];
+            for stand in &mut way.blocked_by {
+                *stand = alike[usize::from(*stand)];
+            }
+            way.blocked_by.sort_unstable();
+            way.blocked_by.dedup();
+            way.blocked_by.retain(|&stand| stand != alike[number]);
+        }
+    }
+    for start in &mut problem.starts {
+        *start = alike[usize::from(*start)];
+    }
 }

@@ -7,10 +7,10 @@ use crate::claims::Stretch;
 use crate::roads::Leg;
 use crate::traffic::{Robot, Traffic};
 
-/// The number of legs ahead on which a robot is looked for that is in the way.
+/// The number of legs ahead that are searched for a blocker.
 const LEGS_AHEAD: usize = 24;
 
-/// Since when a robot stands.
+/// The time since which a robot stands.
 #[derive(Clone, Copy, Debug)]
 struct Since {
     secs: f64,
@@ -29,7 +29,7 @@ pub fn extent(traffic: &Traffic<'_>, robot: u32) -> Extent {
     Some((*claim.front()?, *claim.back()?))
 }
 
-/// Since when robots stand.
+/// The times since which robots stand.
 #[derive(Debug, Default)]
 pub struct Standing {
     /// By robot.
@@ -37,7 +37,7 @@ pub struct Standing {
 }
 
 impl Standing {
-    /// Takes in who moves.
+    /// Updates the times since which robots stand.
     pub fn observe(&mut self, traffic: &Traffic<'_>) {
         self.robots.resize(traffic.robots.len(), None);
         for (robot, since) in (0..).zip(&mut self.robots) {
@@ -54,47 +54,50 @@ impl Standing {
         }
     }
 
-    /// Counts a robot as one that doesn't stand: it waits for something that ends.
-    pub fn excuse(&mut self, robot: u32, now: f64) {
-        if let Some(Some(since)) = self.robots.get_mut(robot as usize) {
-            since.secs = now;
+    /// Lets robots count as standing from now on only: they wait for something that ends.
+    pub fn restart(&mut self, robots: &[u32], now: f64) {
+        for &robot in robots {
+            if let Some(Some(since)) = self.robots.get_mut(robot as usize) {
+                since.secs = now;
+            }
         }
     }
 
-    /// Since when a robot stands, in simulated seconds; infinity for one that isn't there.
+    /// The time since which a robot stands, in simulated seconds; infinity for an unknown one.
     fn since(&self, robot: u32) -> f64 {
         self.robots.get(robot as usize).copied().flatten().map_or(f64::INFINITY, |since| since.secs)
     }
 
-    /// Finds the robots that have stood for some seconds, and wait for each other: in groups that
-    /// don't.
+    /// Finds the robots that have stood for some seconds and wait for each other, in groups that
+    /// don't wait for each other.
     pub fn groups(&self, traffic: &Traffic<'_>, secs: f64) -> Vec<Vec<u32>> {
-        let standing = |robot: &u32| traffic.now - self.since(*robot) >= secs;
-        let robots = || traffic.robots().filter(|(robot, _)| standing(robot));
-        // A robot that is in nobody's way any more, or stays where it is, ends a chain.
-        let ends: BTreeSet<u32> =
-            robots().filter(|(_, state)| is_movable(state) && state.is_idle()).map(by_id).collect();
-        let waiting =
-            robots().filter(|(robot, state)| is_under_way(traffic, *robot, state)).map(by_id);
-        let mut waits: Vec<(u32, Vec<u32>)> =
-            waiting.map(|robot| (robot, blockers(traffic, robot))).collect();
+        // An idle robot ends a chain.
+        let mut ends: BTreeSet<u32> = BTreeSet::new();
+        let mut waits: Vec<(u32, Vec<u32>)> = Vec::new();
+        for (robot, state) in traffic.robots() {
+            if traffic.now - self.since(robot) < secs {
+                continue;
+            }
+            if is_movable(state) && state.is_idle() {
+                ends.insert(robot);
+            }
+            if is_under_way(traffic, robot, state) {
+                waits.push((robot, blockers(traffic, robot)));
+            }
+        }
         loop {
             let stuck: BTreeSet<u32> =
                 waits.iter().map(|(robot, _)| *robot).chain(ends.iter().copied()).collect();
             let before = waits.len();
             waits.retain(|(_, blockers)| blockers.iter().any(|blocker| stuck.contains(blocker)));
             if waits.len() == before {
-                waits
-                    .iter_mut()
-                    .for_each(|(_, blockers)| blockers.retain(|blocker| stuck.contains(blocker)));
+                for (_, blockers) in &mut waits {
+                    blockers.retain(|blocker| stuck.contains(blocker));
+                }
                 return joined(&waits);
             }
         }
     }
-}
-
-fn by_id((robot, _): (u32, &Robot)) -> u32 {
-    robot
 }
 
 /// Whether a robot can be sent elsewhere.
@@ -111,8 +114,8 @@ fn is_under_way(traffic: &Traffic<'_>, robot: u32, state: &Robot) -> bool {
         && (!is_there || state.blocker.is_some())
 }
 
-/// The robots that are in the way of a robot: the one that steering has found, or those that its
-/// planner may have it wait for.
+/// The robots that block a robot: the one that steering has found, or those that its planner may
+/// have it wait for.
 fn blockers(traffic: &Traffic<'_>, robot: u32) -> Vec<u32> {
     let (Some(state), Some(stand)) = (traffic.robot(robot), Stand::of(traffic, robot)) else {
         return Vec::new();

@@ -1,20 +1,16 @@
 //! Stands, where robots may be for a while, and the ways between them.
 
 use crate::claims::Stretch;
+use crate::planner::route::join_secs;
 use crate::roads::{Leg, Roads};
 use crate::traffic::Traffic;
 
-/// The most legs of a way.
+/// The largest number of legs of a way.
 const MOST_LEGS: usize = 6;
-/// The most ways that leave a stand.
+/// The largest number of ways that leave a stand.
 const MOST_WAYS: usize = 12;
-/// The most ways that are looked at for a stand.
+/// The largest number of ways that are searched for a stand.
 const MOST_TRIES: usize = 200;
-/// The costs of a change of gear, of a turn on the spot, and of a corner that the robot can't
-/// drive, in seconds.
-const GEAR_CHANGE_SECS: f32 = 2.0;
-const TURN_SECS: f32 = 4.0;
-const JUMP_SECS: f32 = 60.0;
 /// The distance from the end of a leg at which a base counts as whole, in metres.
 const AT_END: f32 = 1e-3;
 
@@ -60,18 +56,13 @@ impl Stand {
 
     /// Whether robots may stand there for long.
     pub fn is_place(&self, roads: &Roads) -> bool {
-        self.is_at_end(roads) && is_place(roads, self.leg)
+        self.is_at_end(roads) && roads.is_place(self.leg)
     }
 
     /// The claim of a robot that stands there.
     pub fn stretch(&self) -> Stretch {
-        Stretch { track: self.leg.edge(), leg: Some(self.leg), from: self.to, to: self.to }
+        Stretch::at(self.leg, self.to)
     }
-}
-
-/// Whether robots may stand at the end of a leg.
-pub fn is_place(roads: &Roads, leg: Leg) -> bool {
-    (0..roads.footprints().len()).all(|footprint| roads.stops(footprint).is_siding(leg))
 }
 
 /// Whether some robots turn on the spot.
@@ -86,7 +77,7 @@ pub fn paths(traffic: &Traffic<'_>, stand: Stand) -> Vec<Path> {
     let rest = roads.edge(stand.leg.edge()).length - stand.to;
     let mut open =
         vec![Path { legs: Vec::new(), to: stand.leg, secs: driving_secs(roads, stand.leg, rest) }];
-    if !stand.is_at_end(roads) && is_place(roads, stand.leg) {
+    if !stand.is_at_end(roads) && roads.is_place(stand.leg) {
         return open;
     }
     for _ in 0..MOST_TRIES {
@@ -95,12 +86,12 @@ pub fn paths(traffic: &Traffic<'_>, stand: Stand) -> Vec<Path> {
             if !may_follow(traffic, stand, &path, next) {
                 continue;
             }
-            let more = join_secs(roads, path.to, next)
+            let more = join_secs(roads, are_turning(roads), path.to, next)
                 + driving_secs(roads, next, roads.edge(next.edge()).length);
             let mut legs = path.legs.clone();
             legs.push(next);
             let path = Path { legs, to: next, secs: path.secs + more };
-            match is_place(roads, next) {
+            match roads.is_place(next) {
                 true => paths.push(path),
                 false if path.legs.len() < MOST_LEGS => open.push(path),
                 false => {}
@@ -129,41 +120,21 @@ fn may_follow(traffic: &Traffic<'_>, stand: Stand, path: &Path, next: Leg) -> bo
 }
 
 fn driving_secs(roads: &Roads, leg: Leg, metres: f32) -> f32 {
-    metres / roads.edge(leg.edge()).speeds[usize::from(leg.is_reverse())].max(1e-2)
+    metres / roads.allowed_speed(leg).max(1e-2)
 }
 
-fn join_secs(roads: &Roads, from: Leg, to: Leg) -> f32 {
-    let gear = if from.is_reverse() == to.is_reverse() { 0.0 } else { GEAR_CHANGE_SECS };
-    match roads.is_turn(from, to) {
-        false => gear,
-        true if are_turning(roads) => gear + TURN_SECS,
-        true => gear + JUMP_SECS,
-    }
-}
-
-/// Returns what a robot claims on a way, beyond where it stands.
+/// Returns the stretches that a robot claims on a way from a stand.
 pub fn stretches(roads: &Roads, stand: Stand, legs: &[Leg]) -> Vec<Stretch> {
-    let whole = |leg: Leg| Stretch {
-        track: leg.edge(),
-        leg: Some(leg),
-        from: 0.0,
-        to: roads.edge(leg.edge()).length,
-    };
     let mut stretches = Vec::new();
     if !stand.is_at_end(roads) {
-        stretches.push(Stretch { from: stand.to, ..whole(stand.leg) });
+        stretches.push(Stretch { from: stand.to, ..Stretch::whole(roads, stand.leg) });
     }
     let mut last = stand.leg;
     for &leg in legs {
         if are_turning(roads) && roads.is_turn(last, leg) {
-            stretches.push(Stretch {
-                track: roads.disc(roads.end(last)),
-                leg: None,
-                from: 0.0,
-                to: 0.0,
-            });
+            stretches.push(Stretch::disc(roads, roads.end(last)));
         }
-        stretches.push(whole(leg));
+        stretches.push(Stretch::whole(roads, leg));
         last = leg;
     }
     stretches

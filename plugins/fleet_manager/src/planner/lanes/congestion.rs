@@ -1,5 +1,12 @@
-//! An estimate of the time that robots lose on each edge.
+//! An estimate of the time that robots lose on each edge, and landmarks that follow it.
+//!
+//! Landmarks of empty roads are weak bounds where robots lose most of their time to each other. So
+//! they are recomputed all the time, a few trees of fastest ways in each cycle, for the delays at
+//! the start of the computation. Until it is complete, no smaller delays are expected: so landmarks
+//! stay lower bounds, and searches find the fastest ways.
 
+use crate::planner::Landmarks;
+use crate::planner::landmarks::Survey;
 use crate::roads::{Leg, Roads};
 
 /// The settings that derive the expected delay of a robot from the time that others have lost.
@@ -37,14 +44,17 @@ impl Congestion {
     /// Makes the estimate of empty roads.
     pub fn new(roads: &Roads, settings: CongestionSettings) -> Self {
         let edges = roads.edges().len();
-        let zeros = || vec![0.0; edges];
-        Self { lost: zeros(), load: vec![0; edges], floor: zeros(), expected: zeros(), settings }
+        let zeros = vec![0.0; edges];
+        let (lost, floor) = (zeros.clone(), zeros.clone());
+        Self { lost, load: vec![0; edges], floor, expected: zeros, settings }
     }
 
     /// Lets a time pass, in seconds.
     pub fn pass(&mut self, seconds: f64) {
         let decay = (-seconds / self.settings.memory_secs).exp() as f32;
-        self.lost.iter_mut().for_each(|lost| *lost *= decay);
+        for lost in &mut self.lost {
+            *lost *= decay;
+        }
     }
 
     /// Records that a robot lost a time on its way to an edge, in seconds. It counts from
@@ -56,10 +66,12 @@ impl Congestion {
     /// Counts the robots whose routes lead along each edge anew, from [`settle`](Self::settle) on.
     pub fn count<'a>(&mut self, legs: impl Iterator<Item = &'a Leg>) {
         self.load.fill(0);
-        legs.for_each(|leg| self.load[leg.edge() as usize] += 1);
+        for leg in legs {
+            self.load[leg.edge() as usize] += 1;
+        }
     }
 
-    /// Works the expected delays out.
+    /// Computes the expected delays.
     pub fn settle(&mut self) {
         let CongestionSettings { per_lost_second, per_robot, .. } = self.settings;
         let observed = self.lost.iter().zip(&self.load).zip(&self.floor);
@@ -101,5 +113,44 @@ impl Congestion {
     fn observed(&self, edge: usize) -> f32 {
         let CongestionSettings { per_lost_second, per_robot, .. } = self.settings;
         per_lost_second * self.lost[edge] + per_robot * self.load[edge] as f32
+    }
+}
+
+/// Landmarks in use, and the next ones.
+#[derive(Debug)]
+pub struct Guide {
+    landmarks: Landmarks,
+    next: Survey,
+    /// By edge: the delays that the next ones count on, in seconds.
+    delays: Vec<f32>,
+}
+
+impl Guide {
+    /// Makes the landmarks of empty roads.
+    pub fn new(roads: &Roads) -> Self {
+        let delays = vec![0.0; roads.edges().len()];
+        let landmarks = Landmarks::new(roads, &delays);
+        Self { landmarks, next: Survey::new(roads, &delays), delays }
+    }
+
+    /// The landmarks in use.
+    pub fn landmarks(&self) -> &Landmarks {
+        &self.landmarks
+    }
+
+    /// Computes so many more trees of the next landmarks, on some threads. When they are complete,
+    /// they are used, and delays don't fall below those that they count on.
+    pub fn go_on(
+        &mut self,
+        roads: &Roads,
+        congestion: &mut Congestion,
+        trees: usize,
+        threads: usize,
+    ) {
+        if self.next.go_on(trees, threads) {
+            self.landmarks = self.next.landmarks();
+            congestion.set_floor(std::mem::replace(&mut self.delays, congestion.delays()));
+            self.next.begin(roads, &self.delays);
+        }
     }
 }

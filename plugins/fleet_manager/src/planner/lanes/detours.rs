@@ -1,6 +1,6 @@
 //! Takes rings of waiting robots apart.
 
-use super::guide::Guide;
+use super::congestion::Guide;
 use super::{Lanes, SLACK, Search};
 use crate::planner::Plans;
 use crate::roads::Leg;
@@ -34,20 +34,20 @@ impl Lanes {
 
     /// Sends a robot of a ring another way: the first that can drive on there at once.
     fn take_apart(&mut self, first: u32, traffic: &Traffic<'_>, plans: &mut Plans) {
-        let next_of = |robot: u32| traffic.waits_for(robot, PATIENCE_SECS);
-        let mut ring = vec![first];
-        while let Some(next) =
-            ring.last().and_then(|&robot| next_of(robot)).filter(|&next| next != first)
-        {
-            ring.push(next);
+        let mut ring = Vec::new();
+        let mut next = Some(first);
+        while let Some(robot) = next {
+            let since = traffic.robot(robot).map_or(f64::INFINITY, |state| state.waiting_since);
+            ring.push((since, robot));
+            next = traffic.waits_for(robot, PATIENCE_SECS).filter(|&next| next != first);
         }
-        let since =
-            |robot: u32| traffic.robot(robot).map_or(f64::INFINITY, |state| state.waiting_since);
-        ring.sort_unstable_by(|&a, &b| since(a).total_cmp(&since(b)).then(a.cmp(&b)));
-        let detour = ring.into_iter().find_map(|robot| Some((robot, self.detour(robot, traffic)?)));
-        if let Some((robot, legs)) = detour {
-            self.detours += 1;
-            plans.route(robot, legs);
+        ring.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        for (_, robot) in ring {
+            if let Some(legs) = self.detour(robot, traffic) {
+                self.detours += 1;
+                plans.route(robot, legs);
+                return;
+            }
         }
     }
 
@@ -56,35 +56,40 @@ impl Lanes {
         let state = traffic.robot(robot)?;
         let (last, _) = traffic.base_end(robot)?;
         let (avoid, goal) = (*state.horizon.front()?, state.goal()?);
-        let is_open = |leg: Leg| leg != avoid && !traffic.claims.holds(robot, leg.edge());
-        let elsewhere = self.way(robot, traffic, last, goal, is_open);
-        let can_drive = |legs: &Vec<Leg>| traffic.can_drive(robot, legs);
-        elsewhere
-            .filter(can_drive)
-            .or_else(|| self.round_trip(robot, traffic, [last, avoid]).filter(can_drive))
+        let elsewhere = self.way(robot, traffic, last, goal, |leg| {
+            leg != avoid && !traffic.claims.holds(robot, leg.edge())
+        });
+        if let Some(legs) = elsewhere.filter(|legs| traffic.can_drive(robot, legs)) {
+            return Some(legs);
+        }
+        let round_trip = self.round_trip(robot, traffic, last, avoid)?;
+        traffic.can_drive(robot, &round_trip).then_some(round_trip)
     }
 
-    /// Returns a way on which a robot leaves the node before a stub, and comes back: who comes out
-    /// of the stub needs the node.
+    /// Returns a way on which a robot leaves the node before a stub, and comes back: robots that
+    /// come out of the stub need the node.
     fn round_trip(
         &mut self,
         robot: u32,
         traffic: &Traffic<'_>,
-        [last, avoid]: [Leg; 2],
+        last: Leg,
+        avoid: Leg,
     ) -> Option<Vec<Leg>> {
         let (roads, goal) = (traffic.roads, traffic.robot(robot)?.goal()?);
-        let is_stub = |leg: Leg| roads.stubs().of(leg.edge()).is_some();
-        let exits =
-            roads.exits(roads.end(last)).iter().filter(|_| is_stub(avoid) && !is_stub(last));
-        exits
-            .copied()
-            .filter(|&exit| exit != avoid && !exit.is_reverse() && !is_stub(exit))
-            .find_map(|exit| {
-                let mut legs = vec![exit];
-                // The robot will have given back its claims when it comes there again.
-                legs.extend(self.way(robot, traffic, exit, goal, |leg| leg != exit)?);
-                Some(legs)
-            })
+        let stubs = roads.stubs();
+        if stubs.of(avoid.edge()).is_none() || stubs.of(last.edge()).is_some() {
+            return None;
+        }
+        for &exit in roads.exits(roads.end(last)) {
+            if exit == avoid || exit.is_reverse() || stubs.of(exit.edge()).is_some() {
+                continue;
+            }
+            // The robot will have given back its claims when it comes there again.
+            if let Some(way) = self.way(robot, traffic, exit, goal, |leg| leg != exit) {
+                return Some([vec![exit], way].concat());
+            }
+        }
+        None
     }
 
     /// Returns the fastest way to a node from the end of a leg, on open legs.
@@ -100,7 +105,7 @@ impl Lanes {
         let (start, congestion) = (traffic.roads.end(last), &self.congestion);
         let landmarks = self.guide.as_ref().map(Guide::landmarks);
         let search =
-            Search { last: Some(last), start, goal, reverse: false, landmarks, slack: SLACK[0] };
+            Search { last: Some(last), start, goal, reverse: false, landmarks, slack: SLACK };
         self.routers[0].route(traffic.roads, &state.class, search, |leg| {
             (is_open(leg) && !traffic.is_closed(leg)).then(|| congestion.delay(leg.edge()))
         })

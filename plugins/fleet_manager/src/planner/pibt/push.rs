@@ -3,12 +3,11 @@
 
 use std::collections::BTreeMap;
 
-use super::Stand;
-use super::hops::{Hop, Hops};
+use super::{Hop, Hops, Stand};
 use crate::planner::DrivingTimes;
 use crate::traffic::Traffic;
 
-/// The longest chain of robots that push each other.
+/// The length of the longest chain of robots that push each other.
 const LONGEST_CHAIN: usize = 200;
 
 /// Whether a robot that is in the way will be out of it.
@@ -18,7 +17,7 @@ enum Outcome {
     Leaves,
     /// Not now: it has to arrive first, or waits for one that has.
     Later,
-    /// It can go nowhere.
+    /// It has no place to go to.
     Stuck,
 }
 
@@ -31,7 +30,7 @@ pub(super) struct Push<'a> {
     stands: &'a BTreeMap<u32, Stand>,
     /// By robot that has chosen: its hop; `None` to stay.
     chosen: BTreeMap<u32, Option<Hop>>,
-    /// By place that somebody has chosen: the robot.
+    /// By place that a robot has chosen: the robot.
     wanted: BTreeMap<u32, u32>,
     /// Places of robots that are pushing.
     chain: Vec<u32>,
@@ -145,8 +144,8 @@ impl<'a> Push<'a> {
         if state.is_pinned() || state.is_adopted() || self.chain.len() > LONGEST_CHAIN {
             return Outcome::Stuck;
         }
-        // Idle robots are sent away when somebody waits for them; who has just reached its goal
-        // gets another one first.
+        // Idle robots are sent away when another robot waits for them; one that has just reached
+        // its goal gets another goal first.
         if state.goal().is_none() {
             return Outcome::Leaves;
         }
@@ -163,15 +162,15 @@ impl<'a> Push<'a> {
     /// The next place of a robot that leaves a place.
     fn next(&self, robot: u32, place: u32) -> Option<u32> {
         let goal = self.goal(robot).filter(|goal| *goal != place)?;
-        let secs = |hop: &Hop| {
-            self.times.between(self.traffic.roads, hop.place, goal).map(|secs| secs + hop.secs)
-        };
-        let hops = self.hops.from(place).iter().filter_map(|hop| Some((secs(hop)?, hop.place)));
+        let hops = self.hops.from(place).iter().filter_map(|hop| {
+            let secs = self.times.between(self.traffic.roads, hop.place, goal)?;
+            Some((secs + hop.secs, hop.place))
+        });
         hops.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, place)| place)
     }
 
-    /// The places that a robot may choose, with who is there, best first; no hop stands for
-    /// staying.
+    /// The hops that a robot may choose, best first, each with the robot at its place; `None` to
+    /// stay.
     fn options(
         &self,
         robot: u32,
@@ -179,30 +178,56 @@ impl<'a> Push<'a> {
         pushed_to: Option<u32>,
     ) -> Vec<(Option<Hop>, Option<u32>)> {
         let Some(goal) = self.goal(robot) else { return Vec::new() };
-        let between = |node: u32| self.times.between(self.traffic.roads, node, goal);
-        let mut options: Vec<(bool, f64, bool, Option<&Hop>)> = Vec::new();
-        options.extend(between(place).map(|secs| (false, secs, false, None)));
+        let (roads, times) = (self.traffic.roads, self.times);
+        let stay_secs = times.between(roads, place, goal);
+        let mut options: Vec<Choice> = Vec::new();
+        if let Some(secs) = stay_secs {
+            options.push(Choice { is_pushed_to: false, secs, is_taken: false, hop: None });
+        }
         for hop in self.hops.from(place) {
             let is_open = hop.legs.iter().all(|&leg| {
                 !self.traffic.is_closed(leg) && !self.traffic.claims.holds(robot, leg.edge())
             });
-            if let Some(secs) = between(hop.place).filter(|_| is_open) {
-                let is_free = self.taken[hop.place as usize].is_none();
-                options.push((pushed_to == Some(hop.place), secs + hop.secs, !is_free, Some(hop)));
+            if let Some(secs) = times.between(roads, hop.place, goal).filter(|_| is_open) {
+                options.push(Choice {
+                    is_pushed_to: pushed_to == Some(hop.place),
+                    secs: secs + hop.secs,
+                    is_taken: self.taken[hop.place as usize].is_some(),
+                    hop: Some(hop),
+                });
             }
         }
         // A robot that isn't pushed only leaves for a place nearer to its goal.
-        let stay = between(place).unwrap_or(f64::INFINITY);
+        let stay_secs = stay_secs.unwrap_or(f64::INFINITY);
         options.retain(|option| {
-            pushed_to.is_some() || option.3.is_none_or(|hop| option.1 - hop.secs < stay)
+            pushed_to.is_some() || option.hop.is_none_or(|hop| option.secs - hop.secs < stay_secs)
         });
-        options.sort_by(|a, b| {
-            a.0.cmp(&b.0)
-                .then((a.3.is_none()).cmp(&b.3.is_none()))
-                .then(a.1.total_cmp(&b.1))
-                .then(a.2.cmp(&b.2))
-        });
-        let who = |hop: &Hop| self.taken[hop.place as usize].filter(|other| *other != robot);
-        options.into_iter().map(|option| (option.3.cloned(), option.3.and_then(who))).collect()
+        options.sort_by(Choice::order);
+        let mut sorted = Vec::with_capacity(options.len());
+        for hop in options.into_iter().map(|option| option.hop) {
+            let at_place = hop.and_then(|hop| self.taken[hop.place as usize]);
+            sorted.push((hop.cloned(), at_place.filter(|other| *other != robot)));
+        }
+        sorted
+    }
+}
+
+/// A hop that a robot may choose, or to stay.
+struct Choice<'a> {
+    /// Whether it leads to the place that the pushing robot goes on to.
+    is_pushed_to: bool,
+    /// Seconds to the goal.
+    secs: f64,
+    is_taken: bool,
+    hop: Option<&'a Hop>,
+}
+
+impl Choice<'_> {
+    /// Compares two choices: the better one is less.
+    fn order(&self, other: &Self) -> std::cmp::Ordering {
+        (self.is_pushed_to.cmp(&other.is_pushed_to))
+            .then(self.hop.is_none().cmp(&other.hop.is_none()))
+            .then(self.secs.total_cmp(&other.secs))
+            .then(self.is_taken.cmp(&other.is_taken))
     }
 }

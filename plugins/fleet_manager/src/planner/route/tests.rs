@@ -45,12 +45,12 @@ fn world() -> impl Strategy<Value = WorldData> {
     })
 }
 
-/// What a route takes, in seconds.
+/// The time that a route takes, in seconds.
 fn secs(roads: &Roads, class: &RobotClass, legs: &[Leg], delay: &[f32]) -> f32 {
     let driving = |leg: &Leg| {
         roads.edge(leg.edge()).length / roads.speed(class, *leg) + delay[leg.edge() as usize]
     };
-    let joins = legs.windows(2).map(|pair| join_secs(roads, class, pair[0], pair[1]));
+    let joins = legs.windows(2).map(|pair| join_secs(roads, class.turns, pair[0], pair[1]));
     legs.iter().map(driving).sum::<f32>() + joins.sum::<f32>()
 }
 

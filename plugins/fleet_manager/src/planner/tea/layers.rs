@@ -47,11 +47,10 @@ impl Layers {
     /// Whether a robot may drive along a passage, to be through in a layer; passing robots that
     /// have `long_arrived` or not.
     pub(super) fn is_passable(&self, passage: Passage, layer: u16, long_arrived: bool) -> bool {
-        let at = |layer: u16| {
+        (layer - 1..=layer).all(|layer| {
             let index = usize::from(layer) * self.widths[1] + passage.0;
             self.passages[index] == 0 && (long_arrived || self.tails[index] == 0)
-        };
-        at(layer - 1) && at(layer)
+        })
     }
 
     /// Whether a node is neither on a stored path in a layer, nor next to one.
@@ -68,17 +67,17 @@ impl Layers {
     /// Returns the first layer from which on a robot may stay at the end of a leg; `None` if it
     /// can't.
     pub(super) fn free_from(&self, space: &Space, leg: Leg, node: Option<u32>) -> Option<u16> {
-        let is_free = |layer: u16| {
-            self.is_free(space.end(leg), layer)
-                && node.is_none_or(|node| self.is_apart(node, layer))
-        };
-        let blocked = (0..self.count).rev().find(|layer| !is_free(*layer));
-        let first = blocked.map_or(0, |layer| layer + 1);
+        let mut first = self.count;
+        while first > 0
+            && self.is_free(space.end(leg), first - 1)
+            && node.is_none_or(|node| self.is_apart(node, first - 1))
+        {
+            first -= 1;
+        }
         (first < self.count).then_some(first)
     }
 
-    /// Stores what a robot blocks that is at the end of a leg or inside it, from a layer up to
-    /// another one.
+    /// Stores the passages that a robot at a spot blocks, from a layer up to another one.
     fn stay(&mut self, space: &Space, spot: Spot, [from, to]: [u16; 2], change: Change) {
         stay(
             &mut self.passages,
@@ -101,7 +100,9 @@ impl Layers {
     fn mark(&mut self, nodes: &[u32], [from, to]: [u16; 2], change: Change) {
         for layer in from..=to.min(self.count - 1) {
             let start = usize::from(layer) * self.widths[2];
-            nodes.iter().for_each(|&node| alter(&mut self.nodes[start + node as usize], change));
+            for &node in nodes {
+                alter(&mut self.nodes[start + node as usize], change);
+            }
         }
     }
 
@@ -151,7 +152,7 @@ impl Layers {
         }
     }
 
-    /// Whether nothing that is stored blocks a path; being next to others is no matter.
+    /// Whether no stored path blocks a path; it may be next to others.
     pub(super) fn is_clear(&self, roads: &Roads, space: &Space, path: &Path) -> bool {
         let stays = path.steps.iter().enumerate().all(|(index, step)| {
             let until = path.steps.get(index + 1).map_or(self.count - 1, |next| next.layer - 1);
@@ -200,7 +201,9 @@ impl Path {
 fn stay(counts: &mut [u16], width: usize, passages: &[u32], [from, to]: [u16; 2], change: Change) {
     for layer in from..=to {
         let start = usize::from(layer) * width;
-        passages.iter().for_each(|&passage| alter(&mut counts[start + passage as usize], change));
+        for &passage in passages {
+            alter(&mut counts[start + passage as usize], change);
+        }
     }
 }
 

@@ -50,7 +50,9 @@ impl<'a> Round<'a> {
     /// their priorities.
     pub(super) fn run(mut self) -> (BTreeMap<u32, Path>, Vec<u32>) {
         let all: Vec<u32> = self.robots.keys().copied().collect();
-        all.iter().for_each(|&robot| self.hold(robot, Change::Store));
+        for &robot in &all {
+            self.hold(robot, Change::Store);
+        }
         let mut index = 0;
         while index < self.order.len() {
             index = self.plan_at(index);
@@ -129,8 +131,7 @@ impl<'a> Round<'a> {
         }
     }
 
-    /// Stores what a robot blocks: its path, or as long as it has none its start in the first two
-    /// layers.
+    /// Stores the path of a robot, or as long as it has none, its start in the first two layers.
     fn hold(&mut self, robot: u32, change: Change) {
         let (roads, planned) = (self.traffic.roads, &self.robots[&robot]);
         let until = self.layers.count() - 1;
@@ -152,40 +153,34 @@ impl<'a> Round<'a> {
     fn find(&mut self, robot: u32, strict: bool) -> Option<Path> {
         let planned = &self.robots[&robot];
         let goal = self.traffic.robot(robot)?.goal()?;
-        let arrival = |ahead: &Planned| {
-            ahead
-                .path
-                .as_ref()
-                .filter(|_| ahead.start.starts_inside)
-                .map(|path| path.steps[0].layer)
-        };
-        let ahead = planned.ahead.and_then(|ahead| self.robots.get(&ahead)).and_then(arrival);
+        let ahead = planned.ahead.and_then(|ahead| self.robots.get(&ahead));
+        let path_ahead =
+            ahead.filter(|ahead| ahead.start.starts_inside).and_then(|ahead| ahead.path.as_ref());
         let query = Query {
             roads: self.traffic.roads,
             space: self.space,
             layers: self.layers,
             start: &planned.start,
-            earliest: ahead.map_or(1, |layer| layer.saturating_add(1)),
+            earliest: path_ahead.map_or(1, |path| path.steps[0].layer.saturating_add(1)),
             goal,
             strict,
             most_states: self.settings.states_per_path,
         };
         let (traffic, base) = (self.traffic, self.traffic.claims.of(robot));
-        let is_open = |leg: Leg| {
+        self.finder.find(query, |leg| {
             !traffic.is_closed(leg) && base.iter().all(|stretch| stretch.leg != Some(leg))
-        };
-        self.finder.find(query, is_open)
+        })
     }
 }
 
-/// Whether a robot stays where its base ends until something else happens. Idle ones don't: they
-/// are sent out of others' way.
+/// Whether a robot stays where its base ends until something else happens. Idle robots don't: they
+/// are sent out of the way of others.
 fn stays(state: &Robot, node: u32, start: &Path) -> bool {
     state.is_pinned() || state.is_adopted() || (state.goal() == Some(node) && !start.starts_inside)
 }
 
-/// Returns where robots start: at the end of the leg on which their base ends; those behind others
-/// there, inside of it.
+/// Returns the starts of robots: the end of the leg on which their base ends, or for those behind
+/// others there, the inside of the leg.
 fn starts(traffic: &Traffic<'_>) -> BTreeMap<u32, Planned> {
     let mut bases: Vec<(Leg, f32, u32)> = traffic
         .robots()
@@ -216,21 +211,26 @@ fn starts(traffic: &Traffic<'_>) -> BTreeMap<u32, Planned> {
 /// Returns the robots with goals: those first that were sent the longest ago, but each behind those
 /// that are ahead of it.
 fn order(traffic: &Traffic<'_>, robots: &BTreeMap<u32, Planned>) -> Vec<u32> {
-    let is_planned = |robot: u32| {
-        let Some(state) = traffic.robot(robot) else { return false };
-        let start = &robots[&robot].start;
-        state.goal().is_some() && !stays(state, traffic.roads.end(start.steps[0].leg), start)
-    };
-    let sent = |robot: u32| traffic.robot(robot).map_or(0.0, |state| state.sent);
-    let mut sorted: Vec<u32> = robots.keys().copied().filter(|&robot| is_planned(robot)).collect();
-    sorted.sort_by(|&a, &b| sent(a).total_cmp(&sent(b)));
+    let mut sorted: Vec<(f64, u32)> = Vec::new();
+    for &robot in robots.keys().filter(|robot| is_planned(traffic, robots, **robot)) {
+        sorted.push((traffic.robot(robot).map_or(0.0, |state| state.sent), robot));
+    }
+    sorted.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut order: Vec<u32> = Vec::new();
-    for robot in sorted {
+    for (_, robot) in sorted {
         let chain = std::iter::successors(Some(robot), |robot| robots[robot].ahead);
-        let mut queue: Vec<u32> =
-            chain.filter(|&robot| is_planned(robot) && !order.contains(&robot)).collect();
+        let mut queue: Vec<u32> = chain
+            .filter(|robot| is_planned(traffic, robots, *robot) && !order.contains(robot))
+            .collect();
         queue.reverse();
         order.append(&mut queue);
     }
     order
+}
+
+/// Whether a robot has a goal to drive to.
+fn is_planned(traffic: &Traffic<'_>, robots: &BTreeMap<u32, Planned>, robot: u32) -> bool {
+    let Some(state) = traffic.robot(robot) else { return false };
+    let start = &robots[&robot].start;
+    state.goal().is_some() && !stays(state, traffic.roads.end(start.steps[0].leg), start)
 }

@@ -10,7 +10,7 @@ use crate::roads::{Leg, Roads, angle_between};
 
 /// The smallest change of heading that takes a layer of its own, in radians: 90°, less rounding.
 const LARGE_TURN: f32 = core::f32::consts::FRAC_PI_2 - 1e-3;
-/// The most goals whose numbers of legs are kept.
+/// The largest number of goals whose numbers of legs are kept.
 const MOST_GOALS: usize = 256;
 /// The number of legs to a goal that can't be reached.
 const FAR: u16 = u16::MAX;
@@ -179,7 +179,7 @@ impl Finder {
         }
     }
 
-    /// Whether others stay at the goal up to the last layer, whichever way the robot comes.
+    /// Whether others stay at the goal up to the last layer, by whatever leg the robot comes.
     fn is_target_blocked(&self, query: Query<'_>) -> bool {
         if !query.strict {
             return false;
@@ -192,17 +192,15 @@ impl Finder {
     }
 
     fn path(&self, state: u32, start: &Path) -> Path {
-        let place = |state: u32| (state as usize / self.width, state as usize % self.width);
-        let before = |state: &u32| {
-            let (layer, index) = place(*state);
-            Some(self.reached[layer][index].1).filter(|before| *before != u32::MAX)
-        };
-        let mut states: Vec<u32> = std::iter::successors(Some(state), before).collect();
-        states.reverse();
+        let mut places = Vec::new();
+        let mut state = state;
+        while state != u32::MAX {
+            let (layer, index) = (state as usize / self.width, state as usize % self.width);
+            places.push((layer, index));
+            state = self.reached[layer][index].1;
+        }
         let mut steps: Vec<Step> = Vec::new();
-        for (layer, index) in
-            states.into_iter().map(place).filter(|(_, index)| *index != self.width - 1)
-        {
+        for (layer, index) in places.into_iter().rev().filter(|place| place.1 != self.width - 1) {
             let leg = Leg::from_index(index as u32);
             if steps.last().is_none_or(|last| last.leg != leg) {
                 steps.push(Step { leg, layer: layer as u16 });
@@ -252,11 +250,11 @@ impl Finder {
 
 /// Whether a robot that reaches the end of a leg in a layer is at its goal and may stay there.
 fn is_target(query: Query<'_>, leg: Leg, layer: u16) -> bool {
-    let may_stay = || match query.strict {
-        true => free_from(query, leg).is_some_and(|first| first <= layer),
-        false => query.layers.may_stop(query.space, leg, layer),
-    };
-    query.roads.end(leg) == query.goal && may_stay()
+    query.roads.end(leg) == query.goal
+        && match query.strict {
+            true => free_from(query, leg).is_some_and(|first| first <= layer),
+            false => query.layers.may_stop(query.space, leg, layer),
+        }
 }
 
 fn free_from(query: Query<'_>, leg: Leg) -> Option<u16> {

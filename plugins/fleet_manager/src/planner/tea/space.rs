@@ -46,7 +46,9 @@ impl Space {
         }
         space.blocking = vec![Vec::new(); 2 * legs + nodes];
         for (spot, passages) in (0..).zip(&space.blocked) {
-            passages.iter().for_each(|&passage| space.blocking[passage as usize].push(spot));
+            for &passage in passages {
+                space.blocking[passage as usize].push(spot);
+            }
         }
         space
     }
@@ -123,9 +125,9 @@ fn touched(roads: &Roads, leg: Leg) -> Vec<u32> {
     let length = roads.edge(leg.edge()).length;
     let place = if leg.is_reverse() { 0.0 } else { length };
     let mut tracks = vec![leg.edge()];
-    for (track, relation) in relations(roads, leg.edge()) {
+    for (track, relation) in roads.conflicts().of_any(leg.edge()) {
         let touches = match relation {
-            Relation::Crossing { own, .. } => place >= own[0] && place <= own[1],
+            Relation::Crossing { own, .. } => own.contains(place),
             Relation::Into(apart) => length - place < apart,
             Relation::From(apart) => place < apart,
         };
@@ -138,19 +140,9 @@ fn touched(roads: &Roads, leg: Leg) -> Vec<u32> {
     tracks
 }
 
-/// Returns what gets in the way of robots of any footprint on an edge.
-fn relations(roads: &Roads, edge: u32) -> impl Iterator<Item = (u32, Relation)> + '_ {
-    let footprints = roads.footprints().len();
-    let pairs = (0..footprints).flat_map(move |own| (0..footprints).map(move |other| (own, other)));
-    pairs.flat_map(move |(own, other)| roads.conflicts().of(own, other, edge))
-}
-
 fn near(roads: &Roads, edge: u32) -> Vec<u32> {
-    let edges = roads.edges().len() as u32;
-    let others = relations(roads, edge).map(|(track, _)| track).filter(|track| *track < edges);
-    let mut near: Vec<u32> = others.chain([edge]).collect();
-    near.sort_unstable();
-    near.dedup();
+    let mut near = roads.conflicts().near(&[edge]);
+    near.retain(|track| (*track as usize) < roads.edges().len());
     near
 }
 

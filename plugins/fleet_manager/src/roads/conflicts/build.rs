@@ -1,6 +1,8 @@
 //! Finds the pairs of a conflict table: tracks near each other by a grid, then stretch by stretch.
 
-use super::super::{Footprint, Leg, Rectangle, Roads, Sweep, SweptBox, cores};
+use glam::Vec2;
+
+use super::super::{Footprint, Rectangle, Roads, Span, Sweep, SweptBox, angle_between, cores};
 use super::grid::Grid;
 use super::{ConflictTable, Pair, RESOLUTION, Relation};
 
@@ -17,7 +19,7 @@ const GROUP: usize = 8;
 
 #[derive(Clone, Copy)]
 struct Circle {
-    centre: [f32; 2],
+    centre: Vec2,
     radius: f32,
 }
 
@@ -25,17 +27,15 @@ impl Circle {
     /// Returns a circle around rectangles.
     fn around(rectangles: &[Rectangle]) -> Self {
         let middle = rectangles[rectangles.len() / 2].centre;
-        let reach = |rectangle: &Rectangle| distance(middle, rectangle.centre) + rectangle.radius();
-        Self { centre: middle, radius: rectangles.iter().map(reach).fold(0.0, f32::max) }
+        let reaches = rectangles
+            .iter()
+            .map(|rectangle| middle.distance(rectangle.centre) + rectangle.radius());
+        Self { centre: middle, radius: reaches.fold(0.0, f32::max) }
     }
 
     fn touches(&self, other: &Self) -> bool {
-        distance(self.centre, other.centre) <= self.radius + other.radius
+        self.centre.distance(other.centre) <= self.radius + other.radius
     }
-}
-
-fn distance(a: [f32; 2], b: [f32; 2]) -> f32 {
-    ((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1])).sqrt()
 }
 
 /// Everything that finding pairs needs.
@@ -63,8 +63,8 @@ struct Found {
 
 /// The places at which robots on two tracks touch.
 struct Touching {
-    own: [f32; 2],
-    other: [f32; 2],
+    own: Span,
+    other: Span,
     /// The largest distance between robots that touch, in metres along both tracks, if the first
     /// leads into the second; and if the second leads into the first.
     apart: [f32; 2],
@@ -80,17 +80,17 @@ pub fn tables(
     lengths: &[f32],
 ) -> Vec<ConflictTable> {
     let mut places = vec![None; roads.nodes() as usize];
-    discs
-        .iter()
-        .for_each(|&node| places[node as usize] = Some(SweptBox::disc(roads.position(node))));
+    for &node in discs {
+        places[node as usize] = Some(SweptBox::disc(roads.position(node)));
+    }
     let boxes = sweeps.iter().map(Sweep::boxes).chain(places.iter().map(|place| place.as_slice()));
     let boxes: Vec<&[SweptBox]> = boxes.collect();
-    let sweep = |footprint: &Footprint| {
-        cores::map(boxes.len(), |track| Swept::new(boxes[track], footprint))
-    };
-    let swept: Vec<Vec<Swept<'_>>> = roads.footprints().iter().map(sweep).collect();
+    let mut swept: Vec<Vec<Swept<'_>>> = Vec::new();
+    for footprint in roads.footprints() {
+        swept.push(cores::map(boxes.len(), |track| Swept::new(boxes[track], footprint)));
+    }
     let longest =
-        roads.footprints().iter().map(|footprint| 2.0 * footprint.half[0]).fold(0.0, f32::max);
+        roads.footprints().iter().map(|footprint| 2.0 * footprint.half.x).fold(0.0, f32::max);
     let ahead =
         cores::map(sweeps.len(), |edge| edges_ahead(roads, sweeps, edge as u32, AHEAD * longest));
     let finder = Finder { roads, sweeps, lengths, ahead, swept };
@@ -106,7 +106,7 @@ impl<'a> Swept<'a> {
     }
 
     fn length(&self) -> f32 {
-        self.boxes.last().map_or(0.0, |last| last.s[1])
+        self.boxes.last().map_or(0.0, |last| last.s.high)
     }
 }
 
@@ -153,16 +153,27 @@ impl Finder<'_> {
         [a, b]: [u32; 2],
         touching: &Touching,
     ) -> [Option<f32>; 2] {
-        let ahead = |from: u32, to: u32, apart: f32| {
-            let between = self.ahead.get(from as usize)?.iter().find(|(edge, _)| *edge == to)?.1;
-            // On a road that turns back beside itself, robots far apart along it may touch.
-            let nearest = footprints.map(|footprint| self.roads.footprints()[footprint].half[0]);
-            (between + apart < AHEAD * (nearest[0] + nearest[1])).then_some(between)
-        };
-        match [ahead(a, b, touching.apart[0]), ahead(b, a, touching.apart[1])] {
-            [Some(_), Some(_)] => [None; 2],
-            leads => leads,
-        }
+        let leads = [
+            self.metres_between(footprints, a, b, touching.apart[0]),
+            self.metres_between(footprints, b, a, touching.apart[1]),
+        ];
+        if leads[0].is_some() && leads[1].is_some() { [None; 2] } else { leads }
+    }
+
+    /// Returns the metres from the end of an edge to the start of one that it leads into, unless
+    /// robots that touch are too far `apart` for that.
+    fn metres_between(
+        &self,
+        [own, other]: [usize; 2],
+        from: u32,
+        to: u32,
+        apart: f32,
+    ) -> Option<f32> {
+        let between = self.ahead.get(from as usize)?.iter().find(|(edge, _)| *edge == to)?.1;
+        // On a road that turns back beside itself, robots far apart along it may touch.
+        let footprints = self.roads.footprints();
+        let nearest = footprints[own].half.x + footprints[other].half.x;
+        (between + apart < AHEAD * nearest).then_some(between)
     }
 
     /// Returns the distances at which robots follow each other, in metres: by the track of the one
@@ -181,7 +192,9 @@ impl Finder<'_> {
                 *separation = separation.max(apart);
             }
         }
-        separations.iter_mut().for_each(|separation| *separation += RESOLUTION);
+        for separation in &mut separations {
+            *separation += RESOLUTION;
+        }
         separations
     }
 
@@ -199,8 +212,8 @@ impl Finder<'_> {
             _ => Relation::Crossing { own: found.touching.own, other: found.touching.other },
         };
         let [own, other] = [a, b].map(|track| self.lengths[track as usize]);
-        let pair = (a, Pair::new(b, relation, [own, other]));
-        let seen_from_other = (b, Pair::new(a, seen_from_other(relation), [other, own]));
+        let pair = (a, Pair::new(b, relation, own, other));
+        let seen_from_other = (b, Pair::new(a, seen_from_other(relation), other, own));
         std::iter::once(pair).chain(both.then_some(seen_from_other))
     }
 
@@ -208,14 +221,13 @@ impl Finder<'_> {
     /// another one.
     fn straight_on(&self, [own, other]: [usize; 2], front: u32, back: u32) -> Option<f32> {
         let (first, second) = (&self.sweeps[front as usize], &self.sweeps[back as usize]);
-        let turn = super::super::angle_between(first.headings()[1], second.headings()[0]);
+        let turn = angle_between(first.headings()[1], second.headings()[0]);
         let goes_on = first.is_straight() && second.is_straight() && turn < 1e-4;
-        let roads = self.roads;
-        goes_on
-            .then(|| {
-                first.straight_separation(&roads.footprints()[own], &roads.footprints()[other])
-            })
-            .flatten()
+        let footprints = self.roads.footprints();
+        if !goes_on {
+            return None;
+        }
+        first.straight_separation(&footprints[own], &footprints[other])
     }
 
     /// Returns how far apart two robots on a track have to be, in metres.
@@ -248,28 +260,13 @@ const SHARP: f32 = core::f32::consts::FRAC_PI_4;
 /// Returns the edges that an edge leads into within some metres of its end, forward, with the
 /// metres in between.
 fn edges_ahead(roads: &Roads, sweeps: &[Sweep], edge: u32, metres: f32) -> Vec<(u32, f32)> {
-    let is_two_way = |edge: u32| {
-        let road = roads.edge(edge);
-        roads
-            .exits(road.destination)
-            .iter()
-            .any(|&back| back.edge() != edge && roads.end(back) == road.origin)
-    };
-    let turn = |from: u32, to: u32| {
-        super::super::angle_between(
-            sweeps[from as usize].headings()[1],
-            sweeps[to as usize].headings()[0],
-        )
-    };
     let mut ahead: Vec<(u32, f32)> = Vec::new();
     let mut open = vec![(edge, 0.0)];
     while let Some((last, between)) = open.pop() {
-        let is_followed = |leg: &&Leg| {
-            let is_sharp =
-                turn(last, leg.edge()) > SHARP && is_two_way(last) && is_two_way(leg.edge());
-            !leg.is_reverse() && !is_sharp
-        };
-        for leg in roads.exits(roads.edge(last).destination).iter().filter(is_followed) {
+        for leg in roads.exits(roads.edge(last).destination) {
+            if leg.is_reverse() || is_sharp(roads, sweeps, last, leg.edge()) {
+                continue;
+            }
             let known = ahead.iter_mut().find(|(known, _)| *known == leg.edge());
             match known {
                 Some((_, nearest)) if *nearest <= between => continue,
@@ -285,6 +282,20 @@ fn edges_ahead(roads: &Roads, sweeps: &[Sweep], edge: u32, metres: f32) -> Vec<(
     ahead
 }
 
+/// Whether an edge leads into another one by a sharp turn, and both are driven both ways.
+fn is_sharp(roads: &Roads, sweeps: &[Sweep], from: u32, to: u32) -> bool {
+    let turn =
+        angle_between(sweeps[from as usize].headings()[1], sweeps[to as usize].headings()[0]);
+    turn > SHARP && is_two_way(roads, from) && is_two_way(roads, to)
+}
+
+/// Whether another edge leads back from an edge's destination to its origin.
+fn is_two_way(roads: &Roads, edge: u32) -> bool {
+    let road = roads.edge(edge);
+    let mut exits = roads.exits(road.destination).iter();
+    exits.any(|&back| back.edge() != edge && roads.end(back) == road.origin)
+}
+
 /// Finds where robots on two tracks touch; `None` if they never do.
 fn touching(a: &Swept<'_>, b: &Swept<'_>) -> Option<Touching> {
     let mut all = Touching::NONE;
@@ -295,7 +306,7 @@ fn touching(a: &Swept<'_>, b: &Swept<'_>) -> Option<Touching> {
             }
         }
     }
-    (all.own[0] <= all.own[1]).then_some(all)
+    (all.own.low <= all.own.high).then_some(all)
 }
 
 /// Adds where robots within a group of stretches each touch.
@@ -305,9 +316,8 @@ fn touching_groups([a, b]: [&Swept<'_>; 2], groups: [usize; 2], all: &mut Touchi
     for (part, rectangle) in a.boxes.iter().zip(&a.rectangles).skip(of_a).take(GROUP) {
         let radius = rectangle.radius();
         for (other_part, other) in b.boxes.iter().zip(&b.rectangles).skip(of_b).take(GROUP) {
-            let offset = [0, 1].map(|axis| other.centre[axis] - rectangle.centre[axis]);
             let reach = radius + other.radius();
-            if offset[0] * offset[0] + offset[1] * offset[1] <= reach * reach
+            if rectangle.centre.distance_squared(other.centre) <= reach * reach
                 && rectangle.touches(other)
             {
                 all.add(part.s, other_part.s, lengths);
@@ -317,18 +327,14 @@ fn touching_groups([a, b]: [&Swept<'_>; 2], groups: [usize; 2], all: &mut Touchi
 }
 
 impl Touching {
-    const NONE: Self = Self {
-        own: [f32::INFINITY, f32::NEG_INFINITY],
-        other: [f32::INFINITY, f32::NEG_INFINITY],
-        apart: [0.0; 2],
-        farthest: 0.0,
-    };
+    const NONE: Self =
+        Self { own: Span::EMPTY, other: Span::EMPTY, apart: [0.0; 2], farthest: 0.0 };
 
-    fn add(&mut self, own: [f32; 2], other: [f32; 2], lengths: [f32; 2]) {
-        self.own = [self.own[0].min(own[0]), self.own[1].max(own[1])];
-        self.other = [self.other[0].min(other[0]), self.other[1].max(other[1])];
-        self.apart[0] = self.apart[0].max(lengths[0] - own[0] + other[1]);
-        self.apart[1] = self.apart[1].max(lengths[1] - other[0] + own[1]);
-        self.farthest = self.farthest.max(own[1] - other[0]).max(other[1] - own[0]);
+    fn add(&mut self, own: Span, other: Span, lengths: [f32; 2]) {
+        self.own = self.own.union(own);
+        self.other = self.other.union(other);
+        self.apart[0] = self.apart[0].max(lengths[0] - own.low + other.high);
+        self.apart[1] = self.apart[1].max(lengths[1] - other.low + own.high);
+        self.farthest = self.farthest.max(own.high - other.low).max(other.high - own.low);
     }
 }

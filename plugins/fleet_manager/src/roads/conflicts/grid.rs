@@ -1,17 +1,18 @@
 //! A uniform grid that finds tracks near each other.
 
-use super::super::{Rectangle, cores};
+use glam::{Vec2, uvec2};
+
+use super::super::{Rectangle, Rows, cores};
 
 /// Tracks by the cells that they sweep.
 #[derive(Debug)]
 pub struct Grid {
-    origin: [f32; 2],
+    origin: Vec2,
     cell: f32,
     columns: u32,
     rows: u32,
-    /// Tracks in each cell: `tracks[starts[c]..starts[c + 1]]`, in ascending order.
-    starts: Vec<u32>,
-    tracks: Vec<u32>,
+    /// By cell: the tracks in it, in ascending order.
+    tracks: Rows<u32>,
 }
 
 /// The largest number of cells; larger plants get larger cells.
@@ -20,45 +21,31 @@ const MOST_CELLS: f32 = 4e6;
 impl Grid {
     /// Sorts tracks, each a list of rectangles, into cells of at least `cell` metres.
     pub fn new(tracks: &[&[Rectangle]], cell: f32) -> Self {
-        let mut low = [f32::INFINITY; 2];
-        let mut high = [f32::NEG_INFINITY; 2];
+        let (mut low, mut high) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
         for rectangle in tracks.iter().copied().flatten() {
             let radius = rectangle.radius();
-            for axis in [0, 1] {
-                low[axis] = low[axis].min(rectangle.centre[axis] - radius);
-                high[axis] = high[axis].max(rectangle.centre[axis] + radius);
-            }
+            low = low.min(rectangle.centre - radius);
+            high = high.max(rectangle.centre + radius);
         }
-        let size = [0, 1].map(|axis| (high[axis] - low[axis]).max(1.0));
-        let cell = cell
-            .max((size[0] * size[1] / MOST_CELLS).sqrt())
-            .max(size[0].max(size[1]) / MOST_CELLS);
-        let [columns, rows] = size.map(|metres| (metres / cell) as u32 + 1);
+        let size = (high - low).max(Vec2::ONE);
+        let cell =
+            cell.max((size.x * size.y / MOST_CELLS).sqrt()).max(size.max_element() / MOST_CELLS);
+        let [columns, rows] = size.to_array().map(|metres| (metres / cell) as u32 + 1);
         let mut grid =
-            Self { origin: low, cell, columns, rows, starts: Vec::new(), tracks: Vec::new() };
+            Self { origin: low, cell, columns, rows, tracks: Rows::of_parts(vec![0], Vec::new()) };
         let cells = cores::map(tracks.len(), |track| grid.cells_of(tracks[track]));
-        let mut ends = vec![0; columns as usize * rows as usize + 1];
-        cells.iter().flatten().for_each(|cell| ends[*cell as usize + 1] += 1);
-        (1..ends.len()).for_each(|cell| ends[cell] += ends[cell - 1]);
-        grid.starts.clone_from(&ends);
-        grid.tracks = vec![0; *ends.last().unwrap_or(&0) as usize];
-        for (track, cells) in (0..).zip(cells) {
-            for cell in cells {
-                grid.tracks[ends[cell as usize] as usize] = track;
-                ends[cell as usize] += 1;
-            }
-        }
+        let pairs = (0..)
+            .zip(cells)
+            .flat_map(|(track, cells)| cells.into_iter().map(move |cell| (cell, track)));
+        grid.tracks = Rows::new(columns as usize * rows as usize, pairs.collect());
         grid
     }
 
     /// Returns the tracks that share a cell with these rectangles, in ascending order.
     pub fn near(&self, rectangles: &[Rectangle]) -> Vec<u32> {
-        let tracks = |cell: u32| {
-            &self.tracks
-                [self.starts[cell as usize] as usize..self.starts[cell as usize + 1] as usize]
-        };
+        let cells = self.cells_of(rectangles);
         let mut near: Vec<u32> =
-            self.cells_of(rectangles).into_iter().flat_map(tracks).copied().collect();
+            cells.into_iter().flat_map(|cell| self.tracks.row(cell)).copied().collect();
         near.sort_unstable();
         near.dedup();
         near
@@ -69,13 +56,13 @@ impl Grid {
         let mut cells = Vec::with_capacity(16);
         for rectangle in rectangles {
             let radius = rectangle.radius();
-            let at = |axis: usize, offset: f32, count: u32| {
-                (((rectangle.centre[axis] + offset - self.origin[axis]) / self.cell) as u32)
-                    .min(count - 1)
-            };
-            for row in at(1, -radius, self.rows)..=at(1, radius, self.rows) {
-                let (first, last) = (at(0, -radius, self.columns), at(0, radius, self.columns));
-                cells.extend((first..=last).map(|column| row * self.columns + column));
+            let [low, high] = [-radius, radius].map(|offset| {
+                ((rectangle.centre + offset - self.origin) / self.cell)
+                    .as_uvec2()
+                    .min(uvec2(self.columns - 1, self.rows - 1))
+            });
+            for row in low.y..=high.y {
+                cells.extend((low.x..=high.x).map(|column| row * self.columns + column));
             }
         }
         cells.sort_unstable();

@@ -8,7 +8,7 @@ use regatta_plugin::history::SPOT_EDGES;
 
 /// Width and height of the cells in which lost time is added up, in metres.
 pub const CELL: f32 = 2.0;
-/// The most cells; time that is lost elsewhere is counted by no spot then.
+/// The largest number of cells; beyond it, time that is lost elsewhere is not counted.
 const MAX_CELLS: usize = 200_000;
 /// The time constants of the recent and of the usual loss, in simulated seconds.
 pub const RECENT: f64 = 60.0;
@@ -54,7 +54,7 @@ impl Cell {
 
     fn add(&mut self, loss: &Loss, moment: &Moment) {
         let Moment { now, before, secs, fade } = *moment;
-        // Of many losses of one frame, only the first one fades what was before.
+        // Only the first loss of a frame fades the earlier ones.
         if self.seen[1] < now {
             self.fading = match self.seen[1] == before {
                 true => [self.fading[0] * fade[0], self.fading[1] * fade[1]],
@@ -62,12 +62,13 @@ impl Cell {
             };
             self.seen[1] = now;
         }
-        self.fading.iter_mut().for_each(|sum| *sum += secs);
+        for sum in &mut self.fading {
+            *sum += secs;
+        }
         self.secs[usize::from(!loss.is_contact)] += secs;
-        self.places
-            .iter_mut()
-            .zip(loss.place)
-            .for_each(|(sum, part)| *sum += f64::from(part) * secs);
+        for (sum, part) in self.places.iter_mut().zip(loss.place) {
+            *sum += f64::from(part) * secs;
+        }
         let slot = self.edges.iter_mut().find(|(edge, _)| *edge == loss.edge || *edge == NO_EDGE);
         if let Some(slot) = slot.filter(|_| loss.edge != NO_EDGE) {
             *slot = (loss.edge, slot.1 + secs);
@@ -154,15 +155,17 @@ impl Cells {
     /// place.
     pub fn worst(&self, most: usize) -> Vec<(Key, &Cell)> {
         let mut all: Vec<_> = self.cells.iter().map(|cell| (cell.lost(), cell)).collect();
-        let order = |(a_lost, a): &(f64, &Cell), (b_lost, b): &(f64, &Cell)| {
-            b_lost.total_cmp(a_lost).then_with(|| a.key.cmp(&b.key))
-        };
         // To sort all of them would take longer than all the rest.
         if all.len() > most {
-            all.select_nth_unstable_by(most, order);
+            all.select_nth_unstable_by(most, worst_first);
             all.truncate(most);
         }
-        all.sort_unstable_by(order);
+        all.sort_unstable_by(worst_first);
         all.into_iter().map(|(_, cell)| (cell.key, cell)).collect()
     }
+}
+
+/// Compares two cells by their lost time, and equal ones by place.
+fn worst_first((a_lost, a): &(f64, &Cell), (b_lost, b): &(f64, &Cell)) -> std::cmp::Ordering {
+    b_lost.total_cmp(a_lost).then_with(|| a.key.cmp(&b.key))
 }

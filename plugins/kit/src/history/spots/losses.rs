@@ -72,9 +72,8 @@ fn stopped(states: &[u8]) -> impl Iterator<Item = usize> {
 
 /// Whether a robot in a state wants to drive on but can't.
 fn stops(state: u8) -> bool {
-    let is = |stop: RobotState| state == stop as u8;
-    is(RobotState::Waiting)
-        | is(RobotState::Faulted)
-        | is(RobotState::Stalled)
-        | is(RobotState::Broken)
+    (state == RobotState::Waiting as u8)
+        | (state == RobotState::Faulted as u8)
+        | (state == RobotState::Stalled as u8)
+        | (state == RobotState::Broken as u8)
 }

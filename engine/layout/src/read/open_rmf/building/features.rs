@@ -6,7 +6,7 @@ use super::super::model::Level;
 use super::super::tree::Tree;
 use super::super::{MAX_NAME, plain, point, rectangle};
 use super::{Points, Transforms};
-use crate::model::finding::{Report, Subject};
+use crate::model::finding::Report;
 use crate::model::value::shorten;
 
 /// The largest number of comparisons of lanes with doors, or of vertices with lifts.
@@ -20,71 +20,78 @@ const SHAFT_GAP: f64 = 0.05;
 
 /// Adds the walls and floors of a level, and the doors that its lanes pass.
 pub(super) fn add(points: &Points<'_, '_>, level: &mut Level, report: &mut Report<'_>) {
-    let at = |tree: &Tree<'_>| Some(level.vertices.get(tree.index()?)?.position);
-    let line = |tree: &Tree<'_>| match tree.items() {
-        [start, end, ..] => Some(vec![at(start)?, at(end)?]),
-        _ => None,
-    };
-    let floor = |tree: &Tree<'_>| -> Option<Vec<DVec2>> {
-        let corners = tree.get("vertices")?.items();
-        corners
-            .iter()
-            .chain(corners.first())
-            .map(at)
-            .collect::<Option<_>>()
-            .filter(|line: &Vec<_>| line.len() > 2)
-    };
-    let lines: [Vec<Option<Vec<DVec2>>>; 3] = [
-        points.items("walls").iter().map(line).collect(),
-        points.items("doors").iter().map(line).collect(),
-        points.items("floors").iter().map(floor).collect(),
-    ];
-    let total = lines.iter().map(Vec::len).sum::<usize>();
-    let lines: Vec<Vec<DVec2>> = lines.into_iter().flatten().flatten().collect();
+    let tree = points.tree;
+    let walls = tree.items_of("walls").iter().chain(tree.items_of("doors"));
+    let floors = tree.items_of("floors");
+    let lines: Vec<Option<Vec<DVec2>>> = walls
+        .map(|wall| line(wall.items().get(..2)?.iter(), level))
+        .chain(floors.iter().map(|floor| outline(floor, level)))
+        .collect();
+    let total = lines.len();
+    let lines: Vec<Vec<DVec2>> = lines.into_iter().flatten().collect();
     if lines.len() < total {
         let message = format!(
             "{} walls, doors or floors of level `{}` name vertices that don't exist: not used",
             total - lines.len(),
             level.name
         );
-        report.warning(level.at, Subject::File, message);
+        report.file_warning(level.at, message);
     }
     level.lines =
         lines.into_iter().filter(|line| line.iter().all(|point| point.is_finite())).collect();
     add_doors(points, level, report);
 }
 
+/// Returns the line through vertices that are given by their indices.
+fn line<'a>(corners: impl Iterator<Item = &'a Tree<'a>>, level: &Level) -> Option<Vec<DVec2>> {
+    corners.map(|corner| Some(level.vertices.get(corner.index()?)?.position)).collect()
+}
+
+/// Returns the closed outline of a floor.
+fn outline(floor: &Tree<'_>, level: &Level) -> Option<Vec<DVec2>> {
+    let corners = floor.get("vertices")?.items();
+    line(corners.iter().chain(corners.first()), level).filter(|line| line.len() > 2)
+}
+
 /// Sets the doors of lanes that cross them, in the coordinates of the file as the generator does:
 /// the last one wins.
 fn add_doors(points: &Points<'_, '_>, level: &mut Level, report: &mut Report<'_>) {
-    let vertices = points.items("vertices");
-    let segment = |ends: [usize; 2]| -> Option<[DVec2; 2]> {
-        Some([point(vertices.get(ends[0])?.items())?, point(vertices.get(ends[1])?.items())?])
-    };
-    let door = |tree: &Tree<'_>| {
-        let [start, end, map, ..] = tree.items() else { return None };
-        let name = map.get("name").and_then(plain).filter(|name| !name.is_empty())?;
-        if name.len() > MAX_NAME {
-            warn_of_long_name(tree, "door", &name, report);
-            return None;
-        }
-        Some((segment([start.index()?, end.index()?])?, name))
-    };
-    let doors: Vec<_> = points.items("doors").iter().filter_map(door).collect();
+    let vertices = points.tree.items_of("vertices");
+    let doors = points.tree.items_of("doors").iter();
+    let doors: Vec<_> = doors.filter_map(|tree| door(tree, vertices, report)).collect();
     if doors.len().saturating_mul(level.lanes.len()) > MAX_COMPARISONS {
         let message = format!(
             "level `{}` has too many lanes and doors: doors aren't assigned to lanes",
             level.name
         );
-        report.warning(level.at, Subject::File, message);
+        report.file_warning(level.at, message);
         return;
     }
     for lane in &mut level.lanes {
-        let Some(path) = segment(lane.ends) else { continue };
+        let Some(path) = segment(lane.ends, vertices) else { continue };
         if let Some((_, name)) = doors.iter().rev().find(|(door, _)| intersect(path, *door)) {
             lane.properties.insert("door_name".to_owned(), name.clone());
         }
     }
+}
+
+fn segment([start, end]: [usize; 2], vertices: &[Tree<'_>]) -> Option<[DVec2; 2]> {
+    Some([point(vertices.get(start)?.items())?, point(vertices.get(end)?.items())?])
+}
+
+/// Returns the segment and the name of a door.
+fn door(
+    tree: &Tree<'_>,
+    vertices: &[Tree<'_>],
+    report: &mut Report<'_>,
+) -> Option<([DVec2; 2], String)> {
+    let [start, end, map, ..] = tree.items() else { return None };
+    let name = map.get("name").and_then(plain).filter(|name| !name.is_empty())?;
+    if name.len() > MAX_NAME {
+        warn_of_long_name(tree, "door", &name, report);
+        return None;
+    }
+    Some((segment([start.index()?, end.index()?], vertices)?, name))
 }
 
 fn warn_of_long_name(tree: &Tree<'_>, what: &str, name: &str, report: &mut Report<'_>) {
@@ -92,7 +99,7 @@ fn warn_of_long_name(tree: &Tree<'_>, what: &str, name: &str, report: &mut Repor
         "the name of the {what} `{}` is longer than {MAX_NAME} bytes: not used",
         shorten(name)
     );
-    report.warning(tree.at, Subject::File, message);
+    report.file_warning(tree.at, message);
 }
 
 /// Whether two segments cross, with the generator's tolerance for parallel ones.
@@ -116,22 +123,18 @@ pub(super) fn add_lifts(
     levels: &mut [Level],
     report: &mut Report<'_>,
 ) {
-    let lifts = root.get("lifts").map(Tree::entries).unwrap_or_default();
+    let lifts = root.entries_of("lifts");
     let index_of = |name: &str| trees.iter().position(|(level, _)| *level == name);
     let elevation = |index: usize| {
         trees.get(index).and_then(|(_, level)| level.number_of("elevation")).unwrap_or(0.0)
     };
-    let reference = root
-        .get("reference_level_name")
-        .and_then(Tree::text)
-        .and_then(|name| index_of(&name))
-        .unwrap_or(0);
+    let reference =
+        root.text_of("reference_level_name").and_then(|name| index_of(&name)).unwrap_or(0);
     let vertices: usize = levels.iter().map(|level| level.vertices.len()).sum();
     let shafts = lifts.len().saturating_mul(trees.len());
     if shafts > MAX_SHAFTS || lifts.len().saturating_mul(vertices) > MAX_COMPARISONS {
-        report.warning(
+        report.file_warning(
             0,
-            Subject::File,
             "it has too many lifts and vertices: vertices aren't assigned to lifts",
         );
         return;
@@ -146,7 +149,7 @@ pub(super) fn add_lifts(
         let Some(shaft) = shaft(lift, home, transforms) else {
             let message =
                 format!("lift `{}` has no x, y, width and depth: not used", shorten(name));
-            report.warning(lift.at, Subject::File, message);
+            report.file_warning(lift.at, message);
             continue;
         };
         if !has_doors {

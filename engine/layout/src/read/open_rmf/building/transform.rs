@@ -5,15 +5,15 @@ use std::collections::BTreeMap;
 use glam::DVec2;
 
 use super::projection::Projection;
-use super::{Tree, parameter, plain};
-use crate::model::finding::{Report, Subject};
+use super::{Tree, parameter, plain, point};
+use crate::model::finding::Report;
 use crate::model::value::shorten;
 use crate::read::file::SyntaxError;
 
 /// The difference between measurements of a level that is worth a warning.
 const SPREAD: f64 = 0.05;
 
-/// What coordinates are.
+/// The meaning of coordinates.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum CoordinateSystem {
     /// Pixels of a picture, y down.
@@ -30,19 +30,20 @@ impl CoordinateSystem {
         levels: &[(&str, &Tree<'_>)],
         report: &mut Report<'_>,
     ) -> Result<Self, SyntaxError> {
-        let name = root.get("coordinate_system").and_then(Tree::text).unwrap_or_default();
+        let name = root.text_of("coordinate_system").unwrap_or_default();
         match name.as_str() {
             "" | "reference_image" => Ok(Self::ReferenceImage),
             "cartesian_meters" => Ok(Self::CartesianMeters),
             "wgs84" => Ok(Self::Wgs84(projection(root, levels, report))),
             other => {
                 let message = format!(
-                    "the coordinate system `{}` can't be read: use reference_image, cartesian_meters or wgs84, or read the \
-                     navigation graph that building_map_generator makes of the map",
+                    "the coordinate system `{}` can't be read: use reference_image, \
+                     cartesian_meters or wgs84, or read the navigation graph that \
+                     building_map_generator makes of the map",
                     shorten(other)
                 );
                 let at = root.get("coordinate_system").map_or(0, |tree| tree.at);
-                Err(SyntaxError { line: report.line(at) as usize, message })
+                Err(SyntaxError::new(report.line(at) as usize, message))
             }
         }
     }
@@ -58,17 +59,14 @@ fn projection(
     if let Some(projection) = Projection::by_name(&name) {
         return projection;
     }
-    let mut vertices = levels
-        .iter()
-        .flat_map(|(_, level)| level.get("vertices").map(Tree::items).unwrap_or_default());
-    let centre =
-        vertices.find_map(|vertex| super::super::point(vertex.items())).unwrap_or_default();
+    let mut vertices = levels.iter().flat_map(|(_, level)| level.items_of("vertices"));
+    let centre = vertices.find_map(|vertex| point(vertex.items())).unwrap_or_default();
     let message = format!(
-        "the map projection `{}` isn't known (EPSG:3414 and UTM, EPSG:326NN and EPSG:327NN, are): positions are in metres \
-         from the first vertex",
+        "the map projection `{}` isn't known (EPSG:3414 and UTM, EPSG:326NN and EPSG:327NN, are): \
+         positions are in metres from the first vertex",
         shorten(&name)
     );
-    report.warning(root.get("parameters").map_or(0, |tree| tree.at), Subject::File, message);
+    report.file_warning(root.get("parameters").map_or(0, |tree| tree.at), message);
     Projection::around(centre)
 }
 
@@ -108,9 +106,8 @@ impl Similarity {
         }
         let rotation = turn.try_normalize()?;
         let relative = relative / count;
-        let offset = |pair: &[DVec2; 2]| pair[0] - rotation.rotate(pair[1] / relative);
-        let translation =
-            pairs.iter().map(offset).sum::<DVec2>() * (reference_scale / pairs.len() as f64);
+        let offsets = pairs.iter().map(|pair| pair[0] - rotation.rotate(pair[1] / relative));
+        let translation = offsets.sum::<DVec2>() * (reference_scale / pairs.len() as f64);
         Some(Self { rotation, scale: reference_scale / relative, translation })
     }
 }
@@ -136,7 +133,7 @@ impl Transforms {
         if !matches!(system, CoordinateSystem::ReferenceImage) {
             return Self { system, levels: Vec::new() };
         }
-        let name = root.get("reference_level_name").and_then(Tree::text);
+        let name = root.text_of("reference_level_name");
         let named = name.and_then(|name| levels.iter().position(|(level, _)| *level == name));
         let reference = named.unwrap_or_default();
         let Some((name, tree)) = levels.get(reference) else {
@@ -145,7 +142,7 @@ impl Transforms {
         let scale = measured_scale(name, tree, report).unwrap_or_else(|| {
             let message =
                 format!("level `{name}` has no measurements: one pixel is taken for one metre");
-            report.warning(tree.at, Subject::File, message);
+            report.file_warning(tree.at, message);
             1.0
         });
         let fiducials = fiducials(tree);
@@ -183,57 +180,63 @@ fn aligned(
     let own = fiducials(level);
     let pairs: Vec<[DVec2; 2]> =
         reference.iter().filter_map(|(name, at)| Some([*at, *own.get(name)?])).collect();
-    let has_lanes = level.get("lanes").is_some_and(|lanes| !lanes.items().is_empty());
+    let has_lanes = !level.items_of("lanes").is_empty();
     let measured = measured_scale(name, level, report);
     if let Some(transform) = Similarity::from_pairs(&pairs, scale) {
         if let Some(measured) =
             measured.filter(|measured| (measured / transform.scale - 1.0).abs() > SPREAD)
         {
             let message = format!(
-                "level `{name}` is {:.5} m per pixel by its fiducials, which are used, but {measured:.5} by its measurements",
+                "level `{name}` is {:.5} m per pixel by its fiducials, which are used, but \
+                 {measured:.5} by its measurements",
                 transform.scale
             );
-            report.warning(level.at, Subject::File, message);
+            report.file_warning(level.at, message);
         }
         return transform;
     }
     if has_lanes {
         let message = format!(
-            "level `{name}` has {} fiducials in common with the reference level, 2 are needed: it isn't aligned with it",
+            "level `{name}` has {} fiducials in common with the reference level, 2 are needed: it \
+             isn't aligned with it",
             pairs.len()
         );
-        report.warning(level.at, Subject::File, message);
+        report.file_warning(level.at, message);
     }
     Similarity::scale(measured.unwrap_or(scale))
 }
 
 fn fiducials(level: &Tree<'_>) -> BTreeMap<String, DVec2> {
-    let fiducials = level.get("fiducials").map(Tree::items).unwrap_or_default();
-    let named = |fiducial: &Tree<'_>| {
-        let point = super::super::point(fiducial.items())?;
-        Some((fiducial.items().get(2)?.text()?, DVec2::new(point.x, -point.y)))
-    };
-    fiducials.iter().take(MAX_FIDUCIALS).filter_map(named).collect()
+    level.items_of("fiducials").iter().take(MAX_FIDUCIALS).filter_map(fiducial).collect()
+}
+
+/// Returns the name and the position of a fiducial.
+fn fiducial(tree: &Tree<'_>) -> Option<(String, DVec2)> {
+    let point = point(tree.items())?;
+    Some((tree.items().get(2)?.text()?, DVec2::new(point.x, -point.y)))
+}
+
+/// Returns the scale of a measurement in metres per pixel.
+fn scale(measurement: &Tree<'_>, vertices: &[Tree<'_>]) -> Option<f64> {
+    let [start, end, map, ..] = measurement.items() else { return None };
+    let [start, end] = [start, end].map(|end| point(vertices.get(end.index()?)?.items()));
+    let distance: f64 = map.get("distance").and_then(plain)?.parse().ok()?;
+    let scale = distance / start?.distance(end?);
+    (scale.is_finite() && scale > 0.0).then_some(scale)
 }
 
 /// Returns the mean scale of the measurements of a level in metres per pixel.
 fn measured_scale(name: &str, level: &Tree<'_>, report: &mut Report<'_>) -> Option<f64> {
-    let vertices = level.get("vertices").map(Tree::items).unwrap_or_default();
-    let scale = |measurement: &Tree<'_>| {
-        let [start, end, map, ..] = measurement.items() else { return None };
-        let end_of = |tree: &Tree<'_>| super::super::point(vertices.get(tree.index()?)?.items());
-        let distance: f64 = map.get("distance").and_then(plain)?.parse().ok()?;
-        let scale = distance / end_of(start)?.distance(end_of(end)?);
-        (scale.is_finite() && scale > 0.0).then_some(scale)
-    };
-    let measurements = level.get("measurements").map(Tree::items).unwrap_or_default();
-    let scales: Vec<f64> = measurements.iter().filter_map(scale).collect();
+    let vertices = level.items_of("vertices");
+    let measurements = level.items_of("measurements");
+    let scales: Vec<f64> =
+        measurements.iter().filter_map(|measurement| scale(measurement, vertices)).collect();
     if scales.len() < measurements.len() {
         let message = format!(
             "{} measurements of level `{name}` have no length: not used",
             measurements.len() - scales.len()
         );
-        report.warning(level.at, Subject::File, message);
+        report.file_warning(level.at, message);
     }
     let mean = scales.iter().sum::<f64>() / scales.len() as f64;
     let (least, most) = scales.iter().fold((f64::INFINITY, 0.0_f64), |(least, most), scale| {
@@ -241,9 +244,10 @@ fn measured_scale(name: &str, level: &Tree<'_>, report: &mut Report<'_>) -> Opti
     });
     if most > least * (1.0 + SPREAD) {
         let message = format!(
-            "the measurements of level `{name}` disagree: {least:.5} to {most:.5} m per pixel; the mean is used, {mean:.5}"
+            "the measurements of level `{name}` disagree: {least:.5} to {most:.5} m per pixel; \
+             the mean is used, {mean:.5}"
         );
-        report.warning(level.at, Subject::File, message);
+        report.file_warning(level.at, message);
     }
     mean.is_finite().then_some(mean)
 }

@@ -1,12 +1,11 @@
-//! What a building map says that routes don't need, such as pictures and the simulation of physics:
-//! counted by kind.
+//! The content of a building map that routes don't need, such as pictures and the simulation of
+//! physics: counted by kind.
 
 use std::collections::BTreeSet;
 
 use super::super::model::Level;
 use super::super::tree::Tree;
 use super::{Ignored, ignore_unknown};
-use crate::model::value::shorten;
 
 /// Keys of the file that are used.
 const FILE_KEYS: [&str; 5] =
@@ -47,15 +46,15 @@ pub(super) fn of_file(root: &Tree<'_>, ignored: &mut Ignored) {
     if let Some(parameters) = root.get("parameters") {
         ignore_unknown(parameters, &["generate_crs"], "the file's `parameters`", ignored);
     }
-    for (_, lift) in root.get("lifts").map(Tree::entries).unwrap_or_default() {
+    for (_, lift) in root.entries_of("lifts") {
         ignore_unknown(lift, &LIFT_KEYS, "a lift", ignored);
     }
 }
 
 /// Counts what isn't used of the levels.
 pub(super) fn of_levels(trees: &[(&str, &Tree<'_>)], levels: &[Level], ignored: &mut Ignored) {
-    let vertices = || levels.iter().flat_map(|level| &level.vertices);
-    let places: BTreeSet<&str> = vertices()
+    let vertices = levels.iter().flat_map(|level| &level.vertices);
+    let places: BTreeSet<&str> = vertices
         .flat_map(|vertex| PLACE_KEYS.into_iter().filter_map(|key| vertex.properties.get(key)))
         .map(String::as_str)
         .collect();
@@ -75,19 +74,19 @@ fn of_level(tree: &Tree<'_>, ignored: &mut Ignored) {
     for (key, owner, known) in
         tuples.into_iter().chain([("measurements", "a measurement", Some("distance"))])
     {
-        for map in items(tree, key).iter().filter_map(|tuple| tuple.items().get(2)) {
+        for map in tree.items_of(key).iter().filter_map(|tuple| tuple.items().get(2)) {
             ignore_unknown(map, known.as_slice(), owner, ignored);
         }
     }
-    for floor in items(tree, "floors") {
+    for floor in tree.items_of("floors") {
         ignore_unknown(floor, &["vertices"], "a floor", ignored);
     }
 }
 
 /// Counts models that are no stations, and what isn't used of those that are.
 fn of_models(tree: &Tree<'_>, places: &BTreeSet<&str>, ignored: &mut Ignored) {
-    for model in items(tree, "models") {
-        let name = model.get("name").and_then(Tree::text);
+    for model in tree.items_of("models") {
+        let name = model.text_of("name");
         if name.is_some_and(|name| places.contains(name.as_str())) {
             ignore_unknown(model, &["name", "x", "y"], "a dispenser or an ingestor", ignored);
         } else {
@@ -99,7 +98,8 @@ fn of_models(tree: &Tree<'_>, places: &BTreeSet<&str>, ignored: &mut Ignored) {
 /// Counts heights, and the names and properties of vertices that don't become nodes.
 fn of_vertices(tree: &Tree<'_>, level: &Level, ignored: &mut Ignored) {
     let ends: BTreeSet<usize> = level.lanes.iter().flat_map(|lane| lane.ends).collect();
-    for (index, (tuple, vertex)) in items(tree, "vertices").iter().zip(&level.vertices).enumerate()
+    for (index, (tuple, vertex)) in
+        tree.items_of("vertices").iter().zip(&level.vertices).enumerate()
     {
         if tuple.items().get(2).and_then(Tree::number).is_some_and(|height| height != 0.0) {
             ignored.add(tuple.at, "third coordinate of a vertex");
@@ -108,11 +108,7 @@ fn of_vertices(tree: &Tree<'_>, level: &Level, ignored: &mut Ignored) {
             ignored.add(tuple.at, "name of a vertex without a lane");
         }
         for key in vertex.properties.keys().filter(|_| !ends.contains(&index)) {
-            ignored.add(tuple.at, format!("key `{}` of a vertex without a lane", shorten(key)));
+            ignored.add_key(tuple.at, key, "a vertex without a lane");
         }
     }
-}
-
-fn items<'a, 'text>(tree: &'a Tree<'text>, key: &str) -> &'a [Tree<'text>] {
-    tree.get(key).map(Tree::items).unwrap_or_default()
 }

@@ -1,7 +1,6 @@
 //! The problem that LaCAM searches: stands, ways between them, and the targets of robots.
 
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+use crate::planner::driving_times::lower_costs;
 
 /// A way from a stand to another one.
 #[derive(Clone, Debug, PartialEq)]
@@ -68,34 +67,75 @@ impl Problem {
         Some(at)
     }
 
-    /// Returns the seconds from each stand to the nearest of some targets, if nobody else were
-    /// there; nothing without targets.
+    /// Returns the seconds from each stand to the nearest of some targets, without other robots;
+    /// nothing without targets.
     pub fn secs_to(&self, targets: &[u16]) -> Vec<f32> {
         if targets.is_empty() {
             return Vec::new();
         }
-        let mut into: Vec<Vec<(u16, f32)>> = vec![Vec::new(); self.ways.len()];
+        let mut into: Vec<Vec<(u32, f32)>> = vec![Vec::new(); self.ways.len()];
         for (from, ways) in (0..).zip(&self.ways) {
-            ways.iter().for_each(|way| into[usize::from(way.to)].push((from, way.secs)));
+            for way in ways {
+                into[usize::from(way.to)].push((from, way.secs.max(1e-3)));
+            }
         }
-        let mut secs = vec![f32::INFINITY; self.ways.len()];
         // Seconds aren't negative: their bits are in their order.
-        let mut open: BinaryHeap<Reverse<(u32, u16)>> =
-            targets.iter().map(|&target| Reverse((0, target))).collect();
-        targets.iter().for_each(|&target| secs[usize::from(target)] = 0.0);
-        while let Some(Reverse((bits, stand))) = open.pop() {
-            let so_far = f32::from_bits(bits);
-            if so_far > secs[usize::from(stand)] {
-                continue;
-            }
-            for &(from, more) in &into[usize::from(stand)] {
-                let total = so_far + more.max(1e-3);
-                if total < secs[usize::from(from)] {
-                    secs[usize::from(from)] = total;
-                    open.push(Reverse((total.to_bits(), from)));
-                }
+        let mut bits = vec![f32::INFINITY.to_bits(); self.ways.len()];
+        let starts = targets.iter().map(|&target| (target.into(), 0));
+        lower_costs(&mut bits, starts, |stand, so_far| {
+            let so_far = f32::from_bits(so_far);
+            into[stand as usize].iter().map(move |(from, secs)| (*from, (so_far + secs).to_bits()))
+        });
+        bits.into_iter().map(f32::from_bits).collect()
+    }
+}
+
+/// The largest number of hops of shorter solutions that are followed, times the number of agents.
+const MOST_WORK: usize = 1_000_000;
+
+/// Leaves out the loops of agents that make room for no other: an agent comes back to a stand, and
+/// could have stayed. Returns hops that lead to the same end.
+pub fn shorten(problem: &Problem, mut hops: Vec<Hop>) -> Vec<Hop> {
+    let mut work = 0;
+    for agent in 0..problem.starts.len() as u16 {
+        let mut first = 0;
+        while let Some(shorter) = without_loop(problem, &hops, agent, first, &mut work) {
+            match shorter {
+                Some(shorter) => hops = shorter,
+                None => first += 1,
             }
         }
-        secs
     }
+    hops
+}
+
+/// Leaves out the longest loop of an agent from its `first` hop on; `Some(None)` if there is none,
+/// `None` beyond its last hop.
+fn without_loop(
+    problem: &Problem,
+    hops: &[Hop],
+    agent: u16,
+    first: usize,
+    work: &mut usize,
+) -> Option<Option<Vec<Hop>>> {
+    let own: Vec<usize> = (0..hops.len()).filter(|&index| hops[index].agent == agent).collect();
+    let from = hops[*own.get(first)?].from;
+    for last in (first..own.len()).rev() {
+        if problem.way(hops[own[last]]).to != from {
+            continue;
+        }
+        *work += hops.len() * problem.starts.len();
+        if *work > MOST_WORK {
+            return None;
+        }
+        let left_out = &own[first..=last];
+        let rest: Vec<Hop> = (0..hops.len())
+            .filter(|index| left_out.binary_search(index).is_err())
+            .map(|index| hops[index])
+            .collect();
+        if problem.follow(&rest).is_some() {
+            return Some(Some(rest));
+        }
+    }
+    Some(None)
 }

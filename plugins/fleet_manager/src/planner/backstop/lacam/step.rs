@@ -1,18 +1,17 @@
 //! From a configuration to the next one: priority inheritance with backtracking.
 //!
 //! K. Okumura, M. Machida, X. Défago, Y. Tamura: Priority Inheritance with Backtracking for
-//! Iterative Multi-agent Path Finding,
-//! 2022. An agent whose way others block has them go first; who has gone doesn't come back within
-//!       the step.
+//! Iterative Multi-agent Path Finding, 2022. An agent whose way others block has them go first; an
+//! agent that has gone doesn't come back within the step.
 
 use regatta_base::random::mix;
 
-use super::problem::{Hop, Problem};
+use super::problem::{Hop, Problem, Way};
 
 /// Index of the way that an agent takes; none to stay.
 pub(super) type Choice = Option<u16>;
 
-const NOBODY: u16 = u16::MAX;
+const NO_AGENT: u16 = u16::MAX;
 
 /// A step in the making.
 pub(super) struct Step<'a> {
@@ -22,11 +21,11 @@ pub(super) struct Step<'a> {
     bound: Vec<Option<Choice>>,
     /// By agent: its stand.
     pub at: Vec<u16>,
-    /// By stand: who is there.
-    who: Vec<u16>,
+    /// By stand: the agent that is there, or [`NO_AGENT`].
+    occupants: Vec<u16>,
     is_decided: Vec<bool>,
-    /// Ways that agents wait for to become free: stand and index.
-    pending: Vec<(u16, u16)>,
+    /// Ways that agents wait for to become free.
+    pending: Vec<&'a Way>,
     /// One after the other.
     pub hops: Vec<Hop>,
     /// The seed of the order of equal choices.
@@ -37,15 +36,17 @@ pub(super) struct Step<'a> {
 
 impl<'a> Step<'a> {
     pub(super) fn new(problem: &'a Problem, secs: &'a [Vec<f32>], at: &[u16], salt: u64) -> Self {
-        let mut who = vec![NOBODY; problem.ways.len()];
-        (0..).zip(at).for_each(|(agent, &stand)| who[usize::from(stand)] = agent);
+        let mut occupants = vec![NO_AGENT; problem.ways.len()];
+        for (agent, &stand) in (0..).zip(at) {
+            occupants[usize::from(stand)] = agent;
+        }
         let agents = at.len();
         Self {
             problem,
             secs,
             bound: vec![None; agents],
             at: at.to_vec(),
-            who,
+            occupants,
             is_decided: vec![false; agents],
             pending: Vec::new(),
             hops: Vec::new(),
@@ -61,14 +62,12 @@ impl<'a> Step<'a> {
 
     /// Lets agents choose in their order. Returns `false` if one can't do what it is bound to.
     pub(super) fn run(&mut self, order: &[u16]) -> bool {
-        let is_bound = |step: &Self, agent: u16| step.bound[usize::from(agent)].is_some();
-        let bound: Vec<u16> =
-            order.iter().copied().filter(|&agent| is_bound(self, agent)).collect();
-        if !bound
-            .into_iter()
-            .all(|agent| self.is_decided[usize::from(agent)] || self.decide(agent, false))
-        {
-            return false;
+        for &agent in order {
+            let index = usize::from(agent);
+            if self.bound[index].is_some() && !self.is_decided[index] && !self.decide(agent, false)
+            {
+                return false;
+            }
         }
         for &agent in order {
             if !self.is_decided[usize::from(agent)] {
@@ -76,11 +75,9 @@ impl<'a> Step<'a> {
             }
         }
         // A robot that couldn't get out of another one's way has stayed, whatever its constraint.
-        let has_gone = |agent: usize| self.hops.iter().any(|hop| usize::from(hop.agent) == agent);
-        self.bound
-            .iter()
-            .enumerate()
-            .all(|(agent, bound)| !matches!(bound, Some(Some(_))) || has_gone(agent))
+        (0..).zip(&self.bound).all(|(agent, bound)| {
+            !matches!(bound, Some(Some(_))) || self.hops.iter().any(|hop| hop.agent == agent)
+        })
     }
 
     /// Lets an agent choose; one that is in another one's way can't stay. Returns whether it does
@@ -95,8 +92,8 @@ impl<'a> Step<'a> {
             };
             if self.clear(agent, from, way) {
                 let to = self.problem.ways[usize::from(from)][usize::from(way)].to;
-                self.who[usize::from(from)] = NOBODY;
-                self.who[usize::from(to)] = agent;
+                self.occupants[usize::from(from)] = NO_AGENT;
+                self.occupants[usize::from(to)] = agent;
                 self.at[usize::from(agent)] = to;
                 self.hops.push(Hop { agent, from, way });
                 return true;
@@ -109,25 +106,22 @@ impl<'a> Step<'a> {
     fn clear(&mut self, agent: u16, from: u16, way: u16) -> bool {
         let problem = self.problem;
         let wanted = &problem.ways[usize::from(from)][usize::from(way)];
-        let ends_in_way = |&(from, way): &(u16, u16)| {
-            problem.ways[usize::from(from)][usize::from(way)].is_blocked_by(wanted.to)
-        };
-        if self.pending.iter().any(ends_in_way) {
+        if self.pending.iter().any(|pending| pending.is_blocked_by(wanted.to)) {
             return false;
         }
-        self.pending.push((from, way));
+        self.pending.push(wanted);
         let is_free = wanted.blocked_by.iter().all(|&stand| {
-            let other = self.who[usize::from(stand)];
-            other == NOBODY
+            let other = self.occupants[usize::from(stand)];
+            other == NO_AGENT
                 || other == agent
                 || (!self.is_decided[usize::from(other)] && self.decide(other, true))
         });
         self.pending.pop();
-        let is_left = |stand: &u16| {
-            matches!(self.who[usize::from(*stand)], NOBODY)
-                || self.who[usize::from(*stand)] == agent
-        };
-        is_free && wanted.blocked_by.iter().all(is_left)
+        is_free
+            && wanted.blocked_by.iter().all(|&stand| {
+                let occupant = self.occupants[usize::from(stand)];
+                occupant == NO_AGENT || occupant == agent
+            })
     }
 
     /// The choices of an agent, best first.
@@ -136,7 +130,6 @@ impl<'a> Step<'a> {
         if let Some(choice) = self.bound[usize::from(agent)] {
             return if is_in_way && choice.is_none() { Vec::new() } else { vec![choice] };
         }
-        let to_go = |stand: u16| secs.get(usize::from(stand)).copied().unwrap_or(0.0);
         let is_free = secs.is_empty();
         if is_free && !is_in_way {
             return vec![None];
@@ -149,13 +142,14 @@ impl<'a> Step<'a> {
             let others = way
                 .blocked_by
                 .iter()
-                .filter(|&&stand| self.who[usize::from(stand)] != NOBODY)
+                .filter(|&&stand| self.occupants[usize::from(stand)] != NO_AGENT)
                 .count();
             let tie = mix(self.salt ^ u64::from(agent) << 32 ^ u64::from(way.to) << 16);
             // Without a target, it goes where it pushes the fewest.
-            let class =
-                if is_free { 2 + others } else { 2 * usize::from(to_go(way.to) >= to_go(from)) };
-            let secs = way.secs + to_go(way.to);
+            let to_go = to_go(secs, way.to);
+            let is_farther = to_go >= self::to_go(secs, from);
+            let class = if is_free { 2 + others } else { 2 * usize::from(is_farther) };
+            let secs = way.secs + to_go;
             if secs.is_finite() {
                 choices.push((Wish { class, secs, others, tie }, Some(index)));
             }
@@ -163,6 +157,11 @@ impl<'a> Step<'a> {
         choices.sort_by(|(a, _), (b, _)| a.order(b));
         choices.into_iter().map(|(_, choice)| choice).collect()
     }
+}
+
+/// The seconds from a stand to the target; 0 without a target.
+pub(super) fn to_go(secs: &[f32], stand: u16) -> f32 {
+    secs.get(usize::from(stand)).copied().unwrap_or(0.0)
 }
 
 /// The cost of a choice, compared lexicographically.

@@ -1,0 +1,8 @@
+//! Tests of the contract by its public interface.
+
+mod common;
+mod contacts;
+mod frames;
+mod layout;
+mod messages;
+mod processes;
