@@ -3,7 +3,7 @@
 //! contract, write it anew:
 //!
 //! ```console
-//! $ REGATTA_WRITE_LAYOUT=1 cargo test -p regatta-plugin --test layout
+//! $ REGATTA_WRITE_LAYOUT=1 cargo test -p regatta-plugin --test contract layout
 //! ```
 
 use std::any::type_name;
