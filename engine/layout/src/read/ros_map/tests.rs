@@ -231,8 +231,7 @@ fn unknown_keys_are_reported() {
 #[test]
 fn aliases_that_grow_too_large_are_refused() {
     let error = MapFile::read(&map_with_aliases(10), &mut Ignored::default())
-        .err()
-        .expect("a text of billions of entries");
+        .expect_err("a text of billions of entries");
     assert!(error.message.contains("aliases included"), "{}", error.message);
 }
 
