@@ -12,7 +12,9 @@ use std::sync::Arc;
 
 use regatta_plugin::command::{CommandHeader, CommandRecord};
 use regatta_plugin::producer::Session;
-use regatta_plugin::{FrameLoan, Participant, ProducerPorts, RouteServer, Termination, services};
+use regatta_plugin::{
+    FrameLoan, LocalFleet, Participant, ProducerPorts, RouteServer, services,
+};
 
 use crate::arc_length;
 use crate::digest::Digest;
@@ -61,72 +63,136 @@ impl Engine {
     /// # Errors
     /// If another producer of that fleet runs, shared memory can't be used, or the options don't
     /// fit the scenario or the machine.
-    pub fn new(scenario: Scenario, options: Options) -> Result<Self, EngineError> {
-        let robots = options.robots.unwrap_or_else(|| scenario.robots());
-        if robots > MAX_ROBOTS {
-            return Err(EngineError::TooManyRobots(robots));
-        }
-        let lockstep = options.lockstep;
-        let ticks_per_frame = scenario.ticks_per_frame;
-        if !lockstep.names.is_empty() && ticks_per_frame as usize > services::EVENT_BUFFER {
-            return Err(EngineError::TooFewFrames(ticks_per_frame));
-        }
-        let participant = Participant::join(&options.fleet, "engine")?;
-        let ports = ProducerPorts::create_on(participant, robots as usize)?;
-        check_size(&scenario.graph)?;
-        let tracks = Arc::new(arc_length::compile(&scenario.graph));
-        let config = FleetConfig {
-            types: scenario.robot_types.clone(),
-            tick_period: scenario.tick_period,
-            seed: scenario.seed,
-            isa: options.isa.unwrap_or_else(Isa::detect),
-            threads: options.threads,
-            most_robots: MAX_ROBOTS,
-        };
-        let mut fleet = Fleet::new(scenario.graph.clone(), tracks.clone(), config)?;
-        fleet.vary_speeds(scenario.disturbances.speed_variation, scenario.seed);
-        let disturbances =
-            Schedule::new(&scenario.disturbances, scenario.seed, scenario.tick_period);
-        let routes = RouteServer::open_on(ports.participant())?;
-        let mut simulation = Simulation {
-            events: EventBuffer::new(MAX_EVENTS),
-            robot_types: Vec::new(),
-            tracks,
-            commands: Vec::new(),
-            command_log: Vec::new(),
-            closures_published: 0,
-            unannounced_ticks: 0,
-            last_tick: options.ticks,
-            digest: options.digest.then(Digest::default),
-            disturbances,
-            batteries_due: 0,
-            scenario,
-            fleet,
-            routes,
-        };
-        // The first frame shows these robots. Events of them would reach only readers that
-        // happen to be there by now.
-        simulation.events.set_wanted(false);
-        simulation.place_robots(robots)?;
-        let session = Session::new(ports, simulation.scenario.tick_period, options.speed, lockstep);
-        Ok(Self { session, simulation })
+    pub fn new(scenario: Scenario, mut options: Options) -> Result<Self, EngineError> {
+        let lockstep = std::mem::take(&mut options.lockstep);
+        let (speed, tick_period) = (options.speed, scenario.tick_period);
+        let is_lockstep = !lockstep.names.is_empty();
+        let participant = Participant::join(&options.fleet, NAME)?;
+        let (ports, simulation) = open(scenario, &options, participant, is_lockstep)?;
+        Ok(Self { session: Session::new(ports, tick_period, speed, lockstep), simulation })
+    }
+
+    /// As [`new`](Self::new), in a local fleet: a driver calls [`begin`](Self::begin),
+    /// [`advance`](Self::advance) and [`end`](Self::end), and its readers after each frame. The
+    /// name of the fleet, the speed and the lockstep of the options don't count.
+    ///
+    /// # Errors
+    /// As [`new`](Self::new).
+    pub fn driven(
+        scenario: Scenario,
+        options: &Options,
+        fleet: &LocalFleet,
+    ) -> Result<Self, EngineError> {
+        let tick_period = scenario.tick_period;
+        let (ports, simulation) = open(scenario, options, fleet.join(NAME), true)?;
+        Ok(Self { session: Session::driven(ports, tick_period), simulation })
     }
 
     /// Runs until the requested number of ticks is made or the process is asked to end.
     ///
     /// # Errors
     /// If shared memory fails, or a plugin in lockstep doesn't finish a tick in time.
-    pub fn run(&mut self, termination: &Termination) -> Result<Summary, EngineError> {
+    #[cfg(feature = "shared-memory")]
+    pub fn run(
+        &mut self,
+        termination: &regatta_plugin::Termination,
+    ) -> Result<Summary, EngineError> {
+        self.session.run(&mut self.simulation, termination)?;
+        Ok(self.summary())
+    }
+
+    /// Publishes the world and the first frame.
+    ///
+    /// # Errors
+    /// If a port fails.
+    pub fn begin(&mut self) -> Result<(), EngineError> {
+        self.session.begin(&mut self.simulation)
+    }
+
+    /// Makes a tick. Returns `false` after the last one.
+    ///
+    /// # Errors
+    /// If a port fails.
+    pub fn advance(&mut self) -> Result<bool, EngineError> {
+        self.session.advance(&mut self.simulation)
+    }
+
+    /// Publishes the last frame again, as the end of the run.
+    ///
+    /// # Errors
+    /// If a port fails.
+    pub fn end(&mut self) -> Result<Summary, EngineError> {
+        self.session.end(&mut self.simulation)?;
+        Ok(self.summary())
+    }
+
+    fn summary(&self) -> Summary {
         let Self { session, simulation } = self;
-        session.run(simulation, termination)?;
-        Ok(Summary {
+        Summary {
             ticks: session.tick(),
             sim_time: session.sim_time(),
             wall_time: session.wall_time(),
             late_ticks: session.late_ticks(),
             digest: simulation.digest.as_ref().map(Digest::value),
-        })
+        }
     }
+}
+
+/// The name of the engine in its fleet.
+const NAME: &str = "engine";
+
+/// Opens the engine's services and places the robots.
+fn open(
+    scenario: Scenario,
+    options: &Options,
+    participant: Participant,
+    is_lockstep: bool,
+) -> Result<(ProducerPorts, Simulation), EngineError> {
+    let robots = options.robots.unwrap_or_else(|| scenario.robots());
+    if robots > MAX_ROBOTS {
+        return Err(EngineError::TooManyRobots(robots));
+    }
+    let ticks_per_frame = scenario.ticks_per_frame;
+    if is_lockstep && ticks_per_frame as usize > services::EVENT_BUFFER {
+        return Err(EngineError::TooFewFrames(ticks_per_frame));
+    }
+    let ports = ProducerPorts::create_on(participant, robots as usize)?;
+    check_size(&scenario.graph)?;
+    let tracks = Arc::new(arc_length::compile(&scenario.graph));
+    let config = FleetConfig {
+        types: scenario.robot_types.clone(),
+        tick_period: scenario.tick_period,
+        seed: scenario.seed,
+        isa: options.isa.unwrap_or_else(Isa::detect),
+        threads: options.threads,
+        most_robots: MAX_ROBOTS,
+    };
+    let mut fleet = Fleet::new(scenario.graph.clone(), tracks.clone(), config)?;
+    fleet.vary_speeds(scenario.disturbances.speed_variation, scenario.seed);
+    let disturbances =
+        Schedule::new(&scenario.disturbances, scenario.seed, scenario.tick_period);
+    let routes = RouteServer::open_on(ports.participant())?;
+    let mut simulation = Simulation {
+        events: EventBuffer::new(MAX_EVENTS),
+        robot_types: Vec::new(),
+        tracks,
+        commands: Vec::new(),
+        command_log: Vec::new(),
+        closures_published: 0,
+        unannounced_ticks: 0,
+        last_tick: options.ticks,
+        digest: options.digest.then(Digest::default),
+        disturbances,
+        batteries_due: 0,
+        scenario,
+        fleet,
+        routes,
+    };
+    // The first frame shows these robots. Events of them would reach only readers that
+    // happen to be there by now.
+    simulation.events.set_wanted(false);
+    simulation.place_robots(robots)?;
+    Ok((ports, simulation))
 }
 
 impl Simulation {

@@ -1,14 +1,16 @@
-//! `regatta study-observe`: the readers of a study's run in one process. In lockstep each
+//! The readers of a study's run: traffic, queues, orders and findings. They count as one plugin, in
+//! the process of the run or, as `regatta study-observe`, in one of their own. (In lockstep each
 //! additional process costs some wake-ups a tick, which with small fleets would cost more than the
-//! work of the readers.
+//! work of the readers.)
 
-use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Parser};
-use regatta_plugin::{Events, Frame, Options, Participant, Plugin, Rate, Result, World};
-use regatta_validator::Kind;
+use regatta_meter::{Figures, Metering};
+use regatta_plugin::{Error, Events, Frame, Options, Participant, Plugin, Rate, Result, World};
+use regatta_traffic::{QueueObserver, TrafficPlugin};
+use regatta_validator::{Report, Settings, Validator};
 
 use crate::failure::{Failure, plugin_failure};
 
@@ -35,64 +37,84 @@ pub struct ObserverArgs {
 
 /// Runs `regatta study-observe`.
 pub fn run(args: &ObserverArgs) -> Result<ExitCode, Failure> {
-    let mut readers: Vec<Box<dyn Plugin>> = Vec::new();
-    let traffic = regatta_traffic::Cli::try_parse_from(with_json("traffic", &args.traffic))?;
-    readers.push(Box::new(regatta_traffic::plugin(traffic)));
-    readers.push(Box::new(regatta_traffic::queue_observer(args.queues.clone())));
-    let meter = regatta_meter::Cli::try_parse_from(with_json("meter", &args.meter))?;
-    readers.push(Box::new(regatta_meter::plugin(meter)));
-    if let Some(file) = &args.validator {
-        // Findings are figures here, and no failure.
-        let kinds: Vec<_> = Kind::all().map(|kind| kind.to_string()).collect();
-        let words = with_json("validator", file)
-            .into_iter()
-            .chain(["--allow".into(), kinds.join(",").into()]);
-        readers.push(Box::new(regatta_validator::plugin(regatta_validator::Cli::try_parse_from(
-            words,
-        )?)));
-    }
-    let observers = Observers { readers, ready: args.ready.clone() };
-    args.options.run(observers, "observers").map_err(plugin_failure)?;
+    let observers = Observers::new(args.validator.is_some());
+    let program = ObserverProgram { observers, args };
+    args.options.run(program, "observers").map_err(plugin_failure)?;
     Ok(ExitCode::SUCCESS)
 }
 
-fn with_json(name: &str, file: &Path) -> [OsString; 3] {
-    [name.into(), "--json".into(), file.into()]
+/// The readers of a run.
+pub struct Observers {
+    traffic: TrafficPlugin,
+    queues: QueueObserver,
+    meter: Metering,
+    validator: Option<Validator>,
 }
 
-/// Plugins that are called one after the other.
-struct Observers {
-    readers: Vec<Box<dyn Plugin>>,
-    /// The file that says that all are ready.
-    ready: PathBuf,
+/// The figures that the readers of a run have at its end.
+pub struct Observed {
+    /// The traffic on edges, as JSON.
+    pub traffic: String,
+    /// The places that robots waited for, as JSON.
+    pub queues: String,
+    /// The figures of the orders.
+    pub meter: Figures,
+    /// The findings; `None` if nothing was judged.
+    pub findings: Option<Report>,
+}
+
+impl Observers {
+    /// Creates the readers of a run, the validator among them if the run `is_judged`.
+    pub fn new(is_judged: bool) -> Self {
+        let traffic = regatta_traffic::Cli::parse_from(["traffic"]);
+        Self {
+            traffic: regatta_traffic::plugin(traffic),
+            queues: QueueObserver::default(),
+            meter: Metering::default(),
+            validator: is_judged.then(|| Validator::new(Settings::default())),
+        }
+    }
+
+    /// Returns the figures, and ends the judgement.
+    pub fn observed(&mut self) -> Observed {
+        Observed {
+            traffic: self.traffic.json(),
+            queues: self.queues.json(),
+            meter: self.meter.figures(),
+            findings: self.validator.as_mut().map(Validator::take_report),
+        }
+    }
+
+    fn readers(&mut self) -> impl Iterator<Item = &mut dyn Plugin> {
+        let Self { traffic, queues, meter, validator } = self;
+        let readers: [&mut dyn Plugin; 3] = [traffic, queues, meter];
+        readers.into_iter().chain(validator.as_mut().map(|validator| validator as &mut dyn Plugin))
+    }
 }
 
 impl Plugin for Observers {
     fn on_start(&mut self, fleet: &Participant) -> Result {
-        self.readers.iter_mut().try_for_each(|reader| reader.on_start(fleet))?;
-        // From now on, nothing that a manager writes is lost.
-        Ok(std::fs::write(&self.ready, "")?)
+        self.readers().try_for_each(|reader| reader.on_start(fleet))
     }
 
     fn on_world(&mut self, world: &World<'_>) -> Result {
-        self.readers.iter_mut().try_for_each(|reader| reader.on_world(world))
+        self.readers().try_for_each(|reader| reader.on_world(world))
     }
 
     fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
-        self.readers.iter_mut().try_for_each(|reader| reader.on_frame(frame))
+        self.readers().try_for_each(|reader| reader.on_frame(frame))
     }
 
     fn on_idle(&mut self, has_producer: bool) -> Result {
-        self.readers.iter_mut().try_for_each(|reader| reader.on_idle(has_producer))
+        self.readers().try_for_each(|reader| reader.on_idle(has_producer))
     }
 
     fn wants_events(&self) -> bool {
-        self.readers.iter().any(|reader| reader.wants_events())
+        self.validator.is_some()
     }
 
     fn on_events(&mut self, events: &Events<'_>) -> Result {
-        let mut wanting = self.readers.iter_mut().filter(|reader| reader.wants_events());
-        wanting.try_for_each(|reader| reader.on_events(events))
+        self.validator.as_mut().map_or(Ok(()), |validator| validator.on_events(events))
     }
 
     fn rate(&self) -> Rate {
@@ -100,8 +122,57 @@ impl Plugin for Observers {
     }
 
     fn on_stop(&mut self) -> Result {
-        // Each writes its figures, even if others fail.
-        let ends: Vec<Result> = self.readers.iter_mut().map(|reader| reader.on_stop()).collect();
-        ends.into_iter().collect()
+        self.readers().try_for_each(|reader| reader.on_stop())
     }
+}
+
+/// The program: it writes the figures to files at the end.
+struct ObserverProgram<'a> {
+    observers: Observers,
+    args: &'a ObserverArgs,
+}
+
+impl Plugin for ObserverProgram<'_> {
+    fn on_start(&mut self, fleet: &Participant) -> Result {
+        self.observers.on_start(fleet)?;
+        // From now on, nothing that a manager writes is lost.
+        Ok(std::fs::write(&self.args.ready, "")?)
+    }
+
+    fn on_world(&mut self, world: &World<'_>) -> Result {
+        self.observers.on_world(world)
+    }
+
+    fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
+        self.observers.on_frame(frame)
+    }
+
+    fn on_idle(&mut self, has_producer: bool) -> Result {
+        self.observers.on_idle(has_producer)
+    }
+
+    fn wants_events(&self) -> bool {
+        self.observers.wants_events()
+    }
+
+    fn on_events(&mut self, events: &Events<'_>) -> Result {
+        self.observers.on_events(events)
+    }
+
+    fn on_stop(&mut self) -> Result {
+        self.observers.on_stop()?;
+        let Observed { traffic, queues, meter, findings } = self.observers.observed();
+        write(&self.args.traffic, traffic)?;
+        write(&self.args.queues, queues)?;
+        write(&self.args.meter, serde_json::to_string(&meter)?)?;
+        if let (Some(path), Some(findings)) = (&self.args.validator, findings) {
+            write(path, findings.to_json())?;
+        }
+        Ok(())
+    }
+}
+
+fn write(path: &Path, text: String) -> Result {
+    std::fs::write(path, text)
+        .map_err(|error| Error::new(format_args!("can't write {} ({error})", path.display())))
 }

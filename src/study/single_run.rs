@@ -1,21 +1,27 @@
-//! `regatta study-run`: does one job of a study. The engine, the manager and the observers
-//! (traffic, meter and validator) run in lockstep as processes of their own.
+//! `regatta study-run`: does one job of a study. The engine, Regatta's manager and the observers
+//! (traffic, meter and validator) call each other in this process. With a manager that is another
+//! program, they run in lockstep as processes of their own, with the same figures.
 
 use std::collections::BTreeMap;
+use std::ffi::OsString;
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 use std::time::Instant;
 
-use clap::Args;
+use clap::{Args, Parser};
 use regatta_meter::Figures;
 use regatta_plugin::{AFTER_VARIABLE, LOAD_VARIABLE, Termination};
+use regatta_run::{Run, RunError};
+use regatta_scenario::{Overrides, Scenario};
 use regatta_study::job::{Job, Manager};
-use regatta_study::outcome::{Outcome, edges};
+use regatta_study::outcome::{EdgeOutcome, Outcome, edges};
 use regatta_study::workers::UNWRITABLE;
+use regatta_validator::Report;
 use serde_json::Value;
 
+use super::observers::{Observed, Observers};
 use crate::failure::{Failure, plugin_failure, print_failure};
 use crate::lockstep_run::{ENGINE, LockstepRun, POLL_INTERVAL, WriteError, findings};
 use crate::output::{Force, write_file};
@@ -45,6 +51,9 @@ pub struct StudyRunArgs {
     /// Record the run to this file, too
     #[arg(long, value_name = "FILE.mcap")]
     record: Option<PathBuf>,
+    /// Run the engine, the manager and the observers as processes of their own
+    #[arg(long)]
+    processes: bool,
 }
 
 /// Runs `regatta study-run`.
@@ -68,7 +77,13 @@ pub fn run(args: &StudyRunArgs) -> Result<ExitCode, Failure> {
         .output
         .clone()
         .unwrap_or_else(|| beside.join("results").join(format!("{}.json", job.id())));
-    let outcome = JobRun::start(&job, &layout, args.record.as_deref()).and_then(JobRun::finish);
+    let record = args.record.as_deref();
+    let outcome = match &job.manager {
+        Manager::BuiltIn(words) | Manager::Bound(words) if !args.processes => {
+            run_in_process(&job, words, &layout, record)
+        }
+        _ => JobRun::start(&job, &layout, record).and_then(JobRun::finish),
+    };
     let outcome = match outcome {
         Err(failure) if is_of_full_disk(&failure) => return Ok(unwritable(&*failure)),
         outcome => outcome?,
@@ -131,17 +146,11 @@ impl<'a> JobRun<'a> {
 
     /// Whether the validator judges the run: not if robots drive through each other.
     fn is_judged(&self) -> bool {
-        !matches!(self.job.manager, Manager::Bound(_))
+        is_judged(self.job)
     }
 
     fn write_scenario(&self, layout: &Path) -> Result<PathBuf, Failure> {
-        let mut job = self.job.clone();
-        job.scenario.graph = std::path::absolute(layout)?.to_string_lossy().into_owned();
-        let path = self.run.folder().join("scenario.yaml");
-        // JSON is YAML, too.
-        fs::write(&path, job.scenario_text())
-            .map_err(|reason| WriteError { path: std::env::temp_dir(), reason })?;
-        Ok(path)
+        write_scenario(self.job, layout, self.run.folder())
     }
 
     fn start_manager(&mut self, scenario: &Path) -> Result<(), Failure> {
@@ -211,28 +220,97 @@ impl<'a> JobRun<'a> {
             .find(|line| line.len() == 32 && line.bytes().all(|byte| byte.is_ascii_hexdigit()))
             .ok_or("the engine gave no digest")?
             .to_owned();
-        let figures: Figures = serde_json::from_value(self.json(METER)?)?;
-        if figures.samples_missed > 0 {
-            return Err(format!(
-                "{} samples of the order log were lost; run it again",
-                figures.samples_missed
-            )
-            .into());
-        }
-        Ok(Outcome {
-            job: self.job.id(),
+        let findings = match self.is_judged() {
+            true => findings(&self.json(VALIDATOR)?).collect(),
+            false => BTreeMap::new(),
+        };
+        outcome(
+            self.job,
             digest,
-            figures,
-            findings: if self.is_judged() {
-                findings(&self.json(VALIDATOR)?).collect()
-            } else {
-                BTreeMap::new()
-            },
-            edges: edges(
+            serde_json::from_value(self.json(METER)?)?,
+            findings,
+            edges(
                 serde_json::from_value(self.json(TRAFFIC)?)?,
                 serde_json::from_value(self.json(QUEUES)?)?,
             ),
-            wall_secs: self.started.elapsed().as_secs_f64(),
-        })
+            self.started,
+        )
     }
+}
+
+/// Whether the validator judges a run: not if robots drive through each other.
+fn is_judged(job: &Job) -> bool {
+    !matches!(job.manager, Manager::Bound(_))
+}
+
+/// Writes the scenario of a job into a folder.
+fn write_scenario(job: &Job, layout: &Path, folder: &Path) -> Result<PathBuf, Failure> {
+    let mut job = job.clone();
+    job.scenario.graph = std::path::absolute(layout)?.to_string_lossy().into_owned();
+    let path = folder.join("scenario.yaml");
+    // JSON is YAML, too.
+    fs::write(&path, job.scenario_text())
+        .map_err(|reason| WriteError { path: std::env::temp_dir(), reason })?;
+    Ok(path)
+}
+
+/// Returns the outcome of a run, unless figures are incomplete.
+fn outcome(
+    job: &Job,
+    digest: String,
+    figures: Figures,
+    findings: BTreeMap<String, u64>,
+    edges: Vec<EdgeOutcome>,
+    started: Instant,
+) -> Result<Outcome, Failure> {
+    if figures.samples_missed > 0 {
+        let missed = figures.samples_missed;
+        return Err(format!("{missed} samples of the order log were lost; run it again").into());
+    }
+    let wall_secs = started.elapsed().as_secs_f64();
+    Ok(Outcome { job: job.id(), digest, figures, findings, edges, wall_secs })
+}
+
+/// Does a job in this process. `words` are arguments of the manager.
+fn run_in_process(
+    job: &Job,
+    words: &[String],
+    layout: &Path,
+    record: Option<&Path>,
+) -> Result<Outcome, Failure> {
+    let (started, termination) = (Instant::now(), Termination::watch().map_err(plugin_failure)?);
+    let folder = tempfile::tempdir()
+        .map_err(|reason| WriteError { path: std::env::temp_dir(), reason })?;
+    let path = write_scenario(job, layout, folder.path())?;
+    let mut manager = vec![OsString::from(MANAGER)];
+    manager.extend(words.iter().map(OsString::from));
+    manager.extend([OsString::from("--load"), path.clone().into()]);
+    manager.extend((!is_judged(job)).then(|| "--no-conflicts".into()));
+    let manager = regatta_fleet_manager::Cli::try_parse_from(manager)?;
+    let manager = regatta_fleet_manager::plugin(manager).map_err(plugin_failure)?;
+    let mut observers = Observers::new(is_judged(job));
+    let mut run = Run::new(Scenario::read(&path, &Overrides::default())?)
+        .digested()
+        .stopped_by(|| termination.requested())
+        .with_named(MANAGER, &[], manager)
+        .with_named(OBSERVERS, &[MANAGER], &mut observers);
+    if let Some(file) = record {
+        let words = ["record".as_ref(), "--force".as_ref(), "--output".as_ref(), file.as_os_str()];
+        let recorder = regatta_record::plugin(words).map_err(plugin_failure)?;
+        run = run.with_named(RECORDER, &[MANAGER], recorder);
+    }
+    let summary = match run.for_ticks(job.secs * u64::from(job.rate_hz)) {
+        Err(RunError::Stopped(_)) => return Err("interrupted".into()),
+        summary => summary?,
+    };
+    let Observed { traffic, queues, meter, findings } = observers.observed();
+    let kinds = findings.iter().flat_map(Report::found);
+    outcome(
+        job,
+        summary.digest.map(|digest| format!("{digest:032x}")).unwrap_or_default(),
+        meter,
+        kinds.map(|found| (found.kind.to_string(), found.count)).collect(),
+        edges(serde_json::from_str(&traffic)?, serde_json::from_str(&queues)?),
+        started,
+    )
 }

@@ -30,6 +30,22 @@ pub struct Options {
     pub lockstep: LockstepOptions,
 }
 
+impl Default for Options {
+    /// The robots of the scenario, one thread, real time, no end.
+    fn default() -> Self {
+        Self {
+            fleet: FleetName::default(),
+            robots: None,
+            speed: Speed::Factor(1.0),
+            threads: 1,
+            isa: None,
+            ticks: None,
+            digest: false,
+            lockstep: LockstepOptions::default(),
+        }
+    }
+}
+
 /// The result of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct Summary {

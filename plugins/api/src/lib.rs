@@ -119,10 +119,12 @@
 //! | [`process`] | joining a fleet, running a plugin, ending, the health of shared memory |
 //! | [`producer`] | clock, figures and control for any producer |
 //!
-//! Imports lead from the records up, through ports and processes, to producers.
+//! Imports lead from the records up, through ports and processes, to producers. Below the ports,
+//! the transport connects them: by shared memory between processes, or by calls within one (see
+//! [`LocalFleet`]).
 //!
-//! Without the default feature `shared-memory` only the records are there, which any target of Rust
-//! compiles, for example `wasm32-unknown-unknown`.
+//! Without the default feature `shared-memory` there are local fleets alone. That compiles for any
+//! target of Rust, for example `wasm32-unknown-unknown`.
 
 /// Writes a line to standard error, as `eprintln!` does, but continues if it can't be read any
 /// more: a plugin whose terminal or log was closed still serves its fleet.
@@ -135,17 +137,11 @@ macro_rules! tell {
 }
 
 mod error;
-#[cfg(feature = "shared-memory")]
 pub mod ports;
-#[cfg(feature = "shared-memory")]
 pub mod process;
-#[cfg(feature = "shared-memory")]
 pub mod producer;
-#[cfg_attr(
-    not(feature = "shared-memory"),
-    allow(dead_code, unused_imports, reason = "the ports alone write some records")
-)]
 pub mod records;
+mod transport;
 
 /// The plugins' README has a whole plugin: it compiles.
 #[cfg(all(doctest, feature = "shared-memory"))]
@@ -162,46 +158,46 @@ pub use records::{
     activity, closure, column, command, command_log, contact, control, event, frame, history,
     manager, order, recording, route, sequence, traffic, world,
 };
+pub use ports::closures::ClosureReader;
 #[cfg(feature = "shared-memory")]
-pub use shared_memory::*;
-
-/// The part of the contract that needs shared memory.
+pub use ports::columns::column_names;
+pub use ports::columns::{ColumnPublisher, ColumnReader, ColumnValues};
+pub use ports::command_log::{CommandLog, CommandLogReader};
+pub use ports::commands::{CommandError, Commands};
+pub use ports::contacts::{ContactEventReader, ContactEvents, ContactPublisher, ContactReader};
+pub use ports::control::{Control, ControlError, TIMEOUT as CONTROL_TIMEOUT};
+pub use ports::error::{LockstepError, OpenError, PublishError, ReadError};
+pub use ports::events::{EventReader, Events};
+pub use ports::frames::Subscriber;
+pub use ports::history::{HistoryPublisher, HistoryReader};
 #[cfg(feature = "shared-memory")]
-mod shared_memory {
-    pub use crate::ports::closures::ClosureReader;
-    pub use crate::ports::columns::{ColumnPublisher, ColumnReader, ColumnValues, column_names};
-    pub use crate::ports::command_log::{CommandLog, CommandLogReader};
-    pub use crate::ports::commands::{CommandError, Commands};
-    pub use crate::ports::contacts::{
-        ContactEventReader, ContactEvents, ContactPublisher, ContactReader,
-    };
-    pub use crate::ports::control::{Control, ControlError, TIMEOUT as CONTROL_TIMEOUT};
-    pub use crate::ports::error::{OpenError, PublishError, ReadError};
-    pub use crate::ports::events::{EventReader, Events};
-    pub use crate::ports::frames::Subscriber;
-    pub use crate::ports::history::{HistoryPublisher, HistoryReader};
-    pub use crate::ports::lockstep::{LockstepError, Reporter};
-    pub use crate::ports::manager::{ManagerClient, ManagerError, ManagerServer};
-    pub use crate::ports::orders::{OrderPublisher, OrderReader, Orders};
-    pub use crate::ports::producer::{FrameLoan, ProducerPorts};
-    pub use crate::ports::recording::{RecordingPublisher, RecordingReader, ReplayedRecording};
-    pub use crate::ports::routes::{PendingRoute, RouteClient, RouteError, RouteServer};
-    pub use crate::ports::services;
-    pub use crate::ports::traffic::{TrafficPublisher, TrafficReader};
-    pub use crate::ports::worlds::WorldReader;
-    pub use crate::process::domain::{
-        DomainError, RUNTIME_DIR_VARIABLE, config as iceoryx2_config,
-    };
-    pub use crate::process::health;
-    pub use crate::process::join::Participant;
-    pub use crate::process::log::set_verbosity;
-    pub use crate::process::plugin::Plugin;
-    pub use crate::process::rate::{Rate, RateError};
-    pub use crate::process::run::{
-        AFTER_VARIABLE, LOAD_VARIABLE, NAME_VARIABLE, Options, run, run_from,
-    };
-    pub use crate::process::scheduling::{Priority, SchedulingError, SchedulingOptions};
-    pub use crate::process::termination::{PARENT_VARIABLE, Termination, reopen_on_hangup};
-    pub use crate::process::usage::usage_line;
-    pub use crate::producer::{produce, produce_from};
-}
+pub use ports::lockstep::Reporter;
+pub use ports::manager::{ManagerClient, ManagerError, ManagerServer};
+pub use ports::orders::{OrderPublisher, OrderReader, Orders};
+pub use ports::producer::{FrameLoan, ProducerPorts};
+pub use ports::recording::{RecordingPublisher, RecordingReader, ReplayedRecording};
+pub use ports::routes::{PendingRoute, RouteClient, RouteError, RouteServer};
+pub use ports::services;
+pub use ports::traffic::{TrafficPublisher, TrafficReader};
+pub use ports::worlds::WorldReader;
+#[cfg(feature = "shared-memory")]
+pub use process::domain::{DomainError, RUNTIME_DIR_VARIABLE, config as iceoryx2_config};
+#[cfg(feature = "shared-memory")]
+pub use process::health;
+pub use process::join::Participant;
+#[cfg(feature = "shared-memory")]
+pub use process::log::set_verbosity;
+pub use process::options::{AFTER_VARIABLE, LOAD_VARIABLE, NAME_VARIABLE, Options};
+pub use process::plugin::Plugin;
+pub use process::rate::{Rate, RateError};
+#[cfg(feature = "shared-memory")]
+pub use process::run::{run, run_from};
+pub use process::runner::LocalPlugin;
+#[cfg(feature = "shared-memory")]
+pub use process::scheduling::{Priority, SchedulingError, SchedulingOptions};
+#[cfg(feature = "shared-memory")]
+pub use process::termination::{PARENT_VARIABLE, Termination, reopen_on_hangup};
+pub use process::usage::usage_line;
+#[cfg(feature = "shared-memory")]
+pub use producer::{produce, produce_from};
+pub use transport::local::LocalFleet;

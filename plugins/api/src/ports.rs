@@ -3,10 +3,9 @@
 //! Four generic ports do the work, and the others only give them names and types: [`slices`] sends
 //! slices of records, [`receive`] takes the newest sample or all of them in order, and [`ask`] has
 //! both sides of request-response services. [`services`] has the name and the quality of each
-//! service. `full_memory` turns shared memory that is full into an error.
+//! service.
 //!
-//! Every port is opened on a [`Participant`](crate::Participant): a process that has joined the
-//! fleet.
+//! Every port is opened on a [`Participant`](crate::Participant): the member of a fleet.
 
 mod ask;
 pub mod closures;
@@ -19,13 +18,12 @@ pub mod error;
 pub mod events;
 mod frame_loan;
 pub mod frames;
-pub(crate) mod full_memory;
 pub mod history;
 mod inbox;
+#[cfg(feature = "shared-memory")]
 pub mod lockstep;
 pub mod manager;
 pub mod orders;
-mod places;
 pub mod producer;
 mod receive;
 pub mod recording;
@@ -33,5 +31,4 @@ pub mod routes;
 pub mod services;
 mod slices;
 pub mod traffic;
-mod wake;
 pub mod worlds;

@@ -1,15 +1,25 @@
 //! The life of a process in a fleet: joining, running a plugin, ending, and the health of shared
 //! memory.
 
+#[cfg(feature = "shared-memory")]
 pub(crate) mod domain;
+#[cfg(feature = "shared-memory")]
 pub mod health;
 pub mod join;
+#[cfg(feature = "shared-memory")]
 pub mod log;
+#[cfg(feature = "shared-memory")]
 mod management;
+pub mod options;
 pub mod plugin;
 pub mod rate;
+#[cfg(feature = "shared-memory")]
 pub mod run;
+pub mod runner;
+#[cfg(feature = "shared-memory")]
 pub mod scheduling;
+#[cfg(feature = "shared-memory")]
 mod silence;
+#[cfg(feature = "shared-memory")]
 pub mod termination;
 pub mod usage;

@@ -17,12 +17,13 @@ use core::time::Duration;
 
 pub use clock::{Clock, MAX_BACKLOG};
 pub use figures::{Figures, resident_bytes};
-pub use options::{LockstepOptions, ProducerOptions, produce, produce_from};
+pub use options::LockstepOptions;
+#[cfg(feature = "shared-memory")]
+pub use options::{ProducerOptions, produce, produce_from};
 pub use session::{Moment, Session};
 pub use speed::{ParseSpeedError, Speed};
 
-use crate::ports::error::{PublishError, ReadError};
-use crate::ports::lockstep::LockstepError;
+use crate::ports::error::{LockstepError, PublishError, ReadError};
 use crate::records::control::ControlKind;
 use crate::records::frame::RobotState;
 

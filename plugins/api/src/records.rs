@@ -31,6 +31,21 @@ macro_rules! numbered {
     };
 }
 
+/// Plain data that ports carry.
+pub trait Record: bytemuck::AnyBitPattern + core::fmt::Debug + Shareable {}
+
+impl<T: bytemuck::AnyBitPattern + core::fmt::Debug + Shareable> Record for T {}
+
+/// The header of a sample: the record that comes before its slice.
+pub trait Header: Record + Default {}
+
+impl<T: Record + Default> Header for T {}
+
+#[cfg(feature = "shared-memory")]
+use iceoryx2::prelude::ZeroCopySend as Shareable;
+#[cfg(not(feature = "shared-memory"))]
+use core::any::Any as Shareable;
+
 pub mod activity;
 pub mod closure;
 pub mod column;

@@ -29,4 +29,6 @@ mod run_figures;
 pub mod steering;
 pub mod traffic;
 
-pub use plugin::{Cli, PlannerKind, run_from, run_with};
+pub use plugin::{Cli, PlannerKind, plugin};
+#[cfg(feature = "shared-memory")]
+pub use plugin::{run_from, run_with};

@@ -92,8 +92,19 @@ pub struct Cli {
 /// # Errors
 /// Fails if an option is invalid, a file can't be used, the fleet has a manager already, or as
 /// [`regatta_plugin::run`] does.
+#[cfg(feature = "shared-memory")]
 pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) -> Result {
     run(args, None)
+}
+
+/// Returns the plugin of a command line, to run it beside others in one process.
+///
+/// # Errors
+/// Fails if an option is invalid, or a file can't be read.
+pub fn plugin(cli: Cli) -> Result<impl Plugin> {
+    let manager = FleetManager::new(cli, None);
+    manager.order_settings().check()?;
+    Ok(manager)
 }
 
 /// As [`run_from`], with a planner of your own instead of one that the command line names. It is
@@ -101,6 +112,7 @@ pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) ->
 ///
 /// # Errors
 /// As [`run_from`].
+#[cfg(feature = "shared-memory")]
 pub fn run_with<A, F, P>(args: impl IntoIterator<Item = A>, mut planner: F) -> Result
 where
     A: Into<OsString> + Clone,
@@ -110,6 +122,7 @@ where
     run(args, Some(Box::new(move |roads: &Roads| Box::new(planner(roads)))))
 }
 
+#[cfg(feature = "shared-memory")]
 fn run<A: Into<OsString> + Clone>(
     args: impl IntoIterator<Item = A>,
     planner: Option<PlannerFactory>,

@@ -9,4 +9,4 @@ pub mod orders;
 pub mod plugin;
 
 pub use meter::Figures;
-pub use plugin::{Cli, plugin, run_from};
+pub use plugin::{Cli, Metering, run_from};

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::Parser;
 use regatta_plugin::{Error, Frame, Options, OrderReader, Participant, Plugin, ReadError, Result};
 
-use crate::meter::Meter;
+use crate::meter::{Figures, Meter};
 
 /// The command line of `regatta plugin meter`.
 #[derive(Clone, Debug, Parser)]
@@ -27,21 +27,25 @@ pub struct Cli {
 /// # Errors
 /// If an option is invalid, the file can't be written, or as [`regatta_plugin::run`] does.
 pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) -> Result {
-    regatta_kit::run_from(args, |cli: Cli| cli.options.clone().run(plugin(cli), "meter"))
+    regatta_kit::run_from(args, |cli: Cli| {
+        let options = cli.options.clone();
+        options.run(MeterProgram { cli, metering: Metering::default() }, "meter")
+    })
 }
 
-/// Returns the plugin of a command line, to run it beside others in one process.
-pub fn plugin(cli: Cli) -> impl Plugin {
-    MeterPlugin { cli, orders: None, meter: Meter::default() }
-}
-
-struct MeterPlugin {
-    cli: Cli,
+/// The plugin that measures a fleet. Its figures are those of the run so far.
+#[derive(Default)]
+pub struct Metering {
     orders: Option<OrderReader>,
     meter: Meter,
 }
 
-impl MeterPlugin {
+impl Metering {
+    /// Returns the figures of the run so far.
+    pub fn figures(&self) -> Figures {
+        self.meter.figures()
+    }
+
     /// Takes the new records of the order log. `tick_secs` is the simulated time of a tick.
     fn take_orders(&mut self, tick_secs: f64) -> Result {
         let Some(orders) = &mut self.orders else { return Ok(()) };
@@ -59,7 +63,7 @@ impl MeterPlugin {
     }
 }
 
-impl Plugin for MeterPlugin {
+impl Plugin for Metering {
     fn on_start(&mut self, fleet: &Participant) -> Result {
         self.orders = Some(OrderReader::open_on(fleet)?);
         Ok(())
@@ -71,15 +75,31 @@ impl Plugin for MeterPlugin {
         self.meter.take_frame(&frame.columns(), frame.sim_time().as_secs_f64());
         self.take_orders(header.tick_period_nanos as f64 * 1e-9)
     }
+}
+
+/// The program: it writes the figures to a file at the end.
+struct MeterProgram {
+    cli: Cli,
+    metering: Metering,
+}
+
+impl Plugin for MeterProgram {
+    fn on_start(&mut self, fleet: &Participant) -> Result {
+        self.metering.on_start(fleet)
+    }
+
+    fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
+        self.metering.on_frame(frame)
+    }
 
     fn on_stop(&mut self) -> Result {
-        let figures =
-            serde_json::to_vec(&self.meter.figures()).map_err(|error| self.unwritable(&error))?;
+        let figures = serde_json::to_vec(&self.metering.figures())
+            .map_err(|error| self.unwritable(&error))?;
         std::fs::write(&self.cli.json, figures).map_err(|error| self.unwritable(&error))
     }
 }
 
-impl MeterPlugin {
+impl MeterProgram {
     fn unwritable(&self, error: &dyn std::fmt::Display) -> Error {
         Error::new(format_args!(
             "can't write {} ({error}); choose another file",

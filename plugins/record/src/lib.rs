@@ -28,12 +28,13 @@ mod table;
 mod thinning;
 mod timeline;
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::time::{Duration, SystemTime};
 
 use clap::{Args, CommandFactory, FromArgMatches, Parser};
 use regatta_plugin::frame::CONTRACT_VERSION;
-use regatta_plugin::{Error, Options, Result, Termination};
+use regatta_plugin::{Error, Options, Plugin, Result, Termination};
 
 pub use arguments::{Limit, RobotIds, TopicSet};
 pub use decode::MessageError;
@@ -106,6 +107,11 @@ pub fn record(args: &RecordArgs) -> Result {
     // Signals are handled before the file is created: writing beyond the file size limit then
     // returns an error instead of killing the process.
     Termination::watch()?;
+    args.options.run(recorder(args)?, "record")
+}
+
+/// Creates the file of a recording, and the plugin that writes it.
+fn recorder(args: &RecordArgs) -> Result<Recorder> {
     let path = args.output.clone().unwrap_or_else(|| default_path(&args.options));
     let division = match (args.split, args.ring) {
         (Some(limit), _) => Division::Split(limit),
@@ -130,7 +136,24 @@ pub fn record(args: &RecordArgs) -> Result {
     let topics = args.topics.clone().unwrap_or_else(TopicSet::all);
     let settings =
         Settings { topics, every: args.every, poses_period, sees_all: args.options.rate.is_none() };
-    args.options.run(Recorder::new(sink, settings), "record")
+    Ok(Recorder::new(sink, settings))
+}
+
+/// The command line of the plugin.
+#[derive(Parser)]
+#[command(name = "record", about = "Records a fleet to an MCAP file")]
+struct Cli {
+    #[command(flatten)]
+    args: RecordArgs,
+}
+
+/// Returns the plugin of a command line, to run it beside others in one process. The first argument
+/// is the program's name.
+///
+/// # Errors
+/// Returns an error if an option is invalid, or the file can't be created.
+pub fn plugin<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) -> Result<impl Plugin> {
+    recorder(&Cli::try_parse_from(args)?.args)
 }
 
 /// Runs [`record`] with a command line, whose first argument is the program's name.
@@ -138,12 +161,6 @@ pub fn record(args: &RecordArgs) -> Result {
 /// # Errors
 /// Returns an error if an option is invalid, or if [`record`] fails.
 pub fn record_from(args: Vec<String>) -> Result {
-    #[derive(Parser)]
-    #[command(name = "record", about = "Records a fleet to an MCAP file")]
-    struct Cli {
-        #[command(flatten)]
-        args: RecordArgs,
-    }
     let parsed = Cli::command()
         .try_get_matches_from(args)
         .and_then(|matches| Cli::from_arg_matches(&matches));

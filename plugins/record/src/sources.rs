@@ -61,11 +61,13 @@ impl Sources {
     pub fn open(participant: &Participant, topics: &TopicSet) -> Result<Self> {
         let (sender, new_columns) = channel();
         let fleet = participant.fleet().clone();
-        // Listing the machine's services takes too long to be done between two frames.
         let search = Arc::new(());
-        let is_needed = Arc::downgrade(&search);
-        let thread = std::thread::Builder::new().name("columns".to_owned());
-        thread.spawn(move || search_columns(&fleet, &sender, &is_needed))?;
+        if !participant.is_local() {
+            // Listing the machine's services takes too long to be done between two frames.
+            let is_needed = Arc::downgrade(&search);
+            let thread = std::thread::Builder::new().name("columns".to_owned());
+            thread.spawn(move || search_columns(&fleet, &sender, &is_needed))?;
+        }
         let mut sources = Self {
             participant: participant.clone(),
             columns: Vec::new(),
@@ -100,7 +102,7 @@ impl Sources {
 
     /// Opens all existing columns. This is too slow to be called for every frame.
     pub fn open_columns(&mut self) -> Result {
-        for name in column_names(self.participant.fleet()) {
+        for name in self.participant.column_names() {
             self.open_column(name)?;
         }
         Ok(())

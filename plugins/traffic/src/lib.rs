@@ -15,5 +15,5 @@ pub mod report;
 pub mod routes;
 pub mod tally;
 
-pub use plugin::{Cli, plugin, run_from};
-pub use queues::queue_observer;
+pub use plugin::{Cli, TrafficPlugin, plugin, run_from};
+pub use queues::QueueObserver;

@@ -63,7 +63,7 @@ pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) ->
 }
 
 /// Returns the plugin of a command line, to run it beside others in one process.
-pub fn plugin(cli: Cli) -> impl Plugin {
+pub fn plugin(cli: Cli) -> TrafficPlugin {
     TrafficPlugin::new(cli)
 }
 
@@ -121,7 +121,7 @@ struct Before {
 }
 
 /// The traffic plugin.
-struct TrafficPlugin {
+pub struct TrafficPlugin {
     cli: Cli,
     ports: Option<Ports>,
     edges: Vec<Edge>,
@@ -202,26 +202,36 @@ impl TrafficPlugin {
         Ok(ports.traffic.publish(&header, &self.figures)?)
     }
 
-    /// Writes and prints the figures of the run.
-    fn report(&mut self) -> Result {
+    /// Returns the figures of all edges for the run so far, as JSON.
+    pub fn json(&mut self) -> String {
+        self.run_report().json()
+    }
+
+    fn run_report(&mut self) -> Report<'_> {
         self.periods.figures(&self.limits, &mut self.figures);
         let run = self.figures.len() - self.edges.len();
-        let report = Report {
+        Report {
             secs: self.periods.secs()[2],
             edges: &self.edges,
             figures: &self.figures[run..],
-        };
-        if self.cli.summary {
+        }
+    }
+
+    /// Writes and prints the figures of the run.
+    fn report(&mut self) -> Result {
+        let cli = self.cli.clone();
+        let report = self.run_report();
+        if cli.summary {
             // A closed standard output is no error.
             let _ = write!(std::io::stdout(), "{}", report.summary());
         }
-        if let Some(path) = &self.cli.csv {
+        if let Some(path) = &cli.csv {
             report::write(path, &report.csv())?;
         }
-        if let Some(path) = &self.cli.parquet {
+        if let Some(path) = &cli.parquet {
             parquet_file::write(path, &report).map_err(|error| report::failed(path, &error))?;
         }
-        if let Some(path) = &self.cli.json {
+        if let Some(path) = &cli.json {
             report::write(path, &report.json())?;
         }
         Ok(())

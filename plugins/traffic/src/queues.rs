@@ -5,13 +5,10 @@
 //! robot, but later ones do: samples are kept, and judged at the end of the run.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 
 use regatta_plugin::frame::{Columns, NO_EDGE, RobotState};
 use regatta_plugin::{Frame, Plugin, Result, World};
 use serde_json::json;
-
-use crate::report;
 
 /// The largest number of rows that are kept. With more, every other sample is forgotten.
 const MAX_ROWS: usize = 2_000_000;
@@ -316,18 +313,25 @@ impl<'a> Places<'a> {
     }
 }
 
-struct QueueObserver {
-    file: PathBuf,
-    /// The ids of the edges.
+/// The plugin that finds the causes of queues.
+#[derive(Debug, Default)]
+pub struct QueueObserver {
+    /// The ids of edges.
     ids: Vec<u32>,
     queues: Queues,
 }
 
-/// Returns a plugin that writes to a file, at its end, the edges that robots were kept out of:
-/// `{"edges": [{"edge": ID, "caused_secs": SECONDS}]}`, with robot seconds of the robots that were
-/// kept out and of those behind them.
-pub fn queue_observer(file: PathBuf) -> impl Plugin {
-    QueueObserver { file, ids: Vec::new(), queues: Queues::default() }
+impl QueueObserver {
+    /// Returns the edges that robots were kept out of, as JSON: `{"edges": [{"edge": ID,
+    /// "caused_secs": SECONDS}]}`, with robot seconds of the robots that were kept out and of those
+    /// behind them.
+    pub fn json(&self) -> String {
+        let caused = self.queues.caused_secs();
+        let edges = self.ids.iter().zip(caused).filter(|(_, secs)| *secs > 0.0);
+        let edges: Vec<_> =
+            edges.map(|(edge, secs)| json!({"edge": edge, "caused_secs": secs})).collect();
+        format!("{:#}\n", json!({ "edges": edges }))
+    }
 }
 
 impl Plugin for QueueObserver {
@@ -345,14 +349,6 @@ impl Plugin for QueueObserver {
     fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
         self.queues.add(&frame.columns(), frame.sim_time().as_secs_f64());
         Ok(())
-    }
-
-    fn on_stop(&mut self) -> Result {
-        let caused = self.queues.caused_secs();
-        let edges = self.ids.iter().zip(caused).filter(|(_, secs)| *secs > 0.0);
-        let edges: Vec<_> =
-            edges.map(|(edge, secs)| json!({"edge": edge, "caused_secs": secs})).collect();
-        report::write(&self.file, &format!("{:#}\n", json!({ "edges": edges })))
     }
 }
 

@@ -23,5 +23,7 @@ mod world_model;
 pub use findings::{Finding, Kind};
 pub use judge::{Judge, Settings};
 pub use options::{JudgeError, JudgeOptions};
-pub use plugin::{Cli, plugin, run_from};
+#[cfg(feature = "shared-memory")]
+pub use plugin::run_from;
+pub use plugin::{Cli, Validator};
 pub use report::{KindReport, Report};

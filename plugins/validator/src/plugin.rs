@@ -1,5 +1,6 @@
 //! The plugin: reads a fleet and feeds the judge.
 
+#[cfg(feature = "shared-memory")]
 use std::ffi::OsString;
 use std::io::Write as _;
 use std::time::{Duration, Instant};
@@ -7,12 +8,15 @@ use std::time::{Duration, Instant};
 use clap::Parser;
 use regatta_plugin::column::TYPE;
 use regatta_plugin::{
-    ColumnReader, Error, Events, Frame, Options, OrderReader, Participant, Plugin, ReadError,
-    Result, World, usage_line,
+    ColumnReader, Events, Frame, Options, OrderReader, Participant, Plugin, ReadError, Result,
+    World,
 };
+#[cfg(feature = "shared-memory")]
+use regatta_plugin::{Error, usage_line};
 
-use crate::judge::Judge;
+use crate::judge::{Judge, Settings};
 use crate::options::JudgeOptions;
+use crate::report::Report;
 
 /// The longest wait for the column `type` at the start of a run.
 const TYPES_WAIT: Duration = Duration::from_secs(2);
@@ -35,9 +39,13 @@ pub struct Cli {
 /// # Errors
 /// If an option is invalid, if the fleet can't be read, if the report can't be written, or if there
 /// are findings.
+#[cfg(feature = "shared-memory")]
 pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) -> Result {
     match Cli::try_parse_from(args) {
-        Ok(cli) => cli.options.run(Validator::new(cli.judge.clone()), "validator"),
+        Ok(Cli { judge: options, options: shared }) => {
+            let validator = Validator::new(options.settings());
+            shared.run(ValidatorProgram { options, validator }, "validator")
+        }
         Err(error) if !error.use_stderr() => Ok(error.print()?),
         Err(error) => {
             Err(Error::new(format_args!("{}; --help lists the options", usage_line(&error))))
@@ -45,13 +53,9 @@ pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) ->
     }
 }
 
-/// Returns the plugin of a command line, to run it beside others in one process.
-pub fn plugin(cli: Cli) -> impl Plugin {
-    Validator::new(cli.judge)
-}
-
-struct Validator {
-    options: JudgeOptions,
+/// The plugin that validates a fleet.
+pub struct Validator {
+    settings: Settings,
     judge: Judge,
     ports: Option<(ColumnReader, OrderReader)>,
     run_id: u64,
@@ -59,9 +63,14 @@ struct Validator {
 }
 
 impl Validator {
-    fn new(options: JudgeOptions) -> Self {
-        let judge = Judge::new(options.settings());
-        Self { options, judge, ports: None, run_id: 0, robot_types: 0 }
+    /// Creates a validator that has seen nothing.
+    pub fn new(settings: Settings) -> Self {
+        Self { settings, judge: Judge::new(settings), ports: None, run_id: 0, robot_types: 0 }
+    }
+
+    /// Ends the judgement, and returns its report.
+    pub fn take_report(&mut self) -> Report {
+        std::mem::replace(&mut self.judge, Judge::new(self.settings)).finish()
     }
 
     /// Gives the judge the robots' types. At the start of a run they may arrive shortly after the
@@ -131,9 +140,44 @@ impl Plugin for Validator {
     }
 
     fn on_stop(&mut self) -> Result {
-        self.take_orders()?;
-        let judge = std::mem::replace(&mut self.judge, Judge::new(self.options.settings()));
-        let report = judge.finish();
+        self.take_orders()
+    }
+}
+
+/// The program: it prints and writes the report at the end, and fails if there are findings.
+struct ValidatorProgram {
+    options: JudgeOptions,
+    validator: Validator,
+}
+
+impl Plugin for ValidatorProgram {
+    fn on_start(&mut self, fleet: &Participant) -> Result {
+        self.validator.on_start(fleet)
+    }
+
+    fn on_world(&mut self, world: &World<'_>) -> Result {
+        self.validator.on_world(world)
+    }
+
+    fn wants_events(&self) -> bool {
+        self.validator.wants_events()
+    }
+
+    fn on_events(&mut self, events: &Events<'_>) -> Result {
+        self.validator.on_events(events)
+    }
+
+    fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
+        self.validator.on_frame(frame)
+    }
+
+    fn on_idle(&mut self, has_producer: bool) -> Result {
+        self.validator.on_idle(has_producer)
+    }
+
+    fn on_stop(&mut self) -> Result {
+        self.validator.on_stop()?;
+        let report = self.validator.take_report();
         // A closed standard output is no finding.
         let _ = write!(std::io::stdout(), "{report}");
         Ok(self.options.conclude(&report)?)

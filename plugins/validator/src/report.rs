@@ -74,7 +74,7 @@ impl Report {
     }
 
     /// The kinds that have findings.
-    pub(crate) fn found(&self) -> impl Iterator<Item = &KindReport> {
+    pub fn found(&self) -> impl Iterator<Item = &KindReport> {
         self.kinds.iter().filter(|report| report.count > 0)
     }
 

@@ -2,13 +2,10 @@
 
 use std::time::Duration;
 
-use iceoryx2::prelude::*;
-
 use super::error::{OpenError, PublishError, ReadError};
 use super::receive::Newest;
-use super::services::{self, Ipc};
-use super::slices::{SliceSender, send};
-use crate::process::domain::config;
+use super::services;
+use super::slices::SliceSender;
 use crate::process::join::Participant;
 use crate::records::column::ColumnHeader;
 use crate::records::frame::{Frame, Line, stride_lines};
@@ -30,10 +27,8 @@ impl ColumnPublisher {
     /// [`OpenError::SharedMemory`].
     pub fn open_on(participant: &Participant, name: &str) -> Result<Self, OpenError> {
         let name: ColumnName = name.parse()?;
-        let service = services::COLUMNS.open_named(participant, &name)?;
-        let fleet = participant.fleet().clone();
-        let subject = services::COLUMNS.subject;
-        let sender = SliceSender::only(service, subject, 1, participant, |owner| {
+        let (service, fleet) = (services::column_service(&name), participant.fleet().clone());
+        let sender = SliceSender::only(&services::COLUMNS, &service, 1, participant, |owner| {
             OpenError::ColumnTaken { fleet, column: name, owner }
         })?;
         Ok(Self { sender, cost_micros: 0 })
@@ -64,11 +59,11 @@ impl ColumnPublisher {
         fill: impl FnOnce(&mut [f32]),
     ) -> Result<(), PublishError> {
         let mut sample = self.sender.loan(stride_lines(robots))?;
-        fill(&mut bytemuck::cast_slice_mut(sample.payload_mut())[..robots]);
+        fill(&mut bytemuck::cast_slice_mut(sample.records_mut())[..robots]);
         let sequence = self.sender.sequence().next(run_id);
         let (robots, cost_micros) = (robots as u32, self.cost_micros);
-        *sample.user_header_mut() = ColumnHeader { run_id, tick, sequence, robots, cost_micros };
-        send(sample, "a column").map(drop)
+        *sample.header_mut() = ColumnHeader { run_id, tick, sequence, robots, cost_micros };
+        sample.send().map(drop)
     }
 
     /// Gives the newest values to readers that have joined since. Publishing does so as well.
@@ -179,16 +174,12 @@ impl ColumnReader {
 ///     println!("{name}");
 /// }
 /// ```
+#[cfg(feature = "shared-memory")]
 pub fn column_names(fleet: &FleetName) -> Vec<ColumnName> {
     let prefix = services::service_name(fleet, "columns/");
-    let mut names = Vec::new();
-    let Ok(config) = config() else { return names };
-    // A service that this user can't list can't be read either.
-    let _ = Ipc::list(config, |service| {
-        let name = service.static_details.name().as_str();
-        names.extend(name.strip_prefix(&prefix).and_then(|name| name.parse().ok()));
-        CallbackProgression::Continue
-    });
-    names.sort();
-    names
+    let names = crate::transport::shared::service_names();
+    let columns = names.iter().filter_map(|name| name.strip_prefix(&prefix)?.parse().ok());
+    let mut columns: Vec<ColumnName> = columns.collect();
+    columns.sort();
+    columns
 }

@@ -84,10 +84,13 @@ impl Commands {
     /// # Errors
     /// As [`open`](Self::open).
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        let (few, senders) = (services::FIRST_RECORDS, services::MAX_COMMAND_SENDERS);
         let sender_hash = fnv1a(participant.name().as_bytes());
         Ok(Self {
-            sender: SliceSender::open(&services::COMMANDS, participant, few, senders)?,
+            sender: SliceSender::open(
+                &services::COMMANDS,
+                participant,
+                services::FIRST_RECORDS,
+            )?,
             fleet: participant.fleet().clone(),
             sender_hash,
             last_token: sender_hash << 32,

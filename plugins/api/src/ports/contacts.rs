@@ -43,7 +43,7 @@ impl ContactPublisher {
         let few = services::FIRST_RECORDS;
         Ok(Self {
             contacts: SliceSender::open_only(&services::CONTACTS, participant)?,
-            events: SliceSender::open(&services::CONTACT_EVENTS, participant, few, 1)?,
+            events: SliceSender::open(&services::CONTACT_EVENTS, participant, few)?,
         })
     }
 

@@ -2,10 +2,13 @@
 
 use core::time::Duration;
 
-use super::full_memory::FULL;
+#[cfg(feature = "shared-memory")]
 use crate::process::domain::DomainError;
 use crate::records::frame::CONTRACT_VERSION;
 use crate::records::name::{ColumnName, FleetName, NameError};
+
+/// The reason of errors for want of shared memory.
+pub(crate) const FULL: &str = "shared memory is full: make /dev/shm larger (`mount -o remount,size=…`, `docker run --shm-size=…`), or free some";
 
 /// The error of opening a fleet's services.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -74,6 +77,7 @@ pub enum OpenError {
         holders: String,
     },
     /// This user has no directory for the files of shared memory.
+    #[cfg(feature = "shared-memory")]
     #[error(transparent)]
     Domain(#[from] DomainError),
     /// iceoryx2 failed.
@@ -211,7 +215,35 @@ pub enum RequestError {
     },
 }
 
+/// The error of waiting for readers in lockstep.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum LockstepError {
+    /// Not all readers have finished the tick in time.
+    #[error(
+        "tick {tick}: no report within {:.1} s from {}; are they running under these names, or \
+         waiting for each other (--after)?",
+        timeout.as_secs_f32(), missing.join(", ")
+    )]
+    Timeout {
+        /// The tick.
+        tick: u64,
+        /// The time that the producer waited.
+        timeout: Duration,
+        /// The names of the readers that haven't reported the tick.
+        missing: Vec<String>,
+    },
+    /// A signal has arrived. The caller checks whether it is to stop, or else waits again.
+    #[error("waiting for tick {tick} was interrupted by a signal")]
+    Interrupted {
+        /// The tick.
+        tick: u64,
+    },
+    /// Reports can't be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+}
+
 /// The error of receiving `what`.
-pub(super) fn receive_error(what: &'static str, error: impl core::fmt::Display) -> ReadError {
+pub(crate) fn receive_error(what: &'static str, error: impl core::fmt::Display) -> ReadError {
     ReadError::Receive { what, reason: error.to_string() }
 }

@@ -4,17 +4,15 @@ use core::cell::Cell;
 use std::rc::Rc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use iceoryx2::sample_mut::SampleMut;
-
 use super::error::PublishError;
-use super::services::Ipc;
-use super::slices::{Sequence, send};
+use super::slices::Sequence;
 use crate::records::frame::{ColumnsMut, FrameHeader, Line};
+use crate::transport::Loan;
 
-/// A frame under construction, in shared memory. Dropped without [`send`](Self::send), it is never
+/// A frame under construction, where its readers find it. Dropped without [`send`](Self::send), it is never
 /// seen.
 pub struct FrameLoan {
-    sample: SampleMut<Ipc, [Line], FrameHeader>,
+    sample: Loan<Line, FrameHeader>,
     robots: usize,
     sequence: Sequence,
     last_tick: LastTick,
@@ -25,7 +23,7 @@ pub(super) type LastTick = Rc<Cell<Option<(u64, u64)>>>;
 
 impl FrameLoan {
     pub(super) fn new(
-        sample: SampleMut<Ipc, [Line], FrameHeader>,
+        sample: Loan<Line, FrameHeader>,
         robots: usize,
         sequence: Sequence,
         last_tick: LastTick,
@@ -36,12 +34,12 @@ impl FrameLoan {
     /// The header. `robots` and `stride_lines` describe the columns and must not be changed;
     /// `sequence`, `repeated` and `wall_time_nanos` are filled in by [`send`](Self::send).
     pub fn header_mut(&mut self) -> &mut FrameHeader {
-        self.sample.user_header_mut()
+        self.sample.header_mut()
     }
 
     /// The columns, to be written in full for all robots.
     pub fn columns_mut(&mut self) -> ColumnsMut<'_> {
-        ColumnsMut::split(self.sample.payload_mut(), self.robots)
+        ColumnsMut::split(self.sample.records_mut(), self.robots)
     }
 
     /// Publishes the frame, with its sequence number and the time of day in its header. From here
@@ -51,12 +49,12 @@ impl FrameLoan {
     /// # Errors
     /// [`PublishError::Send`] if a connection is broken; the readers on the others have it.
     pub fn send(mut self) -> Result<(), PublishError> {
-        let header = self.sample.user_header_mut();
+        let header = self.sample.header_mut();
         let tick = (header.run_id, header.tick);
         header.repeated = (self.last_tick.replace(Some(tick)) == Some(tick)).into();
         header.sequence = self.sequence.next(header.run_id);
         header.wall_time_nanos = wall_time_nanos();
-        send(self.sample, "a frame").map(drop)
+        self.sample.send().map(drop)
     }
 }
 

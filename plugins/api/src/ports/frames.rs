@@ -5,10 +5,10 @@ use std::time::{Duration, Instant};
 use super::error::{OpenError, ReadError};
 use super::receive::Newest;
 use super::services;
-use super::wake::Wake;
 use crate::process::join::Participant;
 use crate::records::frame::{Frame, FrameHeader, Line};
 use crate::records::name::FleetName;
+use crate::transport::Wake;
 
 /// Reads a fleet's frames: always the newest, at any pace. It can't slow the producer down.
 ///
@@ -28,7 +28,6 @@ use crate::records::name::FleetName;
 /// # Ok(())
 /// # }
 /// ```
-#[derive(Debug)]
 pub struct Subscriber {
     frames: Newest<Line, FrameHeader>,
     wake: Wake,
@@ -137,5 +136,11 @@ impl Subscriber {
     /// The fleet that this reads, and the name of this process in it.
     pub fn participant(&self) -> &Participant {
         &self.participant
+    }
+}
+
+impl core::fmt::Debug for Subscriber {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Subscriber").field("frames", &self.frames).finish_non_exhaustive()
     }
 }

@@ -1,26 +1,22 @@
 //! The producer's side of commands and of the control service.
 
-use iceoryx2::port::subscriber::Subscriber;
-
 use super::ask::{Request, Responder};
 use super::error::{OpenError, ReadError};
-use super::full_memory::received;
-use super::places::place;
-use super::services::{self, Ipc};
+use super::services;
 use crate::process::join::Participant;
 use crate::records::command::{CommandHeader, CommandRecord};
 use crate::records::control::{ControlRequest, ControlResponse};
+use crate::transport::Subscriber;
 
 /// Takes the commands of all senders.
-#[derive(Debug)]
 pub(super) struct CommandInbox {
-    samples: Subscriber<Ipc, [CommandRecord], CommandHeader>,
+    samples: Subscriber<CommandRecord, CommandHeader>,
 }
 
 impl CommandInbox {
     pub(super) fn open(participant: &Participant) -> Result<Self, OpenError> {
-        let service = services::COMMANDS.open(participant)?;
-        Ok(Self { samples: place(&service, 1, || service.subscriber_builder().create())? })
+        let (service, buffer) = (&services::COMMANDS, services::COMMAND_BUFFER);
+        Ok(Self { samples: Subscriber::open(service, service.name, participant, buffer)? })
     }
 
     /// Passes all commands that have arrived to `each`, sample by sample.
@@ -30,15 +26,14 @@ impl CommandInbox {
     ) -> Result<(), ReadError> {
         // Bounded, so that a sender that never stops can't keep a tick from ending.
         for _ in 0..services::COMMAND_BUFFER * services::MAX_COMMAND_SENDERS {
-            let Some(sample) = received("commands", || self.samples.receive())? else { break };
-            each(sample.user_header(), sample.payload());
+            let Some(sample) = self.samples.receive()? else { break };
+            each(sample.header(), sample.records());
         }
         Ok(())
     }
 }
 
 /// Takes control requests, and keeps them until they are answered.
-#[derive(Debug)]
 pub(super) struct RequestInbox {
     server: Responder<ControlRequest, ControlResponse>,
     /// Unanswered requests by their tickets.
@@ -66,7 +61,7 @@ impl RequestInbox {
     /// Answers a request, if it still waits.
     pub(super) fn answer(&mut self, ticket: u64, response: ControlResponse) {
         for (_, request) in self.waiting.extract_if(.., |(waiting, _)| *waiting == ticket) {
-            self.server.answer(&request, response);
+            request.answer(response);
         }
     }
 }

@@ -7,52 +7,25 @@
 //! it finds their columns of the same tick.
 
 use core::time::Duration;
+use std::time::Instant;
 
-use iceoryx2::port::notifier::Notifier;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::*;
 
+pub use super::error::LockstepError;
 use super::error::{OpenError, PublishError, ReadError};
-use super::full_memory::{loan_record, received, unless_full};
-use super::places::place;
-use super::services::{self, Ipc};
-use super::wake::Wake;
+use super::producer::ProducerPorts;
+use super::services;
 use crate::process::join::Participant;
+use crate::process::termination::Termination;
 pub use crate::records::lockstep::Done;
 use crate::records::{padded, text};
-
-/// The error of waiting for readers in lockstep.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum LockstepError {
-    /// Not all readers have finished the tick in time.
-    #[error(
-        "tick {tick}: no report within {:.1} s from {}; are they running under these names, or \
-         waiting for each other (--after)?",
-        timeout.as_secs_f32(), missing.join(", ")
-    )]
-    Timeout {
-        /// The tick.
-        tick: u64,
-        /// The time that the producer waited.
-        timeout: Duration,
-        /// The names of the readers that haven't reported the tick.
-        missing: Vec<String>,
-    },
-    /// A signal has arrived. The caller checks whether it is to stop, or else waits again.
-    #[error("waiting for tick {tick} was interrupted by a signal")]
-    Interrupted {
-        /// The tick.
-        tick: u64,
-    },
-    /// Reports can't be read.
-    #[error(transparent)]
-    Read(#[from] ReadError),
-}
+use crate::transport::shared::{Ipc, done, loan_record, place, received, unless_full};
+use crate::transport::{Notifier, Wake};
 
 /// The receiving end of reports: the last tick that each reader has finished.
-#[derive(Debug)]
 pub(crate) struct DoneReports {
     reports: Subscriber<Ipc, Done, ()>,
     wake: Wake,
@@ -65,7 +38,7 @@ impl DoneReports {
     /// Opens the reports of a fleet. Readers that have reported before report their last tick
     /// again.
     pub(crate) fn open(participant: &Participant) -> Result<Self, OpenError> {
-        let service = services::done(participant)?;
+        let service = done(participant)?;
         let reports =
             place(&service, services::MAX_READERS, || service.subscriber_builder().create())?;
         Ok(Self {
@@ -117,6 +90,81 @@ impl DoneReports {
     }
 }
 
+impl ProducerPorts {
+    /// Waits until each of the named readers has reported that it has finished `tick`. Doesn't wait
+    /// in a local fleet, where a driver calls the readers.
+    ///
+    /// # Errors
+    /// [`LockstepError::Timeout`] names those that haven't when `timeout` has passed;
+    /// [`LockstepError::Interrupted`] when a signal arrives, or this process was asked to end.
+    pub fn wait_done(
+        &mut self,
+        names: &[String],
+        tick: u64,
+        timeout: Duration,
+    ) -> Result<(), LockstepError> {
+        let Some(mut reports) = self.reports.take() else { return Ok(()) };
+        let outcome = self.wait_for(&mut reports, names, tick, timeout);
+        if outcome.is_ok() {
+            tell_who_left(self.participant(), &reports.take_left(), names);
+        }
+        self.reports = Some(reports);
+        outcome
+    }
+
+    fn wait_for(
+        &self,
+        reports: &mut DoneReports,
+        names: &[String],
+        tick: u64,
+        timeout: Duration,
+    ) -> Result<(), LockstepError> {
+        /// The time to spin before sleeping: a reader that is nearly done then costs no wake-up.
+        const SPIN: Duration = Duration::from_micros(20);
+        let start = Instant::now();
+        loop {
+            let waited = start.elapsed();
+            let sleeps = waited >= SPIN;
+            if sleeps {
+                // A reader that joins now has to get the frame that the producer waits for.
+                self.update();
+                reports.forget_wake_ups()?;
+            }
+            let mut missing = reports.missing(names, self.run_id(), tick)?.peekable();
+            if missing.peek().is_none() {
+                return Ok(());
+            }
+            if waited >= timeout {
+                let missing = missing.cloned().collect();
+                return Err(LockstepError::Timeout { tick, timeout, missing });
+            }
+            drop(missing);
+            // The signal may have come before the sleep, which it then doesn't end.
+            if Termination::was_requested() {
+                return Err(LockstepError::Interrupted { tick });
+            }
+            if !sleeps {
+                core::hint::spin_loop();
+            } else if !reports.sleep(timeout - waited)? {
+                return Err(LockstepError::Interrupted { tick });
+            }
+        }
+    }
+}
+
+/// Tells the user, once, that readers have left the lockstep.
+fn tell_who_left(participant: &Participant, left: &[String], names: &[String]) {
+    for name in left {
+        if names.contains(name) && !Termination::was_requested() {
+            let fleet = participant.fleet();
+            crate::tell!(
+                "fleet '{fleet}': {name} has left the lockstep; the run goes on without waiting \
+                 for it"
+            );
+        }
+    }
+}
+
 /// A reader's sending end: reports ticks under the reader's name. [`run`](crate::run) has one for
 /// each plugin.
 ///
@@ -136,10 +184,9 @@ impl DoneReports {
 /// # Ok(())
 /// # }
 /// ```
-#[derive(Debug)]
 pub struct Reporter {
     reports: Publisher<Ipc, Done, ()>,
-    wake: Notifier<Ipc>,
+    wake: Notifier,
     name: [u8; 64],
 }
 
@@ -150,14 +197,14 @@ impl Reporter {
     /// [`OpenError::OtherVersion`] if the fleet uses another contract, [`OpenError::Full`] if it
     /// has [`MAX_READERS`](services::MAX_READERS) reporters, else [`OpenError::SharedMemory`].
     pub fn open_on(participant: &Participant) -> Result<Self, OpenError> {
-        let service = services::done(participant)?;
+        let service = done(participant)?;
         let reports = place(&service, services::MAX_READERS, || {
             let builder = service.publisher_builder().max_loaned_samples(1);
             builder.backpressure_strategy(BackpressureStrategy::DiscardData).create()
         })?;
         Ok(Self {
             reports,
-            wake: services::notifier(participant, "done")?,
+            wake: Notifier::open(participant, "done")?,
             name: padded(participant.name()),
         })
     }
@@ -171,9 +218,7 @@ impl Reporter {
         let loaned = loan_record(|| self.reports.loan_uninit(), |loaned| loaned.payload_mut());
         let sent = loaned.and_then(|loaned| unless_full(|| loaned.write_payload(done).send()));
         sent.map_err(|reason| PublishError::Send { what: "a lockstep report", reason })?;
-        if let Err(error) = self.wake.notify() {
-            tracing::debug!(%error, "waking the producer");
-        }
+        self.wake.notify();
         Ok(())
     }
 
@@ -193,5 +238,11 @@ impl Reporter {
         if let Err(error) = unless_full(|| self.reports.update_connections()) {
             tracing::debug!(%error, "connecting readers of lockstep reports");
         }
+    }
+}
+
+impl core::fmt::Debug for Reporter {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Reporter").field("name", &text(&self.name)).finish_non_exhaustive()
     }
 }

@@ -6,29 +6,26 @@ use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::hash::{BuildHasher, RandomState};
 use std::rc::Rc;
-use std::time::{Duration, Instant};
-
-use iceoryx2::port::notifier::Notifier;
 
 use super::columns::ColumnPublisher;
 use super::error::{OpenError, PublishError, ReadError};
 pub use super::frame_loan::FrameLoan;
 use super::frame_loan::{LastTick, wall_time_nanos};
 use super::inbox::{CommandInbox, RequestInbox};
-use super::lockstep::{DoneReports, LockstepError};
-use super::services::{self, Ipc};
-use super::slices::{SliceSender, send};
-use crate::process::health;
+#[cfg(feature = "shared-memory")]
+use super::lockstep::DoneReports;
+use super::services;
+use super::slices::SliceSender;
 use crate::process::join::Participant;
-use crate::process::termination::Termination;
 use crate::records::closure::{ClosedEdge, ClosureHeader};
 use crate::records::command::{CommandHeader, CommandRecord};
 use crate::records::command_log::CommandLogHeader;
 use crate::records::control::{ControlRequest, ControlResponse};
 use crate::records::event::{EventHeader, EventRecord};
-use crate::records::frame::{BYTES_PER_LINE, FrameHeader, Line, frame_lines, stride_lines};
+use crate::records::frame::{FrameHeader, Line, frame_lines, stride_lines};
 use crate::records::name::{ColumnName, FleetName};
 use crate::records::world::{WorldData, WorldHeader};
+use crate::transport::Notifier;
 
 /// All ports of a producer. A fleet has one live producer at a time.
 ///
@@ -57,12 +54,11 @@ use crate::records::world::{WorldData, WorldHeader};
 /// # Ok(())
 /// # }
 /// ```
-#[derive(Debug)]
 pub struct ProducerPorts {
     run_id: u64,
     revision: u64,
     frames: SliceSender<Line, FrameHeader>,
-    wake: Notifier<Ipc>,
+    wake: Notifier,
     world: SliceSender<Line, WorldHeader>,
     events: SliceSender<EventRecord, EventHeader>,
     command_log: SliceSender<CommandRecord, CommandLogHeader>,
@@ -70,7 +66,9 @@ pub struct ProducerPorts {
     columns: BTreeMap<ColumnName, ColumnPublisher>,
     commands: CommandInbox,
     requests: RequestInbox,
-    reports: DoneReports,
+    /// `None` in a local fleet, whose readers are called.
+    #[cfg(feature = "shared-memory")]
+    pub(super) reports: Option<DoneReports>,
     participant: Participant,
     last_tick: LastTick,
     /// The largest frame, in lines, that shared memory was found to have room for.
@@ -95,24 +93,28 @@ impl ProducerPorts {
     pub fn create_on(participant: Participant, robots: usize) -> Result<Self, OpenError> {
         let lines = frame_lines(robots.max(1));
         // First, because this publisher is the lock against a second producer.
-        let (service, subject) = (services::FRAMES.open(&participant)?, services::FRAMES.subject);
-        let frames = SliceSender::only(service, subject, lines, &participant, |owner| {
-            OpenError::AlreadyRunning { fleet: participant.fleet().clone(), owner }
+        let (service, fleet) = (&services::FRAMES, participant.fleet().clone());
+        let frames = SliceSender::only(service, service.name, lines, &participant, |owner| {
+            OpenError::AlreadyRunning { fleet, owner }
         })?;
         let few = services::FIRST_RECORDS;
         Ok(Self {
             run_id: new_run_id(),
             revision: 0,
             frames,
-            wake: services::notifier(&participant, "wake")?,
-            world: SliceSender::open(&services::WORLD, &participant, 1, 1)?,
-            events: SliceSender::open(&services::EVENTS, &participant, few, 1)?,
-            command_log: SliceSender::open(&services::COMMAND_LOG, &participant, few, 1)?,
-            closures: SliceSender::open(&services::CLOSURES, &participant, few, 1)?,
+            wake: Notifier::open(&participant, "wake")?,
+            world: SliceSender::open(&services::WORLD, &participant, 1)?,
+            events: SliceSender::open(&services::EVENTS, &participant, few)?,
+            command_log: SliceSender::open(&services::COMMAND_LOG, &participant, few)?,
+            closures: SliceSender::open(&services::CLOSURES, &participant, few)?,
             columns: BTreeMap::new(),
             commands: CommandInbox::open(&participant)?,
             requests: RequestInbox::open(&participant)?,
-            reports: DoneReports::open(&participant)?,
+            #[cfg(feature = "shared-memory")]
+            reports: match participant.is_local() {
+                true => None,
+                false => Some(DoneReports::open(&participant)?),
+            },
             participant,
             last_tick: LastTick::default(),
             roomy_lines: Cell::new(0),
@@ -151,7 +153,7 @@ impl ProducerPorts {
     pub fn loan(&self, robots: usize) -> Result<FrameLoan, PublishError> {
         self.check_room(robots)?;
         let mut sample = self.frames.loan(frame_lines(robots))?;
-        *sample.user_header_mut() = FrameHeader {
+        *sample.header_mut() = FrameHeader {
             run_id: self.run_id,
             world_revision: self.revision,
             robots: robots as u32,
@@ -174,29 +176,19 @@ impl ProducerPorts {
     /// [`PublishError::NoRoom`], with the missing amount.
     pub fn check_room(&self, robots: usize) -> Result<(), PublishError> {
         let lines = frame_lines(robots);
-        if lines <= self.roomy_lines.get() {
-            return Ok(());
+        if lines > self.roomy_lines.get() {
+            #[cfg(feature = "shared-memory")]
+            if !self.participant.is_local() {
+                check_shared_room(lines)?;
+            }
+            self.roomy_lines.set(lines);
         }
-        let needed = (lines * BYTES_PER_LINE * services::CHUNKS_IN_USE) as u64;
-        // If the system doesn't say how much there is, there is nothing to check.
-        let available = health::space().map_or(u64::MAX, |space| space.available);
-        if available < needed {
-            return Err(PublishError::NoRoom {
-                what: "a frame",
-                available_bytes: available,
-                needed_bytes: needed,
-            });
-        }
-        self.roomy_lines.set(lines);
         Ok(())
     }
 
-    /// Wakes the readers that wait for a frame or for events. Never blocks: see `services::event`.
+    /// Wakes the readers that wait for a frame or for events. Never blocks.
     pub fn notify(&self) {
-        // A reader that can't be woken polls; that is no reason to stop the fleet.
-        if let Err(error) = self.wake.notify() {
-            tracing::debug!(%error, "waking readers");
-        }
+        self.wake.notify();
     }
 
     /// Publishes the route graph and the robot types, in place of those before. Returns the new
@@ -207,9 +199,9 @@ impl ProducerPorts {
     pub fn publish_world(&mut self, world: &WorldData) -> Result<u64, PublishError> {
         let layout = world.layout();
         let mut sample = self.world.loan(layout.lines())?;
-        layout.write(sample.payload_mut(), world);
-        *sample.user_header_mut() = layout.header(world.origin, self.run_id, self.revision + 1);
-        send(sample, "the world")?;
+        layout.write(sample.records_mut(), world);
+        *sample.header_mut() = layout.header(world.origin, self.run_id, self.revision + 1);
+        sample.send()?;
         self.revision += 1;
         Ok(self.revision)
     }
@@ -336,69 +328,28 @@ impl ProducerPorts {
     pub fn answer(&mut self, ticket: u64, response: ControlResponse) {
         self.requests.answer(ticket, response);
     }
+}
 
-    /// Waits until each of the named readers has reported that it has finished `tick`.
-    ///
-    /// # Errors
-    /// [`LockstepError::Timeout`] names those that haven't when `timeout` has passed;
-    /// [`LockstepError::Interrupted`] when a signal arrives, or this process was asked to end.
-    pub fn wait_done(
-        &mut self,
-        names: &[String],
-        tick: u64,
-        timeout: Duration,
-    ) -> Result<(), LockstepError> {
-        /// The time to spin before sleeping: a reader that is nearly done then costs no wake-up.
-        const SPIN: Duration = Duration::from_micros(20);
-        let start = Instant::now();
-        loop {
-            let waited = start.elapsed();
-            let sleeps = waited >= SPIN;
-            if sleeps {
-                // A reader that joins now has to get the frame that the producer waits for.
-                self.update();
-                self.reports.forget_wake_ups()?;
-            }
-            let mut missing = self.reports.missing(names, self.run_id, tick)?.peekable();
-            if missing.peek().is_none() {
-                drop(missing);
-                self.tell_who_left(names);
-                return Ok(());
-            }
-            if waited >= timeout {
-                return Err(LockstepError::Timeout {
-                    tick,
-                    timeout,
-                    missing: missing.cloned().collect(),
-                });
-            }
-            drop(missing);
-            // The signal may have come before the sleep, which it then doesn't end.
-            if Termination::was_requested() {
-                return Err(LockstepError::Interrupted { tick });
-            }
-            if !sleeps {
-                core::hint::spin_loop();
-            } else if !self.reports.sleep(timeout - waited)? {
-                return Err(LockstepError::Interrupted { tick });
-            }
-        }
+impl core::fmt::Debug for ProducerPorts {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        let ports = &mut f.debug_struct("ProducerPorts");
+        ports.field("run_id", &self.run_id).field("participant", &self.participant);
+        ports.finish_non_exhaustive()
     }
 }
 
-impl ProducerPorts {
-    /// Tells the user, once, that readers have left the lockstep.
-    fn tell_who_left(&mut self, names: &[String]) {
-        for name in self.reports.take_left() {
-            if names.contains(&name) && !Termination::was_requested() {
-                let fleet = self.participant.fleet();
-                crate::tell!(
-                    "fleet '{fleet}': {name} has left the lockstep; the run goes on without \
-                     waiting for it"
-                );
-            }
-        }
+/// Checks that shared memory has room for frames of some lines.
+#[cfg(feature = "shared-memory")]
+fn check_shared_room(lines: usize) -> Result<(), PublishError> {
+    let bytes = lines * crate::records::frame::BYTES_PER_LINE * services::CHUNKS_IN_USE;
+    let needed_bytes = bytes as u64;
+    // If the system doesn't say how much there is, there is nothing to check.
+    let available_bytes =
+        crate::process::health::space().map_or(u64::MAX, |space| space.available);
+    if available_bytes < needed_bytes {
+        return Err(PublishError::NoRoom { what: "a frame", available_bytes, needed_bytes });
     }
+    Ok(())
 }
 
 /// A new run id: the time and the process id, hashed with random keys, so that runs that start

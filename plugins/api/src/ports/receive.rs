@@ -1,19 +1,13 @@
 //! The receiving ends of publish-subscribe services: [`Newest`] for readers of the newest sample,
 //! or of all of the last few, and [`TickReader`] for readers of the records of every tick.
 
-use core::fmt::Debug;
-
-use iceoryx2::port::subscriber::Subscriber;
-use iceoryx2::prelude::*;
-use iceoryx2::sample::Sample;
-
 use super::error::{OpenError, ReadError};
-use super::full_memory::received;
-use super::places::place;
-use super::services::{self, Ipc, SliceService, Slices};
+use super::services::{self, SliceService};
 use crate::process::join::Participant;
+use crate::records::{Header, Record};
 use crate::records::name::ColumnName;
 use crate::records::sequence::{LostSamples, Sequenced};
+use crate::transport::{Sample, Subscriber};
 
 /// The largest number of samples that one search for the newest goes through: samples that dead
 /// publishers left unread come before those of the living one. It is bounded so that a publisher
@@ -21,27 +15,15 @@ use crate::records::sequence::{LostSamples, Sequenced};
 const MAX_ROUNDS: u64 = 2 * services::COLUMN_BUFFER as u64;
 
 /// Takes samples of records `T` under headers `H`, and holds the last one, which readers borrow.
-#[derive(Debug)]
-pub(super) struct Newest<T, H>
-where
-    T: Debug + ZeroCopySend + 'static,
-    H: Debug + Sequenced + ZeroCopySend + 'static,
-{
-    port: Subscriber<Ipc, [T], H>,
-    service: Slices<T, H>,
-    held: Option<Sample<Ipc, [T], H>>,
+pub(super) struct Newest<T: Record, H: Header + Sequenced> {
+    port: Subscriber<T, H>,
+    held: Option<Sample<T, H>>,
     lost: LostSamples,
     /// Samples between the one that was handed out before and the held one.
     missed: u64,
-    /// The subject of error messages.
-    what: &'static str,
 }
 
-impl<T, H> Newest<T, H>
-where
-    T: Debug + ZeroCopySend + 'static,
-    H: Debug + Sequenced + ZeroCopySend + 'static,
-{
+impl<T: Record, H: Header + Sequenced> Newest<T, H> {
     /// Opens the receiving end of a service for the newest sample.
     pub(super) fn open(
         service: &SliceService<T, H>,
@@ -56,7 +38,7 @@ where
         participant: &Participant,
         buffer: usize,
     ) -> Result<Self, OpenError> {
-        Self::of(service.open(participant)?, service.subject, buffer)
+        Self::named(service, service.name, participant, buffer)
     }
 
     /// Opens the receiving end of a column.
@@ -66,31 +48,34 @@ where
         name: &ColumnName,
         buffer: usize,
     ) -> Result<Self, OpenError> {
-        Self::of(service.open_named(participant, name)?, service.subject, buffer)
+        Self::named(service, &services::column_service(name), participant, buffer)
     }
 
-    fn of(service: Slices<T, H>, what: &'static str, buffer: usize) -> Result<Self, OpenError> {
-        let port = place(&service, services::MAX_READERS, || {
-            service.subscriber_builder().buffer_size(buffer).create()
-        })?;
-        Ok(Self { port, service, held: None, lost: LostSamples::default(), missed: 0, what })
+    fn named(
+        service: &SliceService<T, H>,
+        name: &str,
+        participant: &Participant,
+        buffer: usize,
+    ) -> Result<Self, OpenError> {
+        let port = Subscriber::open(service, name, participant, buffer)?;
+        Ok(Self { port, held: None, lost: LostSamples::default(), missed: 0 })
     }
 
     /// Whether a process publishes the service. One that was killed counts until another process
     /// joins the fleet.
     pub(super) fn has_publisher(&self) -> bool {
-        self.service.dynamic_config().number_of_publishers() > 0
+        self.port.has_publisher()
     }
 
     /// Removes the resources of dead processes at the service, so that
     /// [`has_publisher`](Self::has_publisher) is exact. Takes a millisecond or so.
     pub(super) fn forget_dead(&self) {
-        self.service.try_cleanup_dead_nodes();
+        self.port.forget_dead();
     }
 
     /// Whether a sample waits to be taken.
     pub(super) fn has_newer(&self) -> Result<bool, ReadError> {
-        received(self.what, || self.port.has_samples())
+        self.port.has_samples()
     }
 
     /// Holds the oldest sample that waits, and returns whether there was one.
@@ -116,16 +101,16 @@ where
         }
         // Given back first: a reader may hold few samples at a time.
         self.held = None;
-        self.held = received(self.what, || self.port.receive())?;
+        self.held = self.port.receive()?;
         if let Some(sample) = &self.held {
-            self.missed += self.lost.before(sample.user_header());
+            self.missed += self.lost.before(sample.header());
         }
         Ok(self.held.is_some())
     }
 
     /// The held sample.
     pub(super) fn held(&self) -> Option<(&H, &[T])> {
-        self.held.as_ref().map(|sample| (sample.user_header(), sample.payload()))
+        self.held.as_ref().map(|sample| (sample.header(), sample.records()))
     }
 
     /// The number of samples that were published between the one that was handed out before and the
@@ -154,29 +139,19 @@ pub struct TickRecords<'sample, H, T> {
 
 /// Reads the records of a service tick by tick. A reader that lags more than
 /// [`EVENT_BUFFER`](services::EVENT_BUFFER) samples behind loses the oldest, and gets their number.
-#[derive(Debug)]
-pub struct TickReader<H, T>
-where
-    T: Debug + ZeroCopySend + 'static,
-    H: Debug + Sequenced + ZeroCopySend + 'static,
-{
-    port: Subscriber<Ipc, [T], H>,
+pub struct TickReader<H: Header + Sequenced, T: Record> {
+    port: Subscriber<T, H>,
     lost: LostSamples,
-    what: &'static str,
 }
 
-impl<H, T> TickReader<H, T>
-where
-    T: Debug + ZeroCopySend + 'static,
-    H: Debug + Sequenced + ZeroCopySend + 'static,
-{
+impl<H: Header + Sequenced, T: Record> TickReader<H, T> {
     pub(super) fn of(
         service: &SliceService<T, H>,
         participant: &Participant,
     ) -> Result<Self, OpenError> {
-        let opened = service.open(participant)?;
-        let port = place(&opened, services::MAX_READERS, || opened.subscriber_builder().create())?;
-        Ok(Self { port, lost: LostSamples::default(), what: service.subject })
+        let buffer = services::EVENT_BUFFER;
+        let port = Subscriber::open(service, service.name, participant, buffer)?;
+        Ok(Self { port, lost: LostSamples::default() })
     }
 
     /// Passes all samples that have arrived to `each`, oldest first.
@@ -190,10 +165,10 @@ where
     ) -> Result<(), E> {
         // Bounded, so that a publisher faster than `each` can't keep a reader from its frames.
         for _ in 0..2 * services::EVENT_BUFFER {
-            let Some(sample) = received(self.what, || self.port.receive())? else { break };
-            let header = sample.user_header();
+            let Some(sample) = self.port.receive()? else { break };
+            let header = sample.header();
             let missed = self.lost.before(header);
-            each(&TickRecords { header, records: sample.payload(), missed })?;
+            each(&TickRecords { header, records: sample.records(), missed })?;
         }
         Ok(())
     }
@@ -201,5 +176,17 @@ where
     /// The number of samples that this reader has lost so far.
     pub fn lost(&self) -> u64 {
         self.lost.total()
+    }
+}
+
+impl<H: Header + Sequenced, T: Record> core::fmt::Debug for TickReader<H, T> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("TickReader").field("lost", &self.lost).finish_non_exhaustive()
+    }
+}
+
+impl<T: Record, H: Header + Sequenced> core::fmt::Debug for Newest<T, H> {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Newest").field("lost", &self.lost).finish_non_exhaustive()
     }
 }

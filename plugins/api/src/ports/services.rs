@@ -31,19 +31,8 @@
 //! wants all of them (a recorder) has a buffer of 8: while it is stopped, up to 8 old samples of
 //! each stay resident for it.
 
-use core::fmt::Debug;
 use core::marker::PhantomData;
 
-use iceoryx2::port::listener::Listener;
-use iceoryx2::port::notifier::Notifier;
-use iceoryx2::prelude::*;
-use iceoryx2::service::attribute::{AttributeKey, AttributeValue};
-use iceoryx2::service::port_factory::{event, publish_subscribe, request_response};
-
-use super::error::OpenError;
-use super::full_memory::{FULL, guarded};
-use super::places::{MayBeFull, participants, place};
-use crate::process::join::Participant;
 use crate::records::closure::{ClosedEdge, ClosureHeader};
 use crate::records::column::ColumnHeader;
 use crate::records::command::{CommandHeader, CommandRecord};
@@ -51,9 +40,8 @@ use crate::records::command_log::CommandLogHeader;
 use crate::records::contact::{ContactEvent, ContactEventHeader, ContactHeader, ContactRecord};
 use crate::records::control::{ControlRequest, ControlResponse};
 use crate::records::event::{EventHeader, EventRecord};
-use crate::records::frame::{CONTRACT_VERSION, FrameHeader, Line};
+use crate::records::frame::{FrameHeader, Line};
 use crate::records::history::{FleetSample, HistoryHeader, HotSpot};
-use crate::records::lockstep::Done;
 use crate::records::manager::{ManagerRequest, ManagerResponse};
 use crate::records::name::{ColumnName, FleetName};
 use crate::records::order::{OrderHeader, OrderRecord};
@@ -97,40 +85,30 @@ pub const MAX_OPEN_ROUTES: usize = 8;
 /// The number of records in the first segment of events and of commands; more records make it grow.
 pub(crate) const FIRST_RECORDS: usize = 64;
 
-/// The growth of segments. Readers map a new segment with the first chunk that they get from it.
-pub(crate) const GROWTH: AllocationStrategy = AllocationStrategy::PowerOfTwo;
-
-/// The service attribute that carries [`CONTRACT_VERSION`].
+/// The service attribute that carries [`CONTRACT_VERSION`](crate::frame::CONTRACT_VERSION).
 pub const VERSION_ATTRIBUTE: &str = "regatta-contract";
-
-/// Within a process no port is shared between threads, so no operation takes a lock.
-pub(crate) type Ipc = ipc::Service;
-/// An open service of slices of records.
-pub(crate) type Slices<T, H> = publish_subscribe::PortFactory<Ipc, [T], H>;
-/// An open service of requests with an answer each.
-pub(crate) type Requests<Q, A> = request_response::PortFactory<Ipc, Q, (), A, ()>;
 
 /// A publish-subscribe service whose samples are slices of records `T` under headers `H`.
 pub(crate) struct SliceService<T, H> {
     /// The last part of its name.
-    name: &'static str,
+    pub(crate) name: &'static str,
     /// The subject of error messages.
     pub(crate) subject: &'static str,
-    quality: Quality,
+    pub(crate) quality: Quality,
     sample: PhantomData<(T, H)>,
 }
 
 /// The quality of a publish-subscribe service.
 #[derive(Clone, Copy)]
-struct Quality {
+pub(crate) struct Quality {
     /// Whether the publisher overwrites the oldest sample of a slow reader. If not, the publisher
     /// gets an error.
-    overflows: bool,
-    history: usize,
-    buffer: usize,
-    borrowed: usize,
-    publishers: usize,
-    subscribers: usize,
+    pub(crate) overflows: bool,
+    pub(crate) history: usize,
+    pub(crate) buffer: usize,
+    pub(crate) borrowed: usize,
+    pub(crate) publishers: usize,
+    pub(crate) subscribers: usize,
 }
 
 /// One publisher. Readers, late ones too, get the newest sample, or up to the last `buffer`
@@ -217,43 +195,10 @@ impl<T, H> SliceService<T, H> {
     }
 }
 
-impl<T: Debug + ZeroCopySend, H: Debug + ZeroCopySend> SliceService<T, H> {
-    /// Opens the service in a fleet.
-    pub(crate) fn open(&self, participant: &Participant) -> Result<Slices<T, H>, OpenError> {
-        self.open_as(participant, self.name)
-    }
-
-    /// Opens one of several services of this kind: that of a column.
-    pub(crate) fn open_named(
-        &self,
-        participant: &Participant,
-        name: &ColumnName,
-    ) -> Result<Slices<T, H>, OpenError> {
-        self.open_as(participant, &format!("{}/{name}", self.name))
-    }
-
-    fn open_as(&self, participant: &Participant, name: &str) -> Result<Slices<T, H>, OpenError> {
-        let quality = self.quality;
-        open(participant, name, MessagingPattern::PublishSubscribe, |builder, version| {
-            builder
-                .publish_subscribe::<[T]>()
-                .user_header::<H>()
-                .enable_safe_overflow(quality.overflows)
-                .history_size(quality.history)
-                .subscriber_max_buffer_size(quality.buffer)
-                .subscriber_max_borrowed_samples(quality.borrowed)
-                .max_publishers(quality.publishers)
-                .max_subscribers(quality.subscribers)
-                .max_nodes(MAX_PARTICIPANTS)
-                .open_or_create_with_attributes(version)
-        })
-    }
-}
-
 /// A request-response service with one server, which gives each request `Q` one answer `A`.
 pub(crate) struct RequestService<Q, A> {
     /// The last part of its name.
-    name: &'static str,
+    pub(crate) name: &'static str,
     /// The subject of error messages.
     pub(crate) subject: &'static str,
     /// The server in error messages.
@@ -261,7 +206,7 @@ pub(crate) struct RequestService<Q, A> {
     /// The largest number of clients.
     pub(crate) clients: usize,
     /// The largest number of unanswered requests of a client.
-    open_requests: usize,
+    pub(crate) open_requests: usize,
     exchange: PhantomData<(Q, A)>,
 }
 
@@ -293,152 +238,12 @@ impl<Q, A> RequestService<Q, A> {
     }
 }
 
-impl<Q: Debug + ZeroCopySend, A: Debug + ZeroCopySend> RequestService<Q, A> {
-    /// Opens the service in a fleet. No overflow: a request arrives, or its sender gets an error.
-    pub(crate) fn open(&self, participant: &Participant) -> Result<Requests<Q, A>, OpenError> {
-        open(participant, self.name, MessagingPattern::RequestResponse, |builder, version| {
-            builder
-                .request_response::<Q, A>()
-                .enable_safe_overflow_for_requests(false)
-                .enable_safe_overflow_for_responses(true)
-                .enable_fire_and_forget_requests(false)
-                .max_loaned_requests(1)
-                .max_response_buffer_size(1)
-                .max_borrowed_responses_per_pending_response(1)
-                .max_active_requests_per_client(self.open_requests)
-                .max_clients(self.clients)
-                .max_servers(1)
-                .max_nodes(MAX_PARTICIPANTS)
-                .open_or_create_with_attributes(version)
-        })
-    }
-}
-
 /// Returns the name of one of a fleet's services, for example `regatta/F/frames`.
 pub fn service_name(fleet: &FleetName, service: &str) -> String {
     format!("regatta/{fleet}/{service}")
 }
 
-/// Opens the lockstep reports: the tick that each reader has finished. The producer reads them, and
-/// so do plugins that come after others; one that joins late gets the last report of each.
-pub(crate) fn done(
-    participant: &Participant,
-) -> Result<publish_subscribe::PortFactory<Ipc, Done, ()>, OpenError> {
-    open(participant, "done", MessagingPattern::PublishSubscribe, |builder, version| {
-        builder
-            .publish_subscribe::<Done>()
-            .enable_safe_overflow(true)
-            .history_size(1)
-            .subscriber_max_buffer_size(1)
-            .subscriber_max_borrowed_samples(1)
-            .max_publishers(MAX_READERS)
-            .max_subscribers(MAX_READERS)
-            .max_nodes(MAX_PARTICIPANTS)
-            .open_or_create_with_attributes(version)
-    })
-}
-
-/// Opens an event service, which carries no data: `wake` wakes readers after a frame, `done` wakes
-/// those that wait for lockstep reports.
-///
-/// Notifying can't block: a listener has a flag in shared memory and a datagram socket. Only the
-/// notifier that sets the flag writes to the socket, it does so without blocking, and a full buffer
-/// counts as success. A stopped reader thus costs one datagram, and nothing from then on.
-fn event(participant: &Participant, service: &str) -> Result<event::PortFactory<Ipc>, OpenError> {
-    open(participant, service, MessagingPattern::Event, |builder, version| {
-        builder
-            .event()
-            .event_id_max_value(0)
-            .max_notifiers(MAX_READERS)
-            .max_listeners(MAX_READERS)
-            .max_nodes(MAX_PARTICIPANTS)
-            .open_or_create_with_attributes(version)
-    })
-}
-
-/// Opens the sending end of an event service.
-pub(crate) fn notifier(
-    participant: &Participant,
-    service: &str,
-) -> Result<Notifier<Ipc>, OpenError> {
-    let service = event(participant, service)?;
-    place(&service, MAX_READERS, || service.notifier_builder().create())
-}
-
-/// Opens the receiving end of an event service.
-pub(crate) fn listener(
-    participant: &Participant,
-    service: &str,
-) -> Result<Listener<Ipc>, OpenError> {
-    let service = event(participant, service)?;
-    place(&service, MAX_READERS, || service.listener_builder().create())
-}
-
-/// The number of attempts to open a service, 50 ms apart: services come and go while other
-/// processes start and stop.
-const ATTEMPTS: usize = 10;
-
-fn open<S, E: MayBeFull>(
-    participant: &Participant,
-    service: &str,
-    pattern: MessagingPattern,
-    attempt: impl Fn(iceoryx2::service::builder::Builder<Ipc>, &AttributeVerifier) -> Result<S, E>,
-) -> Result<S, OpenError> {
-    let (node, fleet) = (participant.node(), participant.fleet());
-    let what = service_name(fleet, service);
-    let failed = |reason: String| OpenError::SharedMemory { what: what.clone(), reason };
-    let name = ServiceName::new(&what).map_err(|e| failed(format!("{e:?}")))?;
-    let version = version_attribute(CONTRACT_VERSION).map_err(failed)?;
-    let mut attempts = 0;
-    loop {
-        let (outcome, missing) = guarded(|| attempt(node.service_builder(&name), &version));
-        if missing.any() {
-            return Err(failed(FULL.to_owned()));
-        }
-        let error = match outcome {
-            Ok(service) => return Ok(service),
-            Err(error) => error,
-        };
-        // Even if iceoryx2 has already found that the payload types differ: the version explains
-        // the reason.
-        if let Some(theirs) = other_version(node, &name, pattern) {
-            return Err(OpenError::OtherVersion { fleet: fleet.clone(), service: what, theirs });
-        }
-        attempts += 1;
-        if attempts == ATTEMPTS {
-            if !error.is_full() {
-                return Err(failed(error.to_string()));
-            }
-            let holders = participants(node, fleet);
-            return Err(OpenError::Full { service: what, limit: MAX_PARTICIPANTS, holders });
-        }
-        std::thread::sleep(core::time::Duration::from_millis(50));
-    }
-}
-
-/// Requires the contract version of an existing service, and defines that of a new one.
-fn version_attribute(version: u32) -> Result<AttributeVerifier, String> {
-    let key = AttributeKey::new(VERSION_ATTRIBUTE.as_bytes()).map_err(|e| format!("{e:?}"))?;
-    let value =
-        AttributeValue::new(version.to_string().as_bytes()).map_err(|e| format!("{e:?}"))?;
-    AttributeVerifier::new().require(&key, &value).map_err(|e| format!("{e:?}"))
-}
-
-/// Returns the contract version of an existing service if it isn't ours.
-fn other_version(
-    node: &Node<Ipc>,
-    name: &ServiceName,
-    pattern: MessagingPattern,
-) -> Option<String> {
-    let theirs = version_of(&Ipc::details(name, node.config(), pattern).ok()??.static_details);
-    (theirs != CONTRACT_VERSION.to_string()).then_some(theirs)
-}
-
-/// Returns the contract version that a service was created with, or `unknown` if it has none.
-pub(crate) fn version_of(service: &iceoryx2::service::static_config::StaticConfig) -> String {
-    let key = AttributeKey::new(VERSION_ATTRIBUTE.as_bytes()).ok();
-    match key.and_then(|key| service.attributes().key_value(&key, 0).copied()) {
-        Some(value) => String::from_utf8_lossy(value.as_bytes()).into_owned(),
-        None => "unknown".to_owned(),
-    }
+/// Returns the name of the service of a column.
+pub(crate) fn column_service(name: &ColumnName) -> String {
+    format!("{}/{name}", COLUMNS.name)
 }

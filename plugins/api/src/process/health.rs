@@ -16,7 +16,8 @@ use iceoryx2::prelude::*;
 pub use super::domain::SHARED_MEMORY;
 use super::domain::{self, DomainError, config};
 use super::management;
-use crate::ports::services::{self, Ipc};
+use crate::ports::services;
+use crate::transport::shared::{self, Ipc};
 use crate::records::name::FleetName;
 use segments::{Segment, mapped_files, port_ids, segments};
 
@@ -260,7 +261,7 @@ pub fn versions() -> Result<BTreeMap<String, usize>, HealthError> {
     let mut versions = BTreeMap::new();
     each_service(|service| {
         if service.static_details.name().as_str().starts_with("regatta/") {
-            *versions.entry(services::version_of(&service.static_details)).or_insert(0) += 1;
+            *versions.entry(shared::version_of(&service.static_details)).or_insert(0) += 1;
         }
     })?;
     Ok(versions)

@@ -101,3 +101,49 @@ pub trait Plugin {
         Rate::EveryFrame
     }
 }
+
+/// Implements [`Plugin`] for a pointer to one.
+macro_rules! forward_plugin {
+    ($pointer:ty) => {
+        impl<P: Plugin + ?Sized> Plugin for $pointer {
+            fn on_start(&mut self, fleet: &Participant) -> Result {
+                (**self).on_start(fleet)
+            }
+
+            fn on_world(&mut self, world: &World<'_>) -> Result {
+                (**self).on_world(world)
+            }
+
+            fn on_frame(&mut self, frame: &Frame<'_>) -> Result {
+                (**self).on_frame(frame)
+            }
+
+            fn on_idle(&mut self, has_producer: bool) -> Result {
+                (**self).on_idle(has_producer)
+            }
+
+            fn on_events(&mut self, events: &Events<'_>) -> Result {
+                (**self).on_events(events)
+            }
+
+            fn wants_events(&self) -> bool {
+                (**self).wants_events()
+            }
+
+            fn after(&self) -> Vec<String> {
+                (**self).after()
+            }
+
+            fn on_stop(&mut self) -> Result {
+                (**self).on_stop()
+            }
+
+            fn rate(&self) -> Rate {
+                (**self).rate()
+            }
+        }
+    };
+}
+
+forward_plugin!(&mut P);
+forward_plugin!(Box<P>);

@@ -1,81 +1,19 @@
 //! The life of a plugin's process.
 
 use std::ffi::OsString;
-use std::path::Path;
 use std::time::{Duration, Instant};
-
-use clap::error::ErrorKind;
-use clap::{Args, CommandFactory, FromArgMatches, Parser};
 
 use super::join::Participant;
 use super::log::set_verbosity;
+use super::options::{NAME_VARIABLE, Options, parse};
 use super::plugin::Plugin;
-use super::rate::{Rate, RateLimiter};
+use super::runner::Feed;
 use super::silence::{SILENCE, Silence};
 use super::termination::Termination;
-use super::usage::usage_line;
 use crate::error::{Error, Result};
-use crate::ports::events::EventReader;
-use crate::ports::frames::Subscriber;
 use crate::ports::lockstep::{DoneReports, Reporter};
-use crate::ports::worlds::WorldReader;
 use crate::records::frame::Frame;
-use crate::records::name::{FleetName, NameError};
-
-/// The command-line options of every plugin. A plugin with options of its own flattens these into
-/// them (`#[command(flatten)]`) and calls [`run`](Self::run).
-///
-/// ```no_run
-/// use clap::Parser;
-/// use regatta_plugin::{Frame, Options, Plugin, Result};
-///
-/// #[derive(Parser)]
-/// struct Cli {
-///     /// The speed above which a robot is reported, in metres per second
-///     #[arg(long, default_value_t = 1.0)]
-///     limit: f32,
-///     #[command(flatten)]
-///     options: Options,
-/// }
-///
-/// struct Watch(f32);
-///
-/// impl Plugin for Watch {
-///     fn on_frame(&mut self, frame: &Frame) -> Result {
-///         let fast = frame.speed().iter().filter(|speed| **speed > self.0).count();
-///         println!("tick {}: {fast} robots are fast", frame.tick());
-///         Ok(())
-///     }
-/// }
-///
-/// fn main() -> Result {
-///     let cli = Cli::parse();
-///     cli.options.run(Watch(cli.limit), "watch")
-/// }
-/// ```
-#[derive(Args, Clone, Debug)]
-pub struct Options {
-    /// The fleet to read
-    #[arg(long, value_name = "NAME", default_value_t)]
-    pub fleet: FleetName,
-    /// Frames per second to read, or 'all' [default: the plugin's own]
-    #[arg(long, value_name = "N")]
-    pub rate: Option<Rate>,
-    /// The name to go by, in lockstep and in `regatta doctor` [default: the program's name]
-    #[arg(long, value_name = "NAME")]
-    pub name: Option<String>,
-    /// In lockstep, handle each tick after this plugin has; may be repeated
-    #[arg(long, value_name = "NAME", value_parser = parse_plugin_name)]
-    pub after: Vec<String>,
-    /// Show warnings of shared memory (iceoryx2); twice for all of its log
-    #[arg(short, long, action = clap::ArgAction::Count)]
-    pub verbose: u8,
-}
-
-/// Checks the name of a plugin: the rules are those for fleets.
-fn parse_plugin_name(text: &str) -> Result<String, NameError> {
-    text.parse::<FleetName>().map(|name| name.to_string())
-}
+use crate::records::name::FleetName;
 
 /// Runs a plugin until Ctrl-C or `SIGTERM`, with the options on this process's command line.
 ///
@@ -129,36 +67,6 @@ pub fn run_from<A: Into<OsString> + Clone>(
     options.run(plugin, program.rsplit(' ').next().unwrap_or(&program))
 }
 
-/// A command line that has these options and no others.
-#[derive(Parser)]
-struct Cli<T: Args> {
-    #[command(flatten)]
-    options: T,
-}
-
-/// Parses a command line. Returns its options and the name of the program, or `None` if the help
-/// was printed.
-pub(crate) fn parse<T: Args, A: Into<OsString>>(
-    args: impl IntoIterator<Item = A>,
-    default_program: &str,
-    about: &'static str,
-) -> Result<Option<(T, String)>> {
-    let args: Vec<OsString> = args.into_iter().map(Into::into).collect();
-    let program = args.first().and_then(|path| Path::new(path).file_stem()?.to_str());
-    let program = program.unwrap_or(default_program).to_owned();
-    let parsed = Cli::<T>::command().bin_name(&program).about(about).try_get_matches_from(args);
-    match parsed.and_then(|matches| Cli::from_arg_matches(&matches)) {
-        Ok(cli) => Ok(Some((cli.options, program))),
-        Err(error) if error.kind() == ErrorKind::DisplayHelp => {
-            error.print()?;
-            Ok(None)
-        }
-        Err(error) => {
-            Err(Error::new(format_args!("{}; --help lists the options", usage_line(&error))))
-        }
-    }
-}
-
 /// Joins a fleet under a given name, or else that of the environment, or else the program's.
 pub(crate) fn join(fleet: &FleetName, name: Option<&str>, program: &str) -> Result<Participant> {
     let of_environment = std::env::var(NAME_VARIABLE).ok();
@@ -184,44 +92,18 @@ impl Options {
             });
         result.and(plugin.on_stop())
     }
-
-    /// The names of the plugins that a plugin comes after in lockstep.
-    fn after(&self, plugin: &impl Plugin) -> Vec<String> {
-        let given = std::env::var(AFTER_VARIABLE).unwrap_or_default();
-        let given =
-            given.split(',').map(str::trim).filter(|name| !name.is_empty()).map(str::to_owned);
-        self.after.iter().cloned().chain(given).chain(plugin.after()).collect()
-    }
 }
-
-/// The environment variable with the name that a plugin goes by unless `--name` says otherwise:
-/// `regatta run` sets it to the name in the scenario.
-pub const NAME_VARIABLE: &str = "REGATTA_PLUGIN_NAME";
-/// The environment variable with the names of the plugins that this one comes after in lockstep,
-/// separated by commas: `regatta run` sets it to the names in the scenario.
-pub const AFTER_VARIABLE: &str = "REGATTA_PLUGIN_AFTER";
-/// The environment variable with the path of a scenario that describes a load of transport orders
-/// (its key `load`), for a fleet manager: `regatta run` sets it.
-pub const LOAD_VARIABLE: &str = "REGATTA_LOAD";
 
 /// The longest sleep between two checks of the termination flag.
 const SLICE: Duration = Duration::from_millis(100);
-/// The time to wait for the world that a frame refers to.
-const WORLD_WAIT: Duration = Duration::from_millis(500);
-
-/// Receives worlds, events and frames for a plugin, and calls it.
+/// Waits for worlds, events and frames for a plugin, and calls it.
 struct Runner<'a> {
     termination: &'a Termination,
-    worlds: WorldReader,
-    frames: Subscriber,
-    events: Option<EventReader>,
+    feed: Feed,
     lockstep: LockstepTurn,
-    limiter: RateLimiter,
     silence: Silence,
     /// The time when the last frame came, or the plugin was last told that none does.
     quiet_since: Instant,
-    /// Ticks with events that were lost, as last reported.
-    reported_lost: u64,
 }
 
 impl<'a> Runner<'a> {
@@ -240,21 +122,16 @@ impl<'a> Runner<'a> {
         }
         Ok(Self {
             termination,
-            worlds: WorldReader::open_on(participant)?,
-            frames: Subscriber::open_on(participant)?,
-            events: plugin.wants_events().then(|| EventReader::open_on(participant)).transpose()?,
+            feed: Feed::open(participant, plugin, options.rate)?,
             lockstep: LockstepTurn {
                 participant: participant.clone(),
                 after,
                 reporter: None,
                 reports: None,
-                last: (0, u64::MAX),
-                skipped: 0,
+                run_id: 0,
             },
-            limiter: RateLimiter::new(options.rate.unwrap_or_else(|| plugin.rate())),
             silence: Silence::new(),
             quiet_since: Instant::now(),
-            reported_lost: 0,
         })
     }
 
@@ -264,29 +141,29 @@ impl<'a> Runner<'a> {
         if self.take(plugin)? {
             return Ok(());
         }
-        let left = self.limiter.left().min(SLICE);
-        if self.events.is_none() && !left.is_zero() {
+        let left = self.feed.until_due().min(SLICE);
+        if !plugin.wants_events() && !left.is_zero() {
             // Ignore frames that arrive before the next one is due.
             std::thread::sleep(left);
             return Ok(());
         }
-        self.frames.forget_wake_ups()?;
+        self.feed.frames().forget_wake_ups()?;
         if self.take(plugin)? {
             return Ok(());
         }
-        self.frames.sleep(if left.is_zero() { SLICE } else { left })?;
+        self.feed.frames().sleep(if left.is_zero() { SLICE } else { left })?;
         if !left.is_zero() {
             // No frame was due: it isn't quiet yet.
             self.quiet_since = Instant::now();
         }
-        if self.limiter.left().is_zero()
+        if self.feed.until_due().is_zero()
             && self.quiet_since.elapsed() >= SLICE
-            && !self.frames.has_newer()?
+            && !self.feed.frames().has_newer()?
         {
             self.quiet_since = Instant::now();
-            self.silence.check(&self.frames);
+            self.silence.check(self.feed.frames());
             // First its columns, then its report: a reader of the report finds the columns.
-            plugin.on_idle(self.frames.has_producer())?;
+            plugin.on_idle(self.feed.frames().has_producer())?;
             self.lockstep.update();
         }
         Ok(())
@@ -295,66 +172,18 @@ impl<'a> Runner<'a> {
     /// Hands over the events that have come, then the newest frame if one is due; whether there was
     /// one.
     fn take(&mut self, plugin: &mut impl Plugin) -> Result<bool> {
-        // The frame is received first: its events were published before it, so they have all come.
-        let due = self.limiter.left().is_zero() && self.frames.latest()?.is_some();
-        if due && let Some(frame) = self.frames.current()? {
-            hand_over_world(&mut self.worlds, &frame, plugin)?;
-        }
-        self.take_events(plugin)?;
-        if !due {
+        if !self.feed.receive(plugin)? {
             return Ok(false);
         }
         self.silence.end();
-        if let Some(frame) = self.frames.current()? {
-            let is_new = self.lockstep.is_new(&frame);
-            let admitted = self.limiter.admits(&frame) && is_new;
-            if admitted && self.lockstep.wait_for_turn(&frame, self.termination)? {
-                plugin.on_frame(&self.lockstep.count_missed(frame))?;
-            } else {
-                self.lockstep.skipped += u64::from(is_new);
-            }
-            self.lockstep.report(&frame)?;
+        let Self { feed, lockstep, termination, .. } = self;
+        feed.hand_over(plugin, |frame| lockstep.wait_for_turn(frame, termination))?;
+        if let Some(frame) = feed.frames().current()? {
+            lockstep.report(&frame)?;
         }
-        self.frames.release();
+        feed.release();
         self.quiet_since = Instant::now();
         Ok(true)
-    }
-
-    fn take_events(&mut self, plugin: &mut impl Plugin) -> Result {
-        let Some(events) = &mut self.events else { return Ok(()) };
-        events.take(|events| plugin.on_events(events))?;
-        // Now, and whenever it has become ten times as bad.
-        if events.lost() >= (10 * self.reported_lost).max(1) {
-            self.reported_lost = events.lost();
-            let name = self.frames.participant().name();
-            crate::tell!(
-                "{name}: events of {} ticks lost so far: too slow for this fleet",
-                events.lost()
-            );
-        }
-        Ok(())
-    }
-}
-
-/// Hands over a new world, if there is one. A process that has just joined can get its first frame
-/// some moments before the world that it refers to.
-fn hand_over_world(
-    worlds: &mut WorldReader,
-    frame: &Frame<'_>,
-    plugin: &mut impl Plugin,
-) -> Result {
-    let wanted = (frame.run_id(), frame.header().world_revision);
-    let start = Instant::now();
-    loop {
-        if let Some(world) = worlds.latest()? {
-            plugin.on_world(&world)?;
-        }
-        let have = worlds.current()?.map(|world| (world.run_id(), world.revision()));
-        let current = have.is_some_and(|have| have.0 == wanted.0 && have.1 >= wanted.1);
-        if current || wanted.1 == 0 || start.elapsed() > WORLD_WAIT {
-            return Ok(());
-        }
-        std::thread::sleep(Duration::from_millis(1));
     }
 }
 
@@ -366,28 +195,11 @@ struct LockstepTurn {
     reporter: Option<Reporter>,
     /// Opened only if there are plugins to wait for: each report wakes all that read reports.
     reports: Option<DoneReports>,
-    /// Run and tick of the last frame.
-    last: (u64, u64),
-    /// Frames that the plugin's rate has skipped since the last one that it got.
-    skipped: u64,
+    /// The run of the last report.
+    run_id: u64,
 }
 
 impl LockstepTurn {
-    /// Records a frame. In lockstep each tick counts once: the speed of processes would decide
-    /// whether a frame that is published again is seen.
-    fn is_new(&mut self, frame: &Frame<'_>) -> bool {
-        let this = (frame.run_id(), frame.tick());
-        std::mem::replace(&mut self.last, this) != this || frame.header().lockstep == 0
-    }
-
-    /// Adjusts the number of frames that were missed before a frame. In lockstep no tick is lost,
-    /// but a frame that is published again may be: only the frames that the plugin's rate has
-    /// skipped count, so that runs repeat.
-    fn count_missed<'frame>(&mut self, frame: Frame<'frame>) -> Frame<'frame> {
-        let skipped = std::mem::take(&mut self.skipped);
-        if frame.header().lockstep == 0 { frame } else { frame.after_missing(skipped) }
-    }
-
     /// Waits until the plugins that this one comes after have finished a frame's tick. Returns
     /// `false` if the process is asked to end.
     fn wait_for_turn(&mut self, frame: &Frame<'_>, termination: &Termination) -> Result<bool> {
@@ -431,13 +243,14 @@ impl LockstepTurn {
             Some(reporter) => reporter,
             none => none.insert(Reporter::open_on(&self.participant)?),
         };
+        self.run_id = frame.run_id();
         Ok(reporter.done(frame.run_id(), frame.tick())?)
     }
 
     /// Reports that the plugin ends, if it has reported ticks.
     fn leave(&self) -> Result {
         let Some(reporter) = &self.reporter else { return Ok(()) };
-        Ok(reporter.leave(self.last.0)?)
+        Ok(reporter.leave(self.run_id)?)
     }
 
     /// Gives the last report to plugins that have joined since.

@@ -1,22 +1,29 @@
 //! The command line of a program that is a producer.
 
+#[cfg(feature = "shared-memory")]
 use std::ffi::OsString;
 use std::path::Path;
 use std::time::Duration;
 
 use clap::Args;
 
+#[cfg(feature = "shared-memory")]
 use super::{Producer, Session, Speed};
+#[cfg(feature = "shared-memory")]
 use crate::error::{Error, Result};
+#[cfg(feature = "shared-memory")]
 use crate::ports::producer::ProducerPorts;
-use crate::process::log::set_verbosity;
-use crate::process::run::{join, parse};
-use crate::process::scheduling::SchedulingOptions;
-use crate::process::termination::Termination;
+#[cfg(feature = "shared-memory")]
+use crate::process::{
+    log::set_verbosity, options::parse, run::join, scheduling::SchedulingOptions,
+    termination::Termination,
+};
+#[cfg(feature = "shared-memory")]
 use crate::records::name::FleetName;
 
 /// The command-line options of a producer. A producer with options of its own flattens these into
 /// them (`#[command(flatten)]`) and calls [`run`](Self::run).
+#[cfg(feature = "shared-memory")]
 #[derive(Args, Clone, Debug)]
 pub struct ProducerOptions {
     /// The fleet to publish
@@ -68,6 +75,7 @@ fn parse_plugin(text: &str) -> Result<String, String> {
     }
 }
 
+#[cfg(feature = "shared-memory")]
 fn parse_rate(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(rate) if (0.001..=1e6).contains(&rate) => Ok(rate),
@@ -85,6 +93,7 @@ fn parse_seconds(text: &str) -> Result<Duration, String> {
 /// # Errors
 /// If an option is invalid, shared memory can't be used, the fleet has a live producer, or one of
 /// the producer's functions returns an error.
+#[cfg(feature = "shared-memory")]
 pub fn produce<P: Producer>(producer: P) -> Result
 where
     Error: From<P::Error>,
@@ -97,6 +106,7 @@ where
 ///
 /// # Errors
 /// As [`produce`].
+#[cfg(feature = "shared-memory")]
 pub fn produce_from<P, A>(producer: P, args: impl IntoIterator<Item = A>) -> Result
 where
     P: Producer,
@@ -110,6 +120,7 @@ where
     }
 }
 
+#[cfg(feature = "shared-memory")]
 impl ProducerOptions {
     /// Runs a producer with these options. `program` is its name, unless `--name` gives one.
     ///

@@ -7,9 +7,9 @@ use super::figures::Figures;
 use super::overload::Overload;
 use super::speed::Speed;
 use super::{LockstepOptions, Producer, RefusalReason};
-use crate::ports::error::{PublishError, ReadError};
-use crate::ports::lockstep::LockstepError;
+use crate::ports::error::{LockstepError, PublishError, ReadError};
 use crate::ports::producer::{FrameLoan, ProducerPorts};
+#[cfg(feature = "shared-memory")]
 use crate::process::termination::Termination;
 use crate::records::command::CommandKind;
 use crate::records::event::{EventKind, EventRecord, Refusal};
@@ -38,6 +38,15 @@ pub(super) struct Pending {
     pub(super) refusal: Option<RefusalReason>,
 }
 
+/// Who reads the frames of a session.
+#[derive(Debug)]
+enum Readers {
+    /// Processes that nobody waits for, or waits for by name.
+    Processes(LockstepOptions),
+    /// A driver, which calls them after each frame.
+    Driven,
+}
+
 /// Runs a [`Producer`], and gives it its ports and its time. [`produce`](crate::produce) makes one
 /// from a command line; a larger program makes its own:
 ///
@@ -59,7 +68,7 @@ pub struct Session {
     pub(super) clock: Clock,
     pub(super) figures: Figures,
     overload: Overload,
-    lockstep: LockstepOptions,
+    readers: Readers,
     tick_period: Duration,
     pub(super) now: Moment,
     pub(super) started: Instant,
@@ -91,13 +100,29 @@ impl Session {
         speed: Speed,
         lockstep: LockstepOptions,
     ) -> Self {
+        Self::with_readers(ports, tick_period, speed, Readers::Processes(lockstep))
+    }
+
+    /// Creates a session of a [`LocalFleet`](crate::LocalFleet): it [begins](Self::begin),
+    /// [advances](Self::advance) and [ends](Self::end) as its driver calls it, at full speed. The
+    /// driver calls the readers after each frame, so that they are in lockstep.
+    pub fn driven(ports: ProducerPorts, tick_period: Duration) -> Self {
+        Self::with_readers(ports, tick_period, Speed::Max, Readers::Driven)
+    }
+
+    fn with_readers(
+        ports: ProducerPorts,
+        tick_period: Duration,
+        speed: Speed,
+        readers: Readers,
+    ) -> Self {
         let now = Instant::now();
         Self {
             ports,
             clock: Clock::new(speed, 0, now),
             figures: Figures::new(0, now),
             overload: Overload::new(now),
-            lockstep,
+            readers,
             tick_period,
             now: Moment::default(),
             started: now,
@@ -119,11 +144,22 @@ impl Session {
     /// # Errors
     /// If a port fails, a reader in lockstep doesn't finish a tick in time, or the producer returns
     /// an error.
+    #[cfg(feature = "shared-memory")]
     pub fn run<P: Producer>(
         &mut self,
         producer: &mut P,
         termination: &Termination,
     ) -> Result<(), P::Error> {
+        self.begin(producer)?;
+        while !termination.requested() && self.advance(producer)? {}
+        self.end(producer)
+    }
+
+    /// Publishes the world and the first frame of a producer.
+    ///
+    /// # Errors
+    /// As [`run`](Self::run).
+    pub fn begin<P: Producer>(&mut self, producer: &mut P) -> Result<(), P::Error> {
         producer.start(self)?;
         self.has_begun = true;
         // The first frame too: else the speed of processes would decide whether a reader sees it.
@@ -132,16 +168,29 @@ impl Session {
         let first = producer.next_moment(self)?.unwrap_or(self.now);
         self.clock.restart(first.sim_nanos, self.started);
         self.figures.restart(self.now.sim_nanos, self.started);
-        while !termination.requested() {
-            self.answer_requests(producer)?;
-            producer.between_ticks(self)?;
-            match producer.next_moment(self)? {
-                Some(next) if self.is_due(producer, next)? => self.make_tick(producer, next)?,
-                Some(_) => {}
-                None if self.at_end(producer)? => break,
-                None => {}
-            }
+        Ok(())
+    }
+
+    /// Makes the next tick if it is due, and answers requests. Returns `false` after the last one.
+    ///
+    /// # Errors
+    /// As [`run`](Self::run).
+    pub fn advance<P: Producer>(&mut self, producer: &mut P) -> Result<bool, P::Error> {
+        self.answer_requests(producer)?;
+        producer.between_ticks(self)?;
+        match producer.next_moment(self)? {
+            Some(next) if self.is_due(producer, next)? => self.make_tick(producer, next)?,
+            Some(_) => {}
+            None => return Ok(!self.at_end(producer)?),
         }
+        Ok(true)
+    }
+
+    /// Publishes the last frame again, as the end of the run.
+    ///
+    /// # Errors
+    /// As [`run`](Self::run).
+    pub fn end<P: Producer>(&mut self, producer: &mut P) -> Result<(), P::Error> {
         self.ended = true;
         producer.show(self)
     }
@@ -194,12 +243,17 @@ impl Session {
 
     /// Waits for the readers in lockstep, if a frame has been published.
     pub(super) fn wait_for_lockstep(&mut self) -> Result<(), LockstepError> {
-        let sent = std::mem::take(&mut self.frame_sent);
-        while sent && !self.lockstep.names.is_empty() {
-            match self.ports.wait_done(&self.lockstep.names, self.now.tick, self.lockstep.timeout) {
-                Err(LockstepError::Interrupted { .. }) if !Termination::was_requested() => {}
-                Err(LockstepError::Interrupted { .. }) => return Ok(()),
-                outcome => return outcome,
+        #[cfg(feature = "shared-memory")]
+        if let Readers::Processes(lockstep) = &self.readers
+            && std::mem::take(&mut self.frame_sent)
+            && !lockstep.names.is_empty()
+        {
+            loop {
+                match self.ports.wait_done(&lockstep.names, self.now.tick, lockstep.timeout) {
+                    Err(LockstepError::Interrupted { .. }) if !Termination::was_requested() => {}
+                    Err(LockstepError::Interrupted { .. }) => return Ok(()),
+                    outcome => return outcome,
+                }
             }
         }
         Ok(())
@@ -277,7 +331,10 @@ impl Session {
 
     /// Whether readers in lockstep are waited for.
     pub fn is_lockstep(&self) -> bool {
-        !self.lockstep.names.is_empty()
+        match &self.readers {
+            Readers::Processes(lockstep) => !lockstep.names.is_empty(),
+            Readers::Driven => true,
+        }
     }
 
     /// Loans the next frame, with a complete header.

@@ -1,12 +1,24 @@
-//! Sleeping until another process has news.
+//! The ends of event services: waking other processes, and sleeping until woken.
 
 use std::time::Duration;
 
 use iceoryx2::port::listener::{Listener, ListenerWaitError};
 
-use super::error::{OpenError, ReadError, receive_error};
-use super::services::{self, Ipc};
+use super::Ipc;
+use super::open::event;
+use super::places::place;
+use crate::ports::error::{OpenError, ReadError, receive_error};
+use crate::ports::services::MAX_READERS;
 use crate::process::join::Participant;
+
+/// The notifying end of an event service.
+pub(crate) type Notifier = iceoryx2::port::notifier::Notifier<Ipc>;
+
+/// Opens the notifying end of an event service.
+pub(crate) fn notifier(participant: &Participant, service: &str) -> Result<Notifier, OpenError> {
+    let service = event(participant, service)?;
+    place(&service, MAX_READERS, || service.notifier_builder().create())
+}
 
 /// The longest sleep, which bounds the cost of a lost wake-up.
 const NAP: Duration = Duration::from_millis(100);
@@ -17,19 +29,21 @@ const NAP: Duration = Duration::from_millis(100);
 /// a dozen system calls before it returns: here they come after the news has been read, before the
 /// next sleep.
 #[derive(Debug)]
-pub(super) struct Wake {
+pub(crate) struct Wake {
     listener: Listener<Ipc>,
 }
 
 impl Wake {
     /// Opens the event service of a name.
-    pub(super) fn open(participant: &Participant, service: &str) -> Result<Self, OpenError> {
-        Ok(Self { listener: services::listener(participant, service)? })
+    pub(crate) fn open(participant: &Participant, service: &str) -> Result<Self, OpenError> {
+        let service = event(participant, service)?;
+        let listener = place(&service, MAX_READERS, || service.listener_builder().create())?;
+        Ok(Self { listener })
     }
 
     /// Forgets the wake-ups so far. Must be followed by a check for the news that they announced:
     /// samples that are sent after this check wake again.
-    pub(super) fn forget(&self) -> Result<(), ReadError> {
+    pub(crate) fn forget(&self) -> Result<(), ReadError> {
         match self.listener.try_wait(|_| ()) {
             Ok(_) | Err(ListenerWaitError::InterruptSignal) => Ok(()),
             Err(error) => Err(wake_error(error)),
@@ -43,7 +57,7 @@ impl Wake {
         unsafe_code,
         reason = "iceoryx2's descriptor has no safe conversion to the standard library's"
     )]
-    pub(super) fn sleep(&self, left: Duration) -> Result<bool, ReadError> {
+    pub(crate) fn sleep(&self, left: Duration) -> Result<bool, ReadError> {
         use iceoryx2::prelude::FileDescriptorBased;
         use rustix::event::{PollFd, PollFlags, Timespec, poll};
         use rustix::io::Errno;
@@ -64,7 +78,7 @@ impl Wake {
     /// Sleeps until woken, but no longer than `left` or a [`NAP`]. Returns `false` if a signal
     /// ended the sleep.
     #[cfg(not(unix))]
-    pub(super) fn sleep(&self, left: Duration) -> Result<bool, ReadError> {
+    pub(crate) fn sleep(&self, left: Duration) -> Result<bool, ReadError> {
         match self.listener.timed_wait(|_| (), left.min(NAP)) {
             Ok(_) => Ok(true),
             Err(ListenerWaitError::InterruptSignal) => Ok(false),

@@ -18,13 +18,15 @@ use iceoryx2::service::port_factory::client::ClientCreateError;
 use iceoryx2::service::port_factory::server::ServerCreateError;
 use iceoryx2::service::port_factory::{PortFactory, publish_subscribe};
 
-use super::error::OpenError;
+use super::Ipc;
 use super::full_memory::{FULL, guarded};
-use super::services::{Ipc, service_name};
+use crate::ports::error::OpenError;
+use crate::ports::services::service_name;
+use crate::process::join::Participant;
 use crate::records::name::FleetName;
 
 /// An error of iceoryx2 for a place at a service, which may mean that all places are taken.
-pub(super) trait MayBeFull: core::fmt::Display {
+pub(crate) trait MayBeFull: core::fmt::Display {
     /// Whether all places are taken.
     fn is_full(&self) -> bool;
 }
@@ -57,7 +59,7 @@ may_be_full! {
 }
 
 /// Opens a place at a service that has `limit` of them.
-pub(super) fn place<S: PortFactory<Service = Ipc>, P, E: MayBeFull>(
+pub(crate) fn place<S: PortFactory<Service = Ipc>, P, E: MayBeFull>(
     service: &S,
     limit: usize,
     create: impl FnOnce() -> Result<P, E>,
@@ -135,7 +137,7 @@ fn counted(names: Vec<String>) -> String {
 /// Returns the owner of a service's publisher: `regatta (process 4711)`.
 pub(super) fn publisher_owner<P, H>(
     service: &publish_subscribe::PortFactory<Ipc, P, H>,
-    node: &Node<Ipc>,
+    participant: &Participant,
 ) -> String
 where
     P: core::fmt::Debug + ?Sized + IceoryxSend,
@@ -146,7 +148,9 @@ where
         owner = Some(details.node_id);
         CallbackProgression::Stop
     });
-    let state = owner.and_then(|id| Node::<Ipc>::state_of(node.config(), id).ok().flatten());
+    let config = participant.node().map(Node::config);
+    let state = owner.zip(config);
+    let state = state.and_then(|(id, config)| Node::<Ipc>::state_of(config, id).ok().flatten());
     match state {
         Some(NodeState::Alive(view)) => match view.details() {
             Some(details) => {

@@ -20,7 +20,8 @@ pub(crate) use other::{guarded, release, reserve, restore};
 
 use core::mem::MaybeUninit;
 
-use super::error::{ReadError, receive_error};
+pub(crate) use crate::ports::error::FULL;
+use crate::ports::error::{ReadError, receive_error};
 
 /// The pages that were missing during a [`guarded`] call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,12 +45,9 @@ impl Missing {
     }
 }
 
-/// The reason that errors give.
-pub(crate) const FULL: &str = "shared memory is full: make /dev/shm larger (`mount -o remount,size=…`, `docker run --shm-size=…`), or free some";
-
 /// Receives by `receive`, which connects new senders first. A sender for whose connection there is
 /// no memory is left out: it has an error, and the others are served.
-pub(super) fn received<T: Default, E: core::fmt::Display>(
+pub(crate) fn received<T: Default, E: core::fmt::Display>(
     what: &'static str,
     receive: impl FnOnce() -> Result<T, E>,
 ) -> Result<T, ReadError> {
@@ -63,7 +61,7 @@ pub(super) fn received<T: Default, E: core::fmt::Display>(
 
 /// Calls an operation of iceoryx2, with full memory as an error. Missing pages are shared again
 /// afterwards, so that a later attempt can succeed.
-pub(super) fn unless_full<T, E: core::fmt::Display>(
+pub(crate) fn unless_full<T, E: core::fmt::Display>(
     operation: impl FnOnce() -> Result<T, E>,
 ) -> Result<T, String> {
     let (result, missing) = guarded(operation);
@@ -79,7 +77,7 @@ pub(super) fn unless_full<T, E: core::fmt::Display>(
 
 /// Loans a chunk for one record: an answer, a request or a report. It has memory, so that the
 /// record can be sent.
-pub(super) fn loan_record<L, T, E: core::fmt::Display>(
+pub(crate) fn loan_record<L, T, E: core::fmt::Display>(
     loan: impl FnOnce() -> Result<L, E>,
     record: impl FnOnce(&mut L) -> &mut MaybeUninit<T>,
 ) -> Result<L, String> {
