@@ -2,6 +2,7 @@ use std::sync::mpsc::channel;
 
 use super::*;
 use crate::places::Place;
+use crate::threads::{InsertError, Job};
 use crate::{Candidate, OrderPool, OrderSettings};
 
 fn places() -> Arc<Places> {

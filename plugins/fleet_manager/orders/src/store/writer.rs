@@ -29,7 +29,7 @@ pub(crate) struct Writer {
 
 impl Writer {
     /// Starts the thread.
-    pub(crate) fn start(store: OrderStore) -> std::io::Result<Self> {
+    pub(super) fn start(store: OrderStore) -> std::io::Result<Self> {
         let (jobs, receiver) = channel();
         let unsaved = Arc::new(AtomicUsize::new(0));
         let mut thread = Thread {
