@@ -12,9 +12,7 @@ use std::sync::Arc;
 
 use regatta_plugin::command::{CommandHeader, CommandRecord};
 use regatta_plugin::producer::Session;
-use regatta_plugin::{
-    FrameLoan, LocalFleet, Participant, ProducerPorts, RouteServer, services,
-};
+use regatta_plugin::{FrameLoan, LocalFleet, Participant, ProducerPorts, RouteServer, services};
 
 use crate::arc_length;
 use crate::digest::Digest;
@@ -169,8 +167,7 @@ fn open(
     };
     let mut fleet = Fleet::new(scenario.graph.clone(), tracks.clone(), config)?;
     fleet.vary_speeds(scenario.disturbances.speed_variation, scenario.seed);
-    let disturbances =
-        Schedule::new(&scenario.disturbances, scenario.seed, scenario.tick_period);
+    let disturbances = Schedule::new(&scenario.disturbances, scenario.seed, scenario.tick_period);
     let routes = RouteServer::open_on(ports.participant())?;
     let mut simulation = Simulation {
         events: EventBuffer::new(MAX_EVENTS),

@@ -149,15 +149,6 @@ mod transport;
 struct Readme;
 
 pub use error::{Error, Result};
-pub use records::contact::Contacts;
-pub use records::frame::Frame;
-pub use records::name::{ColumnName, FleetName, MAX_NAME_BYTES, NameError};
-pub use records::traffic::Traffic;
-pub use records::world::World;
-pub use records::{
-    activity, closure, column, command, command_log, contact, control, event, frame, history,
-    manager, order, recording, route, sequence, traffic, world,
-};
 pub use ports::closures::ClosureReader;
 #[cfg(feature = "shared-memory")]
 pub use ports::columns::column_names;
@@ -200,4 +191,13 @@ pub use process::termination::{PARENT_VARIABLE, Termination, reopen_on_hangup};
 pub use process::usage::usage_line;
 #[cfg(feature = "shared-memory")]
 pub use producer::{produce, produce_from};
+pub use records::contact::Contacts;
+pub use records::frame::Frame;
+pub use records::name::{ColumnName, FleetName, MAX_NAME_BYTES, NameError};
+pub use records::traffic::Traffic;
+pub use records::world::World;
+pub use records::{
+    activity, closure, column, command, command_log, contact, control, event, frame, history,
+    manager, order, recording, route, sequence, traffic, world,
+};
 pub use transport::local::LocalFleet;

@@ -112,6 +112,6 @@ mod tracker;
 pub use criteria::{HYSTERESIS, MAX_HORIZON, MAX_MARGIN, Settings, SettingsError};
 pub use detector::{Detector, FrameInput};
 pub use log::{HEADER as LOG_HEADER, LogError};
-pub use plugin::{Cli, run_from};
+pub use plugin::{Cli, plugin, run_from};
 pub use routes::Routes;
 pub use totals::{RunTotals, Score};

@@ -60,6 +60,14 @@ pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) ->
     })
 }
 
+/// Returns the plugin of a command line, to run it beside others in one process.
+///
+/// # Errors
+/// Fails if an option is invalid, or if the log can't be written.
+pub fn plugin(cli: &Cli) -> Result<impl Plugin + use<>> {
+    CollisionPlugin::new(cli)
+}
+
 /// The plugin's ports in the fleet.
 struct Ports {
     types: ColumnReader,

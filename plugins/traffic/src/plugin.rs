@@ -210,11 +210,7 @@ impl TrafficPlugin {
     fn run_report(&mut self) -> Report<'_> {
         self.periods.figures(&self.limits, &mut self.figures);
         let run = self.figures.len() - self.edges.len();
-        Report {
-            secs: self.periods.secs()[2],
-            edges: &self.edges,
-            figures: &self.figures[run..],
-        }
+        Report { secs: self.periods.secs()[2], edges: &self.edges, figures: &self.figures[run..] }
     }
 
     /// Writes and prints the figures of the run.

@@ -25,5 +25,5 @@ pub use judge::{Judge, Settings};
 pub use options::{JudgeError, JudgeOptions};
 #[cfg(feature = "shared-memory")]
 pub use plugin::run_from;
-pub use plugin::{Cli, Validator};
+pub use plugin::{Cli, Validator, plugin};
 pub use report::{KindReport, Report};

@@ -42,15 +42,18 @@ pub struct Cli {
 #[cfg(feature = "shared-memory")]
 pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) -> Result {
     match Cli::try_parse_from(args) {
-        Ok(Cli { judge: options, options: shared }) => {
-            let validator = Validator::new(options.settings());
-            shared.run(ValidatorProgram { options, validator }, "validator")
-        }
+        Ok(cli) => cli.options.clone().run(plugin(cli), "validator"),
         Err(error) if !error.use_stderr() => Ok(error.print()?),
         Err(error) => {
             Err(Error::new(format_args!("{}; --help lists the options", usage_line(&error))))
         }
     }
+}
+
+/// Returns the plugin of a command line, to run it beside others in one process.
+pub fn plugin(cli: Cli) -> impl Plugin {
+    let options = cli.judge;
+    ValidatorProgram { validator: Validator::new(options.settings()), options }
 }
 
 /// The plugin that validates a fleet.

@@ -7,8 +7,8 @@ use std::rc::{Rc, Weak};
 
 use crate::ports::services::Quality;
 use crate::process::join::Participant;
-use crate::records::{Header, Record};
 use crate::records::name::{ColumnName, FleetName};
+use crate::records::{Header, Record};
 
 /// A fleet whose ports lie in the memory of this process, on one thread: the engine and its
 /// plugins run in turn, without shared memory, wake-ups or locks.
