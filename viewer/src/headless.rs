@@ -172,8 +172,8 @@ impl HeadlessViewer<'_> {
         self.check_options()?;
         let started = Instant::now();
         let step = Duration::from_secs(1) / self.options.fps;
-        let total =
-            (self.options.record_for().as_secs_f64() * f64::from(self.options.fps)).ceil() as u32;
+        let total = (Duration::from(self.options.for_).as_secs_f64() * f64::from(self.options.fps))
+            .ceil() as u32;
         let mut repeats = 0;
         while video.pictures() < total && !self.termination.requested() {
             let due = started + step * video.pictures();
@@ -373,7 +373,6 @@ impl HeadlessViewer<'_> {
             self.part.as_ref().is_none_or(|part| part.has_scale) && !self.options.look.no_legend;
         let selected = self.selected().filter(|_| !self.options.look.no_ids);
         let robots = selected.filter_map(|robot| Some((robot, self.pose(robot)?.0))).collect();
-        let plans = self.stage.plan_facts();
         let time =
             self.clock.or_else(|| Some(self.stage.feed.clock_secs(&self.stage.feed.frame()?)));
         let look = &self.options.look;
@@ -384,25 +383,15 @@ impl HeadlessViewer<'_> {
         };
         let banner =
             Banner { title: heading, clock: time.filter(|_| look.clock), scale: look.scale };
-        let frame = self.stage.feed.frame();
-        let world = self.stage.feed.world().unwrap_or_default();
-        let heat = self.stage.jam_facts().heat;
-        let density = self.stage.shown_density(&camera, size);
-        let (title, scene) = (self.title(), &self.stage.scene);
         let annotations = Annotations {
-            camera: &camera,
-            scene,
             legend,
             plan,
-            plans,
-            title,
-            frame,
-            world,
-            heat,
-            closed: self.stage.closed().len() as u32,
-            density,
+            frame: self.stage.feed.frame(),
+            world: self.stage.feed.world().unwrap_or_default(),
+            density: self.stage.shown_density(&camera, size),
             robots,
             banner,
+            ..self.stage.annotations(&camera, self.title())
         };
         let left_out = self.caption.draw(&self.gpu, &mut encoder, target, &annotations);
         Ok((self.offscreen.read(encoder)?, left_out))

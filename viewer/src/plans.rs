@@ -2,9 +2,7 @@
 //! the robots that robots wait for. A worker collects and reduces them to lists to draw.
 
 mod collector;
-pub mod goals;
-pub mod lines;
-pub mod waits;
+pub mod marks;
 
 use std::time::{Duration, Instant};
 
@@ -13,11 +11,11 @@ use regatta_plugin::column::{GOAL, WAITS_FOR};
 use regatta_plugin::{
     ColumnReader, Participant, ReadError, Result, RouteClient, Subscriber, WorldReader,
 };
-use regatta_scene::plans::PlanReport;
+use regatta_scene::plans::{PlanReport, Waiting};
 
 use crate::worker::Query;
 use collector::Collector;
-use goals::Places;
+use marks::{Places, arrows, goal_marks, lines};
 
 /// The time between two reports, unless they take long, and between two rounds of requests for
 /// routes.
@@ -168,12 +166,12 @@ impl Watcher {
         found.facts.is_filtered = matching.is_some();
         if query.plans {
             let routes = self.collector.routes().filter(|route| is_watched(route.robot));
-            found.lines = lines::lines(routes, &frame, &world);
+            found.lines = lines(routes, &frame, &world);
             found.facts.routes = Some(self.collector.coverage(&frame, matching));
         }
         if let Some(goals) = values(&mut self.goals, frame.run_id())? {
             found.facts.has_goals = true;
-            found.goals = goals::marks(
+            found.goals = goal_marks(
                 goals,
                 |robot| query.plans && is_watched(robot),
                 &query.selected,
@@ -181,11 +179,14 @@ impl Watcher {
             );
         }
         if let Some(waits_for) = values(&mut self.waits, frame.run_id())?.filter(|_| query.waits) {
-            found.arrows = waits::arrows(waits_for);
+            found.arrows = arrows(waits_for);
             found.arrows.retain(|arrow| is_watched(arrow.from));
-            let counted = || found.arrows.iter().filter(|arrow| is_in(matching, arrow.from));
-            let in_rings = counted().filter(|arrow| arrow.in_ring == 1).count();
-            found.facts.waiting = Some([counted().count() as u32, in_rings as u32]);
+            let mut waiting = Waiting::default();
+            for arrow in found.arrows.iter().filter(|arrow| is_in(matching, arrow.from)) {
+                waiting.robots += 1;
+                waiting.in_rings += arrow.in_ring;
+            }
+            found.facts.waiting = Some(waiting);
         }
         Ok(found)
     }

@@ -8,6 +8,7 @@ use std::time::Instant;
 
 use glam::{UVec2, Vec2};
 use regatta_gpu::renderer::{Picture, Renderer};
+use regatta_interface::banner::Banner;
 use regatta_interface::jams::JamFacts;
 use regatta_interface::orders::OpenOrders;
 use regatta_interface::robot_filter::{Filter, RobotSet};
@@ -25,10 +26,10 @@ use regatta_scene::route::{Remaining, remaining_route};
 use regatta_scene::{Scene, is_on_level};
 use wgpu::{CommandEncoder, TextureView};
 
+use crate::caption::Annotations;
 use crate::feed::{Feed, News};
 use crate::frame_history::FrameHistory;
-use crate::jams;
-use crate::jams::{JamQuery, JamReport};
+use crate::jams::{self, JamQuery, JamReport};
 use crate::plans::PlanQuery;
 use crate::playhead::Playhead;
 use crate::svg;
@@ -415,6 +416,29 @@ impl Stage {
     /// Adds the scene's offset to bounds.
     fn moved(&self, bounds: Bounds) -> Bounds {
         Bounds { low: bounds.low + self.scene.offset, high: bounds.high + self.scene.offset }
+    }
+
+    /// Returns the annotations of a picture by a camera that don't depend on what is asked for.
+    pub(crate) fn annotations<'a>(
+        &'a self,
+        camera: &'a Camera,
+        title: Vec<String>,
+    ) -> Annotations<'a> {
+        Annotations {
+            camera,
+            scene: &self.scene,
+            legend: None,
+            plan: false,
+            plans: self.plan_facts(),
+            title,
+            frame: None,
+            world: World::default(),
+            heat: self.jam_facts().heat,
+            closed: self.closed().len() as u32,
+            density: None,
+            robots: Vec::new(),
+            banner: Banner::default(),
+        }
     }
 
     /// The moment to show, from the previous frame (0) to the newest (1).

@@ -3,6 +3,7 @@
 //! the north.
 
 use glam::Vec2;
+use regatta_base::round;
 use regatta_base::svg::Svg;
 use regatta_interface::footprint::Footprint;
 use regatta_interface::plan::{metres_text, round_step};
@@ -101,13 +102,7 @@ impl<'a> Plan<'a> {
 /// Returns the scale of a drawing whose longest side is so many metres, if none is given: 1, 2 or 5
 /// times a power of ten.
 fn fitting_scale(metres: f32) -> f32 {
-    let least = (metres * 1000.0 / LONGEST_MM).max(1.0);
-    let unit = 10_f32.powf(least.log10().floor());
-    [1.0, 2.0, 5.0]
-        .map(|factor| factor * unit)
-        .into_iter()
-        .find(|scale| *scale >= least * 0.999)
-        .unwrap_or(10.0 * unit)
+    round::up((metres * 1000.0 / LONGEST_MM).max(1.0) * 0.999) as f32
 }
 
 /// Returns the text of the file.

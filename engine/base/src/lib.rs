@@ -17,6 +17,8 @@ pub mod graph;
 mod ln;
 pub mod name;
 pub mod random;
+pub mod round;
+pub mod rows;
 pub mod svg;
 pub mod yaml;
 

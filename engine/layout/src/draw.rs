@@ -4,6 +4,7 @@ mod labels;
 
 use glam::DVec2;
 use regatta_base::bezier::CubicBezier;
+use regatta_base::round;
 use regatta_base::svg::Svg;
 
 use crate::model::angle::unit;
@@ -98,7 +99,7 @@ impl<'g> Map<'g> {
 
     /// Writes faint grid lines at round coordinates.
     fn write_grid(&self, svg: &mut Svg) {
-        let step = round_length(80.0 / self.scale);
+        let step = round::down(80.0 / self.scale);
         let (bottom, right) = (self.size.y - LEGEND, self.size.x);
         let mut lines = Vec::new();
         let west = self.bounds.min_x - MARGIN / self.scale;
@@ -242,7 +243,7 @@ impl<'g> Map<'g> {
 
     /// Writes the scale bar, the counts and the colours of the speeds.
     fn write_legend(&self, svg: &mut Svg) {
-        let (top, bar) = (self.size.y - LEGEND, round_length(120.0 / self.scale));
+        let (top, bar) = (self.size.y - LEGEND, round::down(120.0 / self.scale));
         let (line, end) = (top + 16.0, MARGIN + bar * self.scale);
         svg.line(DVec2::new(0.0, top), DVec2::new(self.size.x, top)).stroke("#d5dae0", 1);
         let tick = |x| [DVec2::new(x, line - 4.0), DVec2::new(x, line + 4.0)];
@@ -282,16 +283,6 @@ fn approximate_length(path: &Path) -> f64 {
         (p0.distance(p3) + p0.distance(p1) + p1.distance(p2) + p2.distance(p3)) / 2.0
     };
     path.cubics().map(of).sum()
-}
-
-/// Rounds down to 1, 2 or 5 times a power of ten.
-fn round_length(length: f64) -> f64 {
-    let power = 10f64.powf(length.log10().floor());
-    [5.0, 2.0]
-        .into_iter()
-        .map(|factor| factor * power)
-        .find(|&round| round <= length)
-        .unwrap_or(power)
 }
 
 fn role_colour(role: Role) -> &'static str {
@@ -338,13 +329,5 @@ mod tests {
             Edges:\n- {Id: 1, Origin_ID: 1, Destination_ID: 2, CurveType: Linear, VelocityForward: 1}\n";
         let map = svg(&parse(text, "g", &ReadOptions::default()).unwrap().0);
         assert!(!map.contains("NaN") && !map.contains("inf"));
-    }
-
-    #[test]
-    fn lengths_are_rounded_down_to_round_numbers() {
-        assert_eq!(
-            [0.9, 1.0, 4.9, 5.0, 99.0].map(round_length).map(|length| (length * 10.0).round()),
-            [5.0, 10.0, 20.0, 50.0, 500.0]
-        );
     }
 }

@@ -12,7 +12,7 @@
 
 use regatta_base::graph::Gear;
 
-use super::aligned_vec::AlignedVec;
+use super::rows::AlignedVec;
 use crate::piece::Piece;
 
 /// Bit of a [`PieceIndex`] that is set in reverse gear. It is also the sign bit of an `f32`, which

@@ -12,17 +12,16 @@
 
 mod kernel;
 mod lanes;
-mod prefetch;
-mod stream;
+mod memory;
 
 use crate::frame::PoseColumns;
 
 use self::kernel::kernel;
-use self::prefetch::prefetch;
-pub(super) use self::stream::{Cached, StoreMode, StreamFence};
-use super::block::{BlockLists, RowList};
+use self::memory::prefetch;
+pub(super) use self::memory::{Cached, StoreMode, StreamFence};
 use super::isa::KernelVariant;
 use super::rows::Rows;
+use super::rows::{BlockLists, RowList};
 use super::{Motion, scalar};
 
 #[cfg(target_arch = "x86_64")]

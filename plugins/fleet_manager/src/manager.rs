@@ -306,7 +306,7 @@ impl Manager {
                 && let Some(node) = self.steering.base_end_node(robot)
                 && !self.steering.is_cut_off(node)
             {
-                let position = self.steering.roads().position(node).to_array();
+                let position = self.steering.roads().position(node);
                 self.candidates.push(Candidate { robot, position });
             }
         }

@@ -5,7 +5,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 use regatta_plugin::frame::{ClockState, FrameHeader};
 use regatta_plugin::{FleetName, Frame};
 
-use crate::histogram::DurationRecorder;
+use crate::durations::DurationRecorder;
 use crate::rhythm::RealTimeFactor;
 use crate::snapshot::{IntervalStats, Run, Snapshot, Totals};
 use crate::state_counts::StateCounts;

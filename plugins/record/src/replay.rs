@@ -2,7 +2,6 @@
 
 mod annotations;
 mod closures;
-mod contact_search;
 mod history;
 mod producer;
 mod search;
@@ -21,8 +20,8 @@ use regatta_plugin::{
 use crate::reading::{ReadingError, Recording};
 use crate::schema::Topic;
 use annotations::Annotations;
-use contact_search::ContactSearch;
 use producer::Replay;
+use search::ContactSearch;
 use stage::Stage;
 
 /// Options of `regatta replay`.

@@ -14,10 +14,9 @@ use wgpu::{
 use super::bindings::{Binding, bind_buffers, bind_group_layout};
 use super::device::Gpu;
 use super::pipeline::{
-    PipelineDescriptor, TargetConfig, compute_pipeline, dispatch, render_pipeline,
+    PipelineDescriptor, TargetConfig, compute_pipeline, dispatch, render_pipeline, shader,
 };
 use super::resources::buffer;
-use super::shaders::shader;
 
 /// From this number of curves on, short ribbons are drawn into pixels where the processor draws:
 /// that costs a pass over all pixels.

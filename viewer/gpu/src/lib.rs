@@ -24,10 +24,8 @@ mod pipeline;
 pub mod renderer;
 pub mod resources;
 mod robots;
-mod shaders;
 mod splats;
 mod timer;
 mod view;
 
-pub use pipeline::TargetConfig;
-pub use shaders::SHADERS;
+pub use pipeline::{SHADERS, TargetConfig};

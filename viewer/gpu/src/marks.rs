@@ -15,8 +15,7 @@ use wgpu::{BindGroup, BindGroupLayout, RenderPass, VertexAttribute, vertex_attr_
 
 use super::device::Gpu;
 use super::instances::{Instance, Instances};
-use super::pipeline::TargetConfig;
-use super::shaders::shader;
+use super::pipeline::{TargetConfig, shader};
 
 /// The vertices of a quad.
 const QUAD: u32 = 4;

@@ -2,7 +2,6 @@
 //! blocks and marks.
 
 mod pipelines;
-mod sorting;
 
 use glam::UVec2;
 use wgpu::util::{BufferInitDescriptor, DeviceExt, DrawIndexedIndirectArgs};
@@ -20,9 +19,8 @@ use super::resources::buffer;
 use super::splats::Splats;
 use super::timer::Timer;
 use crate::mesh::{Mesh, MeshBuffers};
-use pipelines::{BODY_BYTES, CORNER_BYTES, Pipelines};
-use sorting::Sorting;
-pub use sorting::{Dense, Variant};
+use pipelines::{BODY_BYTES, CORNER_BYTES, Pipelines, Sorting};
+pub use pipelines::{Dense, Variant};
 
 /// The most meshes; the same as in sort.wgsl.
 const MESHES: usize = 8;

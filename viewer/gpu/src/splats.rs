@@ -10,9 +10,10 @@ use wgpu::{
 use super::bindings::{Binding, bind_buffers, bind_group_layout};
 use super::density::Density;
 use super::device::Gpu;
-use super::pipeline::{DepthMode, Output, PipelineDescriptor, TargetConfig, render_pipeline};
+use super::pipeline::{
+    DepthMode, Output, PipelineDescriptor, TargetConfig, render_pipeline, shader,
+};
 use super::resources::buffer;
-use super::shaders::shader;
 
 /// Width and height of a tile in pixels; the same as in marks.wgsl.
 const TILE: u32 = 32;

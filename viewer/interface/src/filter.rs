@@ -5,24 +5,13 @@ use std::collections::BTreeSet;
 
 use egui::{Button, ComboBox, Role, TextEdit, Ui, WidgetInfo};
 use regatta_plugin::frame::RobotState;
+use regatta_scene::palette::STATES;
 
 use super::context::{PanelContext, Request};
 use super::style;
 use super::view_model::ViewModel;
 use crate::robot_filter::{Filter, MatchCounts, OrderFilter, is_in};
 use crate::text::{thousands, with_plural};
-
-/// The states to choose from.
-const STATES: [RobotState; 8] = [
-    RobotState::Idle,
-    RobotState::Driving,
-    RobotState::Waiting,
-    RobotState::Held,
-    RobotState::Faulted,
-    RobotState::Turning,
-    RobotState::Stalled,
-    RobotState::Broken,
-];
 
 /// An order's number as typed into the filter.
 #[derive(Clone, Debug, Default)]

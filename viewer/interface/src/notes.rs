@@ -5,7 +5,7 @@ use egui::{Key, RichText, TextEdit, Ui};
 use regatta_plugin::recording::{MarkKind, RecordingMark};
 
 use super::context::PanelContext;
-use super::timeline_paint::colour_of;
+use super::timeline::colour_of;
 use super::transport::clock_text;
 use super::view_model::Action;
 

@@ -2,6 +2,7 @@
 
 use egui::{Align2, Context, FontId, LayerId, Painter, Pos2, Rect, Shape, Stroke, pos2, vec2};
 use glam::Vec2;
+use regatta_base::round;
 use regatta_scene::camera::Camera;
 use regatta_scene::palette::Theme;
 
@@ -22,15 +23,8 @@ const NORTH: f32 = 76.0;
 
 /// Returns the largest of 1, 2 and 5 times a power of ten that is not above `limit`.
 pub fn round_step(limit: f32) -> f32 {
-    let unit = 10_f32.powf(limit.max(1e-6).log10().floor());
-    let factor = limit / unit;
-    unit * if factor >= 5.0 {
-        5.0
-    } else if factor >= 2.0 {
-        2.0
-    } else {
-        1.0
-    }
+    // A limit that is a round number, but for its precision, is its own step.
+    round::down(limit.max(1e-6) * (1.0 + f32::EPSILON)) as f32
 }
 
 /// Formats metres without digits that they don't need.

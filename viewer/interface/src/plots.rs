@@ -5,8 +5,8 @@ use egui::text::{LayoutJob, TextFormat};
 use egui::{Color32, FontId, Label, Ui, pos2};
 use egui_plot::{GridInput, GridMark, Line, Plot, PlotPoint, PlotPoints};
 use regatta_plugin::frame::RobotState;
-use regatta_plugin::history::{FLEET_STATES, FleetSample as Sample};
-use regatta_scene::palette::{Colouring, Scale};
+use regatta_plugin::history::FleetSample as Sample;
+use regatta_scene::palette::{Colouring, STATES, Scale};
 
 use super::context::{PanelContext, Request};
 use super::plan::round_step;
@@ -20,18 +20,6 @@ const TIME_POINTS: f32 = 85.0;
 const STEPS: [f64; 18] = [
     1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0, 300.0, 600.0, 900.0, 1_800.0, 3_600.0, 7_200.0,
     14_400.0, 21_600.0, 43_200.0, 86_400.0,
-];
-
-/// The states that are counted, in the order of their values.
-const STATES: [RobotState; FLEET_STATES] = [
-    RobotState::Idle,
-    RobotState::Driving,
-    RobotState::Waiting,
-    RobotState::Held,
-    RobotState::Faulted,
-    RobotState::Turning,
-    RobotState::Stalled,
-    RobotState::Broken,
 ];
 
 /// A plot: its title, and its lines with their names and colours.

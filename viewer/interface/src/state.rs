@@ -236,7 +236,7 @@ impl Interface {
             model,
             theme,
             colours: style::colours(theme),
-            offset: self.settings.offset.into(),
+            offset: self.settings.offset,
             selection: self.selection.clone(),
             filter: self.filter.clone(),
             camera: self.camera_controller.camera(),
@@ -285,7 +285,7 @@ impl Interface {
     }
 
     fn place_of_selected(&self, model: &ViewModel<'_>) -> Option<Vec2> {
-        let (offset, world) = (Vec2::from(self.settings.offset), &model.world);
+        let (offset, world) = (self.settings.offset, &model.world);
         match self.selection.item? {
             Item::Robot(id) => Some(model.pose(id, offset)?.place),
             Item::Node(index) => {

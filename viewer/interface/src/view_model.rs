@@ -13,9 +13,9 @@ use regatta_scene::plans::PlanFacts;
 use regatta_scene::route::Remaining;
 
 use super::labels::Labels;
+use super::performance::Timing;
 use super::pose::Pose;
 use super::rows::{RowQuery, Rows};
-use super::timing::Timing;
 use crate::commands::UserCommand;
 use crate::jams::JamFacts;
 use crate::orders::RobotOrder;

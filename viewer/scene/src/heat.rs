@@ -4,6 +4,7 @@ use std::fmt;
 use std::str::FromStr;
 
 use bytemuck::{Pod, Zeroable};
+use regatta_base::round;
 use regatta_plugin::traffic::EdgeTraffic;
 use regatta_plugin::{Traffic, World};
 use serde::{Deserialize, Serialize};
@@ -256,23 +257,9 @@ fn scale(figure: Figure, values: &[f32]) -> ([f32; 2], bool) {
     let mut values = values.to_vec();
     let beyond = (values.len() as f32 * BEYOND) as usize;
     let index = values.len().checked_sub(1 + beyond);
-    let hot = round_up(
-        index.map_or(0.0, |index| *values.select_nth_unstable_by(index, f32::total_cmp).1),
-    );
+    let most = index.map_or(0.0, |index| *values.select_nth_unstable_by(index, f32::total_cmp).1);
+    let hot = if most > 0.0 { round::up(most * 0.9999) as f32 } else { 1.0 };
     ([0.0, hot], values.iter().any(|value| *value > hot))
-}
-
-/// Returns the next of 1, 2, 5, 10 … that is not below a value.
-fn round_up(value: f32) -> f32 {
-    if value.is_nan() || value <= 0.0 {
-        return 1.0;
-    }
-    let unit = 10_f32.powf(value.log10().floor());
-    [1.0, 2.0, 5.0, 10.0]
-        .into_iter()
-        .map(|step| step * unit)
-        .find(|round| *round >= value * 0.9999)
-        .unwrap_or(value)
 }
 
 #[cfg(test)]

@@ -5,11 +5,10 @@ use std::time::Instant;
 use glam::UVec2;
 use image::{Rgba, RgbaImage, imageops};
 use regatta_gpu::TargetConfig;
-use regatta_interface::banner::Banner;
 use regatta_interface::labels::{Labels, levels};
 use regatta_interface::levels::columns;
 use regatta_interface::overlay;
-use regatta_plugin::{Error, Result, World};
+use regatta_plugin::{Error, Result};
 use regatta_scene::camera::Camera;
 
 use super::{HeadlessViewer, legend_width};
@@ -85,21 +84,9 @@ impl HeadlessViewer<'_> {
         let mut encoder = self.gpu.encoder();
         let (legend, scene) = (self.stage.legend(), &self.stage.scene);
         self.offscreen.fill(&mut encoder, scene.theme.colours().sky);
-        let annotations = Annotations {
-            camera: &Camera::default(),
-            scene,
-            legend: Some(&legend),
-            plan: false,
-            plans: self.stage.plan_facts(),
-            title: self.title(),
-            frame: None,
-            world: World::default(),
-            heat: self.stage.jam_facts().heat,
-            closed: self.stage.closed().len() as u32,
-            density,
-            robots: Vec::new(),
-            banner: Banner::default(),
-        };
+        let (camera, title) = (Camera::default(), self.title());
+        let legend = Some(&legend);
+        let annotations = Annotations { legend, density, ..self.stage.annotations(&camera, title) };
         self.caption = Caption::new(&self.gpu);
         let target = (&self.offscreen.overlay, self.size());
         let left_out = self.caption.draw(&self.gpu, &mut encoder, target, &annotations);

@@ -10,7 +10,7 @@ use regatta_plugin::event::{EventKind, EventRecord};
 use regatta_plugin::manager::{ManagerAnswer, ManagerResponse};
 use regatta_plugin::{Commands, FleetName, ManagerClient, ManagerError, Result};
 
-use super::report::Report;
+use super::Report;
 
 /// The time between two looks for answers.
 const POLL: Duration = Duration::from_millis(20);

@@ -13,7 +13,7 @@ use regatta_plugin::{
     WorldReader, column_names,
 };
 
-use super::report::{Fact, Report};
+use super::{Fact, Report};
 use crate::link::routes::RoutePoller;
 
 /// The time between two sorts of the fleet list.

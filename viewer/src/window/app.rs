@@ -88,10 +88,10 @@ impl<'a> App<'a> {
     /// Opens the window and everything that draws into it.
     fn open(&self, events: &ActiveEventLoop) -> Result<ViewerWindow> {
         let (settings_store, error) = SettingsStore::load(self.options);
-        let [width, height] = settings_store.initial().window;
+        let size = settings_store.initial().window;
         let attributes = Window::default_attributes()
             .with_title(title(&self.options.name(), None))
-            .with_inner_size(LogicalSize::new(width, height))
+            .with_inner_size(LogicalSize::new(size.x, size.y))
             .with_min_inner_size(LogicalSize::new(320.0, 200.0));
         let window = events
             .create_window(attributes)

@@ -255,7 +255,7 @@ mod tests {
             nodes.push(Node { tags: tags(name), role, ..Node::new(index, position, 0.0) });
             let Some(before) = index.checked_sub(1) else { continue };
             let curve = CubicBezier::straight(nodes[before as usize].position, position + 0.01);
-            let edge = Edge::new(index, [NodeIndex(before), NodeIndex(index)], curve, (1.0, None));
+            let edge = Edge::new(index, NodeIndex(before), NodeIndex(index), curve, 1.0);
             edges.push(Edge { tags: tags(name).filter(|_| index % 2 == 0), ..edge });
             if index % 3 == 0 {
                 let (nodes, position) =

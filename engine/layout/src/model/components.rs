@@ -172,7 +172,8 @@ mod tests {
             (0..nodes).map(|id| Node::new(id, DVec2::new(f64::from(id), 0.0), 0.0)).collect();
         let curve = CubicBezier::straight(DVec2::ZERO, DVec2::X);
         let edge = |(id, &(from, to, reverse)): (u32, &(u32, u32, bool))| {
-            Edge::new(id, [NodeIndex(from), NodeIndex(to)], curve, (1.0, reverse.then_some(1.0)))
+            let edge = Edge::new(id, NodeIndex(from), NodeIndex(to), curve, 1.0);
+            Edge { reverse_speed: reverse.then_some(1.0), ..edge }
         };
         RouteGraph::from_valid_parts(nodes, (0..).zip(edges).map(edge).collect())
     }

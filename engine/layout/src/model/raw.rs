@@ -6,7 +6,7 @@ use std::str::FromStr;
 
 use glam::DVec2;
 use regatta_base::bezier::CubicBezier;
-use regatta_base::graph::Rotation;
+use regatta_base::graph::{Ends, Rotation};
 use regatta_base::name::UnknownName;
 
 use super::finding::{Report, Severity, Subject};
@@ -87,8 +87,7 @@ pub(crate) struct RawEdge {
     pub reverse_speed: Option<f64>,
     /// Angles are in the unit of the file.
     pub orientation: Orientation,
-    /// At the origin and at the destination.
-    pub rotation: [Rotation; 2],
+    pub rotation: Ends<Rotation>,
     pub tags: Option<Box<Tags>>,
 }
 
@@ -315,10 +314,10 @@ impl<'r, 'text, 'file> Converter<'r, 'text, 'file> {
                 Some(0.0)
             },
             orientation: self.orientation(),
-            rotation: [
-                self.named(Field::RotationAtOrigin, "RotationAtOrigin"),
-                self.named(Field::RotationAtDestination, "RotationAtDestination"),
-            ],
+            rotation: Ends {
+                origin: self.named(Field::RotationAtOrigin, "RotationAtOrigin"),
+                destination: self.named(Field::RotationAtDestination, "RotationAtDestination"),
+            },
             tags: self.tags().boxed(),
         }
     }

@@ -2,12 +2,9 @@
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
-use std::str::FromStr;
 
 use glam::DVec2;
 use regatta_base::graph::NodeIndex;
-use regatta_base::name::{self, UnknownName};
-use strum::VariantArray;
 
 use super::angle::normalize_angle;
 
@@ -74,24 +71,7 @@ pub enum Role {
     Charge = 4,
 }
 
-impl Role {
-    /// All roles, by number.
-    pub const ALL: &[Self] = Self::VARIANTS;
-
-    /// Returns the name used in files.
-    pub fn name(self) -> &'static str {
-        self.into()
-    }
-}
-
-impl FromStr for Role {
-    type Err = UnknownName;
-
-    /// Parses a name, ignoring case.
-    fn from_str(text: &str) -> Result<Self, UnknownName> {
-        name::parse(text, "a role")
-    }
-}
+regatta_base::named!(Role, "a role");
 
 /// The heading of a robot along an edge. It is the same in both gears.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 use glam::DVec2;
 use regatta_base::bezier::CubicBezier;
-use regatta_base::graph::Rotation;
+use regatta_base::graph::{Ends, Rotation};
 
 use crate::model::finding::Report;
 use crate::model::path::Path;
@@ -58,7 +58,7 @@ pub(crate) struct LayoutEdge {
     /// Metres per second in reverse gear from destination to origin; `None` if that isn't allowed.
     pub reverse_speed: Option<f64>,
     pub orientation: Orientation,
-    pub rotation: [Rotation; 2],
+    pub rotation: Ends<Rotation>,
     pub tags: Tags,
 }
 
@@ -142,7 +142,7 @@ impl Layout {
 
     /// Returns the nodes at the ends of each edge and those of each station, by index; `None` for
     /// those that don't exist.
-    fn resolve(&self, numbering: &Numbering) -> (Vec<Ends>, Vec<Vec<Option<usize>>>) {
+    fn resolve(&self, numbering: &Numbering) -> (Vec<EndIndices>, Vec<Vec<Option<usize>>>) {
         let index = Index::new(&self.nodes, numbering);
         let ends = self
             .edges
@@ -157,7 +157,7 @@ impl Layout {
 
     /// Returns the headings of all nodes. On those for which the file gives none, robots stand as
     /// on the first edge that leaves the node, else as on the first that ends there.
-    fn headings(&self, ends: &[Ends]) -> Vec<f64> {
+    fn headings(&self, ends: &[EndIndices]) -> Vec<f64> {
         let mut headings: Vec<Option<f64>> = self.nodes.iter().map(|node| node.heading).collect();
         for which in [0, 1] {
             for (edge, ends) in self.edges.iter().zip(ends) {
@@ -177,7 +177,7 @@ impl Layout {
 }
 
 /// The indices of the nodes at an edge's origin and destination; `None` if they don't exist.
-type Ends = [Option<usize>; 2];
+type EndIndices = [Option<usize>; 2];
 
 impl Shape {
     /// Returns the shape in the opposite direction.
@@ -312,7 +312,7 @@ fn raw_node(node: LayoutNode, heading: f64, number: Number) -> RawNode {
     }
 }
 
-fn report_unknown_ends(edge: &LayoutEdge, ends: Ends, report: &mut Report<'_>) {
+fn report_unknown_ends(edge: &LayoutEdge, ends: EndIndices, report: &mut Report<'_>) {
     for (index, (id, which)) in
         ends.into_iter().zip([(&edge.origin, "starts at"), (&edge.destination, "ends at")])
     {
@@ -326,7 +326,7 @@ fn report_unknown_ends(edge: &LayoutEdge, ends: Ends, report: &mut Report<'_>) {
     }
 }
 
-fn raw_edge(edge: LayoutEdge, number: Number, ends: Ends, nodes: &Numbering) -> RawEdge {
+fn raw_edge(edge: LayoutEdge, number: Number, ends: EndIndices, nodes: &Numbering) -> RawEdge {
     let [origin, destination] = ends.map(|index| index.map(|index| nodes.number(index).number));
     RawEdge {
         at: edge.at,

@@ -10,7 +10,6 @@ pub(crate) mod node;
 mod object;
 #[cfg(test)]
 mod tests;
-mod trajectory;
 mod vehicle;
 
 use std::collections::BTreeMap;

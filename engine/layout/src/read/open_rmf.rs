@@ -5,7 +5,6 @@
 //! lanes.
 
 pub(crate) mod building;
-mod ids;
 mod lifts;
 mod model;
 #[cfg(test)]

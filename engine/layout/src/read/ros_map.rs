@@ -4,7 +4,6 @@
 //! robot is, the middle of the free space becomes a roadmap.
 
 mod chains;
-mod distance;
 mod grid;
 mod outline;
 mod roadmap;

@@ -5,7 +5,7 @@ use std::fmt::{self, Write};
 
 use glam::DVec2;
 use regatta_base::bezier::CubicBezier;
-use regatta_base::graph::{NodeIndex, Rotation};
+use regatta_base::graph::{Ends, NodeIndex, Rotation};
 
 use super::Losses;
 use crate::model::format::Written;
@@ -73,8 +73,9 @@ impl Writer<'_> {
             Orientation::Offset(angle) => write!(self.text, ", HeadingOffset: {angle:?}")?,
             Orientation::Fixed(angle) => write!(self.text, ", Heading: {angle:?}")?,
         }
+        let Ends { origin, destination } = edge.rotation;
         for (key, rotation) in
-            ["RotationAtOrigin", "RotationAtDestination"].into_iter().zip(edge.rotation)
+            [("RotationAtOrigin", origin), ("RotationAtDestination", destination)]
         {
             if rotation != Rotation::Shorter {
                 write!(self.text, ", {key}: {}", rotation.name())?;

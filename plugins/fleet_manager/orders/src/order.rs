@@ -294,6 +294,19 @@ pub struct Order {
 }
 
 impl Order {
+    /// Returns an order without a robot, at the time when it comes.
+    pub(super) fn new(id: OrderId, content: NewOrder, created_secs: f64) -> Self {
+        Self {
+            id,
+            content,
+            created_secs,
+            state: State::Created,
+            handled_stops: 0,
+            reason: String::new(),
+            history: Vec::new(),
+        }
+    }
+
     /// The simulated time, in seconds, from which on robots could have it.
     pub fn ready_secs(&self) -> f64 {
         self.created_secs.max(self.content.earliest_secs)

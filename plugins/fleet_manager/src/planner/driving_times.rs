@@ -3,7 +3,9 @@
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
 
-use crate::roads::{Leg, Roads, Rows};
+use regatta_base::rows::Rows;
+
+use crate::roads::{Leg, Roads};
 
 /// The largest number of times that are kept: 64 MB. Times to further goals are estimated.
 const MOST_NUMBERS: usize = 16_000_000;

@@ -6,8 +6,9 @@
 //! graphs in the plane: one near the rim in each direction.
 
 use super::driving_times::lower_costs;
-use crate::roads::{Roads, Rows, map_on};
+use crate::roads::{Roads, map_on};
 use glam::Vec2;
+use regatta_base::rows::Rows;
 
 /// The number of landmarks: the times of a node then fill a cache line.
 const LANDMARKS: usize = 16;
@@ -84,7 +85,7 @@ impl Survey {
         // Rounded down leg by leg, and not way by way: so the bound falls by no more than a leg's
         // time along it.
         let times = roads.edges().iter().zip(delay).map(|(road, delay)| {
-            let secs = road.length / road.speeds[0].min(fastest) + delay;
+            let secs = road.length / road.speed.min(fastest) + delay;
             (secs / self.unit) as u32
         });
         let times: Vec<u32> = times.collect();
@@ -163,7 +164,7 @@ struct Way {
 impl Ways {
     /// The ways away from nodes, or those towards them, without times.
     fn new(roads: &Roads, towards: bool) -> Self {
-        let edges = (0..).zip(roads.edges()).filter(|(_, edge)| edge.speeds[0] > 0.0);
+        let edges = (0..).zip(roads.edges()).filter(|(_, edge)| edge.speed > 0.0);
         let mut ways: Vec<[u32; 3]> = edges
             .map(|(index, edge)| match towards {
                 true => [edge.destination, index, edge.origin],

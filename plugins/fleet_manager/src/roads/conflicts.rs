@@ -7,7 +7,9 @@
 mod build;
 mod grid;
 
-use super::{Reader, Roads, Rows, Span, Sweep, Writer};
+use regatta_base::rows::Rows;
+
+use super::{Reader, Roads, Span, Sweep, Writer};
 
 /// A conflict between robots on two tracks. Places are metres from the origins of the edges.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,7 +4,9 @@
 //! itself and on those that lead straight into or out of it. A node is a *siding* if a robot that
 //! stands there is only in the way of edges that meet there.
 
-use super::{Leg, Reader, Relation, Roads, Rows, Span, Writer, cores};
+use regatta_base::rows::Rows;
+
+use super::{Leg, Reader, Relation, Roads, Span, Writer, cores};
 
 /// The stopping places of robots with one footprint.
 #[derive(Clone, Debug)]

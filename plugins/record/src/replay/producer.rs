@@ -8,7 +8,7 @@ use regatta_plugin::control::ControlKind;
 use regatta_plugin::frame::{ClockState, RobotState};
 use regatta_plugin::producer::{Moment, Producer, RefusalReason, Session};
 
-use super::contact_search::ContactSearch;
+use super::search::ContactSearch;
 use super::stage::Stage;
 use super::{ReplayArgs, ReplayError};
 use crate::reading::{Entry, Reader, Recording, Selection};

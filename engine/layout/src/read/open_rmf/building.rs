@@ -5,7 +5,6 @@
 //! the map.
 
 mod features;
-mod projection;
 mod transform;
 mod unused;
 

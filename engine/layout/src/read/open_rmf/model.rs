@@ -6,7 +6,7 @@ use std::f64::consts::PI;
 
 use glam::DVec2;
 
-use super::{ids, lifts};
+use super::{MAX_NAME, lifts};
 use crate::model::finding::Report;
 use crate::model::options::ReadOptions;
 use crate::model::tags::{Orientation, Role, Tags};
@@ -66,7 +66,7 @@ impl Building {
     /// Returns the layout of one level, or of all of them.
     pub fn into_layout(mut self, options: &ReadOptions, report: &mut Report<'_>) -> Layout {
         // Ids don't depend on the choice of the level.
-        let ids = ids::of_vertices(&self.levels);
+        let ids = ids_of_vertices(&self.levels);
         let mut kept: Vec<(Level, Vec<String>)> =
             std::mem::take(&mut self.levels).into_iter().zip(ids).collect();
         if let Some(wanted) = &options.level {
@@ -286,4 +286,50 @@ impl Lane {
             }
         }
     }
+}
+
+/// Returns the ids of the vertices of each level: the name, `LEVEL/NAME` if other levels have it
+/// too, else `LEVEL/INDEX`, as where the name is long.
+fn ids_of_vertices(levels: &[Level]) -> Vec<Vec<String>> {
+    let names = count(
+        levels.iter().flat_map(|level| level.vertices.iter().map(|vertex| vertex.name.clone())),
+    );
+    let on_levels = count(levels.iter().flat_map(|level| {
+        level.vertices.iter().map(|vertex| format!("{}/{}", level.name, vertex.name))
+    }));
+    let mut ids = Vec::new();
+    for level in levels {
+        let mut ids_of_level = Vec::new();
+        for (index, Vertex { name, .. }) in level.vertices.iter().enumerate() {
+            let on_level = format!("{}/{name}", level.name);
+            // Each lane has a copy of the ids of its ends.
+            let is_short = !name.is_empty() && name.len() <= MAX_NAME;
+            // A name may look like the id of another vertex.
+            let is_id = names[name] == 1 && !on_levels.contains_key(name);
+            ids_of_level.push(if is_short && is_id && !looks_like_index(name) {
+                name.clone()
+            } else if is_short && on_levels[&on_level] == 1 && !looks_like_index(&on_level) {
+                on_level
+            } else {
+                format!("{}/{index}", level.name)
+            });
+        }
+        ids.push(ids_of_level);
+    }
+    ids
+}
+
+fn count(names: impl Iterator<Item = String>) -> BTreeMap<String, usize> {
+    let mut counts = BTreeMap::new();
+    for name in names {
+        *counts.entry(name).or_default() += 1;
+    }
+    counts
+}
+
+/// Whether a name may be `LEVEL/INDEX`.
+fn looks_like_index(name: &str) -> bool {
+    name.rsplit_once('/').is_some_and(|(_, index)| {
+        !index.is_empty() && index.bytes().all(|byte| byte.is_ascii_digit())
+    })
 }

@@ -6,9 +6,8 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use glam::DVec2;
 
 use super::chains::{Chains, trace};
-use super::distance::squared_distances;
 use super::grid::Grid;
-use super::skeleton::skeleton;
+use super::skeleton::{skeleton, squared_distances};
 
 /// Cells between the robot's side and the nearest cell that isn't free, besides half a diagonal.
 const MARGIN: f64 = 1.0;

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use glam::DVec2;
-use regatta_base::graph::{NodeIndex, Rotation};
+use regatta_base::graph::{Ends, NodeIndex, Rotation};
 use serde_json::{Value, json};
 
 use super::properties::{Kind, Properties};
@@ -18,13 +18,12 @@ const STRAIGHT: f64 = 1e-9;
 /// An edge of the file: an edge of the graph in one gear.
 struct Directed<'p> {
     id: String,
-    ends: [NodeIndex; 2],
+    ends: Ends<NodeIndex>,
     path: &'p Path,
     /// Metres per second.
     speed: f64,
     orientation: Orientation,
-    /// At its start and at its end.
-    rotation: [Rotation; 2],
+    rotation: Ends<Rotation>,
 }
 
 impl<'a> Writer<'a> {
@@ -34,7 +33,7 @@ impl<'a> Writer<'a> {
         for (index, edge) in graph.edges().iter().enumerate() {
             let directed = Directed {
                 id: self.names.edges.ids[index].clone(),
-                ends: [edge.origin, edge.destination],
+                ends: Ends { origin: edge.origin, destination: edge.destination },
                 path: &edge.path,
                 speed: edge.speed,
                 orientation: edge.orientation,
@@ -48,11 +47,14 @@ impl<'a> Writer<'a> {
             let Some(speed) = edge.reverse_speed else { continue };
             let directed = Directed {
                 id: self.names.reverse(index),
-                ends: [edge.destination, edge.origin],
+                ends: Ends { origin: edge.destination, destination: edge.origin },
                 path: &edge.path.reversed(),
                 speed,
                 orientation: edge.orientation.reversed(),
-                rotation: [edge.rotation[1], edge.rotation[0]],
+                rotation: Ends {
+                    origin: edge.rotation.destination,
+                    destination: edge.rotation.origin,
+                },
             };
             self.edge(edge, &directed);
             self.losses.add(
@@ -72,12 +74,14 @@ impl<'a> Writer<'a> {
             object.insert("edgeName".into(), name.into());
         }
         properties.move_to(&mut object, "edgeDescription", Kind::Text);
-        let [start, end] = directed.ends.map(|node| self.names.nodes.ids[node.0 as usize].as_str());
-        object.insert("startNodeId".into(), start.into());
-        object.insert("endNodeId".into(), end.into());
+        for (key, node) in
+            [("startNodeId", directed.ends.origin), ("endNodeId", directed.ends.destination)]
+        {
+            object.insert(key.into(), self.names.nodes.ids[node.0 as usize].as_str().into());
+        }
         let shared = shared(directed, self.graph.origin(), &mut properties);
         object.insert("vehicleTypeEdgeProperties".into(), for_each_type(&types, &shared));
-        let level = level(self.graph.node(directed.ends[0]));
+        let level = level(self.graph.node(directed.ends.origin));
         self.sheets.entry(level).or_default().edges.push(object);
         properties
     }
@@ -106,8 +110,10 @@ fn shared(directed: &Directed<'_>, origin: DVec2, properties: &mut Properties<'_
     // Robots keep the heading of the edge unless its file says that they need not.
     object.insert("rotationAllowed".into(), false.into());
     object.insert("maxSpeed".into(), directed.speed.into());
-    let keys = ["rotationAtStartNodeAllowed", "rotationAtEndNodeAllowed"];
-    for (key, rotation) in keys.into_iter().zip(directed.rotation) {
+    for (key, rotation) in [
+        ("rotationAtStartNodeAllowed", directed.rotation.origin),
+        ("rotationAtEndNodeAllowed", directed.rotation.destination),
+    ] {
         if let Some(name) = rotation_name(rotation) {
             object.insert(key.into(), name.into());
         }

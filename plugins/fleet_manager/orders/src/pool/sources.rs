@@ -128,16 +128,7 @@ impl OrderPool {
         let created =
             Change::Created { priority: content.priority, stops: content.stops.len() as u32 };
         let stops = content.stops.clone();
-        let order = Order {
-            id,
-            content,
-            created_secs,
-            state: State::Waiting,
-            handled_stops: 0,
-            reason: String::new(),
-            history: Vec::new(),
-        };
-        self.admit(order, now_secs);
+        self.admit(Order::new(id, content, created_secs), now_secs);
         self.note(id, created_secs, created);
         self.events.extend(stops.iter().zip(0..).map(|(stop, index)| super::OrderEvent {
             secs: now_secs,
