@@ -1,5 +1,5 @@
 //! The plans of a fleet manager, for all robots or those that match the filter: routes, goals, and
-//! the robots that robots wait for. A worker collects and reduces them to lists to draw.
+//! waits for other robots. A worker collects them, and reduces them to lists to draw.
 
 mod collector;
 pub mod goals;
@@ -24,7 +24,7 @@ use goals::Places;
 const REPORT_EVERY: Duration = Duration::from_millis(100);
 /// The time for which routes are asked for between two looks at the query.
 const ASK_FOR: Duration = Duration::from_millis(40);
-/// The time after which routes are asked for again if nobody answers.
+/// The time after which routes are requested again without an answer.
 const ASK_AGAIN: Duration = Duration::from_millis(500);
 /// A report is followed by a pause of at least so many times the time that it took.
 const PAUSES: u32 = 5;
@@ -164,10 +164,10 @@ impl Watcher {
             return Ok(found);
         };
         let (matching, robots) = (query.matching.as_ref(), query.robots());
-        let is_watched = |robot: u32| is_in(robots.as_ref(), robot);
         found.facts.is_filtered = matching.is_some();
         if query.plans {
-            let routes = self.collector.routes().filter(|route| is_watched(route.robot));
+            let routes =
+                self.collector.routes().filter(|route| is_in(robots.as_ref(), route.robot));
             found.lines = lines::lines(routes, &frame, &world);
             found.facts.routes = Some(self.collector.coverage(&frame, matching));
         }
@@ -182,10 +182,13 @@ impl Watcher {
         }
         if let Some(waits_for) = values(&mut self.waits, frame.run_id())?.filter(|_| query.waits) {
             found.arrows = waits::arrows(waits_for);
-            found.arrows.retain(|arrow| is_watched(arrow.from));
-            let counted = || found.arrows.iter().filter(|arrow| is_in(matching, arrow.from));
-            let in_rings = counted().filter(|arrow| arrow.in_ring == 1).count();
-            found.facts.waiting = Some([counted().count() as u32, in_rings as u32]);
+            found.arrows.retain(|arrow| is_in(robots.as_ref(), arrow.from));
+            let (mut waiting, mut in_rings) = (0, 0);
+            for arrow in found.arrows.iter().filter(|arrow| is_in(matching, arrow.from)) {
+                waiting += 1;
+                in_rings += u32::from(arrow.in_ring == 1);
+            }
+            found.facts.waiting = Some([waiting, in_rings]);
         }
         Ok(found)
     }

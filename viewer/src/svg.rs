@@ -78,15 +78,15 @@ impl<'a> Plan<'a> {
         edges.filter(|edge| self.shows(edge.level))
     }
 
-    /// The rows of the frame's robots. A robot is on the level of its edge; one that is on no edge
-    /// is on no level.
+    /// The rows of the frame's robots. A robot is on the level of its edge. A robot without an edge
+    /// has no level.
     fn rows(&self, frame: Frame<'a>) -> impl Iterator<Item = usize> {
-        let is_shown = move |row: usize| {
+        let present =
+            (0..frame.len()).filter(move |&row| frame.state_of(row) != RobotState::Absent);
+        present.filter(move |&row| {
             let edge = self.world.edges().get(frame.edge()[row] as usize);
             self.level.is_none() || edge.is_some_and(|edge| self.shows(edge.level))
-        };
-        (0..frame.len())
-            .filter(move |row| frame.state_of(*row) != RobotState::Absent && is_shown(*row))
+        })
     }
 
     /// The text below the drawing.
@@ -98,8 +98,8 @@ impl<'a> Plan<'a> {
     }
 }
 
-/// Returns the scale of a drawing whose longest side is so many metres, if none is given: 1, 2 or 5
-/// times a power of ten.
+/// Returns the default scale of a drawing, given its longest side in metres: 1, 2 or 5 times a
+/// power of ten.
 fn fitting_scale(metres: f32) -> f32 {
     let least = (metres * 1000.0 / LONGEST_MM).max(1.0);
     let unit = 10_f32.powf(least.log10().floor());
@@ -264,7 +264,7 @@ fn draw_robots(svg: &mut Svg, plan: &Plan<'_>, per_metre: f32) {
     svg.close();
 }
 
-/// The colour of a robot, as the picture has it.
+/// The colour of a robot, as in the picture.
 fn colour(plan: &Plan<'_>, palette: &[Rgb; COLOURS], row: usize, robot_type: usize) -> Rgb {
     let state = plan.frame.map_or(0, |frame| frame.columns().state[row]);
     let value = match plan.colouring {

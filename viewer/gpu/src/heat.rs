@@ -100,7 +100,8 @@ impl HeatRibbons {
         self.buffers.set(gpu, map);
     }
 
-    /// Sorts what is in sight of a picture of `size` pixels. `records` are those of the graph.
+    /// Sorts the visible hot curves of a picture of `size` pixels. `records` are those of the
+    /// graph.
     pub fn sort(
         &mut self,
         gpu: &Gpu,
@@ -130,7 +131,7 @@ impl HeatRibbons {
         pass.dispatch_workgroups(1, 1, 1);
     }
 
-    /// Draws what was sorted last.
+    /// Draws the curves that were sorted last.
     pub fn draw(&self, pass: &mut RenderPass<'_>, records: &BindGroup) {
         let Some(Groups { drawing, .. }) = &self.buffers.groups else { return };
         if self.buffers.curves == 0 {

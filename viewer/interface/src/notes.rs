@@ -65,7 +65,7 @@ impl Notes {
     /// Opens the field for a note at the shown time. Returns whether that is one of a live run.
     pub fn begin(&mut self, context: &PanelContext<'_>) -> bool {
         let Some(time) = context.model.timeline.and_then(|timeline| timeline.now) else {
-            context.notify("nothing is shown that a note could be about");
+            context.notify("a note needs the time of a frame, and none is shown");
             return false;
         };
         self.draft = Some(Draft { time, text: String::new(), had_focus: false });

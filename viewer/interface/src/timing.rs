@@ -1,4 +1,4 @@
-//! The durations of the last pictures, and what they were spent on.
+//! The durations of the last pictures, by their parts.
 
 use std::collections::VecDeque;
 

@@ -24,10 +24,10 @@ pub struct PlanFacts {
     pub is_filtered: bool,
     /// The routes of robots, while they are watched.
     pub routes: Option<Coverage>,
-    /// Whether a fleet manager says where robots go.
+    /// Whether a fleet manager publishes the goals of robots.
     pub has_goals: bool,
-    /// The number of robots that wait for others, and of those among them in rings; `None` if no
-    /// fleet manager says so.
+    /// The number of robots that wait for others, and the number of those in rings; `None` if no
+    /// fleet manager publishes this.
     pub waiting: Option<[u32; 2]>,
 }
 

@@ -88,11 +88,14 @@ impl FromStr for Size {
     type Err = ParseError;
 
     fn from_str(text: &str) -> Result<Self, ParseError> {
-        let side = |text: &str| text.parse::<u32>().ok().filter(|side| (1..=32_768).contains(side));
         text.split_once('x')
             .and_then(|(width, height)| Some(Self(UVec2::new(side(width)?, side(height)?))))
             .ok_or(ParseError { text: text.to_owned(), expected: "a size such as 1920x1080" })
     }
+}
+
+fn side(text: &str) -> Option<u32> {
+    text.parse().ok().filter(|side| (1..=32_768).contains(side))
 }
 
 impl FromStr for Pair {

@@ -2,7 +2,7 @@
 
 use regatta_scene::plans::WaitArrow;
 
-/// The entry of a robot that waits for nobody.
+/// The entry of a robot that doesn't wait for another.
 const NOBODY: u32 = u32::MAX;
 
 /// Returns an arrow for each robot that waits. `waits_for` holds the id of the robot that each

@@ -27,7 +27,8 @@ pub struct SourceOptions {
     #[arg(long, value_name = "HZ", default_value = "50", value_parser = rate)]
     pub rate: f64,
     /// Ignore robots with ids from this number on
-    #[arg(long, value_name = "N", default_value = "10000", value_parser = clap::value_parser!(u32).range(1..=MAX_ROBOTS))]
+    #[arg(long, value_name = "N", default_value = "10000")]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=MAX_ROBOTS))]
     pub max_robots: u32,
     /// Length of the robots along their heading, in metres; without it, the robots have no type
     #[arg(long, value_name = "METRES", requires = "robot_width", value_parser = metres)]
@@ -44,9 +45,10 @@ pub struct SourceOptions {
     #[command(flatten)]
     pub form: Form,
     /// Ignore datagrams that are longer than this number of bytes
-    #[arg(long, value_name = "BYTES", default_value_t = MAX_DATAGRAM_BYTES, value_parser = options::datagram_limit)]
+    #[arg(long, value_name = "BYTES", default_value_t = MAX_DATAGRAM_BYTES)]
+    #[arg(value_parser = options::datagram_limit)]
     pub max_datagram: usize,
-    /// Remove robots of which no line arrives for this many seconds [default: never]
+    /// Remove a robot when no line about it arrives for this many seconds [default: never]
     #[arg(long, value_name = "SECONDS", value_parser = options::seconds)]
     pub forget: Option<Duration>,
     /// Print the final statistics on standard output as JSON, too

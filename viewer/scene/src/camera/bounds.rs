@@ -15,13 +15,13 @@ impl Bounds {
     /// Returns the bounding box of some points, not counting points that are not finite; `None` if
     /// there are none.
     pub fn from_points(points: impl IntoIterator<Item = Vec2>) -> Option<Self> {
-        let grow = |bounds: Self, point: Vec2| Self {
-            low: bounds.low.min(point),
-            high: bounds.high.max(point),
-        };
         let mut points = points.into_iter().filter(|point| point.is_finite());
         let first = points.next()?;
-        Some(points.fold(Self { low: first, high: first }, grow))
+        let mut bounds = Self { low: first, high: first };
+        for point in points {
+            bounds = Self { low: bounds.low.min(point), high: bounds.high.max(point) };
+        }
+        Some(bounds)
     }
 
     /// Returns a rectangle around the origin with a width and height in metres.

@@ -1,6 +1,6 @@
-//! Tests that colours are told apart with any colour vision. Vision is simulated as by Machado,
-//! Oliveira and Fernandes (2009) for a complete lack of one kind of cones; the distance is that of
-//! CIE 1976, in which 20 is a plain difference.
+//! Tests that colours can be distinguished with any colour vision. Vision is simulated as by
+//! Machado, Oliveira and Fernandes (2009) for a complete lack of one kind of cones; the distance is
+//! that of CIE 1976, in which 20 is a plain difference.
 
 use glam::{Mat3, Vec3};
 

@@ -11,8 +11,8 @@ use crate::model::tags::{Orientation, Role, Tags};
 use crate::read::layout::LayoutEdge;
 
 impl<'text> Reader<'_, '_, 'text> {
-    /// Reads an edge, with what robots do on it. The numbers are the index of the layout, and that
-    /// of the edge from 1.
+    /// Reads an edge and its actions. The numbers are the index of the layout, and the number of
+    /// the edge from 1.
     pub fn edge(
         &mut self,
         raw: Raw<'text>,
@@ -65,7 +65,7 @@ fn read_properties<'text>(
 ) -> (LayoutEdge, Role) {
     let speed = object.take_number("maxSpeed", context);
     if speed.is_some_and(|speed| speed <= 0.0) {
-        context.note(edge.at, "`maxSpeed` of an edge isn't above 0: taken for no limit");
+        context.note(edge.at, "`maxSpeed` of an edge isn't above 0: read as no limit");
     }
     edge.speed = speed.filter(|speed| *speed > 0.0);
     edge.orientation = orientation(&mut object, edge.at, context);
@@ -82,7 +82,7 @@ fn read_properties<'text>(
     (edge, role)
 }
 
-/// Returns the way to turn at an end of an edge, by the property that also stays as it is.
+/// Returns the rotation at an end of an edge, from a property, which is kept.
 fn rotation(tags: &Tags, key: &str) -> Rotation {
     match tags.properties.get(key).map(|value| value.to_ascii_uppercase()).as_deref() {
         Some("NONE") => Rotation::None,

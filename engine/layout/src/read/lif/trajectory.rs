@@ -7,10 +7,10 @@ use crate::model::nurbs::{Cubics, Nurbs};
 use crate::model::value::shorten;
 use crate::read::layout::Shape;
 
-/// The distance in metres between a curve and its cubics that is reported.
+/// A larger distance in metres between a curve and its cubics is reported.
 const MAX_ERROR: f64 = 0.001;
 
-/// Reads the shape of an edge; straight, with a warning, if there is no such curve.
+/// Reads the shape of an edge. An invalid curve is read as straight, with a warning.
 pub(super) fn read<'text>(
     mut object: Object<'text>,
     edge: &str,
@@ -32,7 +32,7 @@ pub(super) fn read<'text>(
         }
         Err(reason) => {
             let message = format!(
-                "edge `{}`: its trajectory is no NURBS curve: {reason}: read as straight",
+                "edge `{}`: its trajectory isn't a NURBS curve: {reason}: read as straight",
                 shorten(edge)
             );
             context.warning(at, message);

@@ -1,12 +1,12 @@
-//! The ids of vertices: their names where these are unique.
+//! The ids of vertices: their names, if these are unique.
 
 use std::collections::BTreeMap;
 
 use super::MAX_NAME;
 use super::model::{Level, Vertex};
 
-/// Returns the ids of the vertices of each level: the name, `LEVEL/NAME` if other levels have it
-/// too, else `LEVEL/INDEX`, as where the name is long.
+/// Returns the ids of the vertices of each level: the name if it is unique, `LEVEL/NAME` if it is
+/// unique on its level, and `LEVEL/INDEX` otherwise, or if the name is long.
 pub(super) fn of_vertices(levels: &[Level]) -> Vec<Vec<String>> {
     let names = count(
         levels.iter().flat_map(|level| level.vertices.iter().map(|vertex| vertex.name.clone())),
@@ -19,7 +19,7 @@ pub(super) fn of_vertices(levels: &[Level]) -> Vec<Vec<String>> {
         let mut ids_of_level = Vec::new();
         for (index, Vertex { name, .. }) in level.vertices.iter().enumerate() {
             let on_level = format!("{}/{name}", level.name);
-            // Each lane has a copy of the ids of its ends.
+            // Each lane copies the ids of its ends.
             let is_short = !name.is_empty() && name.len() <= MAX_NAME;
             // A name may look like the id of another vertex.
             let is_id = names[name] == 1 && !on_levels.contains_key(name);
@@ -44,7 +44,7 @@ fn count(names: impl Iterator<Item = String>) -> BTreeMap<String, usize> {
     counts
 }
 
-/// Whether a name may be `LEVEL/INDEX`.
+/// Whether a name looks like `LEVEL/INDEX`.
 fn looks_like_index(name: &str) -> bool {
     name.rsplit_once('/').is_some_and(|(_, index)| {
         !index.is_empty() && index.bytes().all(|byte| byte.is_ascii_digit())

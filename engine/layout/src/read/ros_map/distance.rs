@@ -17,13 +17,14 @@ pub fn squared_distances(grid: &Grid) -> Vec<u32> {
 }
 
 /// Returns the distance of each cell from the nearest one in its column that isn't free. The border
-/// has some in all columns.
+/// ensures that each column has one.
 fn vertical_distances(grid: &Grid) -> Vec<u16> {
     let width = grid.width;
-    let free = |cell: usize| grid.cells[cell] == Cell::Free;
     let mut distances = vec![0u16; grid.cells.len()];
     for cell in width..distances.len() {
-        distances[cell] = if free(cell) { distances[cell - width] + 1 } else { 0 };
+        if grid.cells[cell] == Cell::Free {
+            distances[cell] = distances[cell - width] + 1;
+        }
     }
     for cell in (0..distances.len() - width).rev() {
         distances[cell] = distances[cell].min(distances[cell + width] + 1);
@@ -34,7 +35,7 @@ fn vertical_distances(grid: &Grid) -> Vec<u16> {
 /// The lower envelope of the parabolas `(x - column)² + distance²` of a row.
 #[derive(Default)]
 struct Envelope {
-    /// The columns of the parabolas, and from which x on each is the lowest.
+    /// The columns of the parabolas, each with the x from which on it is the lowest.
     parabolas: Vec<(usize, f64)>,
 }
 

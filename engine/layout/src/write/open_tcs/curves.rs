@@ -1,4 +1,4 @@
-//! The shapes that a plant model can draw, and the scale of its drawing.
+//! The shapes of paths in a plant model, and the scale of its drawing.
 
 use glam::DVec2;
 use regatta_base::bezier::CubicBezier;
@@ -10,11 +10,10 @@ use crate::write::segments;
 /// The scales in millimetres per unit, the usual one first. Control points are whole units.
 const SCALES: [u32; 6] = [50, 25, 10, 5, 2, 1];
 
-/// The distance in metres within which control points are those of a straight segment.
+/// The largest distance in metres of control points from those of a straight segment.
 const SAME_POINT: f64 = 1e-6;
 
-/// The distance in metres between a curve of several cubics and the line with corners that is drawn
-/// instead.
+/// The largest distance in metres between a curve of several cubics and its polyline.
 const TOLERANCE: f64 = 0.005;
 
 /// The shape of a path.
@@ -22,7 +21,7 @@ pub(super) struct Drawn {
     pub kind: &'static str,
     /// Inner control points in metres on the map of the file.
     pub points: Vec<DVec2>,
-    /// Whether this isn't exactly the shape of the edge.
+    /// Whether the shape differs from that of the edge.
     pub is_approximate: bool,
 }
 
@@ -38,7 +37,7 @@ impl Drawn {
             [[_, a, b, middle], [_, c, d, _]] => ("BEZIER_3", vec![*a, *b, *middle, *c, *d], false),
             _ => {
                 let mut points: Vec<_> = path.cubics().flat_map(corners).collect();
-                // The end is the destination point.
+                // The destination point is the end.
                 points.pop();
                 ("POLYPATH", points, true)
             }

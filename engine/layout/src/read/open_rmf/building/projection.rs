@@ -1,5 +1,5 @@
-//! From degrees on the globe to metres on a plane: transverse Mercator projections of the ellipsoid
-//! of WGS 84.
+//! Transverse Mercator projections of the ellipsoid of WGS 84, from degrees on the globe to metres
+//! on a plane.
 
 use glam::DVec2;
 
@@ -55,7 +55,7 @@ impl Projection {
     }
 }
 
-/// Krüger's series to the fourth power of the third flattening: its error is below a millimetre
+/// Krüger's series to the fourth power of the third flattening. Its error is below a millimetre
 /// within thousands of kilometres of the meridian.
 fn krueger(longitude: f64, latitude: f64) -> DVec2 {
     let (lambda, phi) = (longitude.to_radians(), latitude.to_radians());
