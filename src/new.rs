@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use regatta_layout::RouteGraph;
-use regatta_scenario::made_up_scenario;
+use regatta_scenario::default_scenario;
 
 use crate::arguments::LayoutArgs;
 use crate::failure::Failure;
@@ -45,7 +45,7 @@ pub fn run(args: &NewArgs) -> Result<(), Failure> {
         .into_owned();
     let folder = args.output.clone().unwrap_or_else(|| PathBuf::from(stem(&name)));
     let files = [
-        ("scenario.yaml", made_up_scenario(&graph, &name, &options).into_bytes()),
+        ("scenario.yaml", default_scenario(&graph, &name, &options).into_bytes()),
         ("README.md", readme(&name, &layout, &graph).into_bytes()),
     ];
     let with_companions =

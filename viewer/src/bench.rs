@@ -274,27 +274,31 @@ fn heat_map(heat: Heat, world: &World<'_>, renderer: &mut Renderer) -> (u32, [f6
     (edges, times.map(median))
 }
 
-/// Returns the median of a part of times, in milliseconds. The part is in seconds.
-fn median(times: &[Times], part: impl Fn(&Times) -> f64) -> f64 {
-    let mut parts: Vec<f64> = times.iter().map(part).collect();
-    parts.sort_by(f64::total_cmp);
-    parts.get(parts.len() / 2).copied().unwrap_or(f64::NAN) * 1e3
+/// Returns the median of times in seconds, in milliseconds.
+fn median(mut times: Vec<f64>) -> f64 {
+    times.sort_by(f64::total_cmp);
+    times.get(times.len() / 2).copied().unwrap_or(f64::NAN) * 1e3
+}
+
+/// Returns the median of a part of times in milliseconds. The part is in seconds.
+fn median_of(times: &[Times], part: impl Fn(&Times) -> f64) -> f64 {
+    median(times.iter().map(part).collect())
 }
 
 fn print_row(robots: usize, fleet: &str, view: &str, times: &[Times]) {
-    let cpu = median(times, |times| times.read + times.upload + times.encode);
-    let whole = median(times, |times| times.whole);
+    let cpu = median_of(times, |times| times.read + times.upload + times.encode);
+    let whole = median_of(times, |times| times.whole);
     let gpu = match times.first().and_then(|times| times.gpu) {
-        Some(_) => format!("{:7.2}", median(times, |times| times.gpu.unwrap_or(f64::NAN))),
+        Some(_) => format!("{:7.2}", median_of(times, |times| times.gpu.unwrap_or(f64::NAN))),
         None => "unknown".to_owned(),
     };
     println!(
         "{robots:9}  {fleet:9} {view:>5} {:6.3}  {:6.3}  {:6.3} | {cpu:6.3} | {gpu} | {whole:7.2} \
          | {:7.2} | {:8.1} | {:11}",
-        median(times, |times| times.read),
-        median(times, |times| times.upload),
-        median(times, |times| times.encode),
-        median(times, |times| times.busy),
+        median_of(times, |times| times.read),
+        median_of(times, |times| times.upload),
+        median_of(times, |times| times.encode),
+        median_of(times, |times| times.busy),
         1e3 / whole,
         resident_megabytes().map_or("unknown".to_owned(), |megabytes| format!("{megabytes:.0}")),
     );

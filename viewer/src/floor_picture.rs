@@ -11,7 +11,7 @@ use regatta_scene::camera::Bounds;
 
 use crate::files;
 
-/// The most memory for one picture, in bytes.
+/// The maximum memory for one picture, in bytes.
 const MAX_BYTES: u64 = 1 << 30;
 /// The colour of a map's occupied cells: red, green, blue, alpha.
 const OCCUPIED: [u8; 4] = [120, 136, 152, 255];

@@ -30,7 +30,7 @@ const EVERY: Duration = Duration::from_millis(40);
 const CHECK_EVERY: u32 = 25;
 /// The number of looks between two at which alarms hold: a fifth of a second.
 const COMPARE_EVERY: u32 = 5;
-/// The most entries of one kind that one look adds; the rest is counted in one entry.
+/// The maximum number of entries of one kind that one check adds. The rest is counted in one entry.
 const MOST_OF_A_KIND: usize = 200;
 
 /// The query for the log, which is never idle.

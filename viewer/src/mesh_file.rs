@@ -13,7 +13,7 @@ use regatta_interface::settings::MeshPlacement;
 
 use crate::files;
 
-/// The most triangles of a mesh, which may be drawn thousands of times.
+/// The maximum number of triangles of a mesh, which may be drawn thousands of times.
 const MAX_TRIANGLES: usize = 500_000;
 /// The farthest that a vertex may be from the origin, in metres.
 const MAX_EXTENT: f32 = 1e4;

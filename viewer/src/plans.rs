@@ -175,7 +175,7 @@ impl Watcher {
             found.facts.has_goals = true;
             found.goals = goals::marks(
                 goals,
-                |robot| query.plans && is_watched(robot),
+                |robot| query.plans && is_in(robots.as_ref(), robot),
                 &query.selected,
                 &self.places,
             );

@@ -14,7 +14,7 @@ use regatta_scene::camera::Bounds;
 use regatta_scene::curves::midpoint;
 use regatta_scene::palette::{COLOURS, Colouring, Legend, Rgb, Scale, Theme};
 
-/// The most robots in a file.
+/// The maximum number of robots in a file.
 const MAX_ROBOTS: usize = 200_000;
 /// The longest side of a drawing whose scale isn't given, in millimetres: that of A3, less a
 /// margin.

@@ -30,7 +30,7 @@ const STARTS: usize = 36;
 const DRAWS: usize = 2 * STEPS + 1;
 /// The size of the arguments of an indirect draw.
 const DRAW_BYTES: usize = size_of::<DrawIndirectArgs>();
-/// The most curves: those beyond are left out.
+/// The maximum number of curves. Further curves are left out.
 const MAX_CURVES: usize = 4 << 20;
 
 /// Draws the heat map.

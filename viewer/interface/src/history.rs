@@ -17,7 +17,7 @@ const THETA: usize = 2;
 
 /// The simulated time between two snapshots of all robots, in seconds.
 const SNAPSHOT_GAP: f64 = 0.25;
-/// The most memory for the snapshots of a minute, in bytes; a larger fleet is not recorded.
+/// The maximum memory for the snapshots of a minute, in bytes; a larger fleet is not recorded.
 const MAX_BYTES: f64 = 64e6;
 
 /// The columns of all robots during the last minute, copied as they are a few times per simulated

@@ -70,7 +70,7 @@ impl JamFacts {
     }
 }
 
-/// The most robots that are listed.
+/// The maximum number of robots that are listed.
 pub const LISTED: usize = 12;
 
 /// The robots at a place.

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use regatta_plugin::recording::{MarkKind, RecordingMark};
 
-/// The most entries that are kept: some 2 MB. The oldest are forgotten.
+/// The maximum number of kept entries, about 2 MB. The oldest are dropped.
 pub const MAX_ENTRIES: usize = 10_000;
 /// The largest number of kept alarms. Further alarms replace those that are over, or become only
 /// entries and are counted.

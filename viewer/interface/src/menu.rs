@@ -10,7 +10,7 @@ use super::style;
 use super::view_model::{Action, EngineState, Item, ViewModel};
 use crate::commands::UserCommand;
 
-/// The most robots that one click gives commands to: each has an answer.
+/// The maximum number of robots that one click sends commands to. Each command has an answer.
 const MOST_ROBOTS: usize = 64;
 
 /// The menu, as far as it is open.

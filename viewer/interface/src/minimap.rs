@@ -15,7 +15,7 @@ use super::levels::PictureArea;
 use super::placement::Placement;
 use super::style;
 
-/// The most edges that are drawn; of more, some are left out.
+/// The maximum number of drawn edges. Further edges are left out.
 const MAX_EDGES: usize = 3000;
 /// The longest side of the map, in points.
 const SIDE: f32 = 170.0;

@@ -9,9 +9,9 @@ use super::timeline_paint::colour_of;
 use super::transport::clock_text;
 use super::view_model::Action;
 
-/// The most bytes of a note.
+/// The maximum number of bytes of a note.
 const LONGEST: usize = 200;
-/// The most notes of a live run.
+/// The maximum number of notes of a live run.
 const MOST: usize = 1000;
 
 /// Notes of a live run, and one that is being written.

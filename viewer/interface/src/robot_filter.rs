@@ -143,9 +143,9 @@ impl Filter {
             }
             let matches = self.state.is_none_or(|wanted| wanted == state)
                 && self.robot_type.is_none_or(|wanted| wanted == type_of(row))
-                && is_in(in_zone.as_deref(), edge)
+                && has_edge(in_zone.as_deref(), edge)
                 && self.order.holds(row as u32, orders);
-            let is_on_level = is_in(on_level.as_deref(), edge);
+            let is_on_level = has_edge(on_level.as_deref(), edge);
             if matches {
                 matching.insert(row as u32);
             }
@@ -164,10 +164,10 @@ impl Filter {
     }
 }
 
-/// Whether an edge is in a set of edges; always, if there is no set. A robot on no edge is in no set,
-/// as no edge has its number.
-fn is_in(edges: Option<&[bool]>, edge: u32) -> bool {
-    edges.is_none_or(|edges| edges.get(edge as usize).is_some_and(|is_in| *is_in))
+/// Whether an edge is in a set of edges. Without a set, all edges are. The number of a robot
+/// without an edge is in no set.
+fn has_edge(edges: Option<&[bool]>, edge: u32) -> bool {
+    edges.is_none_or(|edges| edges.get(edge as usize) == Some(&true))
 }
 
 impl OrderFilter {

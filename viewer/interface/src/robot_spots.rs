@@ -16,7 +16,7 @@ use regatta_scene::palette::Theme;
 use super::labels::reach;
 use super::style;
 
-/// The most robots that are found.
+/// The maximum number of robots that are found.
 const MAX_SPOTS: usize = 1024;
 /// The height at which ids are drawn over robots, in metres.
 const ID_HEIGHT: f32 = 0.4;

@@ -29,8 +29,8 @@ const VALUES_EVERY: Duration = Duration::from_millis(200);
 const ORDERS_EVERY: Duration = Duration::from_millis(100);
 /// The timeout of a request for routes, which delays all other polls.
 const ROUTE_TIMEOUT: Duration = Duration::from_millis(100);
-/// The most columns that are read for the selected robot: each occupies a reader's place at the
-/// column.
+/// The maximum number of columns that are read for the selected robot. Each occupies a reader's
+/// place at the column.
 const MAX_COLUMNS: usize = 16;
 
 /// A change of the polled data.

@@ -8,7 +8,7 @@ use regatta_plugin::route::RouteResponse;
 use regatta_plugin::{Frame, RouteClient, RouteError};
 use regatta_scene::plans::Coverage;
 
-/// The most robots whose routes are asked for: an answer takes a kilobyte.
+/// The maximum number of robots whose routes are requested. An answer takes a kilobyte.
 const MAX_ROBOTS: usize = 16_384;
 /// The number of routes that are asked for at once.
 const AT_ONCE: usize = 8;
