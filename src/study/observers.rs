@@ -63,7 +63,7 @@ fn with_json(name: &str, file: &Path) -> [OsString; 3] {
 /// Plugins that are called one after the other.
 struct Observers {
     readers: Vec<Box<dyn Plugin>>,
-    /// The file that says that all are ready.
+    /// The file whose existence means that all are ready.
     ready: PathBuf,
 }
 

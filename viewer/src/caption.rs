@@ -82,8 +82,8 @@ impl Caption {
         }
     }
 
-    /// Draws the annotations over the picture in `target`. Returns the names of those that the
-    /// picture has no room for.
+    /// Draws the annotations over the picture in `target`. Returns the names of the annotations for
+    /// which the picture has no room.
     pub fn draw(
         &mut self,
         gpu: &Gpu,
@@ -112,7 +112,7 @@ impl Caption {
         left_out
     }
 
-    /// Returns what is to be drawn, and the names of what is left out.
+    /// Returns the annotations to draw, and the names of those that are left out.
     fn lay_out(
         &self,
         size: UVec2,
@@ -132,8 +132,9 @@ impl Caption {
                 (scene.layers, scene.theme, Vec2::new(picture.width(), picture.height()));
             let near = annotations.frame.filter(|_| layers.ids || layers.robot_ids);
             let level = scene.level.as_deref();
-            let find = |frame| robot_spots::find(&frame, world, level, camera, scene.offset, size);
-            let spots = near.map(find).unwrap_or_default();
+            let spots = near.map_or_else(Vec::new, |frame| {
+                robot_spots::find(&frame, world, level, camera, scene.offset, size)
+            });
             if layers.ids {
                 let view =
                     LabelView { picture, camera, offset: scene.offset, theme, robots: &spots };

@@ -48,8 +48,8 @@ impl Link {
     /// If the system can't start a thread.
     pub fn open(fleet: &FleetName) -> std::io::Result<Self> {
         let (report, reports) = mpsc::channel();
-        // These threads are not joined at the end: the engine may take long to answer, and a command
-        // may wait for the world of a fleet that ends.
+        // These threads are not joined at the end: the engine may take long to answer, and a
+        // command may wait for the world of a fleet that ends.
         let (requests, _) = spawn("control", fleet, &report, control::run)?;
         let (commands, _) = spawn("commands", fleet, &report, commands::run)?;
         let (queries, poller) = spawn("poller", fleet, &report, poller::run)?;

@@ -69,7 +69,8 @@ pub struct Options {
     #[arg(long, value_name = "TIME", requires = "film")]
     pub to: Option<humantime::Duration>,
     /// Simulated seconds per second of the film, from 0.001 to 1000
-    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, requires = "film", value_parser = values::film_speed)]
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, requires = "film")]
+    #[arg(value_parser = values::film_speed)]
     pub speed: f32,
     /// Replace files that exist
     #[arg(long, requires = "unattended")]
@@ -274,8 +275,9 @@ impl Options {
         self.size.unwrap_or(UVec2::new(1920, 1080))
     }
 
-    /// The time at which a recording stands for a picture, a plan or a film, or [`Duration::MAX`]
-    /// for its start; `None` if it plays. The period of a heat map comes before the picture.
+    /// The time at which a recording is paused for a picture, a plan or a film, or
+    /// [`Duration::MAX`] for its start; `None` if it plays. The period of a heat map precedes the
+    /// picture.
     pub fn starts_at(&self) -> Option<Duration> {
         let stands = self.film.is_some() || self.screenshot.is_some() || self.svg.is_some();
         let time = if self.film.is_some() { self.from } else { self.at };

@@ -1,5 +1,5 @@
-//! The stage: passes new data from the feed to the renderer, and derives from it what the renderer
-//! needs besides: bounds, legend and routes.
+//! The stage passes new data from the feed to the renderer, and derives bounds, legend and routes
+//! from it.
 
 mod columns;
 mod further_levels;
@@ -215,8 +215,8 @@ impl Stage {
         self.looking_back.is_some()
     }
 
-    /// Shows the run as it was at a simulated time in nanoseconds, while it goes on, or again as it
-    /// is. Of the past, only frames are kept: robots have no values of columns then.
+    /// Shows a live run at a past simulated time in nanoseconds, or again at the current time. Only
+    /// frames of the past are kept, so robots have no values of columns then.
     pub fn look_back(&mut self, time: Option<u64>) {
         let run = self.feed.frame().map(|frame| frame.run_id());
         self.looking_back = run.zip(time);
@@ -325,10 +325,15 @@ impl Stage {
         }
         let Some(world) = self.feed.world() else { return };
         let ids = self.feed.closed();
-        let is_closed = |id: u32| ids.binary_search(&ClosedEdge { edge: id }).is_ok();
-        let edges =
-            world.edges().iter().zip(0..).filter(|(edge, _)| !ids.is_empty() && is_closed(edge.id));
-        self.closed = (run, edges.map(|(_, index)| index).collect());
+        let mut closed = Vec::new();
+        if !ids.is_empty() {
+            for (edge, index) in world.edges().iter().zip(0..) {
+                if ids.binary_search(&ClosedEdge { edge: edge.id }).is_ok() {
+                    closed.push(index);
+                }
+            }
+        }
+        self.closed = (run, closed);
         let closed = &self.closed.1;
         for renderer in all(&mut self.renderer, &mut self.further_levels) {
             renderer.set_closed(&world, closed);

@@ -33,7 +33,7 @@ pub const MAX_ENTRIES: usize = 3_000_000;
 /// The largest depth of nested lists and maps.
 pub const MAX_DEPTH: usize = 100;
 
-/// The error of reading a YAML text: its line, and what is wrong there.
+/// The error of reading a YAML text: its line, and the reason.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("line {line}: {reason}")]
 pub struct Error {
@@ -288,24 +288,22 @@ impl<'text> Builder<'text> {
 
     fn take(&mut self, event: Event<'text>, span: Span) -> Result<(), Error> {
         let (line, column) = (span.start.line(), span.start.col());
-        let mut node = |content| {
-            let offset = self.position.offset(line, column);
-            Node { line, offset, content }
-        };
         match event {
             Event::DocumentStart(_) => self.documents += 1,
             Event::Scalar(text, style, anchor, tag) => {
                 let content = scalar(text, style, tag.as_deref());
-                let node = node(content);
-                self.add(node, anchor)?;
+                let offset = self.position.offset(line, column);
+                self.add(Node { line, offset, content }, anchor)?;
             }
             Event::SequenceStart(anchor, tag) => {
-                let node = node(Content::List(Vec::new()));
-                self.begin(node, anchor, tag.as_deref())?;
+                let content = Content::List(Vec::new());
+                let offset = self.position.offset(line, column);
+                self.begin(Node { line, offset, content }, anchor, tag.as_deref())?;
             }
             Event::MappingStart(anchor, tag) => {
-                let node = node(Content::Map(Vec::new()));
-                self.begin(node, anchor, tag.as_deref())?;
+                let content = Content::Map(Vec::new());
+                let offset = self.position.offset(line, column);
+                self.begin(Node { line, offset, content }, anchor, tag.as_deref())?;
             }
             Event::SequenceEnd | Event::MappingEnd => {
                 if let Some(Open { mut node, anchor, is_tagged, .. }) = self.open.pop() {
@@ -337,7 +335,7 @@ impl<'text> Builder<'text> {
         Ok(())
     }
 
-    /// Adds a complete value to what is open.
+    /// Adds a complete value to the innermost open list or map.
     fn add(&mut self, node: Node<'text>, anchor: usize) -> Result<(), Error> {
         if anchor > 0 {
             self.count(entries(&node), node.line)?;

@@ -30,8 +30,8 @@
 //!
 //! use regatta_base::graph::{Gear, NodeIndex};
 //! use regatta_motion::{
-//!     Distance, Edge, HeadingRule, Isa, KinematicLimits, LegTable, Motion, Piece, PieceInfo, Plans,
-//!     SpeedVariation, SupportedIsa, TimeStep, Tracks,
+//!     Distance, Edge, HeadingRule, Isa, KinematicLimits, LegTable, Motion, Piece, PieceInfo,
+//!     Plans, SpeedVariation, SupportedIsa, TimeStep, Tracks,
 //! };
 //!
 //! // One edge from (0, 0) to (4, 0): a single piece. A piece counts the distance from its end.

@@ -4,7 +4,8 @@
 //! set ([`lanes`]). The operations and their order are those of [`scalar`], so the bits are the
 //! same.
 //!
-//! `unsafe` code calls what the machine was found to have, stores past the cache and prefetches.
+//! `unsafe` code calls functions for the detected instruction set, stores past the cache, and
+//! prefetches.
 #![allow(
     unsafe_code,
     reason = "calls of code for instruction sets, stores past the cache and prefetches"
@@ -111,7 +112,7 @@ impl Motion {
         );
     }
 
-    /// Prefetches what the hand-over of these rows reads.
+    /// Prefetches the data that the hand-over of these rows reads.
     pub(super) fn prefetch(&self, block: &Rows, listed: &RowList) {
         for row in listed.rows() {
             prefetch(&self.legs.spans()[block.piece.get(row).row()]);

@@ -36,7 +36,7 @@ type PlannerFactory = Box<dyn FnMut(&Roads) -> Box<dyn Planner>>;
 /// The command line of `regatta plugin fleet-manager`.
 #[derive(Clone, Debug, Parser)]
 #[command(
-    about = "Carries transport orders out: steers the robots of a fleet, without one ever touching another"
+    about = "Carries out transport orders: steers the robots of a fleet so that they never touch"
 )]
 pub struct Cli {
     /// The orders.
@@ -79,8 +79,8 @@ pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) ->
     run(args, None)
 }
 
-/// As [`run_from`], with a planner of your own instead of one that the command line names. It is
-/// made anew for each world.
+/// As [`run_from`], with a planner of your own instead of one that the command line names. A new
+/// planner is made for each world.
 ///
 /// # Errors
 /// As [`run_from`].

@@ -66,7 +66,7 @@ impl Aggregator {
         self.last = Some(PreviousFrame { header, state_counts, is_regular });
     }
 
-    /// Notes that no frame arrives. Without a producer there is no run any more.
+    /// Records that no frame arrives. Without a producer there is no run any more.
     pub fn note_idle(&mut self, has_producer: bool) {
         if !has_producer {
             self.last = None;

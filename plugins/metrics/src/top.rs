@@ -213,7 +213,8 @@ impl TerminalGuard {
         let screen = ratatui::try_init().map_err(|reason| {
             ratatui::restore();
             Error::new(format_args!(
-                "can't switch this terminal to full screen ({reason}); check that TERM names its type"
+                "can't switch this terminal to full screen ({reason}); check that TERM names its \
+                 type"
             ))
         })?;
         Ok(Self { screen })

@@ -110,7 +110,7 @@ pub fn replay(args: &ReplayArgs) -> Result<(), ReplayError> {
         end.as_secs_f64(),
         args.file.display()
     );
-    // The moments of a recording are as far apart as they were.
+    // The times between the messages of a recording are kept.
     let mut session = Session::new(ports, Duration::ZERO, args.speed, args.lockstep.clone());
     if args.paused {
         session.pause();

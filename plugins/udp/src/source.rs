@@ -43,7 +43,8 @@ struct SourceOptions {
     #[arg(long, value_name = "HZ", default_value = "50", value_parser = rate)]
     rate: f64,
     /// Ignore robots with ids from this number on
-    #[arg(long, value_name = "N", default_value = "10000", value_parser = clap::value_parser!(u32).range(1..=MAX_ROBOTS))]
+    #[arg(long, value_name = "N", default_value = "10000")]
+    #[arg(value_parser = clap::value_parser!(u32).range(1..=MAX_ROBOTS))]
     max_robots: u32,
     /// Length of the robots along their heading, in metres; without it, the robots have no type
     #[arg(long, value_name = "METRES", requires = "robot_width", value_parser = metres)]
@@ -60,9 +61,10 @@ struct SourceOptions {
     #[command(flatten)]
     form: Form,
     /// Ignore datagrams that are longer than this number of bytes
-    #[arg(long, value_name = "BYTES", default_value_t = MAX_DATAGRAM_BYTES, value_parser = options::datagram_limit)]
+    #[arg(long, value_name = "BYTES", default_value_t = MAX_DATAGRAM_BYTES)]
+    #[arg(value_parser = options::datagram_limit)]
     max_datagram: usize,
-    /// Remove robots of which no line arrives for this many seconds [default: never]
+    /// Remove a robot when no line about it arrives for this many seconds [default: never]
     #[arg(long, value_name = "SECONDS", value_parser = options::seconds)]
     forget: Option<Duration>,
     /// Print the final statistics on standard output as JSON, too

@@ -20,7 +20,7 @@ const TYPES_WAIT: Duration = Duration::from_secs(2);
 /// The command line of `regatta plugin validator`.
 #[derive(Clone, Debug, Parser)]
 #[command(bin_name = "regatta plugin validator", max_term_width = 100)]
-#[command(about = "Judges a fleet: contacts, motion, orders; fails if it finds anything")]
+#[command(about = "Validates a fleet: contacts, motion, orders; fails if there are findings")]
 pub struct Cli {
     /// Options of the judgement and its report.
     #[command(flatten)]
@@ -134,7 +134,7 @@ impl Plugin for Validator {
         self.take_orders()?;
         let judge = std::mem::replace(&mut self.judge, Judge::new(self.options.settings()));
         let report = judge.finish();
-        // A closed standard output is no finding.
+        // A closed standard output isn't a finding.
         let _ = write!(std::io::stdout(), "{report}");
         Ok(self.options.conclude(&report)?)
     }

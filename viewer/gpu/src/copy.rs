@@ -123,8 +123,8 @@ pub enum Source {
     Kept,
 }
 
-/// Keeps a copy of the floor and the graph: while the camera stands still, they are the same in every
-/// picture, and a copy is cheaper than drawing them again.
+/// Keeps a copy of the floor and the graph: while the camera stands still, they are the same in
+/// every picture, and a copy is cheaper than drawing them again.
 #[derive(Debug)]
 pub struct Ground {
     target: TargetConfig,

@@ -29,7 +29,7 @@ const STARTS: usize = 36;
 const DRAWS: usize = 2 * STEPS + 1;
 /// The size of the arguments of an indirect draw.
 const DRAW_BYTES: usize = size_of::<DrawIndirectArgs>();
-/// The most curves: those beyond are left out.
+/// The maximum number of curves. Further curves are left out.
 const MAX_CURVES: usize = 4 << 20;
 
 /// Draws the heat map.
@@ -99,7 +99,8 @@ impl HeatRibbons {
         self.buffers.set(gpu, map);
     }
 
-    /// Sorts what is in sight of a picture of `size` pixels. `records` are those of the graph.
+    /// Sorts the visible hot curves of a picture of `size` pixels. `records` are those of the
+    /// graph.
     pub fn sort(
         &mut self,
         gpu: &Gpu,
@@ -129,7 +130,7 @@ impl HeatRibbons {
         pass.dispatch_workgroups(1, 1, 1);
     }
 
-    /// Draws what was sorted last.
+    /// Draws the curves that were sorted last.
     pub fn draw(&self, pass: &mut RenderPass<'_>, records: &BindGroup) {
         let Some(Groups { drawing, .. }) = &self.buffers.groups else { return };
         if self.buffers.curves == 0 {

@@ -33,7 +33,7 @@ impl TargetConfig {
     /// The id buffer of picking.
     pub const IDS: Self = Self { format: ID_FORMAT, samples: 1, splats_from: u32::MAX };
 
-    /// Chooses whether to splat by what is faster on the adapter.
+    /// Chooses whether to splat, by which is faster on the adapter.
     pub fn new(gpu: &Gpu, format: TextureFormat, samples: u32) -> Self {
         // A software adapter splats on all SIMD lanes of all cores but sets up triangles on a
         // single core. Splatting costs a pass over all pixels, so it pays off only for many robots.

@@ -22,11 +22,12 @@ use crate::mesh::{Mesh, MeshBuffers};
 use pipelines::{BODY_BYTES, CORNER_BYTES, Pipelines, Sorting};
 pub use pipelines::{Dense, Variant};
 
-/// The most meshes; the same as in sort.wgsl.
+/// The maximum number of meshes; the same as in sort.wgsl.
 const MESHES: usize = 8;
-/// The most robots that are drawn as one mesh; the same as in sort.wgsl.
+/// The maximum number of robots that are drawn as one mesh; the same as in sort.wgsl.
 const MESH_CAPACITY: usize = 8_192;
-/// The most robots that are drawn as boxes, and as round blocks; the same as in sort.wgsl.
+/// The maximum number of robots that are drawn as boxes, and of those drawn as round blocks; the
+/// same as in sort.wgsl.
 const BLOCK_CAPACITY: usize = 131_072;
 /// The number of draw lists: one for each mesh, one each of boxes, round blocks, marks, and tiles
 /// with marks.

@@ -91,8 +91,8 @@ impl Splats {
         encoder.clear_buffer(&self.pixels, from * word, Some((self.words - from) * word));
     }
 
-    /// Draws the marks, or the robots' ids in the same way. The indirect arguments at offset `at` of
-    /// `draws` hold the number of tiles with marks.
+    /// Draws the marks, or the robots' ids in the same way. The indirect arguments at offset `at`
+    /// of `draws` hold the number of tiles with marks.
     pub fn draw(&self, pass: &mut RenderPass<'_>, output: Output, draws: &Buffer, at: u64) {
         pass.set_pipeline(match output {
             Output::Colours => &self.colours,

@@ -89,8 +89,8 @@ fn count_text(filter: &Filter, context: &PanelContext<'_>) -> String {
     format!("{} of {} {verb}", thousands(number.into()), with_plural(all.into(), "robot"))
 }
 
-/// Whether a robot matches the filter, and is on the level that alone is shown; of all robots,
-/// until that is known.
+/// Whether a robot matches the filter, and is on the only shown level. Until the matches are known,
+/// all robots match.
 pub(super) fn is_matching(context: &PanelContext<'_>, robot: u32) -> bool {
     context.model.matches.is_none_or(|matches| {
         let is_on_level = context.is_side_by_side || is_in(matches.on_level.as_ref(), robot);

@@ -114,7 +114,7 @@ impl Interface {
                 interface.transport.show(context, shows_past, ui);
             });
         });
-        // The picture goes on under the panels, so that it doesn't move when one is opened.
+        // The picture continues under the panels, so that it doesn't move when one is opened.
         let picture = ui.available_rect_before_wrap();
         if model.recording().is_some() || model.timeline.is_some() && self.timeline.shows_past {
             Panel::bottom("timeline")
@@ -146,7 +146,8 @@ impl Interface {
         (area.picture, self.timely(level.as_deref(), actions))
     }
 
-    /// Shows everything that floats over the picture. `pointer` is the place of the pointer over it.
+    /// Shows everything that floats over the picture. `pointer` is the place of the pointer over
+    /// it.
     fn over_picture(
         &mut self,
         context: &PanelContext<'_>,
@@ -223,14 +224,13 @@ impl Interface {
         if !picture.is_positive() || !visible.is_positive() {
             return None;
         }
-        let part = |at: egui::Pos2| glam::Vec2::new(at.x - picture.left(), at.y - picture.top());
         let size = glam::Vec2::new(picture.width(), picture.height());
         // Nothing of the fleet is to lie under the legend. Levels side by side lie beside it.
         let beside =
             overlay::beside_legend(glam::Vec2::new(visible.width(), visible.height())).low.x;
         let legend = if self.parts().is_empty() { beside * visible.width() } else { 0.0 };
-        let (low, high) =
-            (part(visible.min + egui::vec2(legend, 0.0)) / size, part(visible.max) / size);
+        let [low, high] = [visible.min + egui::vec2(legend, 0.0), visible.max]
+            .map(|at| glam::Vec2::new(at.x - picture.left(), at.y - picture.top()) / size);
         Some(Window { aspect: picture.aspect_ratio(), low, high })
     }
 
@@ -315,7 +315,7 @@ impl Interface {
     }
 }
 
-/// Shows the contents of a panel, which gets no larger by them: it would lie over the bars.
+/// Shows the contents of a panel. They don't enlarge it, because it would cover the bars.
 fn within(ui: &mut Ui, show: impl FnOnce(&mut Ui)) {
     let room = ui.available_rect_before_wrap();
     let mut inside = ui.new_child(UiBuilder::new().max_rect(room));

@@ -45,8 +45,8 @@ pub struct PlanScale {
 }
 
 impl PlanScale {
-    /// Takes the places of both in a picture, of which `clip` is in sight. A small one has none to
-    /// spare.
+    /// Takes the places of both in a picture, whose part `clip` is visible. A small picture has no
+    /// room for them.
     pub fn place(placement: &mut Placement, picture: Rect, clip: Rect, camera: &Camera) -> Self {
         if clip.width() < WITH_SCALE.x || clip.height() < WITH_SCALE.y {
             return Self { bar: None, north: None };
@@ -66,7 +66,7 @@ impl PlanScale {
         Self { bar, north: placement.take_near("north", north) }
     }
 
-    /// Draws both, and coordinates along the sides, which don't lie under what is placed.
+    /// Draws both, and coordinates along the sides, except under other elements.
     pub fn draw(
         self,
         context: &Context,
@@ -100,9 +100,9 @@ fn coordinates(
         return;
     }
     let size = Vec2::new(picture.width(), picture.height());
-    let ground =
-        |at: Pos2| camera.unproject(Vec2::new(at.x - picture.left(), at.y - picture.top()), size);
-    let (Some(low), Some(high)) = (ground(clip.left_bottom()), ground(clip.right_top())) else {
+    let [Some(low), Some(high)] = [clip.left_bottom(), clip.right_top()]
+        .map(|at| camera.unproject(Vec2::new(at.x - picture.left(), at.y - picture.top()), size))
+    else {
         return;
     };
     let per_point = camera.metres_per_pixel(picture.height());
@@ -111,9 +111,8 @@ fn coordinates(
         |x: f32, y: f32| camera.project(glam::Vec3::new(x, y, 0.0), size).unwrap_or_default();
     let tick =
         |from: Pos2, to: Pos2| painter.line_segment([from, to], Stroke::new(1.0, colours.faint));
-    let font = || FontId::monospace(10.0);
     let write = |at: Pos2, align: Align2, text: String| {
-        let text = painter.layout_no_wrap(text, font(), colours.text);
+        let text = painter.layout_no_wrap(text, FontId::monospace(10.0), colours.text);
         let rect = align.anchor_size(at, text.size());
         if !placement.is_clear(rect) {
             return;

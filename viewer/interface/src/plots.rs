@@ -1,5 +1,5 @@
 //! The figures of the fleet over time, in a row of plots. Hovering over one shows its time in all
-//! of them; a click goes there, in a recording and in what is kept of a live run.
+//! of them. A click goes to that time, in a recording or in the kept part of a live run.
 
 use egui::text::{LayoutJob, TextFormat};
 use egui::{Color32, FontId, Label, Ui, pos2};
@@ -46,7 +46,7 @@ impl PlotsPanel {
         let ends = [samples[0].secs, samples[samples.len() - 1].secs];
         let figures = figures(context, samples);
         let hovered = self.hovered_secs;
-        // Of a recording, and of the past of a live run, more is known than what was shown.
+        // The history of a recording, and of the past of a live run, is longer than the shown part.
         let is_within = context.model.recording().is_some() || context.model.is_past();
         let shown = context.model.clock_secs().filter(|_| is_within);
         let (mut now_hovered, mut clicked) = (None, None);

@@ -49,8 +49,8 @@ pub struct Settings {
     pub trails_of_selected: bool,
     /// The path of an image or a ROS map for the floor; empty for none.
     pub floor_image: String,
-    /// The placement of an image on the floor; `None` stretches an image over the floor, and places
-    /// a map as its file says.
+    /// The placement of an image on the floor. `None` stretches an image over the floor, and places
+    /// a map at the origin in its file.
     pub floor_at: Option<FloorPlacement>,
     /// The mesh of the robots; `None` for the built-in one.
     pub mesh: Option<RobotMesh>,

@@ -53,7 +53,7 @@ pub struct Interface {
     /// The robots that are not dimmed, and the level.
     pub(super) filter: Filter,
     pub(super) levels: Levels,
-    /// The ends of what is measured; `None` while nothing is.
+    /// The ends of the measurement; `None` without one.
     pub(super) measuring: Option<Measuring>,
     pub(super) fleet: FleetPanel,
     pub(super) collisions: CollisionsPanel,
@@ -194,7 +194,7 @@ impl Interface {
         self.log.add_refusal(command, text, time_nanos);
     }
 
-    /// Adds an end to what is measured.
+    /// Adds an end to the measurement.
     pub fn measure_to(&mut self, end: End) {
         self.measuring.get_or_insert_default().add(end);
     }

@@ -13,7 +13,7 @@ use crate::text::{thousands, with_plural};
 /// The width and the height of a symbol, in points.
 const SIZE: egui::Vec2 = vec2(26.0, 12.0);
 
-/// The layers of plans that are shown, and what is known of them.
+/// The shown layers of plans, and their known facts.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Symbols {
     /// Routes and goals of all robots.

@@ -21,8 +21,7 @@ pub const HEIGHT: f32 = 72.0;
 /// The height of the marks of one kind, and of the bar below them, in points.
 pub(super) const LANE: f32 = 4.0;
 const BAR: f32 = 8.0;
-/// A mark counts as reached if the frame that is shown lies at most so long before it, in
-/// nanoseconds.
+/// A mark counts as reached if the shown frame is at most this time before it, in nanoseconds.
 const REACHED: u64 = 2_000_000_000;
 /// The shortest part that is repeated, in nanoseconds.
 const SHORTEST_LOOP: u64 = 50_000_000;
@@ -75,8 +74,8 @@ impl Timeline<'_> {
     }
 }
 
-/// Shows a text in what is left of a row: with an ellipsis and a tooltip if that is too little, and
-/// not at all if it is nothing.
+/// Shows a text in the rest of a row: with an ellipsis and a tooltip if the rest is too narrow, and
+/// not at all without any room.
 fn rest(ui: &mut Ui, text: RichText) {
     if !text.is_empty() && ui.available_width() > LEAST_REST {
         ui.add(Label::new(text).truncate());
@@ -273,7 +272,7 @@ impl TimelinePanel {
         context.act(Action::Control(seek));
     }
 
-    /// Goes to a time of the shown clock: in a recording, or in what is kept of a live run.
+    /// Goes to a time of the shown clock, in a recording or in the kept part of a live run.
     pub fn go_to_time(&mut self, context: &PanelContext<'_>, secs: f64) {
         let Some(timeline) = context.model.timeline else { return };
         let nanos = (secs.max(0.0) * 1e9) as u64;
@@ -285,7 +284,7 @@ impl TimelinePanel {
             }
             Some(_) => {
                 let start = clock_text(timeline.start as f64 * 1e-9);
-                context.notify(format!("of this run, only what is after {start} is kept"));
+                context.notify(format!("only the part of this run after {start} is kept"));
             }
         }
     }

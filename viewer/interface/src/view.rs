@@ -177,7 +177,7 @@ impl ViewPanel {
     }
 }
 
-/// Shows the switches of what a fleet manager plans, each with what is known of it.
+/// Shows the switches of a fleet manager's plans, each with its known facts.
 fn plan_layers(context: &PanelContext<'_>, settings: &mut Settings, ui: &mut Ui) {
     let plans = &context.model.plans;
     let robots = if context.filter.has_conditions() { "matching" } else { "all" };
@@ -247,7 +247,7 @@ fn waits_text(plans: &PlanFacts) -> String {
                 with_plural(waiting.into(), robot_noun(plans))
             )
         }
-        None => "no fleet manager says who waits".to_owned(),
+        None => "no fleet manager publishes who waits".to_owned(),
     }
 }
 

@@ -56,8 +56,8 @@ impl Camera {
     }
 
     /// Returns the camera of a plan: straight down, north up, and from so far away that it is
-    /// orthographic in effect. What is half a metre high is shifted by less than one part in ten
-    /// thousand of the picture's height.
+    /// orthographic in effect. An object half a metre high is shifted by less than a ten-thousandth
+    /// of the picture's height.
     pub fn plan(bounds: Bounds, window: Window) -> Self {
         Self { pitch: FRAC_PI_2, fov_y: PLAN_FOV, ..Self::default() }.fitted_within(bounds, window)
     }
@@ -176,28 +176,32 @@ impl Camera {
     /// Sets the least distance at which all of the points are in the picture, or are no farther
     /// apart than a part of it is wide and high.
     fn at_least_distance(mut self, points: &[Vec2], window: Window) -> Self {
-        let room = (window.high - window.low) * (1.0 - MARGIN);
-        let is_whole = window == Window::whole(window.aspect);
-        let fits = |camera: &Self| {
-            let clip = camera.clip_from_world(window.aspect);
-            let at = |point: &Vec2| {
-                let at = clip * point.extend(0.0).extend(1.0);
-                (at.w > 0.0).then(|| at.truncate().truncate() / at.w)
-            };
-            let Some(all) = points.iter().map(at).collect::<Option<Vec<_>>>() else { return false };
-            let extent = Bounds::from_points(all.iter().copied())
-                .map_or(Vec2::ZERO, |all| all.high - all.low);
-            match is_whole {
-                true => all.iter().all(|at| at.abs().cmplt(room).all()),
-                false => extent.cmplt(room * 2.0).all(),
-            }
-        };
         let (mut near, mut far) = self.distances();
         for _ in 0..40 {
             self.distance = (near * far).sqrt();
-            if fits(&self) { far = self.distance } else { near = self.distance }
+            if self.fits(points, window) { far = self.distance } else { near = self.distance }
         }
         Self { distance: far, ..self }
+    }
+
+    /// Whether all of the points are in the picture, or are no farther apart than a part of it is
+    /// wide and high.
+    fn fits(&self, points: &[Vec2], window: Window) -> bool {
+        let room = (window.high - window.low) * (1.0 - MARGIN);
+        let clip = self.clip_from_world(window.aspect);
+        let mut all = Vec::with_capacity(points.len());
+        for point in points {
+            let at = clip * point.extend(0.0).extend(1.0);
+            if at.w <= 0.0 || at.w.is_nan() {
+                return false;
+            }
+            all.push(at.truncate().truncate() / at.w);
+        }
+        if window == Window::whole(window.aspect) {
+            return all.iter().all(|at| at.abs().cmplt(room).all());
+        }
+        let extent = Bounds::from_points(all).map_or(Vec2::ZERO, |bounds| bounds.high - bounds.low);
+        extent.cmplt(room * 2.0).all()
     }
 
     /// Wraps the yaw to (-π, π], clamps pitch and distance to their ranges, and keeps the eye above
@@ -314,13 +318,13 @@ impl Bounds {
     /// Returns the bounding box of some points, not counting points that are not finite; `None` if
     /// there are none.
     pub fn from_points(points: impl IntoIterator<Item = Vec2>) -> Option<Self> {
-        let grow = |bounds: Self, point: Vec2| Self {
-            low: bounds.low.min(point),
-            high: bounds.high.max(point),
-        };
         let mut points = points.into_iter().filter(|point| point.is_finite());
         let first = points.next()?;
-        Some(points.fold(Self { low: first, high: first }, grow))
+        let mut bounds = Self { low: first, high: first };
+        for point in points {
+            bounds = Self { low: bounds.low.min(point), high: bounds.high.max(point) };
+        }
+        Some(bounds)
     }
 
     /// Returns a rectangle around the origin with a width and height in metres.

@@ -57,7 +57,8 @@ pub struct Heat {
 /// The error of parsing a [`Heat`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "{0:?} is not a heat map such as waiting:10min; figures are occupancy, throughput, speed, waiting, contacts and routes, windows are minute, 10min and run"
+    "{0:?} is not a heat map such as waiting:10min; figures are occupancy, throughput, speed, \
+     waiting, contacts and routes, windows are minute, 10min and run"
 )]
 pub struct HeatError(String);
 
@@ -96,7 +97,7 @@ impl Figure {
         }
     }
 
-    /// Returns the value of an edge, in the unit of the title; `None` if there was nothing of it.
+    /// Returns the value of an edge, in the unit of the title; `None` if it has none.
     pub fn value(self, edge: &EdgeTraffic) -> Option<f32> {
         let value = match self {
             Self::Occupancy => edge.occupancy,
@@ -208,13 +209,14 @@ impl HeatMap {
     pub fn new(heat: Heat, traffic: &Traffic<'_>, world: &World<'_>) -> Self {
         let period =
             Period::ALL.iter().position(|period| *period == heat.period).unwrap_or_default();
-        let edges = || world.edges().iter().zip(traffic.periods[period]);
+        let figures = traffic.periods[period];
+        let edges = world.edges().iter().zip(figures);
         let values: Vec<f32> =
-            edges().filter_map(|(_, figures)| heat.figure.value(figures)).collect();
+            edges.clone().filter_map(|(_, figures)| heat.figure.value(figures)).collect();
         let (ends, is_exceeded) = scale(heat.figure, &values);
         // Heat and curve in one number, which is sorted faster than pairs.
         let mut all = Vec::with_capacity(values.len());
-        for (edge, figures) in edges() {
+        for (edge, figures) in edges {
             let Some(value) = heat.figure.value(figures) else { continue };
             // Not a negative zero, whose bits are not those of the least number.
             let level = ((value - ends[0]) / (ends[1] - ends[0])).clamp(0.0, 1.0) + 0.0;

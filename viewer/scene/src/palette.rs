@@ -125,20 +125,20 @@ impl Rgb {
     /// Returns a colour between this one and another one, in equal steps for `part` from 0 to 1.
     #[must_use]
     pub fn mix(self, other: Self, part: f32) -> Self {
-        let channel = |shift: u32| {
+        let mut mixed = 0;
+        for shift in [16, 8, 0] {
             let [from, to] = [self.0, other.0].map(|colour| ((colour >> shift) & 0xff) as f32);
-            ((from + (to - from) * part).round() as u32) << shift
-        };
-        Self(channel(16) | channel(8) | channel(0))
+            mixed |= ((from + (to - from) * part).round() as u32) << shift;
+        }
+        Self(mixed)
     }
 
     /// Linear red, green and blue, 0 to 1.
     pub fn linear(self) -> Vec3 {
-        let channel = |shift: u32| {
+        Vec3::from([16, 8, 0].map(|shift| {
             let value = ((self.0 >> shift) & 0xff) as f32 / 255.0;
             if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
-        };
-        Vec3::new(channel(16), channel(8), channel(0))
+        }))
     }
 }
 
@@ -258,9 +258,9 @@ pub const STATES: [RobotState; RobotState::COUNT] = [
     RobotState::Broken,
 ];
 
-// The eight states and the eight activities are variants of Okabe and Ito's hues that differ in
-// lightness too, because with grey and brown beside them the hues alone are not told apart with
-// every colour vision: see the tests.
+// The eight states and the eight activities are variants of Okabe and Ito's hues that also differ
+// in lightness. With grey and brown beside them, the hues alone can't be distinguished with every
+// colour vision: see the tests.
 
 fn states(theme: Theme) -> Scale {
     Scale::Categories(
@@ -269,7 +269,15 @@ fn states(theme: Theme) -> Scale {
 }
 
 fn activities(theme: Theme) -> Scale {
-    let colour = |activity| match (activity, theme) {
+    Scale::Categories(
+        Activity::ALL
+            .map(|activity| (activity.name().to_owned(), activity_colour(activity, theme)))
+            .to_vec(),
+    )
+}
+
+fn activity_colour(activity: Activity, theme: Theme) -> Rgb {
+    Rgb(match (activity, theme) {
         (Activity::Idle, Theme::Dark) => 0x566873,
         (Activity::Idle, Theme::Light) => 0x7a8798,
         (Activity::ToPick, Theme::Dark) => 0x5abdf5,
@@ -286,10 +294,7 @@ fn activities(theme: Theme) -> Scale {
         (Activity::Charging, Theme::Light) => 0xd097dd,
         (Activity::OutOfService, Theme::Dark) => 0xd35c00,
         (Activity::OutOfService, Theme::Light) => 0xc35100,
-    };
-    Scale::Categories(
-        Activity::ALL.map(|activity| (activity.name().to_owned(), Rgb(colour(activity)))).to_vec(),
-    )
+    })
 }
 
 fn collisions(theme: Theme) -> Scale {

@@ -24,9 +24,9 @@ pub struct PlanFacts {
     pub is_filtered: bool,
     /// The routes of robots, while they are watched.
     pub routes: Option<Coverage>,
-    /// Whether a fleet manager says where robots go.
+    /// Whether a fleet manager publishes the goals of robots.
     pub has_goals: bool,
-    /// The robots that wait for others; `None` if no fleet manager says so.
+    /// The robots that wait for others; `None` if no fleet manager publishes this.
     pub waiting: Option<Waiting>,
 }
 

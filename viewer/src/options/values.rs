@@ -69,10 +69,13 @@ pub fn samples(text: &str) -> Result<u32, ParseError> {
 
 /// Parses a width and height in pixels.
 pub fn size(text: &str) -> Result<UVec2, ParseError> {
-    let side = |text: &str| text.parse::<u32>().ok().filter(|side| (1..=32_768).contains(side));
     text.split_once('x')
         .and_then(|(width, height)| Some(UVec2::new(side(width)?, side(height)?)))
         .ok_or(ParseError { text: text.to_owned(), expected: "a size such as 1920x1080" })
+}
+
+fn side(text: &str) -> Option<u32> {
+    text.parse().ok().filter(|side| (1..=32_768).contains(side))
 }
 
 /// Parses two numbers.

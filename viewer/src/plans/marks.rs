@@ -6,16 +6,16 @@ use regatta_plugin::{Frame, World};
 use regatta_scene::plans::{GoalMark, WaitArrow};
 use regatta_scene::route::{RouteSegment, remaining_route};
 
-/// Returns the segments of routes from the robots' positions in a frame on. Of a curve, all of
-/// which is on several routes, there is one segment: a base rather than a horizon. Bases come last,
-/// so that they are drawn over horizons.
+/// Returns the segments of routes from the robots' positions in a frame on. A whole curve on
+/// several routes gives one segment: a base rather than a horizon. Bases come last, so that they
+/// are drawn over horizons.
 pub fn lines<'a>(
     routes: impl Iterator<Item = &'a RouteResponse>,
     frame: &Frame<'_>,
     world: &World<'_>,
 ) -> Vec<RouteSegment> {
-    // For each curve: 0 if not all of it is on a route, 1 if it is horizon, 2 if somebody may drive
-    // it now.
+    // For each curve: 0 if it isn't completely on a route, 1 if it is horizon, 2 if a robot may
+    // drive it now.
     let mut whole = vec![0_u8; world.all_curves().len()];
     let mut all = Vec::new();
     for segment in routes.flat_map(|route| remaining_route(route, frame, world).0) {
@@ -82,7 +82,7 @@ pub fn goal_marks(
     all
 }
 
-/// The entry of a robot that waits for nobody.
+/// The entry of a robot that doesn't wait for another.
 const NOBODY: u32 = u32::MAX;
 
 /// Returns an arrow for each robot that waits. `waits_for` holds the id of the robot that each

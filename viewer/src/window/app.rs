@@ -34,8 +34,8 @@ pub struct App<'a> {
     failure: Option<Error>,
     /// The time at which there is something to do without an event.
     wakes_at: Instant,
-    /// Whether a picture was drawn since the last look for events: that may have read some, for
-    /// which there is no wait then.
+    /// Whether a picture was drawn since the last check for events. Drawing may read events, in
+    /// which case the loop doesn't wait.
     has_drawn: bool,
 }
 

@@ -63,7 +63,7 @@ impl Assets {
             let message = format!("{error}; the floor stays as it is");
             let before = std::mem::take(&mut self.floor.path);
             let file = std::mem::replace(&mut settings.floor_image, before);
-            // The file of the picture that is shown is no longer there.
+            // The file of the shown picture no longer exists.
             if file == settings.floor_image {
                 settings.floor_image.clear();
             }

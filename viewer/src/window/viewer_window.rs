@@ -52,7 +52,7 @@ pub enum Next {
 
 /// An open window of the viewer.
 pub struct ViewerWindow {
-    // Fields are dropped in this order: what draws precedes what it draws on.
+    // Fields are dropped in this order, so renderers precede their surfaces.
     painter: Painter,
     /// The pictures of levels beside the scene's.
     insets: Insets,
@@ -290,7 +290,7 @@ impl ViewerWindow {
         has_news
     }
 
-    /// Sets the robots that match a filter. Returns whether it is one of those that were requested
+    /// Sets the robots that match a filter. Returns whether the filter is among those requested
     /// last.
     fn set_matches(&mut self, filter: &Filter, matches: Matches) -> bool {
         if *filter == self.fleet_state.filter {
@@ -305,12 +305,12 @@ impl ViewerWindow {
     /// Shows levels side by side, or no longer.
     fn show_beside(&mut self) {
         let levels: Vec<_> = self.interface.levels_beside().collect();
-        let create = || {
+        let has_changed = self.stage.show_beside(&levels, || {
             let mut renderer = Renderer::new(&self.gpu, self.target);
             self.look.load_meshes(&mut renderer);
             renderer
-        };
-        if self.stage.show_beside(&levels, create) {
+        });
+        if has_changed {
             // The new renderers have neither the picture on the floor nor the mesh of the settings.
             self.assets = Assets::default();
         }
@@ -423,7 +423,7 @@ fn size_of(window: &Window) -> UVec2 {
     UVec2::new(size.width, size.height)
 }
 
-/// Returns the title of the window: what is shown, and the selected robot.
+/// Returns the title of the window: the shown source, and the selected robot.
 pub fn title(fleet: &str, selected: Option<Item>) -> String {
     match selected {
         Some(Item::Robot(id)) => format!("Regatta: {fleet}, robot {id}"),

@@ -18,8 +18,7 @@ pub struct Node {
     pub position: DVec2,
     /// The heading in radians, in (-π, π].
     pub theta: f64,
-    /// Whether the file gives the heading. If it gives none or allows any, `theta` is that of an
-    /// edge.
+    /// Whether the file gives the heading. Otherwise `theta` is the heading of an edge.
     pub has_heading: bool,
     /// The purpose of the node.
     pub role: Role,
@@ -40,8 +39,8 @@ pub struct Edge {
     pub path: Path,
     /// The speed from origin to destination in metres per second; above 0.
     pub speed: f64,
-    /// The speed from destination to origin in reverse gear in metres per second; `None` if that
-    /// isn't allowed.
+    /// The speed from destination to origin in reverse gear in metres per second; `None` if reverse
+    /// gear isn't allowed.
     pub reverse_speed: Option<f64>,
     /// The heading of robots along the edge.
     pub orientation: Orientation,
@@ -152,9 +151,9 @@ impl RouteGraph {
         }
     }
 
-    /// Returns where (0, 0) of the graph is on the file's map, in metres: (0, 0), unless the file's
-    /// coordinates are too large for exact poses in single precision. A position in the file is
-    /// `origin + position`.
+    /// Returns the point (0, 0) of the graph in the coordinates of the file, in metres. It is (0,
+    /// 0), unless the file's coordinates are too large for exact poses in single precision. A
+    /// position in the file is `origin + position`.
     pub fn origin(&self) -> DVec2 {
         self.origin
     }
@@ -164,8 +163,7 @@ impl RouteGraph {
         &self.stations
     }
 
-    /// Returns lines that the file has besides the graph, such as walls, in metres from
-    /// [`origin`](Self::origin).
+    /// Returns the lines of the background, such as walls, in metres from [`origin`](Self::origin).
     pub fn background(&self) -> &[Vec<DVec2>] {
         &self.background
     }

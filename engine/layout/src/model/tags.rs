@@ -8,11 +8,11 @@ use regatta_base::graph::NodeIndex;
 
 use super::angle::normalize_angle;
 
-/// Names, places and free properties of a node or an edge. Most graphs have none, so they are kept
-/// aside.
+/// Names, places and free properties of a node or an edge. They are boxed, as most graphs have
+/// none.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Tags {
-    /// The name: the file's own id if that isn't a number, or a separate name.
+    /// The name: the id in the file if that isn't a number, or a separate name.
     pub name: Option<Box<str>>,
     /// The level (floor) of a building.
     pub level: Option<Box<str>>,
@@ -58,7 +58,7 @@ impl Tags {
 #[strum(serialize_all = "lowercase")]
 #[repr(u8)]
 pub enum Role {
-    /// Nothing in particular.
+    /// No special purpose.
     #[default]
     None = 0,
     /// Pick a load up.
@@ -79,8 +79,8 @@ pub enum Orientation {
     /// Along the tangent of the edge, from origin to destination.
     #[default]
     Tangential,
-    /// At this angle to the tangent, in radians in (-π, π]. π is tail first; other angles need a
-    /// robot that can drive sideways.
+    /// This angle to the tangent, in radians in (-π, π]. π is tail first. Other angles need a robot
+    /// that can drive sideways.
     Offset(f64),
     /// This heading on the map, in radians in (-π, π].
     Fixed(f64),
@@ -107,7 +107,7 @@ impl Orientation {
         }
     }
 
-    /// Returns the orientation with its angle, if it has one, changed by a function.
+    /// Applies a function to the angle of the orientation, if it has one.
     #[must_use]
     pub(crate) fn map(self, change: impl FnOnce(f64) -> f64) -> Self {
         match self {
@@ -126,7 +126,7 @@ impl Orientation {
     }
 }
 
-/// A place that robots serve from nodes beside it.
+/// A place that robots serve from adjacent nodes.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Station {
     /// The name, unique among stations.

@@ -22,8 +22,8 @@ type Xml = Writer<Vec<u8>>;
 
 /// Writes a plant model.
 ///
-/// Ids, names, levels, zones and roles that openTCS doesn't have are written as properties whose
-/// names start with `regatta:`; our reader reads them back.
+/// Ids, names, levels, zones and roles that openTCS doesn't have are written as properties with the
+/// prefix `regatta:`. Our reader reads them back.
 pub fn write(graph: &RouteGraph) -> Written {
     let mut writer = ModelWriter::new(graph);
     let text = writer.model().expect("writing to a Vec never fails");
@@ -53,18 +53,18 @@ struct Block<'graph> {
 
 impl<'graph> ModelWriter<'graph> {
     fn new(graph: &'graph RouteGraph) -> Self {
-        // All objects of a model share one set of names.
+        // All objects of a model share one namespace.
         let mut taken = Taken::default();
         let mut points = Vec::with_capacity(graph.nodes().len());
         for node in graph.nodes() {
-            let default = || format!("Point-{:04}", node.id);
-            points.push(taken.unique(node.name().map_or_else(default, str::to_owned)));
+            let name = node.name().map_or_else(|| format!("Point-{:04}", node.id), str::to_owned);
+            points.push(taken.unique(name));
         }
         let mut paths = Vec::with_capacity(graph.edges().len());
         for edge in graph.edges() {
             let [from, to] = [edge.origin, edge.destination].map(|node| &points[node.0 as usize]);
-            let default = || format!("{from} --- {to}");
-            paths.push(taken.unique(edge.name().map_or_else(default, str::to_owned)));
+            let name = edge.name().map_or_else(|| format!("{from} --- {to}"), str::to_owned);
+            paths.push(taken.unique(name));
         }
         let mut locations = Vec::with_capacity(graph.stations().len());
         for station in graph.stations() {
@@ -192,8 +192,8 @@ impl<'graph> ModelWriter<'graph> {
         Ok(())
     }
 
-    /// Returns the position in metres from the origin; that of the first node if the station has
-    /// none.
+    /// Returns the position in metres from the origin. A station without a position has that of its
+    /// first node.
     fn station_position(&mut self, station: &Station) -> DVec2 {
         if let Some(position) = station.position {
             return position;
@@ -255,7 +255,7 @@ fn own_properties(id: u32, tags: Option<&Tags>) -> Vec<Property<'_>> {
             value.iter().map(|value| (format!("{OWN}{key}").into(), value.as_ref().into())),
         );
     }
-    // The others follow from the path and its blocks.
+    // The reader derives the others from the path and its blocks.
     properties.extend(given(&tags.properties, &[LENGTH, "blockType", "blocks"]));
     properties
 }
@@ -279,7 +279,7 @@ fn write_properties(xml: &mut Xml, properties: &[Property<'_>]) -> io::Result<()
     Ok(())
 }
 
-/// Returns the blocks of the zones that were blocks in openTCS: other zones allow several robots.
+/// Returns the blocks of the zones that were blocks in openTCS. Other zones allow several robots.
 fn blocks<'graph>(
     graph: &'graph RouteGraph,
     points: &[String],
@@ -305,12 +305,12 @@ fn blocks<'graph>(
 #[derive(Default)]
 struct Taken {
     names: BTreeSet<String>,
-    /// By name: the next number to tell objects with this name apart.
+    /// By name: the next number that makes the name unique.
     numbers: BTreeMap<String, u64>,
 }
 
 impl Taken {
-    /// Returns a name that isn't taken yet, and takes it.
+    /// Returns a unique name, and marks it as taken.
     fn unique(&mut self, name: String) -> String {
         if !name.is_empty() && self.names.insert(name.clone()) {
             return name;
@@ -340,7 +340,7 @@ fn millimetres(metres: DVec2) -> Position {
     Position { x, y, is_rounded: exact.distance(whole) > 1e-3 }
 }
 
-/// Returns the name of the location type: that of the file, else one by role.
+/// Returns the name of the location type: that of the file, or else one by role.
 fn type_name(station: &Station) -> &str {
     station.properties.get("type").map_or(
         match station.role {
@@ -391,7 +391,7 @@ fn element(
     xml.create_element(name).with_attributes(texts).write_inner_content(content).map(|_| ())
 }
 
-/// Replaces the characters that XML can't have.
+/// Replaces the characters that XML forbids.
 fn valid(text: &str) -> Cow<'_, str> {
     if text.contains(is_invalid) {
         text.replace(is_invalid, "\u{fffd}").into()

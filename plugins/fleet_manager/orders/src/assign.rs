@@ -141,8 +141,7 @@ impl Assigner for Nearest {
     }
 }
 
-/// Returns the most urgent orders: those without a robot first. Of the others, those that have a
-/// robot keep it.
+/// Returns the most urgent orders, those without a robot first. Other orders with a robot keep it.
 fn most_urgent(orders: &[OpenOrder], count: usize) -> (Vec<OpenOrder>, Vec<(OrderId, u32)>) {
     let mut orders = orders.to_vec();
     if orders.len() <= count {

@@ -163,7 +163,8 @@ impl Figures {
         let ByState { finished, failed, cancelled, unroutable, .. } = self.orders;
         format!(
             "| orders | |\n|---|---|\n| finished | {finished} ({:.0} an hour) |\n| late | {} |\n\
-             | unserved | {} (longest {:.0} s) |\n| failed, cancelled, unroutable | {failed}, {cancelled}, {unroutable} |\n\n\
+             | unserved | {} (longest {:.0} s) |\n\
+             | failed, cancelled, unroutable | {failed}, {cancelled}, {unroutable} |\n\n\
              | seconds | mean | p50 | p99 | longest |\n|---|---|---|---|---|\n{}{}",
             self.orders_per_hour,
             self.late,

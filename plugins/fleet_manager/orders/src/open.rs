@@ -16,7 +16,7 @@ use super::store::{Archive, Known, OrderStore, StoreError, Writer};
 use super::threads::Threads;
 use super::web::{self, Board, Channels, Web, WebError};
 
-/// The sources of a manager's orders, and the place where they are kept.
+/// The sources of a manager's orders, and their store.
 #[derive(Args, Clone, Debug, Default)]
 pub struct OrderSettings {
     /// A file of transport orders with times, YAML or CSV
@@ -110,7 +110,8 @@ impl OrderPool {
         if restored.unplaced > 0 {
             let (count, path) = (restored.unplaced, path.display());
             tell!(
-                "fleet-manager: {count} open orders of {path} name nodes that this world doesn't have; they stay there"
+                "fleet-manager: {count} open orders of {path} name nodes that this world doesn't \
+                 have; they stay there"
             );
         }
         self.restore(restored.orders, restored.next_id, now_secs);

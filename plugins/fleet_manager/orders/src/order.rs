@@ -40,7 +40,7 @@ pub enum Action {
 
 /// The error of parsing an [`Action`].
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
-#[error("unknown action `{}`; there are none, pick, drop, charge, park", .0.escape_debug())]
+#[error("unknown action `{}`; use none, pick, drop, charge or park", .0.escape_debug())]
 pub struct UnknownAction(String);
 
 fn unknown_action(text: &str) -> UnknownAction {
@@ -74,14 +74,18 @@ pub struct OrderName(String);
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
 pub enum NameError {
     /// Empty or too long.
-    #[error("the name of an order has 1 to {max} bytes, and this one has {0}", max = OrderName::MAX_BYTES)]
+    #[error(
+        "the name of an order has 1 to {max} bytes, and this one has {0}",
+        max = OrderName::MAX_BYTES
+    )]
     Length(usize),
     /// It has an invalid character.
     #[error("the name `{}` has a `/` or a control character", .0.escape_default())]
     Character(String),
     /// It begins with the prefix of generated orders.
     #[error(
-        "names that begin with `{load}` or `{sent}` are those of generated orders, and so `{0}` can't be used",
+        "invalid name `{0}`: names that begin with `{load}` or `{sent}` are reserved for generated \
+         orders",
         load = OrderName::GENERATED,
         sent = OrderName::REQUESTED
     )]

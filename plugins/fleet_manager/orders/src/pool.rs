@@ -138,8 +138,8 @@ impl OrderPool {
         true
     }
 
-    /// Notes that a robot has handled the stop that it is at. Returns what it does next; `None` if
-    /// it wasn't at a stop.
+    /// Records that a robot has handled its current stop. Returns the next step; `None` if it
+    /// wasn't at a stop.
     pub fn handled(&mut self, robot: u32, now_secs: f64) -> Option<Next> {
         let id = self.order_in(robot, State::Handling(robot))?;
         let order = self.open.get_mut(&id)?;
@@ -180,8 +180,8 @@ impl OrderPool {
         Ok(id)
     }
 
-    /// Notes that no robot can reach the stops of an order, which has no robot. Returns whether it
-    /// was waiting.
+    /// Records that no robot can reach the stops of an order, which has no robot. Returns whether
+    /// it was waiting.
     pub fn unroutable(&mut self, id: OrderId, now_secs: f64, reason: &str) -> bool {
         let is_waiting = self.waiting.remove(&id);
         if let Some(order) = self.open.get_mut(&id).filter(|_| is_waiting) {

@@ -85,7 +85,8 @@ pub enum WithdrawError {
     Over,
     /// Its robot has handled its first stop.
     #[error(
-        "its robot has handled the first stop already; withdraw it with `immediate=true` if its load may stay on the robot"
+        "its robot has handled the first stop already; withdraw it with `immediate=true` if its \
+         load may stay on the robot"
     )]
     Begun,
 }

@@ -16,16 +16,16 @@ const LANDMARKS: usize = 16;
 /// Driving times in forward gear between all nodes and some landmarks.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Landmarks {
-    /// By node: the times to each landmark, and from each, in units; the largest number is also that
-    /// of longer ways, and of ways that don't exist.
+    /// By node: the times to each landmark, and from each, in units; the largest number is also
+    /// that of longer ways, and of ways that don't exist.
     times: Vec<[[u16; LANDMARKS]; 2]>,
     /// Seconds; a power of two.
     unit: f32,
 }
 
 impl Landmarks {
-    /// Computes all driving times at once, on all cores. `delay` is, by edge, the least time that it
-    /// takes beyond that on empty roads, in seconds.
+    /// Computes all driving times at once, on all cores. `delay` is, by edge, the least time that
+    /// it takes beyond that on empty roads, in seconds.
     pub fn new(roads: &Roads, delay: &[f32]) -> Self {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let mut survey = Survey::new(roads, delay);
@@ -75,7 +75,7 @@ impl Survey {
         survey
     }
 
-    /// Begins anew, with other delays.
+    /// Starts again, with other delays.
     pub fn begin(&mut self, roads: &Roads, delay: &[f32]) {
         let fastest = roads.classes().iter().map(|class| class.max_speed).fold(0.0, f32::max);
         if self.trees.iter().flatten().any(|time| (LONGEST / 8 * 7..LONGEST).contains(time)) {

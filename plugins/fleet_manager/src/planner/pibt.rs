@@ -179,7 +179,7 @@ impl Pibt {
         }
     }
 
-    /// Commands what was chosen.
+    /// Commands the chosen hops.
     fn command(
         &mut self,
         traffic: &Traffic<'_>,
@@ -200,7 +200,8 @@ impl Pibt {
                     chosen.get(&robot).is_some_and(|hop| self.taken[hop.place as usize].is_none())
                 }
             };
-            // A robot that has left the place ahead has one to go on to: the way there becomes free.
+            // A robot that has left the place ahead has one to go on to: the way there becomes
+            // free.
             if has_place {
                 plans.permit(robot).follows = true;
             }

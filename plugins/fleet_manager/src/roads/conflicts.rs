@@ -1,8 +1,8 @@
 //! Conflicts between stretches of tracks.
 //!
 //! A track is an edge, or the place of a node at which robots turn on the spot. Two robots on
-//! different tracks may touch only where a pair of the table says so. Everything is rounded
-//! outwards: a pair of poses that touch is always in the table.
+//! different tracks may touch only where the table has a pair. All values are rounded outwards, so
+//! each pair of touching poses is in the table.
 
 mod build;
 mod grid;

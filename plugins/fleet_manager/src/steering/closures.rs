@@ -136,8 +136,8 @@ impl Closures {
             legs[leg.index()] = true;
         }
         let main = Main::of(roads, &legs);
-        // A robot ahead of a broken one still drives on, though no other can follow: only nodes that
-        // no robot can leave are closed.
+        // A robot ahead of a broken one still drives on, though no other can follow: only nodes
+        // that no robot can leave are closed.
         let cut_off = lost(&open.behind, &main.behind);
         let out_of_reach = lost(&open.ahead, &main.ahead);
         for edge in 0..roads.edges().len() as u32 {

@@ -19,7 +19,7 @@ use crate::decode::{self, MessageError};
 use crate::reading::{Entry, ReadingError, Recording, Selection};
 use crate::schema::Topic;
 
-/// The most marks that are kept.
+/// The maximum number of marks that are kept.
 pub(super) const MAX_MARKS: usize = 65_536;
 /// The time between two messages of the search.
 const TELL_EVERY: Duration = Duration::from_millis(250);

@@ -1,4 +1,4 @@
-//! Tests of the palettes: colours are told apart with any colour vision. Vision is simulated as by
+//! Tests that colours can be distinguished with any colour vision. Vision is simulated as by
 //! Machado, Oliveira and Fernandes (2009) for a complete lack of one kind of cones; the distance is
 //! that of CIE 1976, in which 20 is a plain difference.
 

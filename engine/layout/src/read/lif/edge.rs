@@ -14,8 +14,8 @@ use crate::model::value::shorten;
 use crate::read::layout::{LayoutEdge, Shape};
 
 impl<'text> Reader<'_, '_, 'text> {
-    /// Reads an edge, with what robots do on it. The numbers are the index of the layout, and that
-    /// of the edge from 1.
+    /// Reads an edge and its actions. The numbers are the index of the layout, and the number of
+    /// the edge from 1.
     pub fn edge(
         &mut self,
         raw: Raw<'text>,
@@ -68,7 +68,7 @@ fn read_properties<'text>(
 ) -> (LayoutEdge, Role) {
     let speed = object.take_number("maxSpeed", context);
     if speed.is_some_and(|speed| speed <= 0.0) {
-        context.note(edge.at, "`maxSpeed` of an edge isn't above 0: taken for no limit");
+        context.note(edge.at, "`maxSpeed` of an edge isn't above 0: read as no limit");
     }
     edge.speed = speed.filter(|speed| *speed > 0.0);
     edge.orientation = orientation(&mut object, edge.at, context);
@@ -87,7 +87,7 @@ fn read_properties<'text>(
     (edge, role)
 }
 
-/// Returns the way to turn at an end of an edge, by the property that also stays as it is.
+/// Returns the rotation at an end of an edge, from a property, which is kept.
 fn rotation(tags: &Tags, key: &str) -> Rotation {
     match tags.properties.get(key).map(|value| value.to_ascii_uppercase()).as_deref() {
         Some("NONE") => Rotation::None,
@@ -121,10 +121,10 @@ fn orientation<'text>(
     }
 }
 
-/// The distance in metres between a curve and its cubics that is reported.
+/// A larger distance in metres between a curve and its cubics is reported.
 const MAX_ERROR: f64 = 0.001;
 
-/// Reads the shape of an edge, a NURBS curve; straight, with a warning, if there is no such curve.
+/// Reads the shape of an edge, a NURBS curve. An invalid curve is read as straight, with a warning.
 fn read_trajectory<'text>(
     mut object: Object<'text>,
     edge: &str,
@@ -146,7 +146,7 @@ fn read_trajectory<'text>(
         }
         Err(reason) => {
             let message = format!(
-                "edge `{}`: its trajectory is no NURBS curve: {reason}: read as straight",
+                "edge `{}`: its trajectory isn't a NURBS curve: {reason}: read as straight",
                 shorten(edge)
             );
             context.warning(at, message);

@@ -12,7 +12,7 @@ use crate::model::path::Path;
 use crate::model::route_graph::{Edge, RouteGraph};
 use crate::model::tags::Orientation;
 
-/// The distance in metres within which control points are those of a straight segment.
+/// The largest distance in metres of control points from those of a straight segment.
 const STRAIGHT: f64 = 1e-9;
 
 /// An edge of the file: an edge of the graph in one gear.
@@ -23,6 +23,7 @@ struct Directed<'p> {
     /// Metres per second.
     speed: f64,
     orientation: Orientation,
+    /// The rotations at its start and its end.
     rotation: Ends<Rotation>,
 }
 
@@ -64,7 +65,7 @@ impl<'a> Writer<'a> {
         }
     }
 
-    /// Writes an edge and returns the properties that are left.
+    /// Writes an edge. Returns the remaining properties.
     fn edge(&mut self, edge: &'a Edge, directed: &Directed<'_>) -> Properties<'a> {
         let mut properties = Properties::new(edge.tags.as_deref());
         let types = properties.vehicle_types();
@@ -107,7 +108,7 @@ fn shared(directed: &Directed<'_>, origin: DVec2, properties: &mut Properties<'_
     let mut object = Object::new();
     object.insert("orientationType".into(), kind.into());
     object.insert("vehicleOrientation".into(), angle.into());
-    // Robots keep the heading of the edge unless its file says that they need not.
+    // Robots keep the heading of the edge, unless its file allows rotation.
     object.insert("rotationAllowed".into(), false.into());
     object.insert("maxSpeed".into(), directed.speed.into());
     for (key, rotation) in [
@@ -177,13 +178,13 @@ pub(super) struct Names {
 /// The ids of the nodes or of the edges.
 pub(super) struct List {
     pub ids: Vec<String>,
-    /// Whether they are names; otherwise they are numbers.
+    /// Whether the ids are names. Otherwise they are numbers.
     pub are_names: bool,
 }
 
 impl Names {
-    /// Names nodes by their names if each has one of its own: those are the ids of the file that it
-    /// was read from.
+    /// Uses the names of nodes as ids if they are unique. They are the ids of the file that was
+    /// read.
     pub fn new(graph: &RouteGraph) -> Self {
         let nodes = List::new(graph.nodes().iter().map(|node| (node.id, node.name())));
         let edges = List::new(graph.edges().iter().map(|edge| (edge.id, edge.name())));
@@ -192,7 +193,7 @@ impl Names {
         Self { nodes, edges, used, next }
     }
 
-    /// Returns an id for the reverse gear of an edge; a number, if all other ids are numbers.
+    /// Returns an id for the reverse gear of an edge. It is a number if all other ids are numbers.
     pub fn reverse(&mut self, index: usize) -> String {
         let id = if self.edges.are_names {
             let mut id = format!("{}-reverse", self.edges.ids[index]);

@@ -15,17 +15,16 @@ use crate::model::tags::Orientation;
 use crate::read::open_tcs::{LENGTH, millimetres_of};
 use crate::write::segments;
 
-/// The largest difference in radians of a heading offset from 0 or π that counts as none.
+/// The largest difference in radians at which a heading offset counts as 0 or π.
 const SAME_ANGLE: f64 = 1e-9;
 
 /// The scales in millimetres per unit, the usual one first. Control points are whole units.
 const SCALES: [u32; 6] = [50, 25, 10, 5, 2, 1];
 
-/// The distance in metres within which control points are those of a straight segment.
+/// The largest distance in metres of control points from those of a straight segment.
 const SAME_POINT: f64 = 1e-6;
 
-/// The distance in metres between a curve of several cubics and the line with corners that is drawn
-/// instead.
+/// The largest distance in metres between a curve of several cubics and its polyline.
 const TOLERANCE: f64 = 0.005;
 
 impl ModelWriter<'_> {
@@ -110,8 +109,8 @@ fn speeds(edge: &Edge) -> (f64, f64) {
     if is_tail_first(edge.orientation) { (speeds.1, speeds.0) } else { speeds }
 }
 
-/// Returns the length of a path in whole millimetres, and whether that loses nothing: the length
-/// that its file gives, if that is valid in openTCS, else the length of its curve.
+/// Returns the length of a path in whole millimetres, and whether it is exact. It is the length in
+/// its file, if that is valid in openTCS, or else the length of its curve.
 fn length(edge: &Edge, path: &Path) -> (String, bool) {
     let given = edge.tags.as_ref().and_then(|tags| tags.properties.get(LENGTH));
     match given.map(|given| given.trim().parse::<u32>()) {
@@ -120,8 +119,8 @@ fn length(edge: &Edge, path: &Path) -> (String, bool) {
     }
 }
 
-/// Returns whole millimetres per second: at least 1 if the speed isn't 0, since 0 forbids the
-/// direction.
+/// Returns whole millimetres per second. It is at least 1 if the speed isn't 0, because 0 forbids
+/// the direction.
 fn whole(speed: f64) -> f64 {
     let whole = (speed * 1000.0).round();
     if speed > 0.0 { whole.max(1.0) } else { 0.0 }
@@ -132,7 +131,7 @@ struct Drawn {
     pub kind: &'static str,
     /// Inner control points in metres on the map of the file.
     pub points: Vec<DVec2>,
-    /// Whether this isn't exactly the shape of the edge.
+    /// Whether the shape differs from that of the edge.
     pub is_approximate: bool,
 }
 
@@ -148,7 +147,7 @@ impl Drawn {
             [[_, a, b, middle], [_, c, d, _]] => ("BEZIER_3", vec![*a, *b, *middle, *c, *d], false),
             _ => {
                 let mut points: Vec<_> = path.cubics().flat_map(corners).collect();
-                // The end is the destination point.
+                // The destination point is the end.
                 points.pop();
                 ("POLYPATH", points, true)
             }

@@ -23,15 +23,15 @@ pub struct Assignments {
 }
 
 impl OrderPool {
-    /// Whether the next [`assign`](Self::assign) also assigns orders anew that have a robot, but
-    /// that it hasn't begun. If not, only robots without an order can get one.
+    /// Whether the next [`assign`](Self::assign) also reassigns orders whose robots haven't begun
+    /// them. If not, only robots without an order can get one.
     pub fn is_reassignment_due(&self, now_secs: f64) -> bool {
         now_secs >= self.next_reassignment_secs
     }
 
-    /// Assigns waiting orders to robots. `available` are the robots that may get an order or
-    /// another one; those that are at a stop, or have begun their order, are ignored. Every few
-    /// seconds orders that aren't begun are assigned anew. `driving_secs` returns how long a robot
+    /// Assigns waiting orders to robots. `available` are the robots that may get an order, or
+    /// another one. Robots that are at a stop, or have begun their order, are ignored. Orders that
+    /// aren't begun are reassigned every few seconds. `driving_secs` returns how long a robot
     /// drives to a node, in seconds; `None` if it can't.
     pub fn assign(
         &mut self,

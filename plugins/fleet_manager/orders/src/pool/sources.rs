@@ -158,8 +158,8 @@ impl OrderPool {
         self.open.insert(id, order);
     }
 
-    /// Continues with the open orders of a store: those that a robot has begun stay with it, and
-    /// all others wait.
+    /// Continues with the open orders of a store. An order that a robot has begun stays with it.
+    /// All other orders wait.
     pub(crate) fn restore(&mut self, orders: Vec<Order>, next_id: u64, now_secs: f64) {
         self.next_id = self.next_id.max(next_id);
         for mut order in orders {

@@ -1,5 +1,5 @@
-//! From the coordinates of a building map to metres: transformations of pictures, and transverse
-//! Mercator projections of the ellipsoid of WGS 84.
+//! Transforms from the coordinates of a building map to metres, and transverse Mercator projections
+//! of the ellipsoid of WGS 84, from degrees on the globe to metres on a plane.
 
 use std::collections::BTreeMap;
 
@@ -10,10 +10,10 @@ use crate::model::finding::Report;
 use crate::model::value::shorten;
 use crate::read::file::SyntaxError;
 
-/// The difference between measurements of a level that is worth a warning.
+/// The relative difference between measurements of a level that gives a warning.
 const SPREAD: f64 = 0.05;
 
-/// The meaning of coordinates.
+/// The coordinate system of a map.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum CoordinateSystem {
     /// Pixels of a picture, y down.
@@ -116,7 +116,7 @@ impl Similarity {
 #[derive(Debug)]
 pub(super) struct Transforms {
     system: CoordinateSystem,
-    /// By index of the level, of pictures only.
+    /// By index of the level, for pictures only.
     levels: Vec<Similarity>,
 }
 
@@ -141,7 +141,7 @@ impl Transforms {
         };
         let scale = measured_scale(name, tree, report).unwrap_or_else(|| {
             let message =
-                format!("level `{name}` has no measurements: one pixel is taken for one metre");
+                format!("level `{name}` has no measurements: one pixel is read as one metre");
             report.file_warning(tree.at, message);
             1.0
         });
@@ -304,7 +304,7 @@ impl Projection {
     }
 }
 
-/// Krüger's series to the fourth power of the third flattening: its error is below a millimetre
+/// Krüger's series to the fourth power of the third flattening. Its error is below a millimetre
 /// within thousands of kilometres of the meridian.
 fn krueger(longitude: f64, latitude: f64) -> DVec2 {
     let (lambda, phi) = (longitude.to_radians(), latitude.to_radians());
