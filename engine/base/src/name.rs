@@ -39,9 +39,9 @@ where
     Err(UnknownName { text: text.to_owned(), kind, names })
 }
 
-/// Implements the names of an enum that derives `IntoStaticStr` and `VariantArray` of strum: the list
-/// `ALL` of its values, `name`, and `FromStr`, which ignores case. The second argument names the enum
-/// in errors, with an article.
+/// Implements the names of an enum that derives `IntoStaticStr` and `VariantArray` of strum: the
+/// list `ALL` of its values, `name`, and `FromStr`, which ignores case. The second argument names
+/// the enum in errors, with an article.
 #[macro_export]
 macro_rules! named {
     ($type:ident, $kind:literal) => {

@@ -1,5 +1,5 @@
-//! Recorders of durations: in the buckets of a Prometheus histogram, with their statistics since the
-//! previous query, and with their distribution, in bounded memory.
+//! Recorders of durations: in the buckets of a Prometheus histogram, with their statistics since
+//! the previous query, and with their distribution, in bounded memory.
 
 use std::collections::BTreeMap;
 

@@ -301,8 +301,9 @@ impl Settings {
                 }
             )+};
         }
-        restore!(light colour grid shadows edges nodes ids robot_ids plans waits density heat heat_of);
-        restore!(offset floor trails trails_of_selected floor_image floor_at mesh lamps window);
+        restore!(light colour grid shadows edges nodes ids robot_ids plans waits density heat);
+        restore!(heat_of offset floor trails trails_of_selected floor_image floor_at);
+        restore!(mesh lamps window);
         result
     }
 }

@@ -345,8 +345,8 @@ impl FromStr for Colouring {
     }
 }
 
-// The ramps of the heat map were computed in OKLab (Björn Ottosson, 2020): lightness is linear, hue
-// goes from violet by red to yellow, and the sixteen colours are at equal distances along that way.
+// The ramps of the heat map were computed in OKLab (Björn Ottosson, 2020): lightness is linear,
+// hue goes from violet by red to yellow, and the sixteen colours are at equal distances on that way.
 // Much is what differs most from the floor: bright on a dark floor, dark on a light one.
 const DARK_HEAT: [u32; COLOURS] = [
     0x4a237a, 0x622583, 0x7b2687, 0x932687, 0xac2683, 0xc32b7d, 0xd63a76, 0xe8496f, 0xf85a67,

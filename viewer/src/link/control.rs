@@ -1,5 +1,5 @@
-//! The threads that send requests and steps to the engine. A step is answered when it is done, which
-//! may take arbitrarily long: other requests, a pause among them, must not wait for it.
+//! The threads that send requests and steps to the engine. A step is answered when it is done,
+//! which may take arbitrarily long. Other requests, a pause among them, must not wait for it.
 
 use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};

@@ -1,5 +1,5 @@
-//! The lists to draw: the routes of many robots as few segments, marks at the nodes to which a fleet
-//! manager has sent robots, and arrows to the robots that robots wait for.
+//! The lists to draw: the routes of many robots as few segments, marks at the nodes to which a
+//! fleet manager has sent robots, and arrows to the robots that robots wait for.
 
 use regatta_plugin::route::RouteResponse;
 use regatta_plugin::{Frame, World};

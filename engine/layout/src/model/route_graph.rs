@@ -63,8 +63,8 @@ impl Node {
 }
 
 impl Edge {
-    /// Returns an edge that robots drive forward only, along its tangent, without tags. The speed is
-    /// in metres per second.
+    /// Returns an edge that robots drive forward only, along its tangent, without tags. The speed
+    /// is in metres per second.
     pub fn new(
         id: u32,
         origin: NodeIndex,

@@ -1,6 +1,6 @@
 //! Access to memory beyond plain loads and stores: prefetches, which are hints to load memory into
-//! the cache before it is read, and stores past the cache (non-temporal stores), with the fence that
-//! must follow them.
+//! the cache before it is read, and stores past the cache (non-temporal stores), with the fence
+//! that must follow them.
 //!
 //! Memory that was stored past the cache must not be accessed before a fence has run on the same
 //! thread. Types make sure of that: such stores need a [`StreamFence`], which exists only inside

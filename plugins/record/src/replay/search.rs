@@ -1,8 +1,8 @@
-//! The searches of a recording, each on a thread of its own, so that a replay starts at once: first
-//! for marks and closures, which only chunks with events have; then for the history of its runs, for
-//! which all frames are read; and, after a jump, for the list of contacts, which is decoded from up
-//! to a hundred changes, so that dragging the playhead stays smooth. Also reads the notes beside a
-//! recording.
+//! The searches of a recording, each on a thread of its own. A replay starts at once: the first
+//! search is for marks and closures, which only chunks with events have, then for the history of
+//! its runs, for which all frames are read. Dragging the playhead stays smooth: after a jump, the
+//! list of contacts is decoded from up to a hundred changes. The notes beside a recording are read
+//! here, too.
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, Receiver, Sender};

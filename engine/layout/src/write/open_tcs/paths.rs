@@ -1,5 +1,4 @@
-//! The paths of the plant model: their ends, speeds and lengths, the shapes that it can draw, and the
-//! scale of its drawing.
+//! The paths of a plant model: their ends, speeds, lengths and shapes, and the scale of its drawing.
 
 use std::f64::consts::PI;
 use std::io;
