@@ -50,7 +50,7 @@ fn main() -> ExitCode {
             return ExitCode::from(2);
         }
         Err(help) => {
-            // Printing fails if the reader of a pipe is gone, which is no error here.
+            // Printing fails if the reader of a pipe is gone, which isn't an error here.
             let _ = help.print();
             return ExitCode::SUCCESS;
         }

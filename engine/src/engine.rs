@@ -32,7 +32,7 @@ pub struct Engine {
     simulation: Simulation,
 }
 
-/// The engine as a producer: what it publishes is computed here.
+/// The engine as a producer. This type computes everything that the engine publishes.
 struct Simulation {
     scenario: Scenario,
     fleet: Fleet,
@@ -292,7 +292,7 @@ impl Simulation {
         if self.has_frame(session.tick()) { self.loan(session) } else { Ok(None) }
     }
 
-    /// Loans a frame. A digest is of all frames: then, full memory is an error.
+    /// Loans a frame. With a digest, full memory is an error, because a digest needs all frames.
     fn loan(&self, session: &mut Session) -> Result<Option<FrameLoan>, EngineError> {
         let robots = self.fleet.robots();
         Ok(match self.digest {

@@ -323,7 +323,7 @@ fn a_manager_that_fails_is_told_and_the_others_are_answered() {
     assert_eq!(output.status.code(), Some(1), "{message}");
     assert!(
         message.contains(
-            "false: no run has succeeded: fleet-manager failed (exit status: 1): it said nothing"
+            "false: no run has succeeded: fleet-manager failed (exit status: 1): it printed nothing"
         ),
         "{message}"
     );

@@ -17,7 +17,7 @@ mod assignment;
 mod requests;
 mod sources;
 
-pub use assignment::{Assignments, Urgency};
+pub use assignment::Assignments;
 
 /// The next step of a robot after a stop.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,7 +36,6 @@ pub enum Next {
 pub struct OrderPool {
     places: Arc<Places>,
     assigner: Box<dyn Assigner>,
-    urgency: Urgency,
     open: BTreeMap<OrderId, Order>,
     names: BTreeMap<OrderName, OrderId>,
     by_robot: BTreeMap<u32, OrderId>,
@@ -133,14 +132,14 @@ impl OrderPool {
         order.state = State::Handling(robot);
         let (stop, waited_secs) = (order.handled_stops as u32, now_secs - order.ready_secs());
         if stop == 0 {
-            self.counts.arrived_first(waited_secs);
+            self.counts.waiting_secs.push(waited_secs as f32);
         }
         self.note(id, now_secs, Change::Arrived { robot, stop });
         true
     }
 
-    /// Notes that a robot has handled the stop that it is at. Returns what it does next; `None` if
-    /// it wasn't at a stop.
+    /// Records that a robot has handled its current stop. Returns the next step; `None` if it
+    /// wasn't at a stop.
     pub fn handled(&mut self, robot: u32, now_secs: f64) -> Option<Next> {
         let id = self.order_in(robot, State::Handling(robot))?;
         let order = self.open.get_mut(&id)?;
@@ -148,7 +147,7 @@ impl OrderPool {
         order.handled_stops += 1;
         order.state = State::Travelling(robot);
         let next = order.content.stops.get(order.handled_stops).copied();
-        self.counts.handled();
+        self.counts.stops += 1;
         self.note(id, now_secs, Change::Handled { robot, stop });
         if next.is_none() {
             self.close(id, State::Finished(robot), now_secs, Change::Finished { robot });
@@ -181,8 +180,8 @@ impl OrderPool {
         Ok(id)
     }
 
-    /// Notes that no robot can reach the stops of an order, which has no robot. Returns whether it
-    /// was waiting.
+    /// Records that no robot can reach the stops of an order, which has no robot. Returns whether
+    /// it was waiting.
     pub fn unroutable(&mut self, id: OrderId, now_secs: f64, reason: &str) -> bool {
         let is_waiting = self.waiting.remove(&id);
         if let Some(order) = self.open.get_mut(&id).filter(|_| is_waiting) {

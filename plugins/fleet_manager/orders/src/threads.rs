@@ -7,6 +7,7 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 
+use glam::Vec2;
 use tokio::sync::mpsc::UnboundedSender;
 
 use super::store::Writer;
@@ -84,7 +85,8 @@ pub enum WithdrawError {
     Over,
     /// Its robot has handled its first stop.
     #[error(
-        "its robot has handled the first stop already; withdraw it with `immediate=true` if its load may stay on the robot"
+        "its robot has handled the first stop already; withdraw it with `immediate=true` if its \
+         load may stay on the robot"
     )]
     Begun,
 }
@@ -106,7 +108,7 @@ pub struct Vehicle {
     /// The id of the edge that it is on.
     pub edge: Option<u32>,
     /// Metres east and north of the world's origin.
-    pub position: [f32; 2],
+    pub position: Vec2,
     /// Its battery's charge in per cent, if it has one.
     pub energy_level: Option<u8>,
     /// The name of its order.

@@ -128,16 +128,7 @@ impl OrderPool {
         let created =
             Change::Created { priority: content.priority, stops: content.stops.len() as u32 };
         let stops = content.stops.clone();
-        let order = Order {
-            id,
-            content,
-            created_secs,
-            state: State::Waiting,
-            handled_stops: 0,
-            reason: String::new(),
-            history: Vec::new(),
-        };
-        self.admit(order, now_secs);
+        self.admit(Order::new(id, content, created_secs), now_secs);
         self.note(id, created_secs, created);
         self.events.extend(stops.iter().zip(0..).map(|(stop, index)| super::OrderEvent {
             secs: now_secs,
@@ -167,8 +158,8 @@ impl OrderPool {
         self.open.insert(id, order);
     }
 
-    /// Continues with the open orders of a store: those that a robot has begun stay with it, and
-    /// all others wait.
+    /// Continues with the open orders of a store. An order that a robot has begun stays with it.
+    /// All other orders wait.
     pub(crate) fn restore(&mut self, orders: Vec<Order>, next_id: u64, now_secs: f64) {
         self.next_id = self.next_id.max(next_id);
         for mut order in orders {

@@ -1,3 +1,4 @@
+use glam::Vec2;
 use proptest::prelude::*;
 use regatta_plugin::world::Role;
 
@@ -8,7 +9,8 @@ use crate::places::Place;
 
 fn places() -> Arc<Places> {
     let role = |id| if id < 5 { Role::Pick } else { Role::Drop };
-    let place = |id| Place { id, role: role(id), position: [id as f32, 0.0], ..Place::default() };
+    let place =
+        |id| Place { id, role: role(id), position: Vec2::X * id as f32, ..Place::default() };
     Arc::new(Places::new((0..10).map(place).collect()))
 }
 
@@ -20,7 +22,10 @@ fn pool(orders: &str) -> OrderPool {
 }
 
 fn candidates(robots: &[u32]) -> Vec<Candidate> {
-    robots.iter().map(|robot| Candidate { robot: *robot, position: [*robot as f32, 0.0] }).collect()
+    robots
+        .iter()
+        .map(|robot| Candidate { robot: *robot, position: Vec2::X * *robot as f32 })
+        .collect()
 }
 
 fn driving(robot: u32, node: u32) -> Option<f64> {
