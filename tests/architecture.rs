@@ -70,7 +70,7 @@ fn workspace_dependencies(folder: &str) -> Vec<String> {
 
 /// The arrows between the crates of the workspace: a crate, and those that it may depend on.
 /// Plugins that aren't listed may depend on `SHELF`.
-const ARROWS: [(&str, &[&str]); 16] = [
+const ARROWS: [(&str, &[&str]); 17] = [
     ("engine/base", &[]),
     ("engine/layout", &["regatta-base"]),
     ("engine/motion", &["regatta-base"]),
@@ -103,6 +103,8 @@ const ARROWS: [(&str, &[&str]); 16] = [
     ),
     // A study changes layouts and scenarios; it never sees a fleet.
     ("study", &["regatta-base", "regatta-layout", "regatta-meter", "regatta-scenario"]),
+    // A run in one process takes any plugin: it knows none of them.
+    ("study/run", &["regatta-engine", "regatta-plugin", "regatta-scenario"]),
     // Benches measure all crates.
     ("bench", ANY),
 ];

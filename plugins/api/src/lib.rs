@@ -138,6 +138,10 @@ macro_rules! tell {
 
 mod error;
 pub mod ports;
+#[cfg_attr(
+    not(feature = "shared-memory"),
+    allow(dead_code, reason = "the plugins of a local fleet aren't programs with options")
+)]
 pub mod process;
 pub mod producer;
 pub mod records;
@@ -173,6 +177,7 @@ pub use ports::traffic::{TrafficPublisher, TrafficReader};
 pub use ports::worlds::WorldReader;
 #[cfg(feature = "shared-memory")]
 pub use process::domain::{DomainError, RUNTIME_DIR_VARIABLE, config as iceoryx2_config};
+pub use process::hangup::reopen_on_hangup;
 #[cfg(feature = "shared-memory")]
 pub use process::health;
 pub use process::join::Participant;
@@ -187,7 +192,7 @@ pub use process::runner::LocalPlugin;
 #[cfg(feature = "shared-memory")]
 pub use process::scheduling::{Priority, SchedulingError, SchedulingOptions};
 #[cfg(feature = "shared-memory")]
-pub use process::termination::{PARENT_VARIABLE, Termination, reopen_on_hangup};
+pub use process::termination::{PARENT_VARIABLE, Termination};
 pub use process::usage::usage_line;
 #[cfg(feature = "shared-memory")]
 pub use producer::{produce, produce_from};

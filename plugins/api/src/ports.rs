@@ -28,6 +28,10 @@ pub mod producer;
 mod receive;
 pub mod recording;
 pub mod routes;
+#[cfg_attr(
+    not(feature = "shared-memory"),
+    allow(dead_code, reason = "local fleets take no memory for readers that may come")
+)]
 pub mod services;
 mod slices;
 pub mod traffic;

@@ -12,6 +12,10 @@ pub mod local;
 #[cfg(feature = "shared-memory")]
 pub(crate) mod shared;
 
+#[cfg_attr(
+    not(feature = "shared-memory"),
+    allow(unused_variables, reason = "only shared memory has segments of a first size")
+)]
 mod publish;
 mod request;
 mod wake;

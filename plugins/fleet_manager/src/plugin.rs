@@ -1,6 +1,7 @@
 //! The plugin: frames in, commands and the order log out.
 
 use std::collections::BTreeMap;
+#[cfg(feature = "shared-memory")]
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::sync::Arc;

@@ -9,4 +9,6 @@ pub mod orders;
 pub mod plugin;
 
 pub use meter::Figures;
-pub use plugin::{Cli, Metering, run_from};
+#[cfg(feature = "shared-memory")]
+pub use plugin::run_from;
+pub use plugin::{Cli, Metering, plugin};

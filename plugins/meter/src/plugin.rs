@@ -1,5 +1,6 @@
 //! The plugin: frames and the order log in, a file with figures out.
 
+#[cfg(feature = "shared-memory")]
 use std::ffi::OsString;
 use std::path::PathBuf;
 
@@ -27,11 +28,17 @@ pub struct Cli {
 ///
 /// # Errors
 /// If an option is invalid, the file can't be written, or as [`regatta_plugin::run`] does.
+#[cfg(feature = "shared-memory")]
 pub fn run_from<A: Into<OsString> + Clone>(args: impl IntoIterator<Item = A>) -> Result {
     regatta_kit::run_from(args, |cli: Cli| {
         let options = cli.options.clone();
-        options.run(MeterProgram { cli, metering: Metering::default() }, "meter")
+        options.run(plugin(cli), "meter")
     })
+}
+
+/// Returns the plugin of a command line, to run it beside others in one process.
+pub fn plugin(cli: Cli) -> impl Plugin {
+    MeterProgram { cli, metering: Metering::default() }
 }
 
 /// The plugin that measures a fleet. Its figures are those of the run so far.

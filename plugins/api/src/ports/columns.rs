@@ -9,7 +9,7 @@ use super::slices::SliceSender;
 use crate::process::join::Participant;
 use crate::records::column::ColumnHeader;
 use crate::records::frame::{Frame, Line, stride_lines};
-use crate::records::name::{ColumnName, FleetName};
+use crate::records::name::ColumnName;
 
 /// Publishes a column: one value per robot, for the frame that they were computed from.
 #[derive(Debug)]
@@ -175,7 +175,7 @@ impl ColumnReader {
 /// }
 /// ```
 #[cfg(feature = "shared-memory")]
-pub fn column_names(fleet: &FleetName) -> Vec<ColumnName> {
+pub fn column_names(fleet: &crate::FleetName) -> Vec<ColumnName> {
     let prefix = services::service_name(fleet, "columns/");
     let names = crate::transport::shared::service_names();
     let columns = names.iter().filter_map(|name| name.strip_prefix(&prefix)?.parse().ok());

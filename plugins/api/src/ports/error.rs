@@ -242,8 +242,3 @@ pub enum LockstepError {
     #[error(transparent)]
     Read(#[from] ReadError),
 }
-
-/// The error of receiving `what`.
-pub(crate) fn receive_error(what: &'static str, error: impl core::fmt::Display) -> ReadError {
-    ReadError::Receive { what, reason: error.to_string() }
-}

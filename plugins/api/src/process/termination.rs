@@ -1,8 +1,5 @@
 //! Ctrl-C and `SIGTERM` as a flag.
 
-use std::io;
-#[cfg(unix)]
-use std::io::IsTerminal;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::Instant;
@@ -11,6 +8,8 @@ use std::time::Instant;
 use signal_hook::consts::SIGHUP;
 use signal_hook::consts::{SIGINT, SIGTERM};
 
+#[cfg(unix)]
+use super::hangup::HUNG_UP;
 use crate::error::Result;
 
 /// The environment variable with the id of the process that started this one: when that process
@@ -18,10 +17,6 @@ use crate::error::Result;
 pub const PARENT_VARIABLE: &str = "REGATTA_PARENT";
 
 static REQUESTED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
-
-/// Set by `SIGHUP` in a process that [reopens its files](reopen_on_hangup) then.
-#[cfg(unix)]
-static HUNG_UP: OnceLock<Arc<AtomicBool>> = OnceLock::new();
 
 /// The shortest time in milliseconds between two requests of a person.
 const SECOND_REQUEST_MILLIS: u64 = 200;
@@ -44,34 +39,6 @@ fn end_at_second_interrupt() -> Result {
     // lock, allocates nothing and can't panic.
     unsafe { signal_hook::low_level::register(SIGINT, handler)? };
     Ok(())
-}
-
-/// Makes `SIGHUP` set a flag rather than ask this process to end, as a service does that reopens
-/// its logs then. To be called before [`Termination::watch`]. `None` if the process has a terminal:
-/// there, `SIGHUP` says that it was closed.
-///
-/// # Errors
-/// If the signal can't be watched.
-#[cfg(unix)]
-pub fn reopen_on_hangup() -> io::Result<Option<Arc<AtomicBool>>> {
-    if io::stdin().is_terminal() || io::stdout().is_terminal() || io::stderr().is_terminal() {
-        return Ok(None);
-    }
-    if let Some(flag) = HUNG_UP.get() {
-        return Ok(Some(Arc::clone(flag)));
-    }
-    let flag = Arc::default();
-    signal_hook::flag::register(SIGHUP, Arc::clone(&flag))?;
-    Ok(Some(Arc::clone(HUNG_UP.get_or_init(|| flag))))
-}
-
-/// Other systems have no such signal.
-///
-/// # Errors
-/// None.
-#[cfg(not(unix))]
-pub fn reopen_on_hangup() -> io::Result<Option<Arc<AtomicBool>>> {
-    Ok(None)
 }
 
 /// Whether this process was asked to end: by Ctrl-C, `SIGTERM`, or its terminal being closed.

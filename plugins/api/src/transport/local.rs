@@ -35,6 +35,7 @@ pub struct LocalFleet {
     name: FleetName,
     services: Rc<RefCell<Services>>,
     /// The fleet's participant in shared memory, if it is published.
+    #[cfg(feature = "shared-memory")]
     mirror: Option<Rc<Participant>>,
 }
 
@@ -44,7 +45,12 @@ type Services = BTreeMap<(String, TypeId), Rc<dyn Any>>;
 impl LocalFleet {
     /// Creates a fleet that no other process sees.
     pub fn new(name: FleetName) -> Self {
-        Self { name, services: Rc::default(), mirror: None }
+        Self {
+            name,
+            services: Rc::default(),
+            #[cfg(feature = "shared-memory")]
+            mirror: None,
+        }
     }
 
     /// Creates a fleet whose frames, events and columns go to shared memory, too, where processes
@@ -71,6 +77,7 @@ impl LocalFleet {
     }
 
     /// The fleet's participant in shared memory, if it is published.
+    #[cfg(feature = "shared-memory")]
     pub(crate) fn mirror(&self) -> Option<&Participant> {
         self.mirror.as_deref()
     }

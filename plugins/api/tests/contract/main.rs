@@ -3,6 +3,7 @@
 mod common;
 mod contacts;
 mod frames;
+mod homes;
 mod layout;
 mod messages;
 mod processes;

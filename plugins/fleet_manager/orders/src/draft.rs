@@ -1,7 +1,6 @@
 //! Orders as users write them, unchecked, and their conversion to [`NewOrder`].
 
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
 
 use super::order::{Action, NameError, NewOrder, OrderName, Stop};
 use super::places::Places;
@@ -12,54 +11,57 @@ pub const MAX_STOPS: usize = 1_000;
 const MAX_SECS: f64 = 1e9;
 
 /// An order as a user writes it: a body of the web API, or a row of a file.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "http", derive(utoipa::ToSchema))]
 #[serde(rename_all = "camelCase", deny_unknown_fields)]
 pub struct OrderDraft {
     /// The name; absent for one that is generated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(max_length = 128, nullable = false)]
+    #[cfg_attr(feature = "http", schema(max_length = 128, nullable = false))]
     pub name: Option<String>,
     /// The stops.
-    #[schema(min_items = 1, max_items = 1000)]
+    #[cfg_attr(feature = "http", schema(min_items = 1, max_items = 1000))]
     pub destinations: Vec<StopDraft>,
     /// 0 to 255; higher is first.
     #[serde(default)]
-    #[schema(minimum = 0, maximum = 255)]
+    #[cfg_attr(feature = "http", schema(minimum = 0, maximum = 255))]
     pub priority: u8,
     /// Simulated time in seconds before which no robot gets it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(minimum = 0, nullable = false)]
+    #[cfg_attr(feature = "http", schema(minimum = 0, nullable = false))]
     pub earliest_start: Option<f64>,
     /// Simulated time in seconds at which it should be finished.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(minimum = 0, nullable = false)]
+    #[cfg_attr(feature = "http", schema(minimum = 0, nullable = false))]
     pub deadline: Option<f64>,
     /// The id of the only robot that may get it; any may if absent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(nullable = false)]
+    #[cfg_attr(feature = "http", schema(nullable = false))]
     pub intended_vehicle: Option<Label>,
 }
 
 /// A stop as a user writes it.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "http", derive(utoipa::ToSchema))]
 #[serde(rename_all = "camelCase", deny_unknown_fields)]
-#[schema(as = Destination)]
+#[cfg_attr(feature = "http", schema(as = Destination))]
 pub struct StopDraft {
     /// The name or the id of a node.
     pub location_name: Label,
     /// none, pick, drop, charge or park, in any case; also NOP and MOVE for none, Load cargo and
     /// Unload cargo.
     #[serde(default)]
-    #[schema(value_type = String)]
+    #[cfg_attr(feature = "http", schema(value_type = String))]
     pub operation: Action,
     /// The duration of the operation, in seconds.
     #[serde(default)]
-    #[schema(minimum = 0)]
+    #[cfg_attr(feature = "http", schema(minimum = 0))]
     pub dwell: f64,
 }
 
 /// The name or the id of a node.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[cfg_attr(feature = "http", derive(utoipa::ToSchema))]
 #[serde(untagged)]
 pub enum Label {
     /// An id.

@@ -10,6 +10,9 @@
 //! | [`figures`] | counts, durations and rates of orders |
 //! | [`store`], [`web`], [`client`] | the store of orders; orders over HTTP, and a client of it |
 //!
+//! The store needs the feature `store`, and the web API and its client the feature `http`. A pool
+//! without them has the same orders.
+//!
 //! A manager calls the [`OrderPool`] once a tick, like this. All times are in seconds of simulated
 //! time; nodes are indices in the world's nodes.
 //!
@@ -52,7 +55,10 @@
 //! # Ok::<(), regatta_base::yaml::Error>(())
 //! ```
 
+#[cfg(not(all(feature = "http", feature = "store")))]
+mod absent;
 pub mod assign;
+#[cfg(feature = "http")]
 pub mod client;
 pub mod draft;
 pub mod figures;
@@ -63,12 +69,25 @@ mod open;
 pub mod order;
 pub mod places;
 pub mod pool;
+#[cfg(feature = "store")]
 pub mod store;
+#[cfg_attr(
+    not(all(feature = "http", feature = "store")),
+    allow(dead_code, reason = "some messages are those of the store and the web API alone")
+)]
 mod threads;
+#[cfg(feature = "http")]
 mod view;
+#[cfg(feature = "http")]
 pub mod web;
 
+#[cfg(not(feature = "store"))]
+pub use absent::store;
+#[cfg(not(feature = "http"))]
+pub use absent::web;
+
 pub use assign::{Assigner, Candidate, InTurn, Nearest, OpenOrder, Problem};
+#[cfg(feature = "http")]
 pub use client::{Client, ClientError};
 pub use draft::{DraftError, Label, OrderDraft, StopDraft};
 pub use figures::{ByState, Durations, Figures};

@@ -11,10 +11,10 @@ use regatta_plugin::tell;
 use super::file::{FileError, read_orders};
 use super::load::Load;
 use super::places::Places;
-use super::pool::OrderPool;
-use super::store::{Archive, Known, OrderStore, StoreError, Writer};
-use super::threads::Threads;
-use super::web::{self, Board, Channels, Web, WebError};
+use super::pool::{Known, OrderPool};
+use super::store::{self, StoreError, Writer};
+use super::threads::{Channels, Threads};
+use super::web::{self, Web, WebError};
 
 /// The sources of a manager's orders, and their store.
 #[derive(Args, Clone, Debug, Default)]
@@ -105,8 +105,7 @@ impl OrderPool {
         run_id: u64,
         now_secs: f64,
     ) -> Result<(Option<Writer>, Known), PoolError> {
-        let mut store = OrderStore::open(path, self.places().clone())?;
-        let restored = store.restore(run_id, now_secs)?;
+        let (writer, restored) = store::open(path, self.places().clone(), run_id, now_secs)?;
         if restored.unplaced > 0 {
             let (count, path) = (restored.unplaced, path.display());
             tell!(
@@ -115,8 +114,6 @@ impl OrderPool {
             );
         }
         self.restore(restored.orders, restored.next_id, now_secs);
-        let writer = Writer::start(store)
-            .map_err(|error| StoreError::Io { path: path.to_owned(), reason: error.to_string() })?;
         Ok((Some(writer), restored.known))
     }
 
@@ -127,25 +124,11 @@ impl OrderPool {
         now_secs: f64,
     ) -> Result<(), PoolError> {
         let (requests_in, requests) = channel();
-        let mut threads = Threads { requests, updates: None, web: None, store };
+        let mut threads = Threads { requests, web: None, store };
         if let Some(address) = settings.http {
-            let (updates, updates_out) = tokio::sync::mpsc::unbounded_channel();
-            let archive = settings
-                .store
-                .as_deref()
-                .map(|path| Archive::open(path, self.places().clone()))
-                .transpose()?;
-            let channels = Channels {
-                jobs: threads.store.as_ref().and_then(Writer::sender),
-                archive,
-                requests: requests_in,
-                updates: updates_out,
-            };
-            let open = self.open_orders().map(|order| Arc::new(order.clone())).collect();
-            let board = Board::new(self.places().clone(), open, now_secs);
-            let token_file = settings.token_file.as_deref();
-            threads.web = Some(Web::start(address, token_file, board, channels)?);
-            threads.updates = Some(updates);
+            let jobs = threads.store.as_ref().and_then(Writer::sender);
+            let channels = Channels { jobs, requests: requests_in };
+            threads.web = Some(Web::start(address, settings, self, now_secs, channels)?);
         }
         self.threads = Some(threads);
         Ok(())

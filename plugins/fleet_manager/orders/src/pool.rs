@@ -18,6 +18,7 @@ mod requests;
 mod sources;
 
 pub use assignment::Assignments;
+pub(super) use sources::{Known, Restored};
 
 /// The next step of a robot after a stop.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -17,10 +17,13 @@ use serde::{Deserialize, Serialize};
 
 use super::order::{Action, NewOrder, Order, OrderId, OrderName, State, Stop};
 use super::places::Places;
+use super::pool::{Known, Restored};
 
-pub(super) use archive::{Archive, Page};
-pub(super) use writer::{InsertError, Job, Writer};
+#[cfg(feature = "http")]
+pub(super) use archive::Archive;
+pub(super) use writer::Writer;
 
+#[cfg(feature = "http")]
 mod archive;
 mod writer;
 
@@ -93,27 +96,24 @@ pub enum StoreError {
     },
 }
 
-/// The names that a store knows already, and the number of the present run.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Known {
-    pub(super) names: BTreeSet<String>,
-    pub(super) run: u64,
-}
-
-/// The content of a store for a run.
-#[derive(Debug)]
-pub(super) struct Restored {
-    /// All open orders, in the order in which they came.
-    pub(super) orders: Vec<Order>,
-    pub(super) next_id: u64,
-    pub(super) known: Known,
-    /// Open orders whose nodes the world doesn't have; they stay in the store.
-    pub(super) unplaced: usize,
+/// Opens a store, or makes a new one, and begins a run in it. Returns the thread that writes to it,
+/// and its content.
+pub(super) fn open(
+    path: &Path,
+    places: Arc<Places>,
+    run_id: u64,
+    now_secs: f64,
+) -> Result<(Writer, Restored), StoreError> {
+    let mut store = OrderStore::open(path, places)?;
+    let restored = store.restore(run_id, now_secs)?;
+    let writer = Writer::start(store)
+        .map_err(|error| StoreError::Io { path: path.to_owned(), reason: error.to_string() })?;
+    Ok((writer, restored))
 }
 
 /// An open store.
 #[derive(Debug)]
-pub(super) struct OrderStore {
+struct OrderStore {
     // The connection is closed before the lock is given back.
     connection: Connection,
     path: PathBuf,

@@ -1,15 +1,14 @@
 //! The threads beside the manager's tick, the store and the web API, and the messages between them
 //! and the pool.
 
-use super::figures::Figures;
-use super::order::{NewOrder, Order, OrderName};
 use std::net::SocketAddr;
 use std::sync::Arc;
-use std::sync::mpsc::Receiver;
+use std::sync::mpsc::{Receiver, Sender};
 
 use glam::Vec2;
-use tokio::sync::mpsc::UnboundedSender;
 
+use super::figures::Figures;
+use super::order::{NewOrder, Order, OrderName};
 use super::store::Writer;
 use super::web::Web;
 
@@ -17,7 +16,6 @@ use super::web::Web;
 /// the other.
 pub(super) struct Threads {
     pub(super) requests: Receiver<Request>,
-    pub(super) updates: Option<UnboundedSender<Update>>,
     // The web API ends before the store, which it uses.
     pub(super) web: Option<Web>,
     pub(super) store: Option<Writer>,
@@ -40,15 +38,14 @@ impl Threads {
                 }
             }
         }
-        if let Some(updates) = &self.updates {
-            // It fails only if the web API has ended.
-            let _ = updates.send(update);
+        if let Some(web) = &self.web {
+            web.publish(update);
         }
     }
 
     /// Whether the web API needs figures, which take time to compute.
     pub(super) fn wants_figures(&self) -> bool {
-        self.updates.is_some()
+        self.web.is_some()
     }
 
     /// Whether all published changes are in the store.
@@ -60,6 +57,33 @@ impl Threads {
     pub(super) fn address(&self) -> Option<SocketAddr> {
         self.web.as_ref().map(Web::address)
     }
+}
+
+/// The channels from the web API to the other threads.
+pub(super) struct Channels {
+    /// To the store, if there is one.
+    pub(super) jobs: Option<Sender<Job>>,
+    /// To the pool.
+    pub(super) requests: Sender<Request>,
+}
+
+/// A job of the thread that writes to the store.
+pub(crate) enum Job {
+    /// New orders: all, or none.
+    Insert { orders: Vec<NewOrder>, created_secs: f64, done: Reply<Result<(), InsertError>> },
+    /// Orders as they are now.
+    Update { orders: Vec<Arc<Order>>, done: Vec<Reply<()>> },
+}
+
+/// The error of storing new orders.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub(crate) enum InsertError {
+    /// There has been an order with this name.
+    #[error("there is an order `{0}` already")]
+    Duplicate(OrderName),
+    /// They couldn't be written.
+    #[error("the order can't be kept: {0}")]
+    Write(String),
 }
 
 /// Called once with the result of a request, from any thread.

@@ -9,9 +9,19 @@ use serde_json::Value;
 use utoipa::ToSchema;
 use utoipa::openapi::schema::{Object, ObjectBuilder, Type};
 
-use super::order::{Action, Order, State};
+use super::order::{Action, Order, OrderName, State};
 use super::places::Places;
 use super::threads::{ABSENT, Vehicle};
+
+/// A page of orders, in the order of their names.
+pub(crate) struct Page {
+    /// `open`, a state, or any.
+    pub(crate) state: Option<String>,
+    /// Only names after this one.
+    pub(crate) after: Option<OrderName>,
+    /// The largest number of orders.
+    pub(crate) limit: usize,
+}
 
 #[derive(Debug, Serialize, ToSchema)]
 #[serde(rename_all = "camelCase")]

@@ -7,22 +7,23 @@
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::mpsc::Sender;
 use std::time::Duration;
 
 use regatta_kit::server::{Limits, Server, WhenFull};
 use tokio::sync::Semaphore;
-use tokio::sync::mpsc::UnboundedReceiver;
+use tokio::sync::mpsc::{UnboundedSender, unbounded_channel};
 
-use super::store::{Archive, Job, StoreError};
-use super::threads::{Request, Update};
+use super::open::OrderSettings;
+use super::pool::OrderPool;
+use super::store::{Archive, StoreError};
+use super::threads::{Channels, Update};
 
 mod api;
 mod board;
 mod routes;
 
 use api::Api;
-pub(super) use board::Board;
+use board::Board;
 
 /// The largest number of readers of events.
 const MAX_READERS: usize = 64;
@@ -81,45 +82,51 @@ pub enum WebError {
     Store(#[from] StoreError),
 }
 
-/// The channels from the web API to the other threads.
-pub(super) struct Channels {
-    /// To the store, if there is one.
-    pub(super) jobs: Option<Sender<Job>>,
-    /// The stored orders, if there is a store.
-    pub(super) archive: Option<Archive>,
-    /// To the pool.
-    pub(super) requests: Sender<Request>,
-    /// From the pool.
-    pub(super) updates: UnboundedReceiver<Update>,
+/// A running web API. Dropping it ends it.
+pub(super) struct Web {
+    /// To the board.
+    updates: UnboundedSender<Update>,
+    server: Server,
 }
 
-/// A running web API. Dropping it ends it.
-pub(super) struct Web(Server);
-
 impl Web {
-    /// Starts it with a board that shows the open orders.
+    /// Starts it with a board that shows the pool's open orders.
     pub(super) fn start(
         address: SocketAddr,
-        token_file: Option<&Path>,
-        board: Board,
+        settings: &OrderSettings,
+        pool: &OrderPool,
+        now_secs: f64,
         channels: Channels,
     ) -> Result<Self, WebError> {
-        let token = token(address, token_file)?;
-        let Channels { jobs, archive, requests, updates } = channels;
+        let token = token(address, settings.token_file.as_deref())?;
+        let places = pool.places();
+        let archive = settings.store.as_deref().map(|path| Archive::open(path, places.clone()));
+        let archive = archive.transpose()?;
+        let open = pool.open_orders().map(|order| Arc::new(order.clone())).collect();
+        let board = Arc::new(Board::new(places.clone(), open, now_secs));
         // Names of orders that the store has are taken.
         board.number_from(archive.as_ref().map_or(Ok(0), Archive::last_number)?);
-        let board = Arc::new(board);
-        let background = board.clone().follow(updates);
+        let (updates, updates_out) = unbounded_channel();
+        let background = board.clone().follow(updates_out);
         let (archive, readers) = (archive.map(Arc::new), Arc::new(Semaphore::new(MAX_READERS)));
+        let Channels { jobs, requests } = channels;
         let api = Api { board, archive, jobs, requests, token, readers };
         let router = routes::router(Arc::new(api));
-        let server = Server::start("order-api", address, router, LIMITS, background);
-        server.map(Self).map_err(|reason| WebError::Listen { address, reason })
+        match Server::start("order-api", address, router, LIMITS, background) {
+            Ok(server) => Ok(Self { updates, server }),
+            Err(reason) => Err(WebError::Listen { address, reason }),
+        }
+    }
+
+    /// Shows the changes of a tick, without waiting.
+    pub(super) fn publish(&self, update: Update) {
+        // It fails only if the thread of the web API has ended.
+        let _ = self.updates.send(update);
     }
 
     /// The address, with the actual port.
     pub(super) fn address(&self) -> SocketAddr {
-        self.0.address()
+        self.server.address()
     }
 }
 
@@ -140,5 +147,5 @@ fn read_token(path: &Path) -> Result<String, WebError> {
     Err(WebError::Token { path: path.to_owned(), reason })
 }
 
-#[cfg(test)]
+#[cfg(all(test, feature = "store"))]
 mod tests;

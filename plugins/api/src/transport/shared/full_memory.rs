@@ -21,7 +21,7 @@ pub(crate) use other::{guarded, release, reserve, restore};
 use core::mem::MaybeUninit;
 
 pub(crate) use crate::ports::error::FULL;
-use crate::ports::error::{ReadError, receive_error};
+use crate::ports::error::ReadError;
 
 /// The pages that were missing during a [`guarded`] call.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,6 +57,11 @@ pub(crate) fn received<T: Default, E: core::fmt::Display>(
         return Ok(received.unwrap_or_default());
     }
     received.map_err(|error| receive_error(what, error))
+}
+
+/// The error of receiving `what`.
+pub(crate) fn receive_error(what: &'static str, error: impl core::fmt::Display) -> ReadError {
+    ReadError::Receive { what, reason: error.to_string() }
 }
 
 /// Calls an operation of iceoryx2, with full memory as an error. Missing pages are shared again

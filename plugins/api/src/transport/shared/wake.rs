@@ -5,9 +5,10 @@ use std::time::Duration;
 use iceoryx2::port::listener::{Listener, ListenerWaitError};
 
 use super::Ipc;
+use super::full_memory::receive_error;
 use super::open::event;
 use super::places::place;
-use crate::ports::error::{OpenError, ReadError, receive_error};
+use crate::ports::error::{OpenError, ReadError};
 use crate::ports::services::MAX_READERS;
 use crate::process::join::Participant;
 

@@ -1,5 +1,7 @@
 //! The sources of orders: files, generators, and the store after a restart.
 
+use std::collections::BTreeSet;
+
 use regatta_base::yaml;
 
 use super::{Change, Generator, HistoryEntry, NewOrder, Order, OrderId, OrderPool, State};
@@ -7,10 +9,27 @@ use crate::draft::DraftError;
 use crate::file::TimedDraft;
 use crate::load::Load;
 use crate::order::OrderName;
-use crate::store::Known;
 
 /// The largest number of unroutable orders that an endless load replaces, for each robot.
 const MOST_LOST: usize = 10;
+
+/// The names that a store knows already, and the number of the present run.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Known {
+    pub(crate) names: BTreeSet<String>,
+    pub(crate) run: u64,
+}
+
+/// The content of a store for a run.
+#[derive(Debug)]
+pub(crate) struct Restored {
+    /// All open orders, in the order in which they came.
+    pub(crate) orders: Vec<Order>,
+    pub(crate) next_id: u64,
+    pub(crate) known: Known,
+    /// Open orders whose nodes the world doesn't have; they stay in the store.
+    pub(crate) unplaced: usize,
+}
 
 impl OrderPool {
     /// Adds the orders of a file. Those without a name get one of their line.
@@ -27,7 +46,7 @@ impl OrderPool {
         orders: &[TimedDraft],
         known: &Known,
     ) -> Result<(), yaml::Error> {
-        let mut names = std::collections::BTreeSet::new();
+        let mut names = BTreeSet::new();
         for TimedDraft { line, secs, draft } in orders {
             let order = self
                 .file_order(*line, draft)

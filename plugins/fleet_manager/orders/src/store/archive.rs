@@ -11,7 +11,7 @@ use rusqlite::{Connection, OpenFlags, OptionalExtension as _, Row, params};
 use super::{StopRow, StoreError, sqlite_error};
 use crate::order::OrderName;
 use crate::places::Places;
-use crate::view::{Destination, TransportOrder};
+use crate::view::{Destination, Page, TransportOrder};
 
 /// The columns of a row, in the order in which they are read.
 const COLUMNS: &str = "name, state, reason, robot, priority, created, earliest, deadline, \
@@ -27,16 +27,6 @@ pub(crate) struct Archive {
     connection: Mutex<Connection>,
     path: PathBuf,
     places: Arc<Places>,
-}
-
-/// A page of orders, in the order of their names.
-pub(crate) struct Page {
-    /// `open`, a state, or any.
-    pub(crate) state: Option<String>,
-    /// Only names after this one.
-    pub(crate) after: Option<OrderName>,
-    /// The largest number of orders.
-    pub(crate) limit: usize,
 }
 
 impl Archive {

@@ -13,31 +13,12 @@ use rusqlite::{ErrorCode, Transaction, params};
 use super::{OrderStore, stop_rows};
 use crate::order::{NewOrder, Order, OrderName};
 use crate::places::Places;
-use crate::threads::Reply;
+use crate::threads::{InsertError, Job, Reply};
 
 /// The largest number of jobs in a commit.
 const MAX_JOBS: usize = 4_096;
 /// The delay after a commit failed: the disk may have room again.
 const RETRY_DELAY: Duration = Duration::from_secs(1);
-
-/// A job of the writer.
-pub(crate) enum Job {
-    /// New orders: all, or none.
-    Insert { orders: Vec<NewOrder>, created_secs: f64, done: Reply<Result<(), InsertError>> },
-    /// Orders as they are now.
-    Update { orders: Vec<Arc<Order>>, done: Vec<Reply<()>> },
-}
-
-/// The error of storing new orders.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub(crate) enum InsertError {
-    /// There has been an order with this name.
-    #[error("there is an order `{0}` already")]
-    Duplicate(OrderName),
-    /// They couldn't be written.
-    #[error("the order can't be kept: {0}")]
-    Write(String),
-}
 
 /// The handle of the thread. Dropping it waits until all jobs are done or have failed.
 pub(crate) struct Writer {

@@ -22,8 +22,8 @@ use utoipa::ToSchema;
 use super::board::{Board, Refusal};
 use crate::draft::{DraftError, OrderDraft};
 use crate::order::{NewOrder, OrderName};
-use crate::store::{Archive, InsertError, Job, StoreError};
-use crate::threads::{Reply, Request};
+use crate::store::{Archive, StoreError};
+use crate::threads::{InsertError, Job, Reply, Request};
 use crate::view::TransportOrder;
 
 /// The longest time for the body of a request.

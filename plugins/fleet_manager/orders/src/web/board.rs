@@ -14,9 +14,8 @@ use tokio::sync::mpsc::UnboundedReceiver;
 use crate::figures::Figures;
 use crate::order::{NewOrder, Order, OrderId, OrderName};
 use crate::places::Places;
-use crate::store::Page;
 use crate::threads::{ABSENT, Update, Vehicle};
-use crate::view::{TransportOrder, VehicleView};
+use crate::view::{Page, TransportOrder, VehicleView};
 
 /// The largest number of orders that are over and still shown; older ones are in the store.
 const MAX_CLOSED: usize = 100_000;

@@ -30,9 +30,8 @@ use super::api::{
 };
 use crate::draft::OrderDraft;
 use crate::order::{OrderName, State as OrderState};
-use crate::store::Page;
 use crate::threads::{Request, WithdrawError};
-use crate::view::{TransportOrder, VehicleView};
+use crate::view::{Page, TransportOrder, VehicleView};
 
 /// The largest body of one order, in bytes.
 const MAX_ORDER_BYTES: usize = 64 << 10;
