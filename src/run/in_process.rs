@@ -157,9 +157,9 @@ impl<'a> Results<'a> {
     }
 
     fn table(&self) -> String {
-        let secs = |percent| match self.service_secs(percent) {
-            Some(secs) => format!("{secs:.1} s"),
-            None => "none".to_owned(),
+        let service = match (self.service_secs(50), self.service_secs(99)) {
+            (Some(p50), Some(p99)) => format!("median {p50:.1} s, 99th percentile {p99:.1} s"),
+            _ => "no order was finished".to_owned(),
         };
         let found: Vec<_> =
             self.findings.found().map(|found| format!("{} {}", found.count, found.kind)).collect();
@@ -183,7 +183,7 @@ impl<'a> Results<'a> {
                     self.orders_per_hour()
                 ),
             ),
-            ("service time", format!("median {}, 99th percentile {}", secs(50), secs(99))),
+            ("service time", service),
             (
                 "robots' time",
                 format!(

@@ -310,7 +310,7 @@ fn run_in_process(
         summary.digest.map(|digest| format!("{digest:032x}")).unwrap_or_default(),
         meter,
         kinds.map(|found| (found.kind.to_string(), found.count)).collect(),
-        edges(serde_json::from_str(&traffic)?, serde_json::from_str(&queues)?),
+        edges(traffic, queues),
         started,
     )
 }

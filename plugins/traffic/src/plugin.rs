@@ -203,12 +203,8 @@ impl TrafficPlugin {
         Ok(ports.traffic.publish(&header, &self.figures)?)
     }
 
-    /// Returns the figures of all edges for the run so far, as JSON.
-    pub fn json(&mut self) -> String {
-        self.run_report().json()
-    }
-
-    fn run_report(&mut self) -> Report<'_> {
+    /// Returns the figures of all edges for the run so far.
+    pub fn run_report(&mut self) -> Report<'_> {
         self.periods.figures(&self.limits, &mut self.figures);
         let run = self.figures.len() - self.edges.len();
         Report { secs: self.periods.secs()[2], edges: &self.edges, figures: &self.figures[run..] }

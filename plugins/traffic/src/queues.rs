@@ -8,7 +8,6 @@ use std::collections::BTreeMap;
 
 use regatta_plugin::frame::{Columns, NO_EDGE, RobotState};
 use regatta_plugin::{Frame, Plugin, Result, World};
-use serde_json::json;
 
 /// The largest number of rows that are kept. With more, every other sample is forgotten.
 const MAX_ROWS: usize = 2_000_000;
@@ -321,15 +320,11 @@ pub struct QueueObserver {
 }
 
 impl QueueObserver {
-    /// Returns the edges that robots were kept out of, as JSON: `{"edges": [{"edge": ID,
-    /// "caused_secs": SECONDS}]}`, with robot seconds of the robots that were kept out and of those
-    /// behind them.
-    pub fn json(&self) -> String {
-        let caused = self.queues.caused_secs();
-        let edges = self.ids.iter().zip(caused).filter(|(_, secs)| *secs > 0.0);
-        let edges: Vec<_> =
-            edges.map(|(edge, secs)| json!({"edge": edge, "caused_secs": secs})).collect();
-        format!("{:#}\n", json!({ "edges": edges }))
+    /// Returns the ids of the edges that robots were kept out of, with the robot seconds of those
+    /// that were kept out and of those behind them.
+    pub fn caused_secs(&self) -> impl Iterator<Item = (u32, f64)> {
+        let edges = self.ids.iter().copied().zip(self.queues.caused_secs());
+        edges.filter(|(_, secs)| *secs > 0.0)
     }
 }
 
