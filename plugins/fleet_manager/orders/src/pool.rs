@@ -3,9 +3,10 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
+use rustc_hash::FxHashMap;
+
 use super::assign::{Assigner, Candidate};
 use super::figures::{Counts, Figures};
-use super::generator::Generator;
 use super::order::{
     Change, HistoryEntry, NewOrder, Order, OrderEvent, OrderId, OrderName, State, Stop,
 };
@@ -18,6 +19,7 @@ mod requests;
 mod sources;
 
 pub use assignment::Assignments;
+use sources::Source;
 pub(super) use sources::{Known, Restored};
 
 /// The next step of a robot after a stop.
@@ -39,7 +41,7 @@ pub struct OrderPool {
     assigner: Box<dyn Assigner>,
     open: BTreeMap<OrderId, Order>,
     names: BTreeMap<OrderName, OrderId>,
-    by_robot: BTreeMap<u32, OrderId>,
+    by_robot: FxHashMap<u32, OrderId>,
     waiting: BTreeSet<OrderId>,
     /// The open orders that only one robot may get, by robot.
     intended: BTreeSet<(u32, OrderId)>,
@@ -48,8 +50,8 @@ pub struct OrderPool {
     early: BTreeSet<(u64, OrderId)>,
     /// Orders of files that are to come, the last one first.
     timetable: Vec<(f64, NewOrder)>,
-    generators: Vec<Generator>,
-    /// The generator of each open order that has one.
+    sources: Vec<Source>,
+    /// The source of each open order that a generator made, as an index.
     made_by: BTreeMap<OrderId, usize>,
     next_id: u64,
     next_reassignment_secs: f64,
@@ -188,6 +190,9 @@ impl OrderPool {
         if let Some(order) = self.open.get_mut(&id).filter(|_| is_waiting) {
             order.state = State::Unroutable;
             reason.clone_into(&mut order.reason);
+            if let Some(source) = self.source_of(id) {
+                source.unroutable += 1;
+            }
             self.note(id, now_secs, Change::Unroutable { reason: reason.to_owned() });
         }
         is_waiting
@@ -203,6 +208,9 @@ impl OrderPool {
         order.state = State::Waiting;
         order.reason.clear();
         self.waiting.insert(id);
+        if let Some(source) = self.source_of(id) {
+            source.unroutable -= 1;
+        }
         self.note(id, now_secs, Change::Reopened);
         true
     }
@@ -287,6 +295,7 @@ impl OrderPool {
         if let Some(robot) = order.state.robot() {
             self.by_robot.remove(&robot);
         }
+        let was_unroutable = order.state == State::Unroutable;
         order.state = state;
         if let Change::Failed { reason, .. } | Change::Cancelled { reason, .. } = &change {
             order.reason.clone_from(reason);
@@ -296,7 +305,11 @@ impl OrderPool {
         self.waiting.remove(&id);
         self.early.remove(&(order.content.earliest_secs.to_bits(), id));
         self.names.remove(&order.content.name);
-        self.made_by.remove(&id);
+        if let Some(source) = self.source_of(id) {
+            source.open -= 1;
+            source.unroutable -= usize::from(was_unroutable);
+            self.made_by.remove(&id);
+        }
         if let Some(robot) = order.content.intended_robot {
             self.intended.remove(&(robot, id));
         }

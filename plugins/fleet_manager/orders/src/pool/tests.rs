@@ -221,7 +221,8 @@ impl Model {
 }
 
 fn check(pool: &OrderPool, model: &Model) {
-    assert_eq!(pool.by_robot, model.robots);
+    let by_robot: BTreeMap<_, _> = pool.by_robot.iter().map(|(robot, id)| (*robot, *id)).collect();
+    assert_eq!(by_robot, model.robots);
     assert_eq!(pool.open.len() + model.over.len(), model.stops.len(), "no order is lost");
     for order in pool.open.values() {
         let holds =
@@ -234,6 +235,11 @@ fn check(pool: &OrderPool, model: &Model) {
         assert_eq!(pool.names.get(&order.content.name), Some(&order.id));
     }
     assert_eq!((pool.names.len(), pool.made_by.len() <= pool.open.len()), (pool.open.len(), true));
+    for (index, source) in pool.sources.iter().enumerate() {
+        let made: Vec<_> = pool.made_by.iter().filter(|(_, maker)| **maker == index).collect();
+        let unroutable = made.iter().filter(|(id, _)| pool.open[id].state == State::Unroutable);
+        assert_eq!((source.open, source.unroutable), (made.len(), unroutable.count()));
+    }
     let figures = pool.figures(1e4).orders;
     let over = figures.finished + figures.failed + figures.cancelled;
     assert_eq!(over, model.over.len());
